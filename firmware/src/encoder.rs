@@ -1,0 +1,165 @@
+//! From the hardware's count to an absolute count, and from counts to speed.
+//!
+//! # Speed by time and count
+//!
+//! At 0.1 rev/s and 900 counts a wheel gives 90 counts a second: the count changes in one tick of
+//! eleven, and a difference over any few ticks is noise. So the estimator remembers the ticks at
+//! which the count changed, and divides counts by the time between two changes:
+//!
+//! ```text
+//! v   = Q (C_n - C_o) / (t_n - t_o)     n the newest change, o the oldest within the window    (1)
+//! |v| <= Q / (t - t_n)                  no change since t_n: the next count is still to come    (2)
+//! ```
+//!
+//! Each change is known to one tick, so v is known to 1 tick in t_n - t_o: 2.5 % over a full
+//! window of 40 ticks, better where a count takes longer than the window. The estimate is the
+//! mean over the window: it lags by half of it. Valid while Q (C_n - C_o) stays below 16 m.
+
+use fixed::types::I8F24;
+
+use crate::units::{CONTROL_HZ, MetersPerCount, Speed};
+
+/// Extends a 16-bit hardware count without end.
+#[derive(Clone, Copy, Debug)]
+pub struct Extender {
+    hardware: u16,
+    counts: i64,
+    reversed: bool,
+}
+
+impl Extender {
+    /// Starts at zero counts with what the hardware shows now.
+    ///
+    /// `reversed`: the hardware counts down when the wheel rolls forward.
+    pub const fn new(hardware: u16, reversed: bool) -> Self {
+        Self { hardware, counts: 0, reversed }
+    }
+
+    /// The absolute count, forward positive. Between two calls the hardware may move by at most
+    /// 32767 counts either way.
+    pub fn extend(&mut self, hardware: u16) -> i64 {
+        let difference = hardware.wrapping_sub(self.hardware) as i16;
+        self.hardware = hardware;
+        let forward = if self.reversed { -i64::from(difference) } else { i64::from(difference) };
+        self.counts = self.counts.wrapping_add(forward);
+        self.counts
+    }
+}
+
+/// Longest time over which speed is averaged, unless one count takes longer \[ticks\].
+///
+/// 40 ms resolve the speed to 2.5 % and keep the lag of 20 ms well below the travel loop's time
+/// constant of kv/kp = 50 ms.
+const WINDOW_TICKS: u32 = 40;
+
+/// More than the changes that fit into the window; a power of two, so that the index wraps by a mask.
+const CHANGES_LEN: usize = 64;
+const _: () = assert!(CHANGES_LEN > WINDOW_TICKS as usize + 2 && CHANGES_LEN.is_power_of_two());
+
+/// After this long without a count the wheel stands \[ticks\].
+const STANDSTILL_TICKS: u32 = 20 * CONTROL_HZ;
+
+/// One change of the count: when it was seen, and the count's low bits after it.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    tick: u32,
+    counts: u32,
+}
+
+/// Estimates a wheel's speed from its count.
+#[derive(Clone, Debug)]
+pub struct SpeedEstimator {
+    /// Speed of one count per tick [2^-40 m/s].
+    speed_per_rate: u64,
+    /// Most counts that (1) can take without overflow.
+    counts_max: u32,
+    changes: [Change; CHANGES_LEN],
+    /// Total changes stored; the newest is at `newest - 1`.
+    newest: usize,
+    /// Changes in use, up to the newest; they all went the same way.
+    len: usize,
+    counts: i64,
+    forward: bool,
+    /// Of the newest change [2^-24 m/s], without sign.
+    magnitude: u32,
+}
+
+impl SpeedEstimator {
+    /// An estimator for a wheel that stands at `counts`.
+    pub fn new(MetersPerCount(q): MetersPerCount, counts: i64) -> Self {
+        let speed_per_rate = (u128::from(q.to_bits()) * u128::from(CONTROL_HZ)) >> 24;
+        // Q below 1 m keeps this below 2^50.
+        let speed_per_rate = speed_per_rate as u64;
+        Self {
+            speed_per_rate,
+            counts_max: ((1 << 54) / speed_per_rate.max(1 << 23)) as u32,
+            changes: [Change { tick: 0, counts: 0 }; CHANGES_LEN],
+            newest: 0,
+            len: 0,
+            counts,
+            forward: true,
+            magnitude: 0,
+        }
+    }
+
+    /// The speed after the count taken at `tick`; call it once a tick.
+    pub fn step(&mut self, tick: u32, counts: i64) -> Speed {
+        let moved = counts.wrapping_sub(self.counts);
+        if moved != 0 {
+            self.counts = counts;
+            self.record(Change { tick, counts: counts as u32 }, moved > 0);
+        } else if self.len > 0 {
+            let ticks = tick.wrapping_sub(self.change(1).tick);
+            if ticks >= STANDSTILL_TICKS {
+                self.len = 0;
+                self.magnitude = 0;
+            } else if self.magnitude != 0 {
+                // (2)
+                self.magnitude = self.magnitude.min(self.quotient(1, ticks));
+            }
+        }
+        let bits = self.magnitude as i32;
+        Speed(I8F24::from_bits(if self.forward { bits } else { -bits }))
+    }
+
+    fn record(&mut self, change: Change, forward: bool) {
+        // A wheel that turned round, or dithers on an edge, has no speed until it has gone two
+        // counts the same way.
+        if forward != self.forward {
+            self.forward = forward;
+            self.len = 0;
+        }
+        self.changes[self.newest % CHANGES_LEN] = change;
+        self.newest = self.newest.wrapping_add(1);
+        self.len += 1;
+        // One change comes in at a time, so two leave the window at most until it is right again.
+        for _ in 0..2 {
+            if self.len > 2 && change.tick.wrapping_sub(self.change(self.len).tick) > WINDOW_TICKS {
+                self.len -= 1;
+            }
+        }
+        self.magnitude = if self.len < 2 {
+            0
+        } else {
+            // (1)
+            let oldest = self.change(self.len);
+            let counts = change.counts.wrapping_sub(oldest.counts) as i32;
+            self.quotient(counts.unsigned_abs(), change.tick.wrapping_sub(oldest.tick))
+        };
+    }
+
+    /// The `age`-th newest change, from 1.
+    fn change(&self, age: usize) -> Change {
+        self.changes[self.newest.wrapping_sub(age) % CHANGES_LEN]
+    }
+
+    /// Q counts / time [2^-24 m/s], by one 32-bit division.
+    fn quotient(&self, counts: u32, ticks: u32) -> u32 {
+        // Below 2^54, in 2^-40 m/s ticks.
+        let rolled = u64::from(counts.min(self.counts_max)) * self.speed_per_rate;
+        // 2^32 / ticks, less than one part in 2^32 / ticks too small.
+        let reciprocal = u64::from(u32::MAX / ticks.max(1));
+        let speed = (rolled >> 32) * reciprocal + (((rolled & 0xFFFF_FFFF) * reciprocal) >> 32);
+        (speed >> 16).min(i32::MAX as u64) as u32
+    }
+}

@@ -1,0 +1,24 @@
+//! What a Beeline robot thinks: the control steps, and the Embassy tasks round them.
+//!
+//! Start reading at [`shared`]: it draws which task hands what to which. The steps themselves
+//! ([`encoder`], [`odometry`], [`profile`], [`pid`], [`probe`], [`protection`]) know nothing of tasks,
+//! clocks or hardware: state and inputs in, outputs out, in fixed point.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, input lines |
+//! | [`hal`] | the hardware seam: what a board, or the simulator, provides |
+//! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
+//! | [`units`] | physical quantities in fixed point, the control period |
+#![cfg_attr(not(test), no_std)]
+
+pub mod encoder;
+pub mod hal;
+pub mod odometry;
+pub mod pid;
+pub mod probe;
+pub mod profile;
+pub mod protection;
+pub mod shared;
+pub mod task;
+pub mod units;

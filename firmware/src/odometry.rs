@@ -1,0 +1,80 @@
+//! Travel of the wheels from their encoder counts: the one place that knows W_T.
+//!
+//! # Equations
+//!
+//! ```text
+//! Q    = 2 pi R_L / (N * reduction)      distance per count of a wheel of radius R_L     (1), the paper's (3-1)
+//! dS_L = C_L * Q_L                       travel of the left wheel                        (2)
+//! dS_R = C_R * Q_R * W_T                 travel of the right wheel, W_T = R_R / R_L      (3), the paper's (3-5)
+//! ```
+//!
+//! | symbol | meaning | type |
+//! | --- | --- | --- |
+//! | Q | distance per count \[m\], 1 um to 0.1 m | 64 fractional bits |
+//! | W_T | wheel weight, 0.8 to 1.25 | 62 fractional bits, steps of 2e-19 |
+//! | C | absolute count, forward positive | `i64` |
+//! | dS | travel \[m\], forward positive | 32 fractional bits |
+//!
+//! Travel always comes from the absolute count, so nothing accumulates. The step of Q * W_T
+//! contributes at most C * 2^-64 m: 10 km at 1 um per count are wrong by 0.5 nm.
+
+use fixed::types::{I32F32, U0F64, U2F62};
+use shared_proto::{Config, EncoderConfig, WheelPair};
+
+use crate::units::{MetersPerCount, Travel};
+
+/// Turns counts into travel.
+#[derive(Clone, Copy, Debug)]
+pub struct Odometry {
+    /// Q of the left wheel and Q * W_T of the right one.
+    meters_per_count: WheelPair<MetersPerCount>,
+}
+
+impl Odometry {
+    /// The odometry of a valid configuration.
+    pub fn new(config: &Config) -> Self {
+        // (1)
+        let nominal =
+            |encoder: &EncoderConfig| U0F64::saturating_from_num(config.meters_per_count(encoder));
+        let wheel_weight = U2F62::saturating_from_num(config.geometry.wheel_weight);
+        Self {
+            meters_per_count: WheelPair::new(
+                MetersPerCount(nominal(&config.encoder.left)),
+                MetersPerCount(weigh(nominal(&config.encoder.right), wheel_weight)),
+            ),
+        }
+    }
+
+    /// Distance per count of each wheel as used for its travel, the right one's with W_T in it.
+    pub const fn meters_per_count(&self) -> WheelPair<MetersPerCount> {
+        self.meters_per_count
+    }
+
+    /// Travel of each wheel from its absolute count. Valid to 2^31 m either way; wraps beyond.
+    pub fn travel(&self, counts: WheelPair<i64>) -> WheelPair<Travel> {
+        // (2), (3)
+        counts.zip(self.meters_per_count).map(|(counts, q)| rolled(counts, q))
+    }
+}
+
+/// Q * W_T to the nearest 2^-64 m.
+fn weigh(q: U0F64, wheel_weight: U2F62) -> U0F64 {
+    let product = u128::from(q.to_bits()) * u128::from(wheel_weight.to_bits());
+    U0F64::from_bits(((product + (1 << 61)) >> 62) as u64)
+}
+
+/// C * Q: the exact product, rounded once to the nearest 2^-32 m.
+///
+/// In four 32-bit products, which is what a Cortex-M4 has; 128-bit arithmetic would call a
+/// library function.
+fn rolled(counts: i64, MetersPerCount(q): MetersPerCount) -> Travel {
+    let (counts_high, counts_low) = (counts >> 32, counts & 0xFFFF_FFFF);
+    let (q_high, q_low) = ((q.to_bits() >> 32) as i64, (q.to_bits() & 0xFFFF_FFFF) as i64);
+    let lowest = (counts_low as u64).wrapping_mul(q_low as u64).wrapping_add(1 << 31);
+    // `lowest` overflows by at most one carry: (2^32 - 1)^2 + 2^31 is below 2^64.
+    let bits = (counts_high.wrapping_mul(q_high) << 32)
+        .wrapping_add(counts_high.wrapping_mul(q_low))
+        .wrapping_add((counts_low as u64).wrapping_mul(q_high as u64) as i64)
+        .wrapping_add((lowest >> 32) as i64);
+    Travel(I32F32::from_bits(bits))
+}

@@ -1,0 +1,160 @@
+//! The travel controller of one wheel: feedforward, and PID on travel.
+//!
+//! # Equations
+//!
+//! With the setpoint's travel s, speed v, acceleration a, the measured s_m, v_m, and e = s - s_m:
+//!
+//! ```text
+//! u_ff = ks sign(v) + kv v + ka a                                               (1)
+//! u_p  = kp e                                                                   (2)
+//! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit     (3)
+//! u_d  = kd (v - v_m)                                                           (4)
+//! u    = u_ff + u_p + u_i + u_d, within +-duty_max, changing by duty_slew dt at most    (5)
+//! ```
+//!
+//! Duty is a share of the supply; forward is positive everywhere. The sum (3) that a tick uses is
+//! the one up to the tick before. Ranges and steps:
+//!
+//! | quantity | range | step |
+//! | --- | --- | --- |
+//! | e | 2 m, saturated | 2^-30 m |
+//! | kp | 10^4 /m | 2^-17 /m |
+//! | ki dt | 10 /m | 2^-27 /m |
+//! | kv, kd | 1000 s/m | 2^-20 s/m |
+//! | ka | 100 s^2/m | 2^-24 s^2/m |
+//!
+//! Products are 32 by 32 bits into 64; each term keeps 30 fractional bits and all its range, so
+//! that large terms of opposite sign cancel as they should.
+
+use fixed::types::I2F30;
+use shared_proto::{Config, PidTerms};
+
+use crate::profile::Setpoint;
+use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
+
+/// Fractional bits of kp.
+const KP_BITS: u32 = 17;
+/// Fractional bits of ki dt.
+const KI_BITS: u32 = 27;
+/// Fractional bits of kv and kd.
+const KV_BITS: u32 = 20;
+/// Fractional bits of ka.
+const KA_BITS: u32 = 24;
+/// Fractional bits of a duty.
+const DUTY_BITS: u32 = 30;
+/// Fractional bits of a travel error.
+const ERROR_BITS: u32 = 30;
+/// Fractional bits of speeds and accelerations.
+const SPEED_BITS: u32 = 24;
+/// Fractional bits of the integral: those of ki dt times an error, so that no sum is rounded.
+const INTEGRAL_BITS: u32 = KI_BITS + ERROR_BITS;
+
+/// What is tuned: gains and limits of the controller.
+#[derive(Clone, Copy, Debug)]
+pub struct Gains {
+    ks: i32,
+    kv: i32,
+    ka: i32,
+    kp: i32,
+    ki_dt: i32,
+    kd: i32,
+    duty_max: i32,
+    duty_slew_dt: i32,
+}
+
+impl Gains {
+    /// The gains of a valid configuration.
+    pub fn new(config: &Config) -> Self {
+        let dt_s = 1.0 / f64::from(CONTROL_HZ);
+        let (pid, feedforward, limits) = (&config.pid, &config.feedforward, &config.limits);
+        Self {
+            ks: scaled(feedforward.ks, DUTY_BITS),
+            kv: scaled(feedforward.kv_s_per_m, KV_BITS),
+            ka: scaled(feedforward.ka_s2_per_m, KA_BITS),
+            kp: scaled(pid.kp_per_m, KP_BITS),
+            ki_dt: scaled(pid.ki_per_m_s * dt_s, KI_BITS),
+            kd: scaled(pid.kd_s_per_m, KV_BITS),
+            duty_max: scaled(limits.duty_max, DUTY_BITS),
+            duty_slew_dt: scaled(limits.duty_slew_per_s * dt_s, DUTY_BITS),
+        }
+    }
+}
+
+/// A gain, not negative, to the nearest step; saturates.
+fn scaled(value: f64, fractional_bits: u32) -> i32 {
+    (value * (1u64 << fractional_bits) as f64 + 0.5) as i32
+}
+
+/// What is remembered from tick to tick, each term by itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PidState {
+    feedforward: i64,
+    proportional: i64,
+    /// In steps of 2^-57.
+    integral: i64,
+    /// The integral as the last tick used it.
+    integral_used: i64,
+    derivative: i64,
+    duty: i32,
+}
+
+impl PidState {
+    /// The terms of the last tick.
+    pub fn terms(&self) -> PidTerms {
+        PidTerms {
+            feedforward: duty_bits_to_i16(self.feedforward),
+            proportional: duty_bits_to_i16(self.proportional),
+            integral: duty_bits_to_i16(self.integral_used),
+            derivative: duty_bits_to_i16(self.derivative),
+        }
+    }
+
+    /// The duty of the last tick.
+    pub const fn duty(&self) -> Duty {
+        Duty(I2F30::from_bits(self.duty))
+    }
+}
+
+/// One tick of the controller.
+pub fn step(
+    gains: &Gains,
+    state: &mut PidState,
+    setpoint: &Setpoint,
+    travel: Travel,
+    speed: Speed,
+) -> Duty {
+    let error = setpoint.travel.error_from(travel).to_bits();
+    let (v, v_measured) = (setpoint.speed.0.to_bits(), speed.0.to_bits());
+    let speed_error = v.saturating_sub(v_measured);
+
+    // (1)
+    state.feedforward = i64::from(gains.ks * v.signum())
+        + (product(gains.kv, v) >> (KV_BITS + SPEED_BITS - DUTY_BITS))
+        + (product(gains.ka, setpoint.acceleration.0.to_bits())
+            >> (KA_BITS + SPEED_BITS - DUTY_BITS));
+    // (2)
+    state.proportional = product(gains.kp, error) >> (KP_BITS + ERROR_BITS - DUTY_BITS);
+    // (4)
+    state.derivative = product(gains.kd, speed_error) >> (KV_BITS + SPEED_BITS - DUTY_BITS);
+    state.integral_used = state.integral >> (INTEGRAL_BITS - DUTY_BITS);
+
+    // (5)
+    let wanted = saturate_i32(
+        state.feedforward + state.proportional + state.integral_used + state.derivative,
+    );
+    let lowest = state.duty.saturating_sub(gains.duty_slew_dt).max(-gains.duty_max);
+    let highest = state.duty.saturating_add(gains.duty_slew_dt).min(gains.duty_max);
+    state.duty = wanted.max(lowest).min(highest);
+
+    // (3)
+    let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
+    if !into_limit {
+        let bound = i64::from(gains.duty_max) << (INTEGRAL_BITS - DUTY_BITS);
+        state.integral = (state.integral + product(gains.ki_dt, error)).clamp(-bound, bound);
+    }
+    state.duty()
+}
+
+fn product(a: i32, b: i32) -> i64 {
+    i64::from(a) * i64::from(b)
+}

@@ -1,0 +1,307 @@
+//! Watches both wheels while the loop is closed.
+//!
+//! # Rules
+//!
+//! With the setpoint's travel s and the measured s_m, for each wheel at every tick:
+//!
+//! | fault | when |
+//! | --- | --- |
+//! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
+//! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
+//! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm |
+//! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of it |
+//! | `Stall` | the setpoint rests, and the wheel has stood for 10 stall times, 4 counts off, at a duty of 0.1 and more above ks |
+//! | `FollowingError` | the error is above its limit, and none of the above explains it |
+//!
+//! A standing count is a dead encoder if it ran at two thirds of the setpoint's speed or more through
+//! its last 2 counts and 4 ticks: a wheel has mass and slows down before it stands. Otherwise the
+//! wheel is stalled. (A jam that stops it within 2 counts cannot be told from a dead wire.) A count that never moved since the watch began is a dead encoder's too.
+//!
+//! A slow setpoint takes long for 2 mm, so starting from rest and turning round trip nothing.
+
+use shared_proto::{Config, Fault, Wheel, WheelPair};
+
+use crate::odometry::Odometry;
+use crate::profile::Setpoint;
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
+
+/// Everything about one wheel at one tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WheelView {
+    /// Where it should be.
+    pub setpoint: Setpoint,
+    /// Where it is.
+    pub travel: Travel,
+    /// Its absolute count.
+    pub counts: i64,
+    /// Its measured speed.
+    pub speed: Speed,
+    /// The duty that it is given.
+    pub duty: Duty,
+}
+
+/// The watch over both wheels.
+#[derive(Clone, Debug)]
+pub struct Protection {
+    limits: WheelPair<Limits>,
+    /// `None` until the first step.
+    watches: Option<WheelPair<Watch>>,
+}
+
+impl Protection {
+    /// A watch that begins with the first step.
+    pub fn new(config: &Config) -> Self {
+        Self {
+            limits: Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q)),
+            watches: None,
+        }
+    }
+
+    /// One tick; the first fault seen, the left wheel's before the right one's.
+    pub fn step(&mut self, wheels: &WheelPair<WheelView>) -> Option<Fault> {
+        let Some(watches) = &mut self.watches else {
+            self.watches = Some(wheels.map(|wheel| Watch::new(&wheel)));
+            return None;
+        };
+        let (wheel, fault) = WheelPair::new(
+            watches.left.step(&self.limits.left, &wheels.left),
+            watches.right.step(&self.limits.right, &wheels.right),
+        )
+        .first_some()?;
+        Some(fault(wheel))
+    }
+}
+
+/// A fault that wants a wheel.
+type WheelFault = fn(Wheel) -> Fault;
+
+/// Steps of a metre in [`Travel`].
+const STEPS_PER_M: f64 = 4_294_967_296.0;
+
+/// One wheel's thresholds; travel in steps of 2^-32 m, time in ticks.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    error_max: i64,
+    counts_per_tick_max: u64,
+    stall_ticks: u32,
+    /// Between two checkpoints of the creep rule.
+    checkpoint_ticks: u32,
+    standing_advance: i64,
+    creeping_advance: i64,
+    reversed_run: i64,
+    resting_error: i64,
+    resting_duty: u32,
+}
+
+impl Limits {
+    fn new(config: &Config, MetersPerCount(q): MetersPerCount) -> Self {
+        let q_m: f64 = q.to_num();
+        let hz = f64::from(CONTROL_HZ);
+        let steps = |m: f64| (m * STEPS_PER_M) as i64;
+        let error_m_max = config.protection.following_error_m_max;
+        let speed_mps_max = config.limits.speed_mps_max.max(0.1);
+        let stall_ticks = ((config.protection.stall_time_s * hz) as u32).max(1);
+        Self {
+            error_max: steps(error_m_max),
+            counts_per_tick_max: (4.0 + 4.0 * speed_mps_max / (hz * q_m)) as u64,
+            stall_ticks,
+            checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
+            standing_advance: steps((4.0 * q_m).max(0.002)),
+            creeping_advance: steps((8.0 * q_m).max(0.004)),
+            reversed_run: steps((6.0 * q_m).max(0.15 * error_m_max)),
+            resting_error: steps(4.0 * q_m),
+            resting_duty: Duty::from_si(config.feedforward.ks + 0.1).0.to_bits().unsigned_abs(),
+        }
+    }
+}
+
+/// Setpoint and wheel at one instant [2^-32 m].
+#[derive(Clone, Copy, Debug, Default)]
+struct Pose {
+    setpoint: i64,
+    travel: i64,
+}
+
+impl Pose {
+    fn of(view: &WheelView) -> Self {
+        Self { setpoint: view.setpoint.travel.0.to_bits(), travel: view.travel.0.to_bits() }
+    }
+
+    /// The way from an earlier pose to this one.
+    fn since(self, earlier: Pose) -> Pose {
+        Pose {
+            setpoint: self.setpoint.wrapping_sub(earlier.setpoint),
+            travel: self.travel.wrapping_sub(earlier.travel),
+        }
+    }
+}
+
+/// A change of the count.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    tick: u32,
+    counts: i64,
+    pose: Pose,
+}
+
+const CHECKPOINTS_LEN: usize = 8;
+/// Changes kept, so that 4 ticks are covered at one change a tick; a power of two.
+const CHANGES_LEN: usize = 8;
+/// Counts and ticks over which the rate before a standstill is taken.
+///
+/// Few, to see a wheel that slows down over some 4 counts; at 2 ms per count, as at the paper's
+/// cruise, a tick of quantisation is then a quarter, which two thirds leave room for.
+const LAST_COUNTS: u64 = 2;
+const LAST_TICKS: u32 = 4;
+
+/// What is remembered about one wheel.
+#[derive(Clone, Copy, Debug)]
+struct Watch {
+    tick: u32,
+    counts: i64,
+    /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
+    changes: [Change; CHANGES_LEN],
+    changed: usize,
+    /// Where the present run of changes against the setpoint began.
+    run: Option<Pose>,
+    checkpoints: [Pose; CHECKPOINTS_LEN],
+    checkpoints_taken: usize,
+    checkpoint_tick: u32,
+}
+
+impl Watch {
+    fn new(view: &WheelView) -> Self {
+        let pose = Pose::of(view);
+        Self {
+            tick: 0,
+            counts: view.counts,
+            changes: [Change { tick: 0, counts: view.counts, pose }; CHANGES_LEN],
+            changed: 1,
+            run: None,
+            checkpoints: [pose; CHECKPOINTS_LEN],
+            checkpoints_taken: 0,
+            checkpoint_tick: 0,
+        }
+    }
+
+    fn step(&mut self, limits: &Limits, view: &WheelView) -> Option<WheelFault> {
+        let pose = Pose::of(view);
+        self.tick = self.tick.wrapping_add(1);
+        let moved = view.counts.wrapping_sub(self.counts);
+        if moved.unsigned_abs() > limits.counts_per_tick_max {
+            return Some(Fault::CountRate);
+        }
+        if moved != 0 {
+            self.record(view, pose, moved > 0);
+        }
+        let too_far = pose.setpoint.abs_diff(pose.travel) > limits.error_max as u64;
+        if self.runs_backward(limits, pose) {
+            Some(Fault::EncoderReversed)
+        } else if self.stands(limits, pose, too_far) || self.creeps(limits, pose) {
+            Some(self.diagnose(limits))
+        } else if self.presses(limits, view, pose) {
+            Some(Fault::Stall)
+        } else if too_far {
+            Some(Fault::FollowingError)
+        } else {
+            None
+        }
+    }
+
+    fn record(&mut self, view: &WheelView, pose: Pose, forward: bool) {
+        let last = self.change(1);
+        let advanced = pose.since(last.pose).setpoint;
+        if advanced == 0 || (advanced > 0) == forward {
+            self.run = None;
+        } else if self.run.is_none() {
+            self.run = Some(last.pose);
+        }
+        self.counts = view.counts;
+        self.changes[self.changed % CHANGES_LEN] =
+            Change { tick: self.tick, counts: view.counts, pose };
+        self.changed = self.changed.wrapping_add(1);
+    }
+
+    /// The `age`-th newest change, from 1.
+    fn change(&self, age: usize) -> Change {
+        self.changes[self.changed.wrapping_sub(age) % CHANGES_LEN]
+    }
+
+    fn runs_backward(&self, limits: &Limits, pose: Pose) -> bool {
+        self.run.is_some_and(|start| {
+            let run = pose.since(start);
+            run.travel.abs() >= limits.reversed_run
+                && run.setpoint.abs() >= run.travel.abs() / 2
+                && (run.setpoint > 0) != (run.travel > 0)
+        })
+    }
+
+    fn standing_ticks(&self) -> u32 {
+        self.tick.wrapping_sub(self.change(1).tick)
+    }
+
+    /// The count stands while the setpoint goes on.
+    ///
+    /// `too_far`: the error is above its limit already, so there is no time left to wait.
+    fn stands(&self, limits: &Limits, pose: Pose, too_far: bool) -> bool {
+        let advance = pose.since(self.change(1).pose).setpoint.abs();
+        (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
+            || (too_far && advance >= limits.error_max - limits.error_max / 4)
+    }
+
+    /// The count stands although the wheel is pushed hard towards a setpoint at rest.
+    fn presses(&self, limits: &Limits, view: &WheelView, pose: Pose) -> bool {
+        view.setpoint.speed.0 == 0
+            && self.standing_ticks() >= 10 * limits.stall_ticks
+            && view.duty.0.to_bits().unsigned_abs() >= limits.resting_duty
+            && pose.setpoint.abs_diff(pose.travel) >= limits.resting_error as u64
+    }
+
+    /// The wheel falls far behind although its count changes now and then.
+    fn creeps(&mut self, limits: &Limits, pose: Pose) -> bool {
+        if self.tick.wrapping_sub(self.checkpoint_tick) < limits.checkpoint_ticks {
+            return false;
+        }
+        self.checkpoint_tick = self.tick;
+        let slot = self.checkpoints_taken % CHECKPOINTS_LEN;
+        let oldest = core::mem::replace(&mut self.checkpoints[slot], pose);
+        self.checkpoints_taken = self.checkpoints_taken.wrapping_add(1);
+        let way = pose.since(oldest);
+        let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
+        // A run backward is left to the rule that names it.
+        self.run.is_none()
+            && way.setpoint.abs() >= limits.creeping_advance
+            && along < way.setpoint.abs() / 8
+    }
+
+    /// Whether the wheel or its encoder is to blame for a count that stands or creeps.
+    fn diagnose(&self, limits: &Limits) -> WheelFault {
+        let last = self.change(1);
+        if self.changed == 1 {
+            return Fault::EncoderDead;
+        }
+        // A count that still changes now and then comes from a live encoder.
+        if self.standing_ticks() < limits.stall_ticks / 2 {
+            return Fault::Stall;
+        }
+        let known = self.changed.min(CHANGES_LEN);
+        let mut age = 2;
+        while age < known && !self.covers(age) {
+            age += 1;
+        }
+        let way = last.pose.since(self.change(age).pose);
+        let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
+        if along > 0 && along / 2 >= way.setpoint.abs() / 3 {
+            Fault::EncoderDead
+        } else {
+            Fault::Stall
+        }
+    }
+
+    /// Whether the time from the `age`-th newest change to the newest one tells the rate.
+    fn covers(&self, age: usize) -> bool {
+        let (last, earlier) = (self.change(1), self.change(age));
+        last.counts.abs_diff(earlier.counts) >= LAST_COUNTS
+            && last.tick.wrapping_sub(earlier.tick) >= LAST_TICKS
+    }
+}

@@ -1,0 +1,12 @@
+//! The tasks: short async loops round the steps of the other modules.
+//!
+//! Each `run` is generic and never ends; a board's binary wraps it in an
+//! `#[embassy_executor::task]` of concrete types, the simulator spawns it as it is.
+
+pub mod capture;
+pub mod lines;
+pub mod link;
+pub mod pid;
+pub mod profile;
+pub mod supervisor;
+pub mod telemetry;

@@ -1,0 +1,255 @@
+//! The watch over the wheels: every fault named in time, and none in normal driving.
+
+use firmware::encoder::SpeedEstimator;
+use firmware::odometry::Odometry;
+use firmware::pid::{self, Gains, PidState};
+use firmware::profile::{Plan, Profile};
+use firmware::protection::{Protection, WheelView};
+use proptest::prelude::*;
+use shared_proto::{Config, Drive, Fault, MotionId, TravelUnit, Wheel, WheelPair};
+
+/// What happens to the left wheel at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mishap {
+    None,
+    /// The count stays what it is.
+    EncoderUnplugged,
+    /// The count runs backwards from here on.
+    EncoderReversed,
+    /// Brakes take this much speed a second, until the wheel stands for good \[m/s^2\].
+    Blocked(f64),
+    /// The wheel is held to this share of its speed.
+    Creeping(f64),
+    /// The count jumps.
+    Glitch(i64),
+}
+
+/// A wheel on the closed loop: first-order motor with friction, quantised encoder.
+struct Bench {
+    travel_m: f64,
+    speed_mps: f64,
+    counts: i64,
+    offset: f64,
+    sign: f64,
+    pid: PidState,
+    estimator: SpeedEstimator,
+}
+
+/// Duty to overcome friction, and per speed, a tenth off the configured feedforward.
+const FRICTION: f64 = 0.044;
+const DUTY_PER_MPS: f64 = 1.85;
+const TIME_CONSTANT_S: f64 = 0.06;
+
+impl Bench {
+    fn physics(&mut self, duty: f64, mishap: Mishap) {
+        // Ten steps a tick.
+        for _ in 0..10 {
+            let push = duty - DUTY_PER_MPS * self.speed_mps;
+            let friction = if self.speed_mps == 0.0 {
+                push.clamp(-FRICTION, FRICTION)
+            } else {
+                FRICTION * self.speed_mps.signum()
+            };
+            let mut next =
+                self.speed_mps + (push - friction) / DUTY_PER_MPS / TIME_CONSTANT_S * 1e-4;
+            if next * self.speed_mps < 0.0 {
+                next = 0.0
+            }
+            match mishap {
+                Mishap::Blocked(deceleration) => {
+                    next = self.speed_mps.signum()
+                        * (self.speed_mps.abs() - deceleration * 1e-4).max(0.0);
+                }
+                Mishap::Creeping(limit_mps) => next = next.clamp(-limit_mps, limit_mps),
+                _ => {}
+            }
+            self.speed_mps = next;
+            self.travel_m += next * 1e-4;
+        }
+    }
+
+    fn read(&mut self, q_m: f64, mishap: Mishap, began: bool) {
+        if mishap == Mishap::EncoderReversed && began {
+            // Continues from the same count.
+            self.offset += 2.0 * self.travel_m / q_m;
+            self.sign = -1.0;
+        }
+        match mishap {
+            Mishap::EncoderUnplugged => {}
+            Mishap::Glitch(counts) if began => self.counts += counts,
+            _ => self.counts = (self.sign * self.travel_m / q_m + self.offset).round() as i64,
+        }
+    }
+}
+
+/// Drives; answers the fault and its time after the mishap [ms], which comes at `mishap_ms`.
+fn run(
+    config: &Config,
+    drives: &[Drive],
+    mishap: Mishap,
+    mishap_ms: u32,
+    after_ms: u32,
+) -> Option<(Fault, u32)> {
+    let odometry = Odometry::new(config);
+    let gains = Gains::new(config);
+    let mut benches = odometry.meters_per_count().map(|q| Bench {
+        travel_m: 0.0,
+        speed_mps: 0.0,
+        counts: 0,
+        offset: 0.3,
+        sign: 1.0,
+        pid: PidState::default(),
+        estimator: SpeedEstimator::new(q, 0),
+    });
+    let mut profile = Profile::new(Plan::hold(WheelPair::default()));
+    let mut protection = Protection::new(config);
+    let mut coming = drives.iter();
+    let mut rest_until = 0;
+    for tick in 0.. {
+        if profile.finished(tick) && tick >= rest_until {
+            match coming.next() {
+                Some(drive) => {
+                    let plan = Plan::drive(tick, profile.at(tick), drive, config).unwrap();
+                    rest_until = plan.end_tick() + after_ms;
+                    profile.replace(plan);
+                }
+                None => return None,
+            }
+        }
+        let setpoints = profile.step(tick);
+        let counts = WheelPair::new(benches.left.counts, benches.right.counts);
+        let travel = odometry.travel(counts);
+        let q = odometry.meters_per_count();
+        let view = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
+            let speed = bench.estimator.step(tick, bench.counts);
+            let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed);
+            let view = WheelView { setpoint, travel, counts: bench.counts, speed, duty };
+            bench.physics(duty.to_si(), mishap);
+            bench.read(q_m, mishap, tick == mishap_ms);
+            view
+        };
+        let now = if tick >= mishap_ms { mishap } else { Mishap::None };
+        let views = WheelPair::new(
+            view(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now),
+            view(&mut benches.right, setpoints.right, travel.right, q.right.to_si(), Mishap::None),
+        );
+        if let Some(fault) = protection.step(&views) {
+            return Some((fault, tick.wrapping_sub(mishap_ms)));
+        }
+    }
+    unreachable!()
+}
+
+fn metres(left: f64, right: f64, cruise: f64, acceleration: f64) -> Drive {
+    Drive {
+        motion: MotionId(1),
+        ttl_ms: 1000,
+        unit: TravelUnit::Meter,
+        distance: WheelPair::new(left, right),
+        cruise,
+        acceleration,
+    }
+}
+
+/// 8 revolutions at 0.523 rev/s: 0.1183 m/s.
+fn papers_run() -> Drive {
+    Drive { unit: TravelUnit::WheelRevolution, ..metres(8.0, 8.0, 0.523, 0.101) }
+}
+
+const NEVER: u32 = u32::MAX;
+
+#[test]
+fn at_the_papers_cruise_each_mishap_is_named_within_90_ms() {
+    let config = Config::default();
+    let mut latest_ms = 0;
+    for (mishap, fault) in [
+        (Mishap::EncoderUnplugged, Fault::EncoderDead(Wheel::Left)),
+        (Mishap::EncoderReversed, Fault::EncoderReversed(Wheel::Left)),
+        // Standing after 1 ms, within one count: a jam as hard as this looks the same as a dead wire.
+        (Mishap::Blocked(100.0), Fault::EncoderDead(Wheel::Left)),
+        // Standing after 30 and 40 ms; what takes 20 ms is between the two, 5 counts long
+        (Mishap::Blocked(4.0), Fault::Stall(Wheel::Left)),
+        (Mishap::Blocked(3.0), Fault::Stall(Wheel::Left)),
+        (Mishap::Creeping(0.005), Fault::Stall(Wheel::Left)),
+        (Mishap::Glitch(40), Fault::CountRate(Wheel::Left)),
+        (Mishap::Glitch(-40), Fault::CountRate(Wheel::Left)),
+    ] {
+        // At any place between two counts, 2.1 ms apart, and two checkpoints, 8 ms apart.
+        for mishap_ms in 8000..8024 {
+            let (named, after_ms) = run(&config, &[papers_run()], mishap, mishap_ms, 0).unwrap();
+            assert_eq!(named, fault, "{mishap:?} at {mishap_ms}");
+            assert!(after_ms <= 90, "{mishap:?}: {after_ms} ms");
+            latest_ms = latest_ms.max(after_ms);
+        }
+        println!("{mishap:?}: {fault} after {latest_ms} ms at the latest");
+        latest_ms = 0;
+    }
+}
+
+#[test]
+fn backwards_and_at_full_speed_a_dead_or_reversed_encoder_is_named_too() {
+    let config = Config::default();
+    for drive in
+        [metres(-1.0, -1.0, 0.118, 0.1), metres(3.0, 3.0, 0.4, 0.5), metres(-1.0, 1.0, 0.3, 0.5)]
+    {
+        for (mishap, fault) in [
+            (Mishap::EncoderUnplugged, Fault::EncoderDead(Wheel::Left)),
+            (Mishap::EncoderReversed, Fault::EncoderReversed(Wheel::Left)),
+        ] {
+            let (named, after_ms) = run(&config, &[drive], mishap, 2500, 0).unwrap();
+            assert_eq!(named, fault);
+            assert!(after_ms <= 90, "{mishap:?}: {after_ms} ms");
+        }
+    }
+}
+
+#[test]
+fn an_encoder_that_dies_at_a_crawl_is_named_long_before_the_following_error_is_used_up() {
+    let drive = metres(0.3, 0.3, 0.01, 0.1);
+    let (fault, after_ms) =
+        run(&Config::default(), &[drive], Mishap::EncoderUnplugged, 5000, 0).unwrap();
+    assert_eq!(fault, Fault::EncoderDead(Wheel::Left));
+    // The setpoint takes 200 ms for the 2 mm that are waited for, after a count's 25 ms at most.
+    assert!((175..=205).contains(&after_ms), "{after_ms}");
+}
+
+#[test]
+fn a_wheel_pressed_against_something_at_rest_is_a_stall_in_the_end() {
+    let config = Config::default();
+    // Blocked 1.5 mm before the target: too little for the other rules.
+    let (fault, after_ms) =
+        run(&config, &[metres(0.1, 0.1, 0.05, 0.1)], Mishap::Blocked(3.0), 2340, 20_000).unwrap();
+    assert_eq!(fault, Fault::Stall(Wheel::Left));
+    assert!(after_ms < 10_000, "{after_ms}");
+}
+
+#[test]
+fn driving_far_slowly_standing_and_turning_round_trip_nothing() {
+    let config = Config::default();
+    let drives = [
+        papers_run(),
+        Drive { distance: WheelPair::both(-8.0), ..papers_run() },
+        metres(0.3, -0.3, 0.1, 0.2),
+        metres(0.2, 0.05, 0.1, 0.2),
+        metres(-0.05, 0.0, 0.01, 0.01),
+        metres(0.001, 0.001, 0.01, 0.01),
+        metres(0.02, 0.02, 0.002, 0.001),
+        metres(0.5, 0.5, 0.4, 0.8),
+    ];
+    assert_eq!(run(&config, &drives, Mishap::None, NEVER, 1500), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn no_permitted_motion_of_a_sound_robot_trips(
+        drives in prop::collection::vec((-0.5..0.5, -0.5..0.5, 0.02..0.45, 0.02..0.9), 1..4), counts in 300.0..20_000.0f64,
+    ) {
+        let mut config = Config::default();
+        config.encoder.left.counts_per_rev = counts;
+        config.encoder.right.counts_per_rev = counts;
+        let drives: Vec<_> = drives.into_iter().map(|(l, r, v, a)| metres(l, r, v, a)).collect();
+        prop_assert_eq!(run(&config, &drives, Mishap::None, NEVER, 50), None);
+    }
+}

@@ -1,0 +1,265 @@
+//! The paper's experiment as a guided procedure.
+//!
+//! ```text
+//! check -> drive -> measure -> W_T -> write, read back -> drive -> measure -> better? -> save
+//!                                          |                                     |
+//!                                          +--- any error, Ctrl-C ---------------+--> saved configuration back
+//! ```
+//!
+//! The robot's saved configuration changes in one place, at the very end. Until then the new W_T
+//! is only in use, and whatever ends the procedure early puts the saved one back.
+
+mod measure;
+mod undo;
+
+pub use measure::{Instrument, Measurement};
+pub use undo::{Undo, state_folder};
+
+use robot_model::{Geometry, Leg, OutAndBack, Verdict};
+use shared_proto::{Config, ConfigOrigin, Identity, State};
+
+use crate::error::{Error, Result};
+use crate::motion::{self, Motion, RecordOptions};
+use crate::session::Session;
+
+/// How to calibrate.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The straight motion to drive.
+    pub motion: Motion,
+    /// How well wheel radius and track width are known, one sigma, as a share.
+    pub tolerance: f64,
+    /// How well the robot is lined up with its start line, one sigma \[rad\].
+    pub start_heading_sigma_rad: f64,
+    /// Also drive back, so that a pull is not taken for a radius.
+    pub out_and_back: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { motion: Motion::PAPER, tolerance: 0.005, start_heading_sigma_rad: 0.002, out_and_back: false }
+    }
+}
+
+/// Where the procedure is; told to whoever looks on.
+#[derive(Debug)]
+pub enum Step<'a> {
+    /// Link, supply and state are good.
+    Checked(&'a Checks),
+    /// A drive is under way; the share that is done.
+    Driving(Drive, f64),
+    /// A drive has been measured.
+    Measured(Drive, &'a Measurement),
+    /// The way back said what kind of deviation it is.
+    OutAndBack(&'a OutAndBack),
+    /// The new W_T is in use and was read back.
+    Written(f64),
+    /// The new W_T survives power-off.
+    Saved,
+}
+
+/// Which drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// With the W_T that was there.
+    Before,
+    /// The same, backwards.
+    Back,
+    /// With the new W_T.
+    After,
+}
+
+/// What was found before the first drive.
+#[derive(Clone, Debug)]
+pub struct Checks {
+    /// Who the robot is.
+    pub identity: Identity,
+    /// Its configuration.
+    pub config: Config,
+    /// Questions asked to check the link.
+    pub asked: u32,
+    /// How many of these had to be repeated.
+    pub repeated: u64,
+    /// Supply \[V\].
+    pub supply_v: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was found before the first drive.
+    pub checks: Checks,
+    /// The nominal robot.
+    pub geometry: Geometry,
+    /// The run with the W_T that was there.
+    pub before: Measurement,
+    /// What the way back said.
+    pub out_and_back: Option<OutAndBack>,
+    /// What was done about it.
+    pub decision: Decision,
+}
+
+/// What was done about the deviation.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one")]
+pub enum Decision {
+    /// The new W_T is saved; this is the run with it.
+    Corrected(Measurement),
+    /// The W_T that is there is within one sigma of the measured one; nothing was written.
+    AlreadyStraight,
+    /// The curvature comes from a pull alone; nothing was written.
+    NotARadius,
+    /// The run with the new W_T was no better; the saved one is back.
+    NotBetter(Measurement),
+}
+
+/// Calibrates the robot.
+pub async fn calibrate(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &Settings,
+    tell: &mut dyn FnMut(Step<'_>),
+) -> Result<Outcome> {
+    let checks = check(session).await?;
+    tell(Step::Checked(&checks));
+    let config = checks.config.clone();
+    let outcome = experiment(session, instrument, settings, checks, tell).await;
+    let keep = matches!(&outcome, Ok(Outcome { decision: Decision::Corrected(_), .. }));
+    if !keep && session.read_config().await.is_ok_and(|now| now != config) {
+        // Without a link this fails; what is saved is untouched all the same.
+        let _ = session.restore_config(ConfigOrigin::Saved).await;
+    }
+    outcome
+}
+
+/// Link, state and supply, before anything moves. The robot itself checks its encoders' signs
+/// before it closes the loop.
+async fn check(session: &mut Session) -> Result<Checks> {
+    const QUESTIONS: u32 = 20;
+    let before = session.statistics().retries;
+    let mut status = session.status().await?;
+    for _ in 1..QUESTIONS {
+        status = session.status().await?;
+    }
+    if let Some(report) = status.fault {
+        return Err(Error::new(format_args!("a fault is latched: {}", report.fault))
+            .hint(format_args!("{}; then `beeline clear`", report.fault.remedy())));
+    }
+    if status.state != State::Idle {
+        return Err(Error::new(format_args!("the robot is {}", status.state.name()))
+            .hint("`beeline stop` ends a motion"));
+    }
+    let identity = session.identify().await?;
+    if identity.unsaved {
+        // Left over from a calibration that was killed, or from a `config set` without a save.
+        session.restore_config(ConfigOrigin::Saved).await?;
+    }
+    let config = session.read_config().await?;
+    let supply_v = f64::from(session.status().await?.supply_mv) * 1e-3;
+    if supply_v < config.protection.supply_v_min {
+        return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
+            .hint("charge the battery; protection.supply_v_min is the bound"));
+    }
+    let repeated = session.statistics().retries - before;
+    Ok(Checks { identity, config, asked: QUESTIONS, repeated, supply_v })
+}
+
+async fn experiment(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &Settings,
+    checks: Checks,
+    tell: &mut dyn FnMut(Step<'_>),
+) -> Result<Outcome> {
+    let config = checks.config.clone();
+    let geometry = geometry(&config, settings.tolerance);
+    let mut bench = Bench { session, instrument, settings, geometry, tell };
+
+    bench.instrument.prepare(bench.session, "at its start line").await?;
+    let before = bench.drive(&config, Drive::Before).await?;
+    let (mut value, mut sigma) = (before.wheel_weight.value, before.wheel_weight.sigma);
+    let mut out_and_back = None;
+    if settings.out_and_back {
+        let back = bench.drive(&config, Drive::Back).await?;
+        let forward = Leg::from(&before.wheel_weight);
+        let both = OutAndBack::new(forward, back.leg_after(&before), &geometry).map_err(Error::new)?;
+        (bench.tell)(Step::OutAndBack(&both));
+        (value, sigma) = (both.wheel_weight, both.wheel_weight_sigma);
+        out_and_back = Some(both);
+    }
+    let outcome = |before, decision| Outcome { checks, geometry, before, out_and_back, decision };
+
+    if out_and_back.is_some_and(|both| both.verdict == Verdict::Pull) {
+        return Ok(outcome(before, Decision::NotARadius));
+    }
+    if (value - config.geometry.wheel_weight).abs() < sigma {
+        return Ok(outcome(before, Decision::AlreadyStraight));
+    }
+    let mut corrected = config;
+    corrected.geometry.wheel_weight = value;
+    corrected.validate().map_err(|error| {
+        Error::new(format_args!("the measured W_T is not believable: {error}"))
+            .hint("check the readings, the track width and the counts per revolution")
+    })?;
+    bench.session.write_config(&corrected).await?;
+    (bench.tell)(Step::Written(value));
+
+    bench.instrument.prepare(bench.session, "back at its start line").await?;
+    let after = bench.drive(&corrected, Drive::After).await?;
+    if after.wheel_weight.alpha_rad.abs() > before.wheel_weight.alpha_rad.abs() {
+        return Ok(outcome(before, Decision::NotBetter(after)));
+    }
+    bench.session.save_config().await?;
+    if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
+        return Err(Error::new("the robot saved another configuration than it was told to")
+            .hint("`beeline config get` shows what is there"));
+    }
+    (bench.tell)(Step::Saved);
+    Ok(outcome(before, Decision::Corrected(after)))
+}
+
+/// What every drive of the experiment needs.
+struct Bench<'a> {
+    session: &'a mut Session,
+    instrument: &'a mut Instrument,
+    settings: &'a Settings,
+    geometry: Geometry,
+    tell: &'a mut dyn FnMut(Step<'_>),
+}
+
+impl Bench<'_> {
+    async fn drive(&mut self, config: &Config, which: Drive) -> Result<Measurement> {
+        let motion = match which {
+            Drive::Back => self.settings.motion.reversed(),
+            Drive::Before | Drive::After => self.settings.motion,
+        };
+        self.instrument.begin()?;
+        let tell = &mut self.tell;
+        let recording = motion::drive(self.session, &motion, RecordOptions::default(), &mut |share| {
+            tell(Step::Driving(which, share));
+        })
+        .await?;
+        let run = measure::Run {
+            recording: &recording,
+            config,
+            geometry: &self.geometry,
+            start_heading_sigma_rad: self.settings.start_heading_sigma_rad,
+        };
+        let measurement = self.instrument.measure(self.session, &run).await?;
+        (self.tell)(Step::Measured(which, &measurement));
+        Ok(measurement)
+    }
+}
+
+/// The nominal robot of a configuration.
+fn geometry(config: &Config, tolerance: f64) -> Geometry {
+    let shared_proto::GeometryConfig { wheel_radius_m, track_width_m, .. } = config.geometry;
+    let encoder = config.encoder.left;
+    Geometry {
+        wheel_radius_m,
+        wheel_radius_sigma_m: wheel_radius_m * tolerance,
+        track_width_m,
+        track_width_sigma_m: track_width_m * tolerance,
+        counts_per_wheel_rev: encoder.counts_per_rev * encoder.gear_reduction,
+    }
+}

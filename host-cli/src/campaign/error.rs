@@ -1,0 +1,109 @@
+//! What can be wrong with a campaign, and where.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A place in a file, lines and columns from 1; zero where there is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file or folder.
+    pub file: PathBuf,
+    /// Line, 0 for the file as a whole.
+    pub line: u64,
+    /// Column: the character in a TOML file, the cell in a CSV file; 0 for the line as a whole.
+    pub column: u64,
+}
+
+impl Place {
+    /// A file or folder as a whole.
+    pub(crate) fn whole(file: &Path) -> Self {
+        Self { file: file.into(), line: 0, column: 0 }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if self.line > 0 {
+            write!(f, ", line {}", self.line)?;
+        }
+        if self.column > 0 {
+            write!(f, ", column {}", self.column)?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a campaign could not be read or written.
+#[derive(Debug)]
+pub struct CampaignError {
+    /// Where.
+    pub place: Place,
+    /// What is wrong.
+    pub problem: String,
+    /// What to try.
+    pub hint: String,
+    /// The system's own error, if it was the cause.
+    pub cause: Option<io::Error>,
+}
+
+impl CampaignError {
+    pub(crate) fn new(place: Place, problem: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { place, problem: problem.into(), hint: hint.into(), cause: None }
+    }
+
+    pub(crate) fn io(path: &Path, doing: &str, cause: io::Error) -> Self {
+        let hint = match cause.kind() {
+            io::ErrorKind::NotFound => "check the path",
+            io::ErrorKind::PermissionDenied => "check who may read and write there",
+            io::ErrorKind::StorageFull => "make room on the disk",
+            io::ErrorKind::InvalidData => "it must be UTF-8 text",
+            _ => "check the path and the disk",
+        };
+        Self {
+            place: Place::whole(path),
+            problem: format!("cannot {doing}"),
+            hint: hint.into(),
+            cause: Some(cause),
+        }
+    }
+}
+
+impl fmt::Display for CampaignError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.problem)?;
+        if let Some(cause) = &self.cause {
+            write!(f, " ({cause})")?;
+        }
+        write!(f, "; {}", self.hint)
+    }
+}
+
+impl std::error::Error for CampaignError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.cause.as_ref().map(|cause| cause as _)
+    }
+}
+
+/// Something that was passed over, but should be known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Warning {
+    /// A column that no campaign has.
+    UnknownColumn {
+        /// Where.
+        place: Place,
+        /// Its name.
+        name: String,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownColumn { place, name } => {
+                write!(f, "{place}: the column `{name}` is not known and was ignored")
+            }
+        }
+    }
+}

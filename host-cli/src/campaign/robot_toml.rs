@@ -1,0 +1,159 @@
+//! `robot.toml`: what is nominal, and facts about single runs.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{CampaignError, Place};
+
+/// The robot of a campaign, as in `robot.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotFile {
+    /// What its owner calls it.
+    pub name: String,
+    /// Nominal radius of both wheels \[m\].
+    pub wheel_radius_m: f64,
+    /// Nominal distance between the wheels \[m\].
+    pub track_width_m: f64,
+    /// Encoder counts per encoder revolution as logged; may be fractional.
+    pub counts_per_rev: f64,
+    /// Encoder revolutions per wheel revolution, the paper's 1/g.
+    #[serde(default = "one")]
+    pub gear_reduction: f64,
+    /// Noise of x_m and y_m \[m\]; estimated from the data when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Noise of heading_rad \[rad\]; estimated from the data when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading_sigma_rad: Option<f64>,
+    /// Nominal supply \[V\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply_v: Option<f64>,
+    /// Facts about single runs.
+    #[serde(rename = "run", default, skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<RunFacts>,
+}
+
+/// Facts about one run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunFacts {
+    /// File name without `.csv`.
+    pub name: String,
+    /// When it began, on one clock for the whole campaign \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub started_s: Option<f64>,
+    /// Payload on board \[kg\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload_kg: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl RobotFile {
+    /// Reads and checks a `robot.toml`.
+    pub fn read(file: &Path) -> Result<Self, CampaignError> {
+        let text = fs::read_to_string(file).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => CampaignError::new(
+                Place::whole(file),
+                "there is no such file",
+                "a campaign is a folder with a robot.toml and a folder runs",
+            ),
+            _ => CampaignError::io(file, "read it", error),
+        })?;
+        let robot: Self = toml::from_str(&text).map_err(|error| {
+            let place =
+                error.span().map_or_else(|| Place::whole(file), |it| at(file, &text, it.start));
+            let hint = "name, wheel_radius_m, track_width_m and counts_per_rev are required";
+            CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
+        })?;
+        robot.check(file, &text)?;
+        Ok(robot)
+    }
+
+    /// Refuses, by name and place, a value that no robot has.
+    pub(super) fn check(&self, file: &Path, text: &str) -> Result<(), CampaignError> {
+        let positive = [
+            ("wheel_radius_m", Some(self.wheel_radius_m)),
+            ("track_width_m", Some(self.track_width_m)),
+            ("counts_per_rev", Some(self.counts_per_rev)),
+            ("gear_reduction", Some(self.gear_reduction)),
+            ("position_sigma_m", self.position_sigma_m),
+            ("heading_sigma_rad", self.heading_sigma_rad),
+            ("supply_v", self.supply_v),
+        ];
+        for (name, value) in positive {
+            if let Some(value) = value
+                && !(value > 0.0 && value.is_finite())
+            {
+                let place = place_of(file, text, name);
+                let problem = format!("{name} = {value} cannot be");
+                return Err(CampaignError::new(place, problem, "it must be a number above zero"));
+            }
+        }
+        let facts = self.runs.iter().flat_map(|run| {
+            [("started_s", run.started_s, f64::NEG_INFINITY), ("payload_kg", run.payload_kg, 0.0)]
+        });
+        for (name, value, least) in facts {
+            if let Some(value) = value
+                && !(value >= least && value.is_finite())
+            {
+                let problem = format!("{name} = {value} cannot be");
+                let hint = "it must be a finite number, a payload not negative";
+                return Err(CampaignError::new(place_of(file, text, name), problem, hint));
+            }
+        }
+        Ok(())
+    }
+
+    /// The first nominal value in which another robot differs: its name and both values.
+    pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, f64, f64)> {
+        [
+            ("wheel_radius_m", self.wheel_radius_m, other.wheel_radius_m),
+            ("track_width_m", self.track_width_m, other.track_width_m),
+            ("counts_per_rev", self.counts_per_rev, other.counts_per_rev),
+            ("gear_reduction", self.gear_reduction, other.gear_reduction),
+        ]
+        .into_iter()
+        // A file may have fewer digits than the robot.
+        .find(|(_, a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()))
+    }
+}
+
+/// Line and column of a byte.
+fn at(file: &Path, text: &str, byte: usize) -> Place {
+    let before = &text[..byte.min(text.len())];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    Place {
+        file: file.into(),
+        line: before.matches('\n').count() as u64 + 1,
+        column: before[line_start..].chars().count() as u64 + 1,
+    }
+}
+
+/// Where a key stands.
+fn place_of(file: &Path, text: &str, key: &str) -> Place {
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let indent = line.len() - line.trim_start().len();
+        if line.trim_start().strip_prefix(key).is_some_and(|it| it.trim_start().starts_with('=')) {
+            return at(file, text, start + indent);
+        }
+        start += line.len();
+    }
+    Place::whole(file)
+}
+
+/// Where the name of a run stands.
+pub(super) fn place_of_run(file: &Path, name: &str) -> Place {
+    let text = fs::read_to_string(file).unwrap_or_default();
+    match text.find(&format!("\"{name}\"")) {
+        Some(byte) => at(file, &text, byte),
+        None => Place::whole(file),
+    }
+}

@@ -1,0 +1,182 @@
+use std::fs;
+use std::path::Path;
+
+use shared_proto::WheelPair;
+
+use super::*;
+
+fn robot() -> RobotFile {
+    RobotFile {
+        name: "Biene \"Maja\"".into(),
+        wheel_radius_m: 0.036,
+        track_width_m: 0.372,
+        counts_per_rev: 900.0,
+        gear_reduction: 1.0,
+        position_sigma_m: Some(0.001),
+        heading_sigma_rad: None,
+        supply_v: Some(12.0),
+        runs: Vec::new(),
+    }
+}
+
+fn row(i: u32) -> Row {
+    let t_s = f64::from(i) * 0.02;
+    let seen = i.is_multiple_of(3);
+    Row {
+        t_s,
+        counts: WheelPair::new(Some(f64::from(i) * 7.0), Some(f64::from(i) * -6.5)),
+        x_m: seen.then_some(t_s * 0.1),
+        heading_rad: seen.then_some(-0.001),
+        ..Row::default()
+    }
+}
+
+fn record(folder: &Path, name: &str, facts: RunFacts) -> std::path::PathBuf {
+    let writer = CampaignWriter::open(folder, &robot()).unwrap();
+    let mut run = writer.start_run(name, &[Column::X, Column::Heading]).unwrap();
+    (0..10).for_each(|i| run.push(&row(i)).unwrap());
+    run.finish(facts).unwrap()
+}
+
+/// A campaign with these files; the error of reading it.
+fn error(toml: &str, csv: Option<&str>) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    fs::write(folder.path().join("robot.toml"), toml).unwrap();
+    if let Some(csv) = csv {
+        fs::write(folder.path().join("runs/01_a.csv"), csv).unwrap();
+    }
+    let error = Campaign::read(folder.path()).unwrap_err().to_string();
+    error.replace(&folder.path().display().to_string(), "ROBOT")
+}
+
+const TOML: &str =
+    "name = \"r\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.372\ncounts_per_rev = 900\n";
+const CSV: &str = "t_s,left_counts,right_counts\n0,0,0\n1,5,5\n";
+
+#[test]
+fn what_is_written_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let facts = RunFacts { started_s: Some(1800.0), payload_kg: Some(2.5), ..RunFacts::default() };
+    record(folder.path(), "straight", facts.clone());
+    let campaign = Campaign::read(folder.path()).unwrap();
+    assert_eq!(campaign.runs[0].name, "01_straight");
+    assert_eq!(campaign.runs[0].facts, RunFacts { name: "01_straight".into(), ..facts });
+    assert_eq!(campaign.runs[0].rows, (0..10).map(row).collect::<Vec<_>>());
+    assert!(campaign.warnings.is_empty());
+    assert_eq!(RobotFile { runs: Vec::new(), ..campaign.robot }, robot());
+}
+
+#[test]
+fn the_same_run_gives_the_same_bytes() {
+    let bytes = [(); 2].map(|()| {
+        let folder = tempfile::tempdir().unwrap();
+        let csv = fs::read(record(folder.path(), "a", RunFacts::default())).unwrap();
+        (csv, fs::read(folder.path().join("robot.toml")).unwrap())
+    });
+    assert_eq!(bytes[0], bytes[1]);
+    let text = String::from_utf8(bytes[0].0.clone()).unwrap();
+    assert!(text.starts_with(
+        "t_s,left_counts,right_counts,x_m,heading_rad\n\
+         0.000000,0,0,0.0000000,-0.0010000\n0.020000,7,-6.5,,\n"
+    ));
+}
+
+#[test]
+fn no_run_is_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let names: Vec<_> = (0..3)
+        .map(|_| record(folder.path(), "a", RunFacts::default()))
+        .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(names, ["01_a.csv", "02_a.csv", "03_a.csv"]);
+}
+
+#[test]
+fn an_abandoned_run_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
+    let mut run = writer.start_run("a", &[]).unwrap();
+    run.push(&row(0)).unwrap();
+    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 1);
+    drop(run);
+    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
+}
+
+#[test]
+fn comments_in_robot_toml_survive_a_new_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let toml = folder.path().join("robot.toml");
+    fs::write(&toml, format!("# my robot\n{TOML}supply_v = 12 # fresh\n")).unwrap();
+    let facts = RunFacts { started_s: Some(5.0), ..RunFacts::default() };
+    record(folder.path(), "a", facts);
+    let text = fs::read_to_string(&toml).unwrap();
+    assert!(text.starts_with("# my robot\n") && text.contains("# fresh"), "{text}");
+    assert_eq!(Campaign::read(folder.path()).unwrap().runs[0].facts.started_s, Some(5.0));
+}
+
+#[test]
+fn another_robots_campaign_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), "a", RunFacts::default());
+    let other = RobotFile { track_width_m: 0.4, ..robot() };
+    let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
+    assert!(error.contains("track_width_m = 0.372 is another robot's"), "{error}");
+}
+
+#[test]
+fn samples_that_no_reader_would_take_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
+    let mut run = writer.start_run("a", &[Column::X]).unwrap();
+    run.push(&row(1)).unwrap();
+    let again = run.push(&Row { t_s: 0.020_000_4, ..row(1) }).unwrap_err().to_string();
+    assert!(again.contains("the time goes from 0.02 s to 0.02 s"), "{again}");
+    let nan = run.push(&Row { x_m: Some(f64::NAN), ..row(2) }).unwrap_err().to_string();
+    assert!(nan.contains("line 3, column 4: x_m is NaN"), "{nan}");
+    let short = run.finish(RunFacts::default()).unwrap_err().to_string();
+    assert!(short.contains("at least two samples"), "{short}");
+    assert!(writer.start_run("../a", &[]).is_err());
+}
+
+#[test]
+fn every_way_to_be_wrong_has_its_place_and_a_hint() {
+    #[rustfmt::skip]
+    let cases = [
+        (error("name = \"r\"\nwheel_radius_m = x\n", None), "robot.toml, line 2, column 18: "),
+        (error("name = \"r\"\n", None), "missing field `wheel_radius_m`"),
+        (error(&TOML.replace("900", "-1"), Some(CSV)), "robot.toml, line 4, column 1: counts_per_rev = -1 cannot be; it must"),
+        (error(&TOML.replace("0.036", "nan"), Some(CSV)), "line 2, column 1: wheel_radius_m = NaN cannot be"),
+        (error(&TOML.replace("0.372", "\"b\""), Some(CSV)), "line 3, column 17: invalid type: string"),
+        (error(&format!("{TOML}wheels = 3\n"), Some(CSV)), "line 5, column 1: unknown field `wheels`"),
+        (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; there must be a file runs/07_b.csv"),
+        (error(TOML, None), "ROBOT: there are no runs in this campaign; put"),
+        (error(TOML, Some("")), "01_a.csv: the file is empty; the first line must name"),
+        (error(TOML, Some("t_s,left_counts\n0,0\n1,1\n")), "01_a.csv, line 1: the required column `right_counts` is missing"),
+        (error(TOML, Some(&CSV.replace("5,5", "5,five"))), "01_a.csv, line 3, column 3: `five` is not a number; leave"),
+        (error(TOML, Some(&CSV.replace("5,5", "inf,5"))), "line 3, column 2: `inf` is not a finite number"),
+        (error(TOML, Some(&CSV.replace("5,5", "NaN,5"))), "line 3, column 2: `NaN` is not a finite number"),
+        (error(TOML, Some(&CSV.replace("1,5", "0,5"))), "line 3, column 1: the time 0 s is not later than the 0 s before it; sort"),
+        (error(TOML, Some(&CSV.replace("1,5", ",5"))), "line 3, column 1: the time is missing"),
+        (error(TOML, Some(&CSV.replace("5,5", "5"))), "line 3: 2 cells, but the header has 3"),
+        (error(TOML, Some("t_s,left_counts,right_counts\n0,0,0\n")), "a run needs at least two rows, this one has 1"),
+        (error(TOML, Some("t_s,t_s,left_counts,right_counts\n")), "line 1, column 2: the column `t_s` is there twice"),
+    ];
+    for (error, expected) in cases {
+        assert!(error.contains(expected), "{error}\n  does not say: {expected}");
+        assert!(error.contains("; "), "no hint: {error}");
+    }
+    let nowhere = Campaign::read(Path::new("/nowhere/at/all")).unwrap_err().to_string();
+    assert!(nowhere.contains("robot.toml: there is no such file"), "{nowhere}");
+}
+
+#[test]
+fn unknown_columns_are_named_and_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    fs::write(&file, "t_s, colour ,right_counts,left_counts\n0,red,1,2\n1,,3,4\n").unwrap();
+    let (rows, warnings) = read_run(&file).unwrap();
+    assert_eq!(rows[1].counts, WheelPair::new(Some(4.0), Some(3.0)));
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].to_string().contains("line 1, column 2: the column `colour`"));
+}

@@ -1,0 +1,202 @@
+//! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+use super::read::run_files;
+use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts};
+
+/// A campaign folder to add runs to.
+#[derive(Debug)]
+pub struct CampaignWriter {
+    folder: PathBuf,
+}
+
+impl CampaignWriter {
+    /// Opens the folder for `robot`, and makes it if there is none.
+    ///
+    /// An existing `robot.toml` stays as it is; one of another robot is refused.
+    pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
+        let toml = folder.join("robot.toml");
+        if toml.exists() {
+            if let Some((name, there, here)) = RobotFile::read(&toml)?.difference(robot) {
+                let problem = format!("{name} = {there} is another robot's: this one has {here}");
+                let hint = "choose another folder, or correct the file if it is wrong";
+                return Err(CampaignError::new(Place::whole(&toml), problem, hint));
+            }
+        } else {
+            let text = toml::to_string(robot).map_err(|error| {
+                let hint = "check the robot's name and numbers";
+                CampaignError::new(Place::whole(&toml), format!("cannot write it: {error}"), hint)
+            })?;
+            robot.check(&toml, &text)?;
+            fs::create_dir_all(folder)
+                .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
+            write_whole(&toml, text.as_bytes())?;
+        }
+        Ok(Self { folder: folder.into() })
+    }
+
+    /// Starts a run. `name` is put behind the next free number: `07_name`.
+    ///
+    /// `columns` need not name the required ones; the order is that of [`Column::ALL`].
+    pub fn start_run(&self, name: &str, columns: &[Column]) -> Result<RunWriter, CampaignError> {
+        let runs = self.folder.join("runs");
+        let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+        if name.is_empty() || !name.chars().all(sound) {
+            let problem = format!("`{name}` cannot be the name of a run");
+            let hint = "use letters, digits, - and _, for example straight_back";
+            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
+        }
+        fs::create_dir_all(&runs)
+            .map_err(|error| CampaignError::io(&runs, "make this folder", error))?;
+        let columns: Vec<_> = Column::ALL
+            .into_iter()
+            .filter(|it| columns.contains(it) || Column::REQUIRED.contains(it))
+            .collect();
+        let file = temporary(&runs)?;
+        let mut writer = RunWriter {
+            folder: self.folder.clone(),
+            name: name.into(),
+            columns,
+            file: BufWriter::new(file),
+            rows: 0,
+            last_s: f64::NEG_INFINITY,
+        };
+        let header: Vec<_> = writer.columns.iter().map(|column| column.name()).collect();
+        let header = header.join(",");
+        writer.line(&header)?;
+        Ok(writer)
+    }
+}
+
+/// A run being written: to a temporary file until [`RunWriter::finish`].
+#[derive(Debug)]
+pub struct RunWriter {
+    folder: PathBuf,
+    name: String,
+    columns: Vec<Column>,
+    file: BufWriter<NamedTempFile>,
+    rows: u64,
+    last_s: f64,
+}
+
+impl RunWriter {
+    /// Adds a sample. Its time must be later than the one before, its numbers finite.
+    pub fn push(&mut self, row: &Row) -> Result<(), CampaignError> {
+        let fail = |problem: String, column: usize| {
+            let line = self.rows + 2;
+            let place = Place { file: self.path(), line, column: column as u64 + 1 };
+            CampaignError::new(place, problem, "nothing of this run was kept")
+        };
+        let mut cells = Vec::with_capacity(self.columns.len());
+        for (index, column) in self.columns.iter().enumerate() {
+            let value = row.get(*column);
+            if let Some(value) = value.filter(|value| !value.is_finite()) {
+                return Err(fail(format!("{} is {value}", column.name()), index));
+            }
+            cells.push(value.map_or_else(String::new, |value| column.format(value)));
+        }
+        // Compared as written: two times within a microsecond would be the same in the file.
+        let t_s = cells[0].parse().unwrap_or(row.t_s);
+        if t_s <= self.last_s {
+            return Err(fail(format!("the time goes from {} s to {t_s} s", self.last_s), 0));
+        }
+        self.last_s = t_s;
+        self.rows += 1;
+        self.line(&cells.join(","))
+    }
+
+    /// Puts the file in its place, and the facts (their name is filled in) into `robot.toml`.
+    ///
+    /// Without this call nothing remains of the run.
+    pub fn finish(self, facts: RunFacts) -> Result<PathBuf, CampaignError> {
+        let runs = self.folder.join("runs");
+        if self.rows < 2 {
+            let problem = format!("a run needs at least two samples, this one has {}", self.rows);
+            let hint = "record for longer; nothing was written";
+            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
+        }
+        let fail = |error| CampaignError::io(&runs, "write a run here", error);
+        let mut file = self.file.into_inner().map_err(|error| fail(error.into_error()))?;
+        file.as_file().sync_all().map_err(fail)?;
+        let mut number = 1 + highest_number(&self.folder)?;
+        loop {
+            let name = format!("{number:02}_{}", self.name);
+            let path = runs.join(format!("{name}.csv"));
+            match file.persist_noclobber(&path) {
+                Ok(_) => {
+                    add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts })?;
+                    return Ok(path);
+                }
+                // Somebody else recorded into this folder meanwhile.
+                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
+                    file = error.file;
+                    number += 1;
+                }
+                Err(error) => return Err(CampaignError::io(&path, "write it", error.error)),
+            }
+        }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.join("runs").join(format!("{}.csv", self.name))
+    }
+
+    fn line(&mut self, text: &str) -> Result<(), CampaignError> {
+        let written =
+            self.file.write_all(text.as_bytes()).and_then(|()| self.file.write_all(b"\n"));
+        written.map_err(|error| CampaignError::io(&self.path(), "write it", error))
+    }
+}
+
+/// The highest number that a run in the folder begins with.
+fn highest_number(folder: &Path) -> Result<u64, CampaignError> {
+    let leading = |name: &str| {
+        let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
+        digits.parse().unwrap_or(0)
+    };
+    Ok(run_files(folder)?.iter().map(|(name, _)| leading(name)).max().unwrap_or(0))
+}
+
+/// Adds a `[[run]]` at the end: whatever people wrote before it stays as it is.
+fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
+    if facts.started_s.is_none() && facts.payload_kg.is_none() {
+        return Ok(());
+    }
+    let mut text =
+        fs::read_to_string(toml).map_err(|error| CampaignError::io(toml, "read it", error))?;
+    let entry = toml::to_string(&facts).map_err(|error| {
+        CampaignError::new(Place::whole(toml), error.to_string(), "check the facts of the run")
+    })?;
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    text.push_str("\n[[run]]\n");
+    text.push_str(&entry);
+    write_whole(toml, text.as_bytes())
+}
+
+/// Writes a file so that it is there with all of its bytes, or as it was.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CampaignError> {
+    let fail = |error| CampaignError::io(path, "write it", error);
+    let mut file = temporary(path.parent().unwrap_or(Path::new(".")))?;
+    file.write_all(bytes).map_err(fail)?;
+    file.as_file().sync_all().map_err(fail)?;
+    file.persist(path).map_err(|error| fail(error.error))?;
+    Ok(())
+}
+
+/// A temporary file in the same folder, so that renaming it is one step; readable like any other.
+fn temporary(folder: &Path) -> Result<NamedTempFile, CampaignError> {
+    let mut builder = Builder::new();
+    builder.prefix(".beeline-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+    builder
+        .tempfile_in(folder)
+        .map_err(|error| CampaignError::io(folder, "write into this folder", error))
+}

@@ -1,0 +1,256 @@
+//! `beeline config`
+
+use std::io::Write;
+use std::path::Path;
+
+use shared_proto::{Config, ConfigOrigin};
+use toml::Value;
+
+use crate::cli::{Common, ConfigCommand};
+use crate::error::{Context, Error, Result};
+use crate::port::with_robot;
+use crate::ui::{note, say, warn};
+
+pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
+    match command {
+        ConfigCommand::Get { field } => {
+            let config = read(common)?;
+            show(common, &config, field.as_deref())
+        }
+        ConfigCommand::Set { field, value, save } => change(common, *save, |config| {
+            set(config, field, value)
+        }),
+        ConfigCommand::Save => {
+            with_robot(&common.port, &common.sim(), async |session, _| session.save_config().await)?;
+            warn_if_it_forgets(common);
+            note("saved");
+            Ok(())
+        }
+        ConfigCommand::Restore { factory } => {
+            let origin = if *factory { ConfigOrigin::Factory } else { ConfigOrigin::Saved };
+            let config = with_robot(&common.port, &common.sim(), async |session, _| {
+                session.restore_config(origin).await
+            })?;
+            show(common, &config, None)
+        }
+        ConfigCommand::Export { file, force } => {
+            let config = read(common)?;
+            export(&config, file, *force)
+        }
+        ConfigCommand::Import { file, save } => {
+            let text = std::fs::read_to_string(file).context(file.display())?;
+            let config: Config = toml::from_str(&text)
+                .map_err(|error| Error::new(format_args!("{}: {}", file.display(), error.to_string().trim_end())))?;
+            config.validate().map_err(|error| Error::new(format_args!("{}: {error}", file.display())))?;
+            change(common, *save, |_| Ok(config.clone()))
+        }
+    }
+}
+
+fn read(common: &Common) -> Result<Config> {
+    with_robot(&common.port, &common.sim(), async |session, _| session.read_config().await)
+}
+
+/// Reads the configuration, changes it, writes it, reads it back, and saves it where asked.
+fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config>) -> Result<()> {
+    let (before, after) = with_robot(&common.port, &common.sim(), async |session, _| {
+        let before = session.read_config().await?;
+        let after = change(&before)?;
+        session.write_config(&after).await?;
+        if save {
+            session.save_config().await?;
+        }
+        Ok((before, after))
+    })?;
+    if save {
+        warn_if_it_forgets(common);
+    } else if common.port.is_sim() {
+        warn("a simulated robot ends with the command, and what is not saved ends with it; add --save --flash FILE");
+    }
+    let (before, after) = (flatten(&before)?, flatten(&after)?);
+    for ((path, old), (_, new)) in before.iter().zip(&after) {
+        if old != new {
+            say(format_args!("{path}: {old} -> {new}"));
+        }
+    }
+    note(if save { "written, read back and saved" } else { "written and read back; `beeline config save` keeps it" });
+    Ok(())
+}
+
+fn warn_if_it_forgets(common: &Common) {
+    if common.port.is_sim() && common.flash.is_none() {
+        warn("this simulated robot forgets when the command ends; --flash FILE gives it a memory");
+    }
+}
+
+fn export(config: &Config, file: &Path, force: bool) -> Result<()> {
+    let text = toml::to_string(config).context("the configuration")?;
+    if file.as_os_str() == "-" {
+        say(text.trim_end());
+        return Ok(());
+    }
+    if file.exists() && !force {
+        return Err(Error::new(format_args!("{} exists", file.display())).hint("--force overwrites it"));
+    }
+    write_whole(file, text.as_bytes())?;
+    note(format_args!("{} written", file.display()));
+    Ok(())
+}
+
+/// Writes a file whole or not at all.
+pub(crate) fn write_whole(file: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let failed = |error: &dyn std::fmt::Display| {
+        Error::new(format_args!("cannot write {}: {error}", file.display()))
+            .hint("does its folder exist, and may you write there?")
+    };
+    let mut beside = tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(&error))?;
+    beside.write_all(bytes).map_err(|error| failed(&error))?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // A temporary file is private; the result is an ordinary file.
+        let mode = std::fs::Permissions::from_mode(0o644);
+        beside.as_file().set_permissions(mode).map_err(|error| failed(&error))?;
+    }
+    beside.persist(file).map_err(|error| failed(&error.error))?;
+    Ok(())
+}
+
+fn show(common: &Common, config: &Config, field: Option<&str>) -> Result<()> {
+    let value = match field {
+        None => to_value(config)?,
+        Some(field) => get(&to_value(config)?, field)?.clone(),
+    };
+    if common.json {
+        say(serde_json::to_string(&value).context("the configuration")?);
+        return Ok(());
+    }
+    match (&value, field) {
+        (Value::Table(_), prefix) => {
+            for (path, leaf) in leaves(&value) {
+                let path = match prefix {
+                    Some(prefix) => format!("{prefix}.{path}"),
+                    None => path,
+                };
+                let unit = Config::FIELDS.iter().find(|f| f.path == path).map_or("", |f| f.unit);
+                say(format_args!("{path:<36} {leaf} {unit}").to_string().trim_end());
+            }
+        }
+        (leaf, _) => say(leaf),
+    }
+    Ok(())
+}
+
+fn to_value(config: &Config) -> Result<Value> {
+    Value::try_from(config).context("the configuration")
+}
+
+fn flatten(config: &Config) -> Result<Vec<(String, String)>> {
+    Ok(leaves(&to_value(config)?))
+}
+
+fn leaves(value: &Value) -> Vec<(String, String)> {
+    match value {
+        Value::Table(table) => table
+            .iter()
+            .flat_map(|(name, value)| {
+                leaves(value).into_iter().map(move |(path, leaf)| match path.as_str() {
+                    "" => (name.clone(), leaf),
+                    _ => (format!("{name}.{path}"), leaf),
+                })
+            })
+            .collect(),
+        leaf => vec![(String::new(), leaf.to_string())],
+    }
+}
+
+fn get<'a>(value: &'a Value, field: &str) -> Result<&'a Value> {
+    field
+        .split('.')
+        .try_fold(value, |value, name| value.get(name))
+        .ok_or_else(|| no_such_field(value, field))
+}
+
+fn no_such_field(root: &Value, field: &str) -> Error {
+    let last = field.rsplit('.').next().unwrap_or(field);
+    let similar: Vec<_> = leaves(root)
+        .into_iter()
+        .map(|(path, _)| path)
+        .filter(|path| path.contains(last) || path.rsplit('.').next().is_some_and(|name| last.contains(name)))
+        .take(4)
+        .collect();
+    let error = Error::new(format_args!("the configuration has no field `{field}`"));
+    if similar.is_empty() {
+        error.hint("`beeline config get` lists them")
+    } else {
+        error.hint(format_args!("did you mean {}?", similar.join(" or ")))
+    }
+}
+
+/// The configuration with one field changed.
+fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
+    let mut root = to_value(config)?;
+    let unknown = no_such_field(&root, field);
+    let mut place = &mut root;
+    for name in field.split('.') {
+        match place.get_mut(name) {
+            Some(inner) => place = inner,
+            None => return Err(unknown),
+        }
+    }
+    *place = match place {
+        Value::Float(_) => Value::Float(text.parse().map_err(|_| {
+            Error::new(format_args!("{field} = {text}: must be a number, in SI units")).hint("for example 0.9919")
+        })?),
+        Value::Boolean(_) => Value::Boolean(
+            text.parse().map_err(|_| Error::new(format_args!("{field} = {text}: must be true or false")))?,
+        ),
+        Value::String(_) => Value::String(text.into()),
+        _ => {
+            return Err(Error::new(format_args!("{field} is a group of fields"))
+                .hint(format_args!("`beeline config get {field}` lists them")));
+        }
+    };
+    let changed: Config = root.try_into().map_err(|_| {
+        Error::new(format_args!(
+            "{field} = {text}: too long, at most {} bytes",
+            shared_proto::NAME_LEN_MAX
+        ))
+    })?;
+    changed.validate().map_err(Error::new)?;
+    Ok(changed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_can_be_set_by_the_name_that_get_shows() {
+        let config = Config::default();
+        for (path, leaf) in flatten(&config).unwrap() {
+            let text = leaf.trim_matches('"');
+            assert_eq!(set(&config, &path, text).unwrap(), config, "{path}");
+        }
+    }
+
+    #[test]
+    fn every_field_out_of_range_is_refused_by_its_name() {
+        for field in Config::FIELDS {
+            for bad in [field.min - 1.0, field.max * 1.01 + 1.0, f64::NAN, f64::INFINITY] {
+                let error = set(&Config::default(), field.path, &bad.to_string()).unwrap_err();
+                assert!(error.to_string().contains(field.path), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_name_suggests_the_right_one() {
+        let error = set(&Config::default(), "wheel_weight", "1").unwrap_err();
+        assert_eq!(error.hint_text(), Some("did you mean geometry.wheel_weight?"));
+    }
+}

@@ -1,0 +1,168 @@
+//! `beeline drive`, `beeline stop`, `beeline clear`
+
+use serde_json::json;
+use shared_proto::{Command, Config, TravelUnit, WheelPair};
+
+use crate::cli::{Common, DriveCommand, ProfileArgs};
+use crate::error::{Error, Result};
+use crate::motion::{self, Motion, RecordOptions, Recording};
+use crate::port::with_robot;
+use crate::quantity::{Acceleration, Distance, Speed};
+use crate::ui::{Progress, note, say};
+
+pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
+    let (recording, config) = with_robot(&common.port, &common.sim(), async |session, _| {
+        let config = session.read_config().await?;
+        let motion = motion_of(command, &config)?;
+        let progress = Progress::new(kind(command), common.json);
+        let options = RecordOptions::default();
+        let recording = motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
+        Ok((recording, config))
+    })?;
+    report(common, &recording, &config)
+}
+
+pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
+    with_robot(&common.port, &common.sim(), async |session, _| {
+        let command = if now { Command::EmergencyStop } else { Command::Stop };
+        session.request(command).await.map(|_| ())
+    })?;
+    note(if now { "motors off; `beeline clear` clears the fault" } else { "stopping" });
+    Ok(())
+}
+
+pub(super) fn clear(common: &Common) -> Result<()> {
+    let cleared = with_robot(&common.port, &common.sim(), async |session, _| {
+        let Some(report) = session.status().await?.fault else { return Ok(None) };
+        session.request(Command::ClearFault { number: report.number }).await?;
+        Ok(Some(report))
+    })?;
+    match cleared {
+        Some(report) => note(format_args!("cleared: {}", report.fault)),
+        None => note("no fault is latched"),
+    }
+    Ok(())
+}
+
+/// `"straight"`, `"spin"` or `"arc"`.
+pub(super) fn kind(command: &DriveCommand) -> &'static str {
+    match command {
+        DriveCommand::Straight { .. } => "straight",
+        DriveCommand::Spin { .. } => "spin",
+        DriveCommand::Arc { .. } => "arc",
+    }
+}
+
+/// What the wheels have to do.
+///
+/// For a body that turns by theta about a centre at radius r (left positive), the wheels travel
+/// theta (r -+ b/2), left minus, right plus.
+pub(super) fn motion_of(command: &DriveCommand, config: &Config) -> Result<Motion> {
+    let half_track_m = config.geometry.track_width_m / 2.0;
+    match command {
+        DriveCommand::Straight { distance, profile } => Ok(straight(*distance, profile, config)),
+        DriveCommand::Spin { angle, profile } => {
+            let travel_m = angle.rad * half_track_m;
+            Ok(in_meters(WheelPair::new(-travel_m, travel_m), profile, config))
+        }
+        DriveCommand::Arc { radius, angle, profile } => {
+            if radius.m == 0.0 {
+                return Err(Error::new("an arc of radius zero is a spin").hint("beeline drive spin"));
+            }
+            // Ahead along the arc for a positive radius, to the left for a positive angle.
+            let (ahead, turn) = (radius.m * angle.rad.abs(), angle.rad * radius.m.signum());
+            let travel = WheelPair::new(ahead - turn * half_track_m, ahead + turn * half_track_m);
+            Ok(in_meters(travel, profile, config))
+        }
+    }
+}
+
+/// A straight motion, in turns of the wheel if all of it is given so.
+pub(super) fn straight(distance: Distance, profile: &ProfileArgs, config: &Config) -> Motion {
+    let radius_m = config.geometry.wheel_radius_m;
+    match (distance, profile.cruise, profile.acceleration) {
+        (Distance::Wheel(_), Speed::Wheel(_), Acceleration::Wheel(_)) => Motion {
+            unit: TravelUnit::WheelRevolution,
+            distance: WheelPair::both(distance.rev(radius_m)),
+            cruise: profile.cruise.rev_per_s(radius_m),
+            acceleration: profile.acceleration.rev_per_s2(radius_m),
+        },
+        _ => in_meters(WheelPair::both(distance.m(radius_m)), profile, config),
+    }
+}
+
+fn in_meters(distance: WheelPair<f64>, profile: &ProfileArgs, config: &Config) -> Motion {
+    let radius_m = config.geometry.wheel_radius_m;
+    Motion {
+        unit: TravelUnit::Meter,
+        distance,
+        cruise: profile.cruise.mps(radius_m),
+        acceleration: profile.acceleration.mps2(radius_m),
+    }
+}
+
+fn report(common: &Common, recording: &Recording, config: &Config) -> Result<()> {
+    let (Some(first), Some(last)) = (recording.telemetry.first(), recording.telemetry.last()) else {
+        return Err(Error::new("the robot sent no telemetry during the motion"));
+    };
+    let counts = first.wheels.zip(last.wheels).map(|(first, last)| last.counts - first.counts);
+    let turns = counts
+        .zip(config.encoder)
+        .map(|(counts, encoder)| counts as f64 / (encoder.counts_per_rev * encoder.gear_reduction));
+    let error_um = last.wheels.map(|wheel| wheel.error_um);
+    if common.json {
+        say(json!({
+            "end": format!("{:?}", recording.end).to_lowercase(),
+            "counts": counts,
+            "wheel_revolutions": turns,
+            "error_um": error_um,
+        }));
+        return Ok(());
+    }
+    say(format_args!(
+        "{:?}: left {} counts ({:.4} rev), right {} counts ({:.4} rev)",
+        recording.end, counts.left, turns.left, counts.right, turns.right
+    ));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::{Angle, Length};
+
+    fn profile() -> ProfileArgs {
+        ProfileArgs { cruise: Speed::Ground(0.2), acceleration: Acceleration::Ground(0.1) }
+    }
+
+    fn arc(radius_m: f64, angle_rad: f64) -> WheelPair<f64> {
+        let command = DriveCommand::Arc {
+            radius: Length { m: radius_m },
+            angle: Angle { rad: angle_rad },
+            profile: profile(),
+        };
+        motion_of(&command, &Config::default()).unwrap().distance
+    }
+
+    #[test]
+    fn a_left_arc_turns_the_right_wheel_farther() {
+        let left = arc(1.0, 1.0);
+        assert!((left.left - 0.814).abs() < 1e-12 && (left.right - 1.186).abs() < 1e-12, "{left:?}");
+        let right = arc(1.0, -1.0);
+        assert_eq!((right.left, right.right), (left.right, left.left));
+    }
+
+    #[test]
+    fn a_negative_radius_drives_the_same_arc_backwards() {
+        let (ahead, back) = (arc(1.0, 1.0), arc(-1.0, 1.0));
+        assert_eq!((back.left, back.right), (-ahead.left, -ahead.right));
+    }
+
+    #[test]
+    fn a_spin_moves_nothing_but_the_heading() {
+        let command = DriveCommand::Spin { angle: Angle { rad: 1.0 }, profile: profile() };
+        let travel = motion_of(&command, &Config::default()).unwrap().distance;
+        assert_eq!(travel.left, -travel.right);
+        assert!((travel.right - 0.186).abs() < 1e-12);
+    }
+}

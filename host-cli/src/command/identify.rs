@@ -1,0 +1,112 @@
+//! `beeline identify`
+
+use std::fmt::Write;
+
+use serde_json::json;
+use shared_proto::{ConfigOrigin, Identity, Status};
+
+use crate::cli::Common;
+use crate::error::Result;
+use crate::port::with_robot;
+use crate::ui::{BAD, BOLD, DIM, GOOD, paint, say};
+
+pub(super) fn run(common: &Common) -> Result<()> {
+    let (identity, status, statistics) =
+        with_robot(&common.port, &common.sim(), async |session, _| {
+            // A new robot's supply is measured at its first control tick.
+            session.listen(std::time::Duration::from_millis(5)).await?;
+            let identity = session.identify().await?;
+            let status = session.status().await?;
+            Ok((identity, status, session.statistics()))
+        })?;
+    if common.json {
+        say(json!({
+            "identity": identity,
+            "status": status,
+            "host": {
+                "frames_received": statistics.frames_received,
+                "frames_damaged": statistics.frames_damaged,
+                "frames_lost": statistics.frames_lost,
+                "retries": statistics.retries,
+            },
+        }));
+        return Ok(());
+    }
+    show(&identity, &status);
+    Ok(())
+}
+
+fn show(identity: &Identity, status: &Status) {
+    let row = |name: &str, value: String| say(format_args!("{}  {value}", paint(DIM, format_args!("{name:>10}"))));
+    let [major, minor, patch] = identity.firmware;
+    row("robot", paint(BOLD, display_name(identity)));
+    row("board", format!("{}, {}", identity.board, hex(&identity.uid)));
+    row(
+        "firmware",
+        format!(
+            "Beeline {major}.{minor}.{patch}, protocol {}, control period {} us",
+            shared_proto::PROTOCOL_VERSION,
+            identity.control_period_us
+        ),
+    );
+    let origin = match identity.config_origin {
+        ConfigOrigin::Factory if identity.store_damaged => "factory (the saved one is damaged)",
+        ConfigOrigin::Factory => "factory (none was ever saved)",
+        ConfigOrigin::Saved => "saved",
+    };
+    let unsaved = if identity.unsaved { ", with unsaved changes" } else { "" };
+    row("config", format!("{origin}{unsaved}"));
+    row(
+        "up",
+        format!("{:.1} s since {}", status.t_us as f64 * 1e-6, reset_cause(identity)),
+    );
+    let state = match status.fault {
+        Some(report) => paint(
+            BAD,
+            format_args!("faulted: {} at {:.3} s", report.fault, report.t_us as f64 * 1e-6),
+        ),
+        None => paint(GOOD, status.state.name()),
+    };
+    row("state", state);
+    if let Some(report) = status.fault {
+        row("", format!("{}; then `beeline clear`", report.fault.remedy()));
+    }
+    row("supply", format!("{:.2} V", f64::from(status.supply_mv) * 1e-3));
+    row("control", format!("{} ticks, latest {} us late", status.ticks, status.tick_delay_us_max));
+    let link = &status.link;
+    row(
+        "link",
+        format!(
+            "{} frames received, {} sent, {} damaged, {} lost, {} telemetry dropped",
+            link.frames_received, link.frames_sent, link.frames_damaged, link.frames_lost, link.telemetry_dropped
+        ),
+    );
+}
+
+/// What to call a robot that has no name.
+pub(crate) fn display_name(identity: &Identity) -> String {
+    match identity.name.as_str() {
+        "" => "unnamed robot".into(),
+        name => name.into(),
+    }
+}
+
+fn reset_cause(identity: &Identity) -> &'static str {
+    use shared_proto::ResetCause::*;
+    match identity.reset_cause {
+        PowerOn => "power-on",
+        Pin => "the reset button",
+        Software => "it restarted itself",
+        Watchdog => "the watchdog bit",
+        Panic => "its firmware panicked",
+        BrownOut => "its supply dipped",
+    }
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

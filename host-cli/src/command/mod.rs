@@ -1,0 +1,65 @@
+//! One file a command.
+
+mod calibrate;
+pub(crate) use config::write_whole;
+pub(crate) use identify::hex;
+mod config;
+mod drive;
+mod identify;
+mod ports;
+mod record;
+mod sim;
+mod watch;
+mod wheel_weight;
+
+use clap::{CommandFactory, Parser};
+
+use crate::cli::{Cli, Command};
+use crate::error::Result;
+use crate::interrupt;
+
+/// Carries the command line out.
+pub fn run(cli: &Cli) -> Result<()> {
+    let common = &cli.common;
+    match &cli.command {
+        None => match Cli::parse_from(["beeline", "calibrate"]).command {
+            Some(Command::Calibrate(args)) => {
+                interrupt::listen();
+                calibrate::run(common, &args)
+            }
+            _ => unreachable!("`beeline calibrate` is a calibration"),
+        },
+        Some(command) => match command {
+            Command::Ports => ports::run(common),
+            Command::Identify => identify::run(common),
+            Command::Config(args) => config::run(common, args),
+            Command::Drive(args) => {
+                interrupt::listen();
+                drive::run(common, args)
+            }
+            Command::Stop { now } => drive::stop(common, *now),
+            Command::Clear => drive::clear(common),
+            Command::Watch(args) => {
+                interrupt::listen();
+                watch::run(common, args)
+            }
+            Command::Record(args) => {
+                interrupt::listen();
+                record::run(common, args)
+            }
+            Command::Calibrate(args) => {
+                interrupt::listen();
+                calibrate::run(common, args)
+            }
+            Command::WheelWeight(args) => wheel_weight::run(common, args),
+            Command::Sim(args) => {
+                interrupt::listen();
+                sim::run(common, args)
+            }
+            Command::Completions { shell } => {
+                clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut std::io::stdout());
+                Ok(())
+            }
+        },
+    }
+}

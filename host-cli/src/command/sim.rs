@@ -1,0 +1,43 @@
+//! `beeline sim`
+
+use std::time::Duration;
+
+use serde_json::json;
+use sim_target::{Options, SimTarget};
+
+use crate::cli::{Common, SimArgs};
+use crate::error::{Context, Error, Result};
+use crate::port::Port;
+use crate::serve::{ServeOptions, serve};
+use crate::ui::{BOLD, paint, say};
+
+pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
+    if !matches!(common.port, Port::Sim(_)) {
+        return Err(Error::new(format_args!("`beeline sim` simulates a robot; {} is one", common.port))
+            .hint("--port sim:SCENARIO.toml says which robot to simulate"));
+    }
+    let mut scenario = common.port.scenario()?;
+    if let Some(seed) = common.seed {
+        scenario.seed = seed;
+    }
+    if args.scenario {
+        say(scenario.to_toml().trim_end());
+        return Ok(());
+    }
+    let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };
+    let options = Options { flash: common.flash.clone(), ..Options::default() };
+    let mut target = SimTarget::new(&scenario, options).context("the simulator's flash")?;
+    let options = ServeOptions {
+        camera: args.camera.as_deref(),
+        reset_on_connect: args.reset_on_connect,
+        duration: args.duration.map(|time| Duration::from_secs_f64(time.s)),
+    };
+    serve(&mut target, listen, &options, |address| {
+        if common.json {
+            say(json!({ "listening": address }));
+        } else {
+            say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, address)));
+            say(format_args!("  beeline identify --port {address}"));
+        }
+    })
+}

@@ -1,0 +1,96 @@
+//! `beeline watch`
+
+use std::time::Duration;
+
+use serde_json::json;
+use shared_proto::{Command, Event, Telemetry};
+
+use crate::cli::{Common, WatchArgs};
+use crate::error::Result;
+use crate::interrupt;
+use crate::port::with_robot;
+use crate::ui::{BAD, DIM, note, paint, say};
+
+/// A simulated robot lives as long as the command; this much of its time is shown.
+const SIM_S: f64 = 2.0;
+
+pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
+    let period_ms = (1000 / args.rate).max(1);
+    let duration_s = args.duration.map(|time| time.s).or(common.port.is_sim().then_some(SIM_S));
+    with_robot(&common.port, &common.sim(), async |session, _| {
+        session.request(Command::Subscribe { period_ms }).await?;
+        if !common.json {
+            say(paint(DIM, HEADER));
+        }
+        let start_us = session.clock().now_us();
+        let mut asked_us = start_us;
+        loop {
+            session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
+            let events: Vec<_> = session.take_events().collect();
+            for event in events {
+                show_event(common, &event);
+            }
+            let telemetry: Vec<_> = session.take_telemetry().collect();
+            for frame in telemetry {
+                if common.json {
+                    say(json!(frame));
+                } else {
+                    say(line(&frame));
+                }
+            }
+            let now_us = session.clock().now_us();
+            let elapsed_s = (now_us - start_us) as f64 * 1e-6;
+            if interrupt::requested() || duration_s.is_some_and(|end| elapsed_s >= end) {
+                break;
+            }
+            // Nothing moves and nothing is said for a while: is it still there?
+            if now_us - asked_us > 1_000_000 {
+                asked_us = now_us;
+                session.status().await?;
+            }
+        }
+        session.request(Command::Subscribe { period_ms: 0 }).await?;
+        Ok(())
+    })
+}
+
+const HEADER: &str = "      t s  state      supply |  left counts   err um   mm/s  duty % | right counts   err um   mm/s  duty %";
+
+fn line(frame: &Telemetry) -> String {
+    let wheel = |w: shared_proto::WheelTelemetry| {
+        format!(
+            "{:>12} {:>8} {:>6.1} {:>7.1}",
+            w.counts,
+            w.error_um,
+            f64::from(w.speed_um_s) * 1e-3,
+            f64::from(w.duty) / 327.67
+        )
+    };
+    let state = if frame.probing { "probing" } else { frame.state.name() };
+    format!(
+        "{:>9.3}  {state:<9} {:>5.2} V | {} | {}",
+        frame.t_us as f64 * 1e-6,
+        f64::from(frame.supply_mv) * 1e-3,
+        wheel(frame.wheels.left),
+        wheel(frame.wheels.right)
+    )
+}
+
+fn show_event(common: &Common, event: &Event) {
+    if common.json {
+        say(json!(event));
+        return;
+    }
+    match event {
+        Event::Fault(report) => note(paint(
+            BAD,
+            format_args!("fault: {} at {:.3} s; {}", report.fault, report.t_us as f64 * 1e-6, report.fault.remedy()),
+        )),
+        Event::State { t_us, state } => {
+            note(paint(DIM, format_args!("{:>9.3}  {}", *t_us as f64 * 1e-6, state.name())));
+        }
+        Event::MotionEnded { t_us, end, .. } => {
+            note(paint(DIM, format_args!("{:>9.3}  motion ended: {end:?}", *t_us as f64 * 1e-6)));
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! `beeline wheel-weight`
+
+use robot_model::{Deviation, Experiment, Geometry, Turns, WheelWeight};
+use serde_json::{Value, json};
+
+use crate::cli::{Common, WheelWeightArgs};
+use crate::error::{Error, Result};
+use crate::quantity::LengthUnit;
+use crate::ui::{BOLD, DIM, paint, say};
+
+pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
+    let geometry = Geometry {
+        wheel_radius_m: args.radius.m,
+        track_width_m: args.track_width.m,
+        counts_per_wheel_rev: args.counts_per_rev,
+        wheel_radius_sigma_m: 0.0,
+        track_width_sigma_m: 0.0,
+    };
+    let turns = match (args.left_counts, args.right_counts) {
+        (Some(left), Some(right)) => geometry.turns(left, right),
+        _ => Turns::both(std::f64::consts::TAU * args.revolutions),
+    };
+    let sigma_m = args.sigma.m;
+    let deviation = match (args.dx, args.dy, args.lateral) {
+        (Some(dx), Some(dy), _) => Deviation::Tangent { dx_m: dx.m, dy_m: dy.m, sigma_m },
+        (_, _, Some(lateral)) => Deviation::LateralOffset { y_m: lateral.m, sigma_m },
+        _ => return Err(Error::new("give --dx and --dy, or --lateral")),
+    };
+    let start_heading_sigma_rad = args.start_heading.rad;
+    let experiment = Experiment { deviation, turns, geometry, start_heading_sigma_rad };
+    let weight = experiment
+        .wheel_weight()
+        .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
+    if common.json {
+        say(to_json(&weight, &geometry));
+    } else {
+        show(&weight, &geometry);
+    }
+    Ok(())
+}
+
+/// W_T for machines.
+pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
+    let parts: Vec<_> = weight
+        .contributions
+        .iter()
+        .map(|part| json!({"source": part.source.name(), "sigma": part.sigma}))
+        .collect();
+    json!({
+        "wheel_weight": {
+            "value": weight.value,
+            "sigma": weight.sigma,
+            "low95": weight.low95,
+            "high95": weight.high95,
+        },
+        "right_radius_m": weight.right_radius_m(geometry),
+        "alpha_rad": weight.alpha_rad,
+        "alpha_sigma_rad": weight.alpha_sigma_rad,
+        "contributions": parts,
+        "advice": weight.what_would_reduce_it_most().to_string(),
+    })
+}
+
+/// W_T for people.
+pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
+    let row = |name: &str, value: String| say(format_args!("{name:>8}  {value}"));
+    row("alpha", format!("{:.4} +- {:.4} rad, to the right positive", weight.alpha_rad, weight.alpha_sigma_rad));
+    let value = paint(BOLD, format_args!("{:.4}", weight.value));
+    row("W_T", format!("{value} +- {:.4}, 95 % from {:.4} to {:.4}", weight.sigma, weight.low95, weight.high95));
+    let radius_m = weight.right_radius_m(geometry);
+    row("R_R", LengthUnit::Cm.format(radius_m, 4));
+    for part in &weight.contributions {
+        let share = (part.sigma / weight.sigma).powi(2) * 100.0;
+        let text = format!("{:<24} {:.6}  {share:>3.0} % of the variance", part.source.name(), part.sigma);
+        row("", paint(DIM, text));
+    }
+    row("", weight.what_would_reduce_it_most().to_string());
+}

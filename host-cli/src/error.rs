@@ -1,0 +1,87 @@
+//! What goes wrong, said once: what failed, on what, what to try.
+
+use std::fmt;
+
+/// An error for a person to read.
+#[derive(Debug)]
+pub struct Error {
+    what: String,
+    hint: Option<String>,
+    kind: Kind,
+}
+
+/// What kind of end this is; decides the exit code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// It could not run: exit code 2.
+    CouldNotRun,
+    /// It ran, and the answer is no: exit code 1.
+    SaidNo,
+    /// The user stopped it: exit code 130, as shells do.
+    Interrupted,
+}
+
+/// A result for a person to read.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// It could not run.
+    pub fn new(what: impl fmt::Display) -> Self {
+        Self { what: what.to_string(), hint: None, kind: Kind::CouldNotRun }
+    }
+
+    /// It ran, and the answer is no.
+    pub fn said_no(what: impl fmt::Display) -> Self {
+        Self { kind: Kind::SaidNo, ..Self::new(what) }
+    }
+
+    /// The user stopped it.
+    pub fn interrupted(what: impl fmt::Display) -> Self {
+        Self { kind: Kind::Interrupted, ..Self::new(what) }
+    }
+
+    /// Adds what to try.
+    pub fn hint(mut self, hint: impl fmt::Display) -> Self {
+        self.hint = Some(hint.to_string());
+        self
+    }
+
+    /// What kind of end this is.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The process's exit code.
+    pub fn exit_code(&self) -> u8 {
+        match self.kind {
+            Kind::CouldNotRun => 2,
+            Kind::SaidNo => 1,
+            Kind::Interrupted => 130,
+        }
+    }
+
+    /// What to try, if there is something.
+    pub fn hint_text(&self) -> Option<&str> {
+        self.hint.as_deref()
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.what)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Says on what an operation failed.
+pub trait Context<T> {
+    /// `"{what}: {the error}"`.
+    fn context(self, what: impl fmt::Display) -> Result<T>;
+}
+
+impl<T, E: fmt::Display> Context<T> for std::result::Result<T, E> {
+    fn context(self, what: impl fmt::Display) -> Result<T> {
+        self.map_err(|error| Error::new(format_args!("{what}: {error}")))
+    }
+}

@@ -1,0 +1,28 @@
+//! The `beeline` command: talks to a robot, records, calibrates, explains.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`port`] | where a robot is reached, and how its bytes get here |
+//! | [`session`] | handshake, requests with retries, telemetry |
+//! | [`motion`] | drives a motion to its end, safely |
+//! | [`calibrate`] | the paper's experiment as a guided procedure |
+//! | [`campaign`] | recorded runs on disk |
+//! | [`track`] | measured tracks from elsewhere |
+//! | [`picture`] | what a person sees at the end |
+//! | [`quantity`] | numbers with units, read and written |
+//! | [`cli`], [`command`] | the command line, one file a command |
+
+pub mod calibrate;
+pub mod campaign;
+pub mod cli;
+pub mod command;
+pub mod error;
+pub mod interrupt;
+pub mod motion;
+pub mod picture;
+pub mod port;
+pub mod quantity;
+pub mod serve;
+pub mod session;
+pub mod track;
+pub mod ui;

@@ -1,0 +1,28 @@
+//! The picture of a calibration: one self-contained HTML file, or the drawing alone as SVG.
+//!
+//! Nothing in it comes from the network, and nothing in it runs. The same report gives the same bytes.
+
+mod drawing;
+mod page;
+mod report;
+mod scale;
+#[cfg(test)]
+mod tests;
+
+pub use report::{CalibrationReport, EndReading, PathSource, ProfileNumbers, RunReport};
+
+/// The whole report as one HTML file that needs nothing else: no network, no script.
+pub fn to_html(report: &CalibrationReport) -> String {
+    page::page(report)
+}
+
+/// The drawing of both paths alone, as a stand-alone SVG file.
+pub fn to_svg(report: &CalibrationReport) -> String {
+    let head = format!(
+        "<title>{}</title><style>{}{}</style><rect width=\"100%\" height=\"100%\" style=\"fill:var(--paper)\"/>",
+        scale::escape(&report.robot_name),
+        drawing::COLOURS,
+        drawing::STYLE
+    );
+    drawing::plan_view(report, " xmlns=\"http://www.w3.org/2000/svg\" width=\"960\"", &head) + "\n"
+}

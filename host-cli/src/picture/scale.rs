@@ -1,0 +1,108 @@
+//! From quantities to coordinates on the page, and the ticks between.
+
+use std::fmt;
+
+/// A straight scale.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    from: f64,
+    at: f64,
+    per_unit: f64,
+}
+
+impl Scale {
+    /// `from` lies at `at`; each unit more lies `per_unit` further.
+    pub(super) fn new(from: f64, at: f64, per_unit: f64) -> Self {
+        Self { from, at, per_unit }
+    }
+
+    /// The range laid over the coordinates.
+    pub(super) fn over(range: (f64, f64), at: (f64, f64)) -> Self {
+        Self::new(range.0, at.0, (at.1 - at.0) / (range.1 - range.0))
+    }
+
+    pub(super) fn at(&self, value: f64) -> Px {
+        Px(self.at + (value - self.from) * self.per_unit)
+    }
+}
+
+/// A coordinate, written with two decimals and no "-0.00"; a number that is none is drawn at 0.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub(super) struct Px(pub(super) f64);
+
+impl fmt::Display for Px {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hundredths = if self.0.is_finite() { (self.0 * 100.0).round() } else { 0.0 };
+        write!(f, "{}", (hundredths + 0.0) / 100.0)
+    }
+}
+
+/// The step of 1, 2 or 5 times a power of ten that gives at most `most` steps in `span`.
+pub(super) fn nice_step(span: f64, most: f64) -> f64 {
+    let rough = (span / most).max(1e-12);
+    let power = 10_f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough * (1.0 - 1e-9));
+    step.unwrap_or(10.0) * power
+}
+
+/// The multiples of `step` within the range, and the decimals that they need.
+pub(super) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
+    let first = (range.0 / step - 1e-6).ceil() as i64;
+    let last = (range.1 / step + 1e-6).floor() as i64;
+    let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
+    ((first..=last).map(|i| i as f64 * step).collect(), decimals)
+}
+
+/// Text made safe inside HTML and SVG.
+pub(super) fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            // XML has no place for control characters, not even escaped.
+            c if c.is_control() => safe.push(' '),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// A number with a real minus sign and fixed decimals, never "-0".
+pub(super) fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),
+        Some(rest) => format!("\u{2212}{rest}"),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round_and_ticks_are_their_multiples() {
+        assert_eq!(nice_step(48.0, 6.0), 10.0);
+        assert!((nice_step(0.011, 6.0) - 0.002).abs() < 1e-15);
+        assert_eq!(ticks((-45.0, 12.0), 20.0), (vec![-40.0, -20.0, 0.0], 0));
+        assert_eq!(ticks((0.0, 1.8), 0.5).1, 1);
+    }
+
+    #[test]
+    fn markup_in_a_name_stays_text() {
+        assert_eq!(escape("<b>\"R&D\"\u{0}'"), "&lt;b&gt;&quot;R&amp;D&quot; &#39;");
+    }
+
+    #[test]
+    fn no_coordinate_is_nan_or_minus_zero() {
+        assert_eq!(Px(f64::NAN).to_string(), "0");
+        assert_eq!(Px(-0.001).to_string(), "0");
+        assert_eq!(Px(-1.257).to_string(), "-1.26");
+        assert_eq!(number(-0.04, 1), "0.0");
+    }
+}

@@ -1,0 +1,119 @@
+use std::f64::consts::TAU;
+
+use robot_model::path::dead_reckon;
+use robot_model::{Deviation, Experiment, Geometry, OutAndBack, Pose, Turns, Verdict};
+
+use super::*;
+
+fn run(truth: f64, driven_with: f64) -> RunReport {
+    let geometry =
+        Geometry { track_width_sigma_m: 0.002, wheel_radius_sigma_m: 0.0002, ..Geometry::PAPER };
+    let turns = Turns { phi_left_rad: 8.0 * TAU, phi_right_rad: 8.0 * TAU / driven_with };
+    let steps = (0..=500).map(|i| Turns::default().toward(turns, f64::from(i) / 500.0));
+    let path = dead_reckon(Pose::ORIGIN, &geometry, truth, steps);
+    let end = path[path.len() - 1];
+    // A fixed pattern in place of a camera's noise: a picture wants no chance.
+    let jitter = |i: usize| 0.001 * ((i * 7919 % 100) as f64 / 50.0 - 1.0);
+    let points_m =
+        path.iter().enumerate().map(|(i, pose)| (pose.x_m, pose.y_m + jitter(i))).collect();
+    let deviation = Deviation::LateralOffset { y_m: end.y_m, sigma_m: 0.0005 };
+    let experiment = Experiment { deviation, turns, geometry, start_heading_sigma_rad: 0.0005 };
+    let weight = experiment.wheel_weight().unwrap();
+    RunReport {
+        driven_with,
+        path,
+        path_source: PathSource::Measured,
+        points_m,
+        end: EndReading {
+            lateral_offset_m: end.y_m,
+            lateral_offset_sigma_m: 0.0005,
+            heading_rad: end.heading_rad,
+            heading_sigma_rad: 0.0006,
+        },
+        wheel_weight: weight,
+    }
+}
+
+fn report(name: &str) -> CalibrationReport {
+    CalibrationReport {
+        robot_name: name.into(),
+        port: "sim".into(),
+        date: None,
+        geometry: Geometry::PAPER,
+        profile: ProfileNumbers {
+            acceleration_rev_per_s2: 0.101,
+            cruise_rev_per_s: 0.523,
+            distance_m: 1.8096,
+            duration_s: 20.475,
+        },
+        before: run(0.9918, 1.0),
+        after: run(0.9918, 0.992),
+        out_and_back: Some(OutAndBack {
+            wheel_weight: 0.9918,
+            wheel_weight_sigma: 0.0003,
+            radius_alpha_rad: 0.04,
+            radius_alpha_sigma_rad: 0.001,
+            pull_rad_per_m: 0.0002,
+            pull_sigma_rad_per_m: 0.0005,
+            verdict: Verdict::Radius,
+        }),
+    }
+}
+
+#[test]
+fn the_picture_needs_nothing_but_itself() {
+    let html = to_html(&report("Bee"));
+    for foreign in ["http", "<script", "src=", "@import", "url(", "<link"] {
+        assert!(!html.contains(foreign), "{foreign}");
+    }
+    let svg = to_svg(&report("Bee"));
+    assert_eq!(svg.matches("http").count(), 1, "the namespace alone");
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+}
+
+#[test]
+fn the_headline_states_both_offsets_and_the_factor() {
+    let report = report("Bee");
+    let html = to_html(&report);
+    assert!(html.contains("Drives straight"));
+    for run in [&report.before, &report.after] {
+        let mm = format!("{:.1} mm", run.end.lateral_offset_m.abs() * 1e3);
+        assert!(html.contains(&mm), "{mm}");
+    }
+    assert!(html.contains("times closer to the line"));
+    assert!(html.contains("lateral axis in mm, stretched ×"));
+    let worse = CalibrationReport { after: report.before.clone(), ..report };
+    let html = to_html(&worse);
+    assert!(html.contains("Not straighter yet") && !html.contains("times closer"));
+}
+
+#[test]
+fn a_robots_name_cannot_write_markup() {
+    let name = "<script>alert('x')</script>&\"";
+    for text in [to_html(&report(name)), to_svg(&report(name))] {
+        assert!(!text.contains("<script") && text.contains("&lt;script&gt;"));
+    }
+}
+
+#[test]
+fn the_same_report_gives_the_same_bytes() {
+    assert_eq!(to_html(&report("Bee")), to_html(&report("Bee")));
+    assert_eq!(to_svg(&report("Bee")), to_svg(&report("Bee")));
+}
+
+#[test]
+fn elements_are_closed_and_no_coordinate_is_nan() {
+    let mut broken = report("Bee");
+    broken.before.path[3].y_m = f64::NAN;
+    broken.after.points_m.push((f64::INFINITY, 0.0));
+    broken.after.path.clear();
+    for report in [report("Bee"), broken] {
+        let html = to_html(&report);
+        assert!(!html.contains("NaN") && !html.contains("inf"), "a number that is none");
+        for tag in ["svg", "table", "tr", "td", "div", "g", "text", "p", "h2", "span"] {
+            let opened = html.matches(&format!("<{tag}>")).count()
+                + html.matches(&format!("<{tag} ")).count();
+            assert_eq!(opened, html.matches(&format!("</{tag}>")).count(), "{tag}");
+        }
+    }
+}

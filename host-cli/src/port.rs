@@ -1,0 +1,306 @@
+//! Where a robot is reached: a serial device, a TCP address, or the simulator in this process.
+
+use std::fmt;
+use std::io::{Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+use sim_target::{HostWire, Lab, Options, Scenario, SimTarget};
+
+use crate::error::{Context, Error, Result};
+use crate::session::Session;
+
+/// The link's speed on a serial device unless the port says otherwise (`/dev/ttyACM0@115200`).
+pub const BAUD: u32 = 921_600;
+
+/// Where a robot is reached, as the user wrote it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Port {
+    /// `sim`, or `sim:scenario.toml`: in this process, in virtual time.
+    Sim(Option<PathBuf>),
+    /// `tcp:host:port`.
+    Tcp(String),
+    /// `/dev/ttyACM0`, `COM3`, with `@baud` if it is not [`BAUD`].
+    Serial {
+        /// The device.
+        path: String,
+        /// Bits per second.
+        baud: u32,
+    },
+}
+
+impl FromStr for Port {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "sim" {
+            return Ok(Port::Sim(None));
+        }
+        if let Some(path) = text.strip_prefix("sim:") {
+            return match path {
+                "" => Err("after `sim:` the name of a scenario file is missing".into()),
+                path => Ok(Port::Sim(Some(path.into()))),
+            };
+        }
+        if let Some(address) = text.strip_prefix("tcp:") {
+            return match address.rsplit_once(':') {
+                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+                    Ok(Port::Tcp(address.into()))
+                }
+                _ => Err(format!("`{text}` must read tcp:HOST:PORT, for example tcp:127.0.0.1:7700")),
+            };
+        }
+        let (path, baud) = match text.rsplit_once('@') {
+            Some((path, baud)) => {
+                let baud = baud.parse().map_err(|_| format!("`{baud}` is not a baud rate"))?;
+                (path, baud)
+            }
+            None => (text, BAUD),
+        };
+        if path.is_empty() {
+            return Err("the name of a serial device is missing; `beeline ports` lists them".into());
+        }
+        Ok(Port::Serial { path: path.into(), baud })
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Port::Sim(None) => f.write_str("sim"),
+            Port::Sim(Some(path)) => write!(f, "sim:{}", path.display()),
+            Port::Tcp(address) => write!(f, "tcp:{address}"),
+            Port::Serial { path, baud: BAUD } => f.write_str(path),
+            Port::Serial { path, baud } => write!(f, "{path}@{baud}"),
+        }
+    }
+}
+
+impl Port {
+    /// Whether this is the simulator in this process.
+    pub fn is_sim(&self) -> bool {
+        matches!(self, Port::Sim(_))
+    }
+
+    /// The scenario of a simulated robot.
+    pub fn scenario(&self) -> Result<Scenario> {
+        match self {
+            Port::Sim(Some(path)) => Scenario::load(path).map_err(Error::new),
+            _ => Ok(Scenario::default()),
+        }
+    }
+}
+
+/// What only the simulator needs to know.
+#[derive(Clone, Debug, Default)]
+pub struct SimOptions {
+    /// Replaces the scenario's seed.
+    pub seed: Option<u64>,
+    /// A file that stands for the robot's flash.
+    pub flash: Option<PathBuf>,
+}
+
+/// Opens the port, shakes hands with the robot and carries the procedure out.
+///
+/// On the simulator the procedure runs in virtual time together with the robot and is given the
+/// laboratory round it; elsewhere it runs in real time.
+pub fn with_robot<T>(
+    port: &Port,
+    sim: &SimOptions,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Lab>) -> Result<T>,
+) -> Result<T> {
+    match port {
+        Port::Sim(_) => {
+            let mut scenario = port.scenario()?;
+            if let Some(seed) = sim.seed {
+                scenario.seed = seed;
+            }
+            let options = Options { flash: sim.flash.clone(), ..Options::default() };
+            let mut target = SimTarget::new(&scenario, options).context("the simulator's flash")?;
+            let lab = target.lab();
+            let wire = Wire::Sim(target.host_wire());
+            // Virtual robots are told apart by seed; the session number need not differ.
+            let mut session = Session::new(wire, Clock::Virtual, 1, port.to_string());
+            target.run(async {
+                session.open().await?;
+                procedure(&mut session, Some(lab)).await
+            })
+        }
+        Port::Tcp(_) | Port::Serial { .. } => {
+            let wire = Wire::Threaded(open_device(port)?);
+            let start = Instant::now();
+            let number = session_number();
+            let mut session = Session::new(wire, Clock::Real(start), number, port.to_string());
+            async_io::block_on(async {
+                session.open().await?;
+                procedure(&mut session, None).await
+            })
+        }
+    }
+}
+
+/// A number that the last session most likely did not have.
+fn session_number() -> u32 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    (now.as_micros() as u32).rotate_left(7) ^ std::process::id()
+}
+
+/// Bytes to and from a robot.
+pub enum Wire {
+    /// In this process.
+    Sim(HostWire),
+    /// Behind the operating system.
+    Threaded(ThreadedWire),
+}
+
+/// A device whose reads block, read by a thread of its own.
+pub struct ThreadedWire {
+    incoming: async_channel::Receiver<std::io::Result<Vec<u8>>>,
+    writer: Box<dyn Write + Send>,
+}
+
+impl Wire {
+    /// Sends bytes.
+    pub async fn write(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        match self {
+            Wire::Sim(wire) => {
+                wire.write(bytes).await;
+                Ok(())
+            }
+            Wire::Threaded(wire) => {
+                wire.writer.write_all(bytes)?;
+                wire.writer.flush()
+            }
+        }
+    }
+
+    /// Waits for bytes. May be given up at any time without losing some.
+    pub async fn read(&mut self) -> std::io::Result<Vec<u8>> {
+        match self {
+            Wire::Sim(wire) => {
+                let mut buffer = vec![0; 512];
+                let len = wire.read(&mut buffer).await;
+                buffer.truncate(len);
+                Ok(buffer)
+            }
+            Wire::Threaded(wire) => match wire.incoming.recv().await {
+                Ok(bytes) => bytes,
+                Err(_) => Err(std::io::ErrorKind::UnexpectedEof.into()),
+            },
+        }
+    }
+}
+
+/// The time that a session goes by.
+#[derive(Clone, Copy, Debug)]
+pub enum Clock {
+    /// The simulator's.
+    Virtual,
+    /// The world's, from this instant.
+    Real(Instant),
+}
+
+impl Clock {
+    /// Time on this clock \[us\].
+    pub fn now_us(&self) -> u64 {
+        match self {
+            Clock::Virtual => sim_target::now_us(),
+            Clock::Real(start) => start.elapsed().as_micros() as u64,
+        }
+    }
+
+    /// Waits until the clock shows this time.
+    pub async fn sleep_until_us(&self, t_us: u64) {
+        match self {
+            Clock::Virtual => sim_target::sleep_until_us(t_us).await,
+            Clock::Real(start) => {
+                async_io::Timer::at(*start + Duration::from_micros(t_us)).await;
+            }
+        }
+    }
+
+    /// Waits this long.
+    pub async fn sleep(&self, duration: Duration) {
+        self.sleep_until_us(self.now_us() + duration.as_micros() as u64).await;
+    }
+}
+
+fn open_device(port: &Port) -> Result<ThreadedWire> {
+    match port {
+        Port::Tcp(address) => {
+            let hint = "is the robot, or `beeline sim --listen tcp:...`, running there?";
+            let failed = |error: &dyn fmt::Display| {
+                Error::new(format_args!("cannot connect to tcp:{address}: {error}")).hint(hint)
+            };
+            let resolved = address
+                .to_socket_addrs()
+                .map_err(|error| failed(&error))?
+                .next()
+                .ok_or_else(|| failed(&"no such host"))?;
+            let stream = TcpStream::connect_timeout(&resolved, Duration::from_secs(3))
+                .map_err(|error| failed(&error))?;
+            // Renewals are small and urgent.
+            stream.set_nodelay(true).map_err(|error| failed(&error))?;
+            let reader = stream.try_clone().map_err(|error| failed(&error))?;
+            Ok(threaded(reader, stream))
+        }
+        Port::Serial { path, baud } => {
+            let failed = |error: &dyn fmt::Display| {
+                Error::new(format_args!("cannot open the serial port {path}: {error}"))
+                    .hint(serial_hint(path))
+            };
+            let writer = serialport::new(path, *baud)
+                .timeout(Duration::from_millis(100))
+                .open()
+                .map_err(|error| failed(&error))?;
+            let reader = writer.try_clone().map_err(|error| failed(&error))?;
+            Ok(threaded(reader, writer))
+        }
+        Port::Sim(_) => unreachable!("the simulator is not a device"),
+    }
+}
+
+fn serial_hint(path: &str) -> String {
+    let ports = serialport::available_ports().unwrap_or_default();
+    match ports.as_slice() {
+        [] => "no serial port is plugged in; `--port sim` drives the simulator".into(),
+        ports if ports.iter().any(|port| port.port_name == path) => {
+            "it exists: is another program using it, or are you not allowed to (group dialout)?".into()
+        }
+        ports => {
+            let names: Vec<_> = ports.iter().map(|port| port.port_name.as_str()).collect();
+            format!("there is: {}", names.join(", "))
+        }
+    }
+}
+
+fn threaded(
+    mut reader: impl Read + Send + 'static,
+    writer: impl Write + Send + 'static,
+) -> ThreadedWire {
+    let (sender, incoming) = async_channel::unbounded();
+    // Ends with the process, or when the device is gone.
+    std::thread::spawn(move || {
+        let mut buffer = [0; 1024];
+        loop {
+            let bytes = match reader.read(&mut buffer) {
+                Ok(0) => Err(std::io::ErrorKind::UnexpectedEof.into()),
+                Ok(len) => Ok(buffer[..len].to_vec()),
+                Err(error) if is_only_a_pause(&error) => continue,
+                Err(error) => Err(error),
+            };
+            let over = bytes.is_err();
+            if sender.send_blocking(bytes).is_err() || over {
+                return;
+            }
+        }
+    });
+    ThreadedWire { incoming, writer: Box::new(writer) }
+}
+
+fn is_only_a_pause(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind;
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}

@@ -1,0 +1,120 @@
+//! What the user sees while it runs: lines, progress, questions.
+//!
+//! Results go to standard output, everything else to standard error. Colours only on a terminal.
+
+use std::fmt::Display;
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+use anstyle::{AnsiColor, Style};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::port::Clock;
+
+/// Emphasis.
+pub const BOLD: Style = Style::new().bold();
+/// Side remarks.
+pub const DIM: Style = Style::new().dimmed();
+/// It went well.
+pub const GOOD: Style = AnsiColor::Green.on_default();
+/// It did not.
+pub const BAD: Style = AnsiColor::Red.on_default().bold();
+/// Take care.
+pub const WARN: Style = AnsiColor::Yellow.on_default();
+
+/// Text in a style.
+pub fn paint(style: Style, text: impl Display) -> String {
+    format!("{style}{text}{style:#}")
+}
+
+/// Prints a line of the result. A reader that went away is no error.
+pub fn say(line: impl Display) {
+    let _ = writeln!(anstream::stdout().lock(), "{line}");
+}
+
+/// Prints a line about what is going on.
+pub fn note(line: impl Display) {
+    let _ = writeln!(anstream::stderr().lock(), "{line}");
+}
+
+/// Prints what the user should take care of.
+pub fn warn(line: impl Display) {
+    note(format_args!("{} {line}", paint(WARN, "warning:")));
+}
+
+/// Prints an error and what to try.
+pub fn print_error(error: &Error, json: bool) {
+    if json {
+        let value = serde_json::json!({
+            "error": error.to_string(),
+            "hint": error.hint_text(),
+            "exit_code": error.exit_code(),
+        });
+        say(value);
+        return;
+    }
+    note(format_args!("{} {error}", paint(BAD, "error:")));
+    if let Some(hint) = error.hint_text() {
+        note(format_args!("  {} {hint}", paint(BOLD, "try:")));
+    }
+}
+
+/// A bar that fills while something takes its time; invisible where nobody looks.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// A bar with a title.
+    pub fn new(title: impl Into<String>, quiet: bool) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("  {msg:<28} {bar:40.green/dim} {percent:>3} %")
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("━╸─");
+        Self(ProgressBar::new(1000).with_style(style).with_message(title.into()))
+    }
+
+    /// Fills it to this share.
+    pub fn set(&self, share: f64) {
+        self.0.set_position((share * 1000.0) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Asks the user and waits for an answer, which may be empty.
+pub async fn ask(question: &str, clock: Clock) -> Result<String> {
+    {
+        let mut stderr = anstream::stderr().lock();
+        let _ = write!(stderr, "{} {question} ", paint(BOLD, "?"));
+        let _ = stderr.flush();
+    }
+    let (sender, receiver) = async_channel::bounded(1);
+    // Reading blocks; Ctrl-C must not wait for it.
+    std::thread::spawn(move || {
+        let mut line = String::new();
+        let _ = sender.send_blocking(std::io::stdin().read_line(&mut line).map(|len| (len, line)));
+    });
+    loop {
+        match receiver.try_recv() {
+            Ok(Ok((0, _))) => {
+                return Err(Error::new(format_args!("nobody is there to answer: {question}"))
+                    .hint("run it in a terminal, or measure with --measure track:FILE"));
+            }
+            Ok(Ok((_, line))) => return Ok(line.trim().to_owned()),
+            Ok(Err(error)) => return Err(Error::new(format_args!("cannot read the answer: {error}"))),
+            Err(_) if interrupt::requested() => return Err(Error::interrupted("stopped by Ctrl-C")),
+            Err(_) => match clock {
+                Clock::Real(_) => clock.sleep(Duration::from_millis(50)).await,
+                // The simulated robot waits with us.
+                Clock::Virtual => std::thread::sleep(Duration::from_millis(50)),
+            },
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Why a robot stopped by itself.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::Wheel;
+
+/// A condition under which the robot does not drive.
+///
+/// A fault is latched: it stays until [`Command::ClearFault`](crate::Command::ClearFault), and is
+/// never cleared by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// The wheel is farther from its setpoint than `protection.following_error_m_max`.
+    FollowingError(Wheel),
+    /// The wheel slowed down and stood still although it was driven: blocked, or the motor is off.
+    Stall(Wheel),
+    /// The count stopped dead while the wheel was driven: an encoder wire, or a hard jam.
+    EncoderDead(Wheel),
+    /// The count runs against the motor: encoder or motor wires are swapped.
+    EncoderReversed(Wheel),
+    /// The count changed faster than the wheel can turn: interference, or a loose wire.
+    CountRate(Wheel),
+    /// Nothing was heard from the host for `protection.link_timeout_s`.
+    LinkLost,
+    /// The host did not renew the motion within its time to live.
+    TimeToLive,
+    /// The supply is below `protection.supply_v_min`.
+    SupplyLow,
+    /// A control tick came too late.
+    DeadlineMissed,
+    /// The motor driver reports a fault of its own.
+    Driver,
+    /// The emergency stop was pressed, or commanded.
+    EmergencyStop,
+}
+
+impl Fault {
+    /// Stable identifier, `"following_error"`.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Fault::FollowingError(_) => "following_error",
+            Fault::Stall(_) => "stall",
+            Fault::EncoderDead(_) => "encoder_dead",
+            Fault::EncoderReversed(_) => "encoder_reversed",
+            Fault::CountRate(_) => "count_rate",
+            Fault::LinkLost => "link_lost",
+            Fault::TimeToLive => "time_to_live",
+            Fault::SupplyLow => "supply_low",
+            Fault::DeadlineMissed => "deadline_missed",
+            Fault::Driver => "driver",
+            Fault::EmergencyStop => "emergency_stop",
+        }
+    }
+
+    /// The wheel in question, where it is about one.
+    pub const fn wheel(self) -> Option<Wheel> {
+        match self {
+            Fault::FollowingError(w)
+            | Fault::Stall(w)
+            | Fault::EncoderDead(w)
+            | Fault::EncoderReversed(w)
+            | Fault::CountRate(w) => Some(w),
+            _ => None,
+        }
+    }
+
+    /// What to look at first.
+    pub const fn remedy(self) -> &'static str {
+        match self {
+            Fault::FollowingError(_) => {
+                "drive slower, raise pid gains or feedforward, or raise protection.following_error_m_max"
+            }
+            Fault::Stall(_) => "free the wheel; check motor wires and driver supply",
+            Fault::EncoderDead(_) => {
+                "check the encoder's plug and supply, then whether the wheel turns freely by hand"
+            }
+            Fault::EncoderReversed(_) => {
+                "swap the encoder's A and B, or set encoder.<wheel>.reversed or motor.<wheel>.reversed"
+            }
+            Fault::CountRate(_) => {
+                "check counts_per_rev and gear_reduction; shield the encoder's wires"
+            }
+            Fault::LinkLost => "check the cable; the host stopped talking during a motion",
+            Fault::TimeToLive => "the host stopped renewing the motion; was it suspended?",
+            Fault::SupplyLow => "charge the battery, or lower protection.supply_v_min",
+            Fault::DeadlineMissed => "please report this: control was late",
+            Fault::Driver => {
+                "check the motor driver: over-current, over-temperature, or its supply"
+            }
+            Fault::EmergencyStop => "release the emergency stop",
+        }
+    }
+
+    /// Whether the wheels are braked along a ramp (true) or go to zero duty at once (false).
+    ///
+    /// Only what leaves encoders and motors trustworthy allows a ramp.
+    pub const fn allows_ramp(self) -> bool {
+        matches!(self, Fault::LinkLost | Fault::TimeToLive)
+    }
+}
+
+impl core::fmt::Display for Fault {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.wheel() {
+            Some(wheel) => write!(f, "{} ({} wheel)", self.id(), wheel.name()),
+            None => f.write_str(self.id()),
+        }
+    }
+}
+
+/// A fault as it happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FaultReport {
+    /// What happened first; later ones, while this is latched, are only counted.
+    pub fault: Fault,
+    /// Counts the faults since power-on, from 1. Names this one in a command to clear it.
+    pub number: u32,
+    /// When, since power-on \[us\].
+    pub t_us: u64,
+    /// How many more followed while this one was latched.
+    pub followed_by: u16,
+}

@@ -1,0 +1,263 @@
+//! Framing: COBS and CRC-32 round a channel, a sequence number and a payload.
+
+use postcard_schema::Schema;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{Event, Hello, Reply, Request, Telemetry, bound::postcard_len_max};
+
+/// One table of 1 KiB: a look-up for each byte instead of eight steps. `static`, so that it stays in
+/// flash.
+static CRC: crc::Crc<u32, crc::Table<1>> =
+    crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+
+const HEADER_LEN: usize = 3;
+const CRC_LEN: usize = 4;
+
+/// Longest payload of a frame in bytes.
+pub const PAYLOAD_LEN_MAX: usize = 384;
+
+/// Longest frame before COBS.
+const RAW_LEN_MAX: usize = HEADER_LEN + PAYLOAD_LEN_MAX + CRC_LEN;
+
+/// Longest frame on the wire in bytes, the final zero included.
+pub const FRAME_LEN_MAX: usize = frame_len_max(PAYLOAD_LEN_MAX);
+
+/// Longest frame on the wire that a payload of this length makes, the final zero included.
+pub(crate) const fn frame_len_max(payload_len: usize) -> usize {
+    cobs::max_encoding_length(HEADER_LEN + payload_len + CRC_LEN) + 1
+}
+
+/// What kind of message a frame carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Channel {
+    /// [`Hello`].
+    Hello = 0,
+    /// [`Request`].
+    Request = 1,
+    /// [`Reply`].
+    Reply = 2,
+    /// [`Telemetry`].
+    Telemetry = 3,
+    /// [`Event`].
+    Event = 4,
+}
+
+impl Channel {
+    /// The channel of a number, if there is one.
+    pub const fn from_number(number: u8) -> Option<Self> {
+        Some(match number {
+            0 => Channel::Hello,
+            1 => Channel::Request,
+            2 => Channel::Reply,
+            3 => Channel::Telemetry,
+            4 => Channel::Event,
+            _ => return None,
+        })
+    }
+}
+
+/// A message that travels as postcard on a channel of its own.
+pub trait Message: Serialize + DeserializeOwned + Schema {
+    /// Its channel.
+    const CHANNEL: Channel;
+    /// Longest payload that it can make \[bytes\].
+    const LEN_MAX: usize = postcard_len_max(Self::SCHEMA);
+}
+
+impl Message for Request {
+    const CHANNEL: Channel = Channel::Request;
+}
+impl Message for Reply {
+    const CHANNEL: Channel = Channel::Reply;
+}
+impl Message for Telemetry {
+    const CHANNEL: Channel = Channel::Telemetry;
+}
+impl Message for Event {
+    const CHANNEL: Channel = Channel::Event;
+}
+
+/// Turns messages into frames and counts them.
+#[derive(Clone, Debug, Default)]
+pub struct Encoder {
+    sequence: u16,
+}
+
+impl Encoder {
+    /// An encoder whose first frame has sequence number 0.
+    pub const fn new() -> Self {
+        Self { sequence: 0 }
+    }
+
+    /// The frame of a message.
+    ///
+    /// A message that might be longer than [`PAYLOAD_LEN_MAX`] does not compile.
+    pub fn message<M: Message>(&mut self, message: &M) -> Frame {
+        const { assert!(M::LEN_MAX <= PAYLOAD_LEN_MAX) };
+        self.frame(M::CHANNEL, |payload| {
+            postcard::to_slice(message, payload).expect("LEN_MAX is a bound").len()
+        })
+    }
+
+    /// The frame of a hello.
+    pub fn hello(&mut self, hello: Hello) -> Frame {
+        self.frame(Channel::Hello, |payload| {
+            payload[..Hello::LEN].copy_from_slice(&hello.to_bytes());
+            Hello::LEN
+        })
+    }
+
+    fn frame(&mut self, channel: Channel, fill: impl FnOnce(&mut [u8]) -> usize) -> Frame {
+        let mut raw = [0; RAW_LEN_MAX];
+        raw[0] = channel as u8;
+        raw[1..HEADER_LEN].copy_from_slice(&self.sequence.to_le_bytes());
+        self.sequence = self.sequence.wrapping_add(1);
+        let body_len = HEADER_LEN + fill(&mut raw[HEADER_LEN..RAW_LEN_MAX - CRC_LEN]);
+        let crc = CRC.checksum(&raw[..body_len]).to_le_bytes();
+        raw[body_len..body_len + CRC_LEN].copy_from_slice(&crc);
+        let mut frame = Frame { bytes: [0; FRAME_LEN_MAX], len: 0 };
+        let encoded = cobs::encode(&raw[..body_len + CRC_LEN], &mut frame.bytes);
+        // The byte after the COBS data is still zero: the end of the frame.
+        frame.len = encoded + 1;
+        frame
+    }
+}
+
+/// One frame, ready for the wire: COBS data and the zero that ends it.
+#[derive(Clone)]
+pub struct Frame {
+    bytes: [u8; FRAME_LEN_MAX],
+    len: usize,
+}
+
+impl core::ops::Deref for Frame {
+    type Target = [u8];
+    fn deref(&self) -> &[u8] {
+        &self.bytes[..self.len]
+    }
+}
+
+impl core::fmt::Debug for Frame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Frame({:02x?})", &**self)
+    }
+}
+
+/// What is wrong with a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FrameError {
+    /// More bytes than any frame has; skipped up to the next zero.
+    TooLong,
+    /// Not COBS, or too short to be a frame.
+    Malformed,
+    /// The checksum differs.
+    Checksum,
+    /// The channel is not one of ours.
+    Channel,
+}
+
+/// A good frame as received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Received<'a> {
+    /// What it carries.
+    pub channel: Channel,
+    /// Frames that the sequence numbers show to be missing before this one.
+    pub lost: u16,
+    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`].
+    pub payload: &'a [u8],
+}
+
+impl Received<'_> {
+    /// The message, if it is one of type `M` and nothing else follows it.
+    pub fn message<M: Message>(&self) -> Option<M> {
+        if self.channel != M::CHANNEL {
+            return None;
+        }
+        match postcard::take_from_bytes(self.payload) {
+            Ok((message, [])) => Some(message),
+            _ => None,
+        }
+    }
+
+    /// The hello, if it is one.
+    pub fn hello(&self) -> Option<Hello> {
+        if self.channel == Channel::Hello { Hello::from_bytes(self.payload) } else { None }
+    }
+}
+
+/// Finds frames in a stream of bytes.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    buffer: [u8; FRAME_LEN_MAX],
+    len: usize,
+    overlong: bool,
+    last_sequence: Option<u16>,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Decoder {
+    /// A decoder that has seen nothing yet.
+    pub const fn new() -> Self {
+        Self { buffer: [0; FRAME_LEN_MAX], len: 0, overlong: false, last_sequence: None }
+    }
+
+    /// Takes the next byte; answers when it ends a frame.
+    ///
+    /// A zero that follows another zero is no frame and no error.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Received<'_>, FrameError>> {
+        if byte != 0 {
+            match self.buffer.get_mut(self.len) {
+                Some(slot) => {
+                    *slot = byte;
+                    self.len += 1;
+                }
+                None => self.overlong = true,
+            }
+            return None;
+        }
+        let len = core::mem::take(&mut self.len);
+        if core::mem::take(&mut self.overlong) {
+            return Some(Err(FrameError::TooLong));
+        }
+        if len == 0 {
+            return None;
+        }
+        Some(self.finish(len))
+    }
+
+    fn finish(&mut self, len: usize) -> Result<Received<'_>, FrameError> {
+        let raw_len =
+            cobs::decode_in_place(&mut self.buffer[..len]).map_err(|_| FrameError::Malformed)?;
+        if raw_len < HEADER_LEN + CRC_LEN {
+            return Err(FrameError::Malformed);
+        }
+        // Nobody need expect a payload above PAYLOAD_LEN_MAX, though the buffer may hold one.
+        if raw_len > RAW_LEN_MAX {
+            return Err(FrameError::TooLong);
+        }
+        let (body, crc) = self.buffer[..raw_len].split_at(raw_len - CRC_LEN);
+        if CRC.checksum(body).to_le_bytes() != crc {
+            return Err(FrameError::Checksum);
+        }
+        let channel = Channel::from_number(body[0]).ok_or(FrameError::Channel)?;
+        let sequence = u16::from_le_bytes([body[1], body[2]]);
+        // A hello starts a new count.
+        let lost = match self.last_sequence {
+            Some(last) if channel != Channel::Hello => {
+                let gap = sequence.wrapping_sub(last).wrapping_sub(1);
+                // A frame that came twice or late looks like a gap of nearly 2^16.
+                if gap < 0x8000 { gap } else { 0 }
+            }
+            _ => 0,
+        };
+        self.last_sequence = Some(sequence);
+        Ok(Received { channel, lost, payload: &body[HEADER_LEN..] })
+    }
+}

@@ -1,0 +1,70 @@
+//! What crosses the wire between a robot and its host.
+//!
+//! # A frame
+//!
+//! ```text
+//! channel u8 | sequence u16 LE | payload ...            | CRC-32 u32 LE      COBS-encoded, then 0x00
+//! ```
+//!
+//! The CRC (ISO-HDLC, as in Ethernet and zlib) covers channel, sequence and payload. A zero byte
+//! never occurs inside a frame, so after any damage the receiver is in step again at the next zero.
+//! Each direction counts its frames in `sequence`; a gap tells the receiver what was lost.
+//!
+//! # The messages
+//!
+//! | channel | direction | payload | |
+//! | --- | --- | --- | --- |
+//! | 0 `Hello` | both ways | [`Hello`], a layout that never changes | first of all, answered by the robot's own |
+//! | 1 `Request` | to the robot | [`Request`], postcard | answered exactly once for each arrival |
+//! | 2 `Reply` | to the host | [`Reply`], postcard | carries the request's id |
+//! | 3 `Telemetry` | to the host | [`Telemetry`], postcard | as subscribed; the first to be dropped on a busy line |
+//! | 4 `Event` | to the host | [`Event`], postcard | may be lost; [`Status`] tells the same on request |
+//!
+//! # How long a frame gets
+//!
+//! In bytes, on the wire, the final zero included. A board can size its buffers by these.
+//!
+//! | channel | payload at most | frame at most |
+//! | --- | --- | --- |
+//! | 0 `Hello` | 18 | 27 |
+//! | 1 `Request` | 219 | 228 |
+//! | 2 `Reply` | 220 | 229 |
+//! | 3 `Telemetry` | 105 | 114 |
+//! | 4 `Event` | 21 | 30 |
+//!
+//! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, so there is room for what comes.
+//!
+//! # Compatibility
+//!
+//! Two ends talk if protocol version and schema hash in their hellos are equal; otherwise each
+//! names both versions and refuses. Any change to a message changes the schema hash by itself; a
+//! change in meaning alone raises [`PROTOCOL_VERSION`].
+//!
+//! # Retries
+//!
+//! Every command is idempotent. A motion carries its [`MotionId`], the clearing of a fault the
+//! fault's number, and everything else sets a state rather than changes one. A host that hears no
+//! reply sends the same request again.
+//!
+//! `docs/protocol.md` has all of this for those who write a host in another language.
+#![cfg_attr(not(test), no_std)]
+
+mod bound;
+mod config;
+mod fault;
+mod frame;
+mod hello;
+mod message;
+mod motion;
+mod name;
+mod pair;
+
+pub use bound::Bound;
+pub use config::*;
+pub use fault::*;
+pub use frame::*;
+pub use hello::*;
+pub use message::*;
+pub use motion::*;
+pub use name::*;
+pub use pair::*;

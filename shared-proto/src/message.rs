@@ -1,0 +1,317 @@
+//! Requests, replies, telemetry and events.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::{Config, ConfigError, Drive, FaultReport, MotionError, MotionId, Name, WheelPair};
+
+/// What the host asks. Every command may be repeated: the second time changes nothing more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Request {
+    /// Returned in the [`Reply`]; a retry carries the same one.
+    pub id: u32,
+    /// What to do.
+    pub command: Command,
+}
+
+/// What the robot answers, once for each request that reached it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Reply {
+    /// That of the request; 0 with [`Refusal::HelloFirst`] and [`Refusal::Unreadable`].
+    pub id: u32,
+    /// What came of it.
+    pub outcome: Result<Answer, Refusal>,
+}
+
+/// Something for the robot to do or to tell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
+pub enum Command {
+    /// Who are you? Answered by [`Answer::Identity`].
+    Identify,
+    /// State, fault and counters. Answered by [`Answer::Status`].
+    Status,
+    /// The configuration in use. Answered by [`Answer::Config`].
+    ReadConfig,
+    /// Use this configuration from now on; it is not saved. Refused while driving.
+    WriteConfig(Config),
+    /// Make the configuration in use survive power-off. Refused while armed.
+    SaveConfig,
+    /// Use an earlier configuration. Answered by [`Answer::Config`]. Refused while driving.
+    RestoreConfig(ConfigOrigin),
+    /// Idle to armed: motors on, standing still.
+    Arm,
+    /// Armed to idle: motors off. Stops first, where needed.
+    Disarm,
+    /// Drive. A motion that is under way goes over into the new one without a jump.
+    Drive(Drive),
+    /// The host is alive and still wants this motion.
+    Renew {
+        /// The motion to renew.
+        motion: MotionId,
+        /// Its time to live from now \[ms\].
+        ttl_ms: u16,
+    },
+    /// Brake along a ramp, stay armed.
+    Stop,
+    /// Zero duty now, latched as a fault.
+    EmergencyStop,
+    /// Faulted to idle, if `number` still is the latched fault's.
+    ClearFault {
+        /// [`FaultReport::number`].
+        number: u32,
+    },
+    /// Send telemetry every `period_ms`, 0 for none.
+    Subscribe {
+        /// Milliseconds between two frames, 0 or 1 to 1000.
+        period_ms: u16,
+    },
+}
+
+/// Where a configuration comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "snake_case")]
+pub enum ConfigOrigin {
+    /// Built into the firmware.
+    Factory,
+    /// The one that was saved last; the factory's, where none was.
+    Saved,
+}
+
+/// A good outcome.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
+pub enum Answer {
+    /// It is done.
+    Done,
+    /// Who the robot is.
+    Identity(Identity),
+    /// State, fault and counters.
+    Status(Status),
+    /// The configuration in use.
+    Config(Config),
+}
+
+/// Why the robot did not do it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// Not in this state.
+    State(State),
+    /// A fault is latched.
+    Faulted(FaultReport),
+    /// The configuration is unphysical.
+    Config(ConfigError),
+    /// The motion is impossible.
+    Motion(MotionError),
+    /// No such motion is under way.
+    NoSuchMotion,
+    /// The number is not the latched fault's.
+    NoSuchFault,
+    /// The cause of the fault is still there.
+    CauseRemains,
+    /// The telemetry period is outside 0 to 1000 ms.
+    Period,
+    /// The store could not be written; the configuration in use is unchanged and unsaved.
+    Store,
+    /// Say hello first. The reply's id is 0, for the request was not read.
+    HelloFirst,
+    /// The request could not be read. The reply's id is 0.
+    Unreadable,
+}
+
+/// Where the robot is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Reading its configuration.
+    Boot,
+    /// Motors off.
+    Idle,
+    /// Motors on, standing still.
+    Armed,
+    /// A motion is under way.
+    Driving,
+    /// Braking along a ramp.
+    Stopping,
+    /// Motors off because of a latched fault.
+    Faulted,
+}
+
+impl State {
+    /// `"idle"`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            State::Boot => "boot",
+            State::Idle => "idle",
+            State::Armed => "armed",
+            State::Driving => "driving",
+            State::Stopping => "stopping",
+            State::Faulted => "faulted",
+        }
+    }
+}
+
+/// Who the robot is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Identity {
+    /// What its owner calls it.
+    pub name: Name,
+    /// The board or target that the firmware was built for.
+    pub board: Name,
+    /// Tells this one from others of its kind.
+    pub uid: [u8; 12],
+    /// Firmware version: major, minor, patch.
+    pub firmware: [u16; 3],
+    /// Time between two control ticks \[us\].
+    pub control_period_us: u32,
+    /// Why it started last.
+    pub reset_cause: ResetCause,
+    /// Where the configuration in use came from at start.
+    pub config_origin: ConfigOrigin,
+    /// The store held something unreadable at start, and the factory configuration is in use.
+    pub store_damaged: bool,
+    /// The configuration in use differs from the saved one.
+    pub unsaved: bool,
+}
+
+/// Why a board started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "snake_case")]
+pub enum ResetCause {
+    /// Power came on.
+    PowerOn,
+    /// The reset button or pin.
+    Pin,
+    /// The firmware restarted itself.
+    Software,
+    /// The watchdog: a task missed its deadline.
+    Watchdog,
+    /// The firmware panicked.
+    Panic,
+    /// The supply dipped.
+    BrownOut,
+}
+
+/// State, fault and counters since power-on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// Time since power-on \[us\].
+    pub t_us: u64,
+    /// Where the robot is in its life.
+    pub state: State,
+    /// The motion under way, or the last one.
+    pub motion: Option<MotionId>,
+    /// How the last motion ended; `None` while it is under way or before the first.
+    pub motion_end: Option<MotionEnd>,
+    /// The latched fault.
+    pub fault: Option<FaultReport>,
+    /// Supply \[mV\].
+    pub supply_mv: u16,
+    /// The link, as the robot sees it.
+    pub link: LinkStatistics,
+    /// Control ticks so far.
+    pub ticks: u32,
+    /// Longest delay of a control tick \[us\].
+    pub tick_delay_us_max: u32,
+}
+
+/// How a motion ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MotionEnd {
+    /// At its target.
+    Completed,
+    /// By a stop command.
+    Stopped,
+    /// By a fault.
+    Faulted,
+    /// By a new motion.
+    Replaced,
+}
+
+/// What the robot received and sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct LinkStatistics {
+    /// Good frames.
+    pub frames_received: u32,
+    /// Frames with a wrong checksum, or too long, or too short.
+    pub frames_damaged: u32,
+    /// Frames that the sequence numbers show to be missing.
+    pub frames_lost: u32,
+    /// Frames sent.
+    pub frames_sent: u32,
+    /// Telemetry frames given up because the line was busy.
+    pub telemetry_dropped: u32,
+}
+
+/// One look at everything that moves, taken at one control tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Telemetry {
+    /// Time of the control tick since power-on \[us\].
+    pub t_us: u64,
+    /// Where the robot is in its life.
+    pub state: State,
+    /// The encoder-sign check is under way; the loop is open.
+    pub probing: bool,
+    /// Each wheel's values.
+    pub wheels: WheelPair<WheelTelemetry>,
+    /// Supply \[mV\].
+    pub supply_mv: u16,
+}
+
+/// One wheel at one control tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct WheelTelemetry {
+    /// Absolute encoder count, forward positive.
+    pub counts: i64,
+    /// Where the wheel should be \[um of travel\].
+    pub setpoint_um: i64,
+    /// Where it should be less where it is \[um\].
+    pub error_um: i32,
+    /// Measured speed \[um/s\].
+    pub speed_um_s: i32,
+    /// Feedforward, proportional, integral and derivative parts of the duty \[1/32767\].
+    pub terms: PidTerms,
+    /// Duty as applied to the motor, forward positive \[1/32767\].
+    pub duty: i16,
+}
+
+/// The parts that make up a duty \[1/32767\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct PidTerms {
+    /// From the profile alone.
+    pub feedforward: i16,
+    /// From the travel error.
+    pub proportional: i16,
+    /// From the travel error's sum.
+    pub integral: i16,
+    /// From the speed error.
+    pub derivative: i16,
+}
+
+/// Something that the host should know without asking. May be lost: [`Status`] tells it again.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Event {
+    /// The robot went over to another state.
+    State {
+        /// When, since power-on \[us\].
+        t_us: u64,
+        /// The new state.
+        state: State,
+    },
+    /// A fault was latched.
+    Fault(FaultReport),
+    /// A motion ended.
+    MotionEnded {
+        /// When, since power-on \[us\].
+        t_us: u64,
+        /// Which.
+        motion: MotionId,
+        /// How.
+        end: MotionEnd,
+    },
+}

@@ -1,0 +1,96 @@
+//! What a robot can be told to do with its wheels.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::WheelPair;
+
+/// Names one motion, so that a repeated command is recognised and not driven twice.
+///
+/// The host draws it; any number that differs from the last motion's will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MotionId(pub u32);
+
+/// A trapezoidal motion of both wheels: straight, reverse, spin and arc are one command.
+///
+/// Both wheels start and end together. `cruise` and `acceleration` hold for the wheel that goes
+/// farther; the other one follows in proportion. From a standing start the path is therefore a
+/// line, a spin or one circular arc throughout.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Drive {
+    /// Names this motion.
+    pub motion: MotionId,
+    /// The robot stops by itself unless [`Command::Renew`](crate::Command::Renew) comes within this time \[ms\].
+    pub ttl_ms: u16,
+    /// The unit of the three quantities below.
+    pub unit: TravelUnit,
+    /// How far each wheel travels from where it is now, backwards if negative \[unit\].
+    pub distance: WheelPair<f64>,
+    /// Speed between the ramps, positive \[unit/s\].
+    pub cruise: f64,
+    /// Steepness of the ramps, positive \[unit/s^2\].
+    pub acceleration: f64,
+}
+
+impl Drive {
+    /// Permitted [`Drive::ttl_ms`].
+    pub const TTL_MS: core::ops::RangeInclusive<u16> = 20..=10_000;
+    /// Farthest that one command goes \[m\].
+    pub const DISTANCE_M_MAX: f64 = 20_000.0;
+    /// Longest that one command takes \[s\].
+    pub const DURATION_S_MAX: f64 = 2_000_000.0;
+    /// Longest ramp \[s\].
+    pub const RAMP_S_MAX: f64 = 1000.0;
+}
+
+/// The unit of a [`Drive`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TravelUnit {
+    /// Metres on the ground.
+    Meter,
+    /// Turns of a wheel of the configured radius: 2 pi R metres for both wheels.
+    WheelRevolution,
+}
+
+/// Why a motion is refused; nothing moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MotionError {
+    /// A quantity is NaN or infinite, or speed or acceleration is not above zero.
+    NotPositive,
+    /// Both distances are zero.
+    NoDistance,
+    /// Farther than [`Drive::DISTANCE_M_MAX`].
+    TooFar,
+    /// Cruise above `limits.speed_mps_max`.
+    TooFast,
+    /// Acceleration above `limits.acceleration_mps2_max`.
+    TooSteep,
+    /// A ramp above [`Drive::RAMP_S_MAX`], or a motion above [`Drive::DURATION_S_MAX`].
+    TooLong,
+    /// Time to live outside [`Drive::TTL_MS`].
+    TimeToLive,
+}
+
+impl core::fmt::Display for MotionError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            MotionError::NotPositive => {
+                "speed and acceleration must be numbers above zero, distances must be numbers"
+            }
+            MotionError::NoDistance => "both wheels' distances are zero",
+            MotionError::TooFar => "farther than 20 km",
+            MotionError::TooFast => "faster than limits.speed_mps_max",
+            MotionError::TooSteep => "steeper than limits.acceleration_mps2_max",
+            MotionError::TooLong => {
+                "a ramp would take more than 1000 s, or the whole motion more than 2,000,000 s"
+            }
+            MotionError::TimeToLive => "time to live must be from 20 to 10000 ms",
+        })
+    }
+}
+
+impl core::error::Error for MotionError {}

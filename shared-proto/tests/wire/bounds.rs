@@ -1,0 +1,71 @@
+//! The bounds on the length of messages are bounds, are reached, and are in the documentation.
+
+use shared_proto::*;
+
+use crate::decoder::parts;
+use crate::samples::{self, Any};
+
+/// The longest message of each kind: every number at its longest, every name full.
+///
+/// A varint is longest at the largest value, a signed one at the smallest.
+fn longest() -> Vec<Any> {
+    let name = Name::new(&"x".repeat(NAME_LEN_MAX)).unwrap();
+    let wheel = WheelTelemetry {
+        counts: i64::MIN,
+        setpoint_um: i64::MIN,
+        error_um: i32::MIN,
+        speed_um_s: i32::MIN,
+        terms: PidTerms {
+            feedforward: i16::MIN,
+            proportional: i16::MIN,
+            integral: i16::MIN,
+            derivative: i16::MIN,
+        },
+        duty: i16::MIN,
+    };
+    let config = Config { name, ..samples::config() };
+    let fault = FaultReport {
+        fault: Fault::Stall(Wheel::Left),
+        number: u32::MAX,
+        t_us: u64::MAX,
+        followed_by: u16::MAX,
+    };
+    vec![
+        Any::Hello(Hello { protocol: u16::MAX, schema: u64::MAX, session: u32::MAX }),
+        Any::Request(Request { id: u32::MAX, command: Command::WriteConfig(config.clone()) }),
+        Any::Reply(Reply { id: u32::MAX, outcome: Ok(Answer::Config(config)) }),
+        Any::Telemetry(Telemetry {
+            t_us: u64::MAX,
+            wheels: WheelPair::both(wheel),
+            supply_mv: u16::MAX,
+            ..samples::telemetry()
+        }),
+        Any::Event(Event::Fault(fault)),
+    ]
+}
+
+#[test]
+fn each_bound_is_reached_by_the_longest_message_of_its_kind() {
+    for (message, bound) in longest().into_iter().zip(Bound::ALL) {
+        let frame = message.frame(&mut Encoder::new());
+        let (channel, payload) = parts(&frame);
+        assert_eq!((channel, payload.len()), (bound.channel, bound.payload_len));
+        // COBS takes one byte more for every 254 without a zero; these messages have zeros.
+        let slack = bound.frame_len - frame.len();
+        assert!(slack <= 1, "{:?}: {} of {} bytes", bound.channel, frame.len(), bound.frame_len);
+    }
+}
+
+#[test]
+fn the_table_of_bounds_in_the_documentation_is_that_of_this_build() {
+    let table: Vec<String> = Bound::ALL
+        .iter()
+        .map(|Bound { channel, payload_len, frame_len }| {
+            format!("//! | {} `{channel:?}` | {payload_len} | {frame_len} |", *channel as u8)
+        })
+        .collect();
+    let table = table.join("\n");
+    println!("{table}");
+    let source = include_str!("../../src/lib.rs");
+    assert!(source.contains(&table), "src/lib.rs should say:\n{table}");
+}

@@ -1,0 +1,12 @@
+//! What crosses the wire, byte by byte.
+
+mod bounds;
+mod config;
+mod damage;
+mod decoder;
+mod golden;
+mod page;
+mod round_trip;
+mod samples;
+mod schema;
+mod strategy;

@@ -1,0 +1,269 @@
+//! One message of every kind, with every variant of every enum in at least one of them.
+
+use shared_proto::*;
+
+/// A message, or the hello.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a few dozen of them in a test")]
+pub enum Any {
+    Hello(Hello),
+    Request(Request),
+    Reply(Reply),
+    Telemetry(Telemetry),
+    Event(Event),
+}
+
+impl Any {
+    pub fn frame(&self, encoder: &mut Encoder) -> Frame {
+        match self {
+            Any::Hello(hello) => encoder.hello(*hello),
+            Any::Request(message) => encoder.message(message),
+            Any::Reply(message) => encoder.message(message),
+            Any::Telemetry(message) => encoder.message(message),
+            Any::Event(message) => encoder.message(message),
+        }
+    }
+
+    pub fn read(received: &Received<'_>) -> Option<Self> {
+        Some(match received.channel {
+            Channel::Hello => Any::Hello(received.hello()?),
+            Channel::Request => Any::Request(received.message()?),
+            Channel::Reply => Any::Reply(received.message()?),
+            Channel::Telemetry => Any::Telemetry(received.message()?),
+            Channel::Event => Any::Event(received.message()?),
+        })
+    }
+}
+
+/// A configuration in which no two numbers are alike, so that exchanged fields show.
+pub fn config() -> Config {
+    Config {
+        name: Name::new("bumble").unwrap(),
+        geometry: GeometryConfig {
+            wheel_radius_m: 0.036,
+            track_width_m: 0.372,
+            wheel_weight: 0.9919,
+        },
+        encoder: WheelPair {
+            left: EncoderConfig { counts_per_rev: 900.0, gear_reduction: 1.5, reversed: false },
+            right: EncoderConfig { counts_per_rev: 901.0, gear_reduction: 1.25, reversed: true },
+        },
+        motor: WheelPair {
+            left: MotorConfig { reversed: true },
+            right: MotorConfig { reversed: false },
+        },
+        pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
+        feedforward: FeedforwardConfig { ks: 0.04, kv_s_per_m: 2.0, ka_s2_per_m: 0.1 },
+        limits: LimitsConfig {
+            speed_mps_max: 0.6,
+            acceleration_mps2_max: 1.1,
+            stop_deceleration_mps2: 0.5,
+            duty_max: 0.95,
+            duty_slew_per_s: 20.0,
+        },
+        protection: ProtectionConfig {
+            following_error_m_max: 0.02,
+            stall_time_s: 0.06,
+            probe_duty_max: 0.25,
+            supply_v_min: 9.0,
+            link_timeout_s: 0.2,
+        },
+    }
+}
+
+fn report(fault: Fault) -> FaultReport {
+    FaultReport { fault, number: 3, t_us: 20_475_000, followed_by: 300 }
+}
+
+fn identity(reset_cause: ResetCause, config_origin: ConfigOrigin) -> Identity {
+    Identity {
+        name: Name::new("bumble").unwrap(),
+        board: Name::new("simulator").unwrap(),
+        uid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12],
+        firmware: [0, 1, 200],
+        control_period_us: 1000,
+        reset_cause,
+        config_origin,
+        store_damaged: true,
+        unsaved: false,
+    }
+}
+
+fn status(state: State, motion_end: Option<MotionEnd>, fault: Option<Fault>) -> Status {
+    Status {
+        t_us: 20_475_000,
+        state,
+        motion: Some(MotionId(77)),
+        motion_end,
+        fault: fault.map(report),
+        supply_mv: 11_900,
+        link: LinkStatistics {
+            frames_received: 1000,
+            frames_damaged: 20,
+            frames_lost: 30,
+            frames_sent: 4000,
+            telemetry_dropped: 5,
+        },
+        ticks: 20_475,
+        tick_delay_us_max: 12,
+    }
+}
+
+fn drive(unit: TravelUnit) -> Drive {
+    Drive {
+        motion: MotionId(77),
+        ttl_ms: 500,
+        unit,
+        distance: WheelPair { left: 8.0, right: -8.0 },
+        cruise: 0.523,
+        acceleration: 0.101,
+    }
+}
+
+pub fn telemetry() -> Telemetry {
+    Telemetry {
+        t_us: 5_178_000,
+        state: State::Driving,
+        probing: false,
+        wheels: WheelPair {
+            left: WheelTelemetry {
+                counts: 1219,
+                setpoint_um: 306_400,
+                error_um: -120,
+                speed_um_s: 118_300,
+                terms: PidTerms {
+                    feedforward: 9000,
+                    proportional: -157,
+                    integral: 64,
+                    derivative: -3,
+                },
+                duty: 8904,
+            },
+            right: WheelTelemetry {
+                counts: -1200,
+                setpoint_um: -301_600,
+                error_um: 80,
+                speed_um_s: -117_000,
+                terms: PidTerms {
+                    feedforward: -8900,
+                    proportional: 105,
+                    integral: -60,
+                    derivative: 4,
+                },
+                duty: -8851,
+            },
+        },
+        supply_mv: 11_900,
+    }
+}
+
+/// Every message by name; a later line of the same kind adds a variant of an inner enum.
+pub fn all() -> Vec<(String, Any)> {
+    use Wheel::{Left, Right};
+    let mut all = vec![(
+        "hello".to_string(),
+        // Not this build's hash, so that the layout of the hello is pinned apart from it.
+        Any::Hello(Hello { protocol: 1, schema: 0x1122_3344_5566_7788, session: 0xA1B2_C3D4 }),
+    )];
+
+    let mut request = |name: &str, command| {
+        all.push((format!("request.{name}"), Any::Request(Request { id: 7, command })));
+    };
+    request("identify", Command::Identify);
+    request("status", Command::Status);
+    request("read_config", Command::ReadConfig);
+    request("write_config", Command::WriteConfig(config()));
+    request("save_config", Command::SaveConfig);
+    request("restore_config.factory", Command::RestoreConfig(ConfigOrigin::Factory));
+    request("restore_config.saved", Command::RestoreConfig(ConfigOrigin::Saved));
+    request("arm", Command::Arm);
+    request("disarm", Command::Disarm);
+    request("drive.meter", Command::Drive(drive(TravelUnit::Meter)));
+    request("drive.wheel_revolution", Command::Drive(drive(TravelUnit::WheelRevolution)));
+    request("renew", Command::Renew { motion: MotionId(77), ttl_ms: 500 });
+    request("stop", Command::Stop);
+    request("emergency_stop", Command::EmergencyStop);
+    request("clear_fault", Command::ClearFault { number: 3 });
+    request("subscribe", Command::Subscribe { period_ms: 20 });
+
+    let mut reply = |name: &str, outcome| {
+        all.push((format!("reply.{name}"), Any::Reply(Reply { id: 7, outcome })));
+    };
+    reply("done", Ok(Answer::Done));
+    for (name, cause, origin) in [
+        ("power_on", ResetCause::PowerOn, ConfigOrigin::Saved),
+        ("pin", ResetCause::Pin, ConfigOrigin::Factory),
+        ("software", ResetCause::Software, ConfigOrigin::Saved),
+        ("watchdog", ResetCause::Watchdog, ConfigOrigin::Saved),
+        ("panic", ResetCause::Panic, ConfigOrigin::Saved),
+        ("brown_out", ResetCause::BrownOut, ConfigOrigin::Saved),
+    ] {
+        reply(&format!("identity.{name}"), Ok(Answer::Identity(identity(cause, origin))));
+    }
+    for (name, state, end, fault) in [
+        ("boot", State::Boot, None, None),
+        ("idle", State::Idle, Some(MotionEnd::Completed), None),
+        ("armed", State::Armed, Some(MotionEnd::Stopped), None),
+        ("driving", State::Driving, None, None),
+        ("stopping", State::Stopping, Some(MotionEnd::Replaced), None),
+        ("faulted", State::Faulted, Some(MotionEnd::Faulted), Some(Fault::Driver)),
+    ] {
+        reply(&format!("status.{name}"), Ok(Answer::Status(status(state, end, fault))));
+    }
+    let never_moved = Status { motion: None, ..status(State::Idle, None, None) };
+    reply("status.never_moved", Ok(Answer::Status(never_moved)));
+    reply("config", Ok(Answer::Config(config())));
+
+    let out_of_range = ConfigError::OutOfRange { field: 2, value: 1.5 };
+    let per_count = ConfigError::DistancePerCount { wheel: Right, meters: 0.25 };
+    for (name, refusal) in [
+        ("state", Refusal::State(State::Driving)),
+        ("faulted", Refusal::Faulted(report(Fault::SupplyLow))),
+        ("config.out_of_range", Refusal::Config(out_of_range)),
+        ("config.distance_per_count", Refusal::Config(per_count)),
+        ("motion.not_positive", Refusal::Motion(MotionError::NotPositive)),
+        ("motion.no_distance", Refusal::Motion(MotionError::NoDistance)),
+        ("motion.too_far", Refusal::Motion(MotionError::TooFar)),
+        ("motion.too_fast", Refusal::Motion(MotionError::TooFast)),
+        ("motion.too_steep", Refusal::Motion(MotionError::TooSteep)),
+        ("motion.too_long", Refusal::Motion(MotionError::TooLong)),
+        ("motion.time_to_live", Refusal::Motion(MotionError::TimeToLive)),
+        ("no_such_motion", Refusal::NoSuchMotion),
+        ("no_such_fault", Refusal::NoSuchFault),
+        ("cause_remains", Refusal::CauseRemains),
+        ("period", Refusal::Period),
+        ("store", Refusal::Store),
+        ("hello_first", Refusal::HelloFirst),
+        ("unreadable", Refusal::Unreadable),
+    ] {
+        reply(&format!("refusal.{name}"), Err(refusal));
+    }
+
+    all.push(("telemetry".to_string(), Any::Telemetry(telemetry())));
+    all.push((
+        "telemetry.probing".to_string(),
+        Any::Telemetry(Telemetry { probing: true, ..telemetry() }),
+    ));
+
+    let mut event = |name: &str, event| all.push((format!("event.{name}"), Any::Event(event)));
+    event("state", Event::State { t_us: 5_178_000, state: State::Stopping });
+    let motion_ended =
+        Event::MotionEnded { t_us: 20_475_000, motion: MotionId(77), end: MotionEnd::Completed };
+    event("motion_ended", motion_ended);
+    for fault in [
+        Fault::FollowingError(Left),
+        Fault::Stall(Right),
+        Fault::EncoderDead(Left),
+        Fault::EncoderReversed(Right),
+        Fault::CountRate(Left),
+        Fault::LinkLost,
+        Fault::TimeToLive,
+        Fault::SupplyLow,
+        Fault::DeadlineMissed,
+        Fault::Driver,
+        Fault::EmergencyStop,
+    ] {
+        event(&format!("fault.{}", fault.id()), Event::Fault(report(fault)));
+    }
+    all
+}

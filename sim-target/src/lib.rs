@@ -1,0 +1,21 @@
+//! What a Beeline robot is, on a desktop: a plant, a virtual clock and wires, running the firmware's
+//! own tasks.
+//!
+//! [`SimTarget`] puts everything together: the tasks of `firmware` on an embassy executor, the
+//! hardware seam on a [`plant`] of forces and torques, a serial line, and [`instruments`] that
+//! measure the robot as a laboratory would. A [`scenario`] says which robot it is. One seed draws
+//! everything that is random; the same seed gives the same bytes.
+
+mod board;
+mod clock;
+mod executor;
+pub mod instruments;
+pub mod plant;
+pub mod scenario;
+mod target;
+mod wire;
+
+pub use clock::now_us;
+pub use scenario::Scenario;
+pub use target::{HostWire, Lab, Options, SimTarget, sleep_until_us};
+pub use wire::WireParameters;

@@ -1,0 +1,309 @@
+//! The physical robot: forces and torques on a planar body with two driven wheels and a caster.
+//!
+//! [`Plant`] is advanced in time with a duty for each motor; it answers with what sensors could see
+//! (encoder counts, supply voltage, currents) and what only an observer could (pose, twist). It knows
+//! nothing of firmware, messages or instruments.
+//!
+//! # What acts on what
+//!
+//! ```text
+//! supply --V--> motor --torque--> wheel --slip--> tyre contact --force--> body --motion--> pose
+//!    ^--current--'  ^---spin--------'  ^----force----'   ^------velocity----'  ^-- caster
+//! ```
+//!
+//! Every arrow is a force, a torque or a velocity: the path follows from the wheels' true radii only as
+//! far as the tyres grip. One noun a file; the equations stand next to the code.
+//!
+//! # Integration
+//!
+//! Leapfrog: a *kick* changes all momenta by the forces of the present deflections, then a *drift* moves
+//! positions, angles and deflections by the new velocities. It is of second order for what vibrates,
+//! exact for steady motion, and costs one evaluation of forces a step. Dry friction acts as an impulse
+//! limited to what stops the part exactly (Moreau), so that a robot at rest stays at rest.
+//! Steps end on multiples of [`PlantParameters::substep_us`] and wherever the caller wants to look.
+
+mod body;
+mod caster;
+mod encoder;
+mod fault;
+mod floor;
+mod load;
+mod motor;
+mod parameters;
+mod pose;
+mod rotation;
+mod step;
+mod supply;
+#[cfg(test)]
+mod tests;
+mod tyre;
+mod wheel;
+
+pub use body::BodyParameters;
+pub use caster::CasterParameters;
+pub use encoder::{EncoderEdge, EncoderParameters, EncoderStep};
+pub use fault::{CLAMP_NM, CLAMP_RAMP_US, PlantFault};
+pub use floor::FloorParameters;
+pub use load::Loads;
+pub use motor::MotorParameters;
+pub(crate) use parameters::Check;
+pub use parameters::{ParameterError, PlantParameters};
+pub use pose::{Pose, Twist};
+pub use supply::SupplyParameters;
+pub use tyre::TyreParameters;
+pub use wheel::GeometryParameters;
+
+use body::Body;
+use caster::Caster;
+use encoder::Encoder;
+use fault::Faults;
+use load::LoadModel;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use shared_proto::{Wheel, WheelPair};
+use wheel::DrivenWheel;
+
+/// One physical robot on its floor, at a point in time.
+///
+/// Deterministic: the same parameters, start, seed, duties and instants give the same bits.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    parameters: PlantParameters,
+    t_us: u64,
+    duty: WheelPair<f64>,
+    enabled: bool,
+    first_driven_us: Option<u64>,
+    faults: Faults,
+    body: Body,
+    wheel: WheelPair<DrivenWheel>,
+    caster: Caster,
+    load_model: LoadModel,
+    loads: Loads,
+    bus_v: f64,
+    encoder: WheelPair<Encoder>,
+    /// What the voltmeter's noise is drawn from; apart, so that looking more often changes nothing else.
+    supply_rng: ChaCha8Rng,
+    encoder_rng: ChaCha8Rng,
+}
+
+impl Plant {
+    /// A robot at rest, its motors off, at time zero.
+    ///
+    /// # Panics
+    ///
+    /// If the parameters do not pass [`PlantParameters::validate`].
+    pub fn new(parameters: PlantParameters, start: Pose, seed: u64) -> Plant {
+        if let Err(error) = parameters.validate() {
+            panic!("a plant needs valid parameters: {error}");
+        }
+        let mut encoder_rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut supply_rng = encoder_rng.clone();
+        supply_rng.set_stream(1);
+        let load_model = LoadModel::new(&parameters);
+        let half_m = 0.5 * parameters.geometry.track_width_m;
+        let wheel_of = |motor: &MotorParameters, radius_m, left_m| {
+            DrivenWheel::new(motor, radius_m, parameters.geometry.wheel_inertia_kgm2, left_m)
+        };
+        let radius_m = parameters.geometry.wheel_radius_m;
+        Plant {
+            t_us: 0,
+            duty: WheelPair::both(0.0),
+            enabled: false,
+            first_driven_us: None,
+            faults: Faults::default(),
+            body: Body::new(&parameters.body, start),
+            wheel: WheelPair {
+                left: wheel_of(&parameters.motor.left, radius_m.left, half_m),
+                right: wheel_of(&parameters.motor.right, radius_m.right, -half_m),
+            },
+            caster: Caster::new(&parameters.caster),
+            loads: load_model.loads((0.0, 0.0)),
+            load_model,
+            bus_v: parameters.supply.bus_v(0.0, 0.0, 0.0),
+            encoder: WheelPair {
+                left: Encoder::new(&parameters.encoder.left, &mut encoder_rng),
+                right: Encoder::new(&parameters.encoder.right, &mut encoder_rng),
+            },
+            supply_rng,
+            encoder_rng,
+            parameters,
+        }
+    }
+
+    /// Sets the share of the supply on each motor's terminals, -1 to 1; more is cut off.
+    pub fn set_duty(&mut self, duty: WheelPair<f64>) {
+        debug_assert!(duty.all(f64::is_finite));
+        self.duty = duty.map(|d| d.clamp(-1.0, 1.0));
+        self.note_first_drive();
+    }
+
+    /// Switches the motor driver on, or off: then the terminals are open and no current flows.
+    pub fn set_enabled(&mut self, on: bool) {
+        self.enabled = on;
+        self.note_first_drive();
+    }
+
+    /// When the motors were driven for the first time, if they were \[us\].
+    pub fn first_driven_us(&self) -> Option<u64> {
+        self.first_driven_us
+    }
+
+    fn note_first_drive(&mut self) {
+        if self.first_driven_us.is_none() && self.enabled && self.duty.any(|d| d != 0.0) {
+            self.first_driven_us = Some(self.t_us);
+        }
+    }
+
+    /// Picks the robot up and puts it down somewhere else, at rest. Wheels and caster stay as they stand.
+    pub fn place(&mut self, pose: Pose) {
+        self.body = Body::new(&self.parameters.body, pose);
+        self.loads = self.load_model.loads((0.0, 0.0));
+        self.caster.lift();
+        let WheelPair { left, right } = self.wheel.as_mut();
+        left.lift();
+        right.lift();
+    }
+
+    /// Advances from the present time to `t_us`; a time that has passed already changes nothing.
+    pub fn advance_to(&mut self, t_us: u64) {
+        let start_us = self.t_us;
+        if t_us <= start_us {
+            return;
+        }
+        let substep_us = u64::from(self.parameters.substep_us);
+        let mut to_grid_us = substep_us - start_us % substep_us;
+        while self.t_us < t_us {
+            let h_us = to_grid_us.min(t_us - self.t_us);
+            self.step(h_us as f64 * 1e-6);
+            self.t_us += h_us;
+            to_grid_us = substep_us;
+        }
+        let rng = &mut self.encoder_rng;
+        self.encoder.left.advance(self.wheel.left.angle_rad, start_us, t_us, rng);
+        self.encoder.right.advance(self.wheel.right.angle_rad, start_us, t_us, rng);
+    }
+
+    /// The present time \[us\].
+    pub fn t_us(&self) -> u64 {
+        self.t_us
+    }
+
+    /// Where the robot truly is: the midpoint of the driven wheels' axle; heading not wrapped.
+    pub fn pose(&self) -> Pose {
+        self.body.pose()
+    }
+
+    /// How it truly moves.
+    pub fn twist(&self) -> Twist {
+        self.body.twist()
+    }
+
+    /// The encoders' counts.
+    pub fn counts(&self) -> WheelPair<i64> {
+        self.encoder.as_ref().map(Encoder::count)
+    }
+
+    /// What an encoder did during the last [`advance_to`](Self::advance_to), edge by edge.
+    pub fn encoder_step(&self, wheel: Wheel) -> EncoderStep {
+        self.encoder.get(wheel).step()
+    }
+
+    /// The supply voltage as measured, noise included \[V\].
+    pub fn supply_v(&mut self) -> f64 {
+        let noise: f64 = StandardNormal.sample(&mut self.supply_rng);
+        self.bus_v + self.parameters.supply.noise_sigma_v * noise
+    }
+
+    /// The supply voltage as it is \[V\].
+    pub fn bus_v(&self) -> f64 {
+        self.bus_v
+    }
+
+    /// The motors' currents \[A\].
+    pub fn currents_a(&self) -> WheelPair<f64> {
+        self.wheel.as_ref().map(|w| w.current_a)
+    }
+
+    /// How far each wheel has turned, forward positive \[rad\].
+    pub fn wheel_angles_rad(&self) -> WheelPair<f64> {
+        self.wheel.as_ref().map(|w| w.angle_rad)
+    }
+
+    /// How fast each wheel turns, forward positive \[rad/s\].
+    pub fn wheel_speeds_rad_s(&self) -> WheelPair<f64> {
+        self.wheel.as_ref().map(|w| w.spin_rad_s)
+    }
+
+    /// Swivel angle of the caster, 0 when it trails forward travel, not wrapped \[rad\].
+    pub fn caster_angle_rad(&self) -> f64 {
+        self.caster.angle_rad()
+    }
+
+    /// The load on each wheel.
+    pub fn loads(&self) -> Loads {
+        self.loads
+    }
+
+    /// Kinetic energy and the energy in bent tyres \[J\].
+    pub fn energy_j(&self) -> f64 {
+        let wheels = self.wheel.as_ref().map(|w| w.energy_j() + w.contact.energy_j(&self.parameters.tyre));
+        let caster = self.caster.energy_j(&self.parameters.caster, self.body.yaw_rate_rad_s);
+        self.body.energy_j() + wheels.left + wheels.right + caster
+    }
+
+    /// What the robot is made of.
+    pub fn parameters(&self) -> &PlantParameters {
+        &self.parameters
+    }
+
+    /// True while the motor driver pulls its fault line.
+    pub fn driver_fault_line(&self) -> bool {
+        self.faults.driver
+    }
+
+    /// True while the emergency stop is pressed.
+    pub fn estop_line(&self) -> bool {
+        self.faults.estop
+    }
+
+    /// Makes something go wrong, from now on.
+    pub fn inject(&mut self, fault: PlantFault) {
+        self.set_fault(fault, true);
+    }
+
+    /// Puts it right again, whatever values the fault was injected with.
+    pub fn remove(&mut self, fault: PlantFault) {
+        self.set_fault(fault, false);
+    }
+
+    fn set_fault(&mut self, fault: PlantFault, on: bool) {
+        let (now_us, rng) = (self.t_us, &mut self.encoder_rng);
+        let encoders = self.encoder.as_mut();
+        let wheels = self.faults.wheel.as_mut();
+        match fault {
+            PlantFault::EncoderUnplugged(w) => pick(encoders, w).set_unplugged(on),
+            PlantFault::EncoderReversed(w) => pick(encoders, w).set_swapped(on),
+            PlantFault::EncoderNoise(w, rate) => {
+                pick(encoders, w).set_noise(if on { rate } else { 0.0 }, now_us, rng);
+            }
+            PlantFault::WheelBlocked(w) => {
+                pick(wheels, w).blocked_since_us = on.then_some(now_us);
+            }
+            PlantFault::WheelJammed(w) => pick(wheels, w).jammed = on,
+            PlantFault::MotorUnplugged(w) => pick(wheels, w).motor_unplugged = on,
+            PlantFault::MotorReversed(w) => pick(wheels, w).motor_reversed = on,
+            PlantFault::DriverFault => self.faults.driver = on,
+            PlantFault::SupplyDip { volts } => self.faults.dip_v = if on { volts } else { 0.0 },
+            PlantFault::EmergencyStop => self.faults.estop = on,
+        }
+    }
+}
+
+/// The chosen one of two references.
+fn pick<T>(pair: WheelPair<&mut T>, wheel: Wheel) -> &mut T {
+    match wheel {
+        Wheel::Left => pair.left,
+        Wheel::Right => pair.right,
+    }
+}

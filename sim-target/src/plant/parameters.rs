@@ -1,0 +1,179 @@
+//! Everything that makes one robot different from another.
+
+use core::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize};
+use shared_proto::WheelPair;
+
+use super::body::BodyParameters;
+use super::caster::CasterParameters;
+use super::encoder::EncoderParameters;
+use super::floor::FloorParameters;
+use super::motor::MotorParameters;
+use super::supply::SupplyParameters;
+use super::tyre::TyreParameters;
+use super::wheel::GeometryParameters;
+
+/// The physical robot and its floor. [`Default`] is the standard robot: the paper's geometry with
+/// two equal wheels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlantParameters {
+    /// Longest integration step \[us\].
+    pub substep_us: u32,
+    /// Wheels and track, as they truly are.
+    pub geometry: GeometryParameters,
+    /// Mass.
+    pub body: BodyParameters,
+    /// Gear motors.
+    #[serde(deserialize_with = "pair_of_overrides")]
+    pub motor: WheelPair<MotorParameters>,
+    /// Encoders.
+    #[serde(deserialize_with = "pair_of_overrides")]
+    pub encoder: WheelPair<EncoderParameters>,
+    /// Tyres of the driven wheels.
+    pub tyre: TyreParameters,
+    /// The trailing caster.
+    pub caster: CasterParameters,
+    /// The battery.
+    pub supply: SupplyParameters,
+    /// The floor.
+    pub floor: FloorParameters,
+}
+
+impl Default for PlantParameters {
+    fn default() -> Self {
+        Self {
+            substep_us: 500,
+            geometry: GeometryParameters::default(),
+            body: BodyParameters::default(),
+            motor: WheelPair::both(MotorParameters::default()),
+            encoder: WheelPair::both(EncoderParameters::default()),
+            tyre: TyreParameters::default(),
+            caster: CasterParameters::default(),
+            supply: SupplyParameters::default(),
+            floor: FloorParameters::default(),
+        }
+    }
+}
+
+impl PlantParameters {
+    /// Refuses, by name, a value that no robot has, or one that the integration cannot follow.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        Check("").within("substep_us", self.substep_us.into(), 10.0, 1000.0)?;
+        self.geometry.check(&Check("geometry."))?;
+        self.body.check(&Check("body."))?;
+        self.motor.left.check(&Check("motor.left."))?;
+        self.motor.right.check(&Check("motor.right."))?;
+        self.encoder.left.check(&Check("encoder.left."))?;
+        self.encoder.right.check(&Check("encoder.right."))?;
+        self.tyre.check(&Check("tyre."))?;
+        self.caster.check(&Check("caster."))?;
+        self.supply.check(&Check("supply."))?;
+        self.floor.check(&Check("floor."))?;
+        self.check_stance()?;
+        self.check_substep()
+    }
+
+    /// The centre of mass must stand between the three wheels.
+    fn check_stance(&self) -> Result<(), ParameterError> {
+        let to_caster_m = -self.body.center_of_mass_forward_m;
+        let reach_m = self.caster.pivot_behind_m;
+        Check("body.").within("center_of_mass_forward_m", -to_caster_m, -reach_m, 0.0)?;
+        let half_m = 0.5 * self.geometry.track_width_m * (1.0 - to_caster_m / reach_m);
+        Check("body.").within(
+            "center_of_mass_left_m",
+            self.body.center_of_mass_left_m,
+            -half_m,
+            half_m,
+        )
+    }
+
+    /// The stiffest vibration, at angular frequency w, needs a step h with w h below 0.7: a third of
+    /// what keeps the integration stable.
+    fn check_substep(&self) -> Result<(), ParameterError> {
+        let (tyre, body, caster) = (&self.tyre, &self.body, &self.caster);
+        let half_track_m = 0.5 * self.geometry.track_width_m;
+        let per_mass = 2.0 / body.mass_kg + half_track_m * half_track_m / body.yaw_inertia_kgm2;
+        let rim_per_mass = self
+            .motor
+            .zip(self.geometry.wheel_radius_m)
+            .map(|(m, r)| r * r / (self.geometry.wheel_inertia_kgm2 + m.rotor()));
+        let rim = rim_per_mass.left.max(rim_per_mass.right);
+        let trail2 = caster.trail_m * caster.trail_m;
+        let squares = [
+            tyre.longitudinal_stiffness_n_per_m * (rim + per_mass),
+            tyre.lateral_stiffness_n_per_m * per_mass,
+            caster.lateral_stiffness_n_per_m * (trail2 / caster.swivel_inertia_kgm2 + per_mass),
+        ];
+        let fastest_rad_s = squares.into_iter().fold(0.0, f64::max).sqrt();
+        let longest_us = (0.7e6 / fastest_rad_s).floor();
+        let substep_us = f64::from(self.substep_us);
+        if substep_us <= longest_us {
+            return Ok(());
+        }
+        Err(ParameterError {
+            field: "substep_us".into(),
+            value: substep_us,
+            expected: format!("at most {longest_us} for tyres this stiff on parts this light"),
+        })
+    }
+}
+
+impl MotorParameters {
+    /// The rotor's inertia, seen from the wheel \[kg m^2\].
+    pub(super) fn rotor(&self) -> f64 {
+        self.rotor_inertia_kgm2 * self.gear_ratio * self.gear_ratio
+    }
+}
+
+/// Why a robot is refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterError {
+    /// Path of the field in [`PlantParameters`], `motor.left.resistance_ohm`.
+    pub field: String,
+    /// Its value.
+    pub value: f64,
+    /// What it must be instead.
+    pub expected: String,
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {}: must be {}", self.field, self.value, self.expected)
+    }
+}
+
+impl core::error::Error for ParameterError {}
+
+/// Checks the fields below a prefix, such as `motor.left.`.
+pub(crate) struct Check<'a>(pub &'a str);
+
+impl Check<'_> {
+    /// Refuses a value outside a range, both ends included, and one that is not a number.
+    pub fn within(&self, field: &str, value: f64, min: f64, max: f64) -> Result<(), ParameterError> {
+        if value >= min && value <= max {
+            return Ok(());
+        }
+        let expected = format!("from {min} to {max}");
+        Err(ParameterError { field: format!("{}{field}", self.0), value, expected })
+    }
+}
+
+/// Reads a pair of which either wheel may be left out, and takes the default then.
+fn pair_of_overrides<'de, T, D>(deserializer: D) -> Result<WheelPair<T>, D::Error>
+where
+    T: Deserialize<'de> + Default,
+    D: Deserializer<'de>,
+{
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields, bound = "T: Deserialize<'de> + Default")]
+    struct Overrides<T> {
+        #[serde(default)]
+        left: T,
+        #[serde(default)]
+        right: T,
+    }
+    let Overrides { left, right } = Overrides::deserialize(deserializer)?;
+    Ok(WheelPair { left, right })
+}

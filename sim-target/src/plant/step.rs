@@ -1,0 +1,112 @@
+//! One integration step: what acts on what, in order.
+
+use shared_proto::WheelPair;
+
+use super::Plant;
+use super::body::Wrench;
+use super::fault::WheelFaults;
+use super::motor::{Motor, Terminals};
+use super::pose::Twist;
+use super::wheel::DrivenWheel;
+
+impl Plant {
+    /// Advances everything but the encoders by h.
+    #[inline]
+    pub(super) fn step(&mut self, h_s: f64) {
+        self.kick(h_s);
+        self.drift(h_s);
+    }
+
+    /// What each motor's terminals are connected to, and the bus voltage that results.
+    #[inline]
+    fn power(&self) -> (WheelPair<Terminals>, f64) {
+        let on = self.enabled && !self.faults.driver;
+        let terminals = |motor: &Motor, faults: &WheelFaults, duty: f64| {
+            if !on || faults.motor_unplugged {
+                return Terminals::Open;
+            }
+            let swap = if faults.motor_reversed { -motor.polarity } else { motor.polarity };
+            Terminals::Driven(duty * swap)
+        };
+        let (wheel, faults) = (&self.wheel, &self.faults.wheel);
+        let left = terminals(&wheel.left.motor, &faults.left, self.duty.left);
+        let right = terminals(&wheel.right.motor, &faults.right, self.duty.right);
+        let load_left = wheel.left.motor.bus_load(left, wheel.left.spin_rad_s);
+        let load_right = wheel.right.motor.bus_load(right, wheel.right.spin_rad_s);
+        let bus_v = self.parameters.supply.bus_v(
+            self.faults.dip_v,
+            load_left.0 + load_right.0,
+            load_left.1 + load_right.1,
+        );
+        (WheelPair { left, right }, bus_v)
+    }
+
+    /// Momenta: wheels by motor, tyre and friction; body by tyres and caster; caster by its tyre.
+    #[inline]
+    fn kick(&mut self, h_s: f64) {
+        let (terminals, bus_v) = self.power();
+        self.bus_v = bus_v;
+        let wrench = self.wrench();
+
+        let (t_us, faults) = (self.t_us, &self.faults.wheel);
+        let spin = |wheel: &mut DrivenWheel, terminals, faults: &WheelFaults| {
+            wheel.kick(terminals, bus_v, faults.clamp_nm(t_us), h_s);
+            if faults.jammed {
+                wheel.lock();
+            }
+        };
+        spin(&mut self.wheel.left, terminals.left, &faults.left);
+        spin(&mut self.wheel.right, terminals.right, &faults.right);
+
+        let yaw_before = self.body.yaw_rate_rad_s;
+        self.body.kick(wrench, h_s);
+        self.caster.kick(&self.parameters.caster, self.body.yaw_rate_rad_s - yaw_before, h_s);
+        self.body.settle();
+    }
+
+    /// The sum of all forces on the body.
+    #[inline]
+    fn wrench(&self) -> Wrench {
+        let (cx, cy) = (self.body.center_x_m, self.body.center_y_m);
+        let (left, right) = (&self.wheel.left, &self.wheel.right);
+        let ((lx, ly), (rx, ry)) = (left.contact.force_n, right.contact.force_n);
+        let (px, py) = self.caster.force_n;
+        let pivot_x = -self.parameters.caster.pivot_behind_m - cx;
+        Wrench {
+            forward_n: lx + rx + px,
+            left_n: ly + ry + py,
+            // Moments x F_y - y F_x about the centre of mass; the contacts are at (0, left_m).
+            yaw_nm: -cx * (ly + ry) - (left.left_m - cy) * lx - (right.left_m - cy) * rx
+                + pivot_x * py
+                + cy * px
+                + self.caster.reaction_nm,
+        }
+    }
+
+    /// Positions, angles and deflections; the new deflections give the next kick's forces.
+    #[inline]
+    fn drift(&mut self, h_s: f64) {
+        let twist = self.body.drift(h_s);
+        self.loads = self.load_model.loads(self.body.acceleration_mps2);
+        let (tyre, friction) = (&self.parameters.tyre, self.parameters.floor.friction);
+        let roll = |wheel: &mut DrivenWheel, load_n: f64| {
+            wheel.drift(h_s);
+            let slip = wheel.slip_mps(twist);
+            let rolling_mps = (wheel.radius_m * wheel.spin_rad_s).abs();
+            wheel.contact.advance(tyre, slip, rolling_mps, friction * load_n, h_s);
+            wheel.set_load(tyre.rolling_resistance, load_n);
+        };
+        roll(&mut self.wheel.left, self.loads.driven_n.left);
+        roll(&mut self.wheel.right, self.loads.driven_n.right);
+        self.caster.drift(&self.parameters.caster, twist, self.loads.caster_n, friction, h_s);
+    }
+}
+
+impl DrivenWheel {
+    /// The tread's velocity relative to the floor, forward and to the left: (R w - u + omega y, -v).
+    #[inline]
+    fn slip_mps(&self, body: Twist) -> (f64, f64) {
+        let hub_mps = body.forward_mps - body.yaw_rate_rad_s * self.left_m;
+        (self.radius_m * self.spin_rad_s - hub_mps, -body.left_mps)
+    }
+}

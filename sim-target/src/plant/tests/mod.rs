@@ -1,0 +1,12 @@
+//! What a robot must do, whatever its numbers.
+
+mod caster;
+mod encoder;
+mod faults;
+mod grip;
+mod integration;
+mod motor;
+mod parameters;
+mod path;
+mod rest;
+mod rig;

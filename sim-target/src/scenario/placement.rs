@@ -1,0 +1,46 @@
+//! How somebody puts the robot on the start line.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use crate::plant::{Check, ParameterError, Pose};
+
+/// How well the robot is put on its line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlacementParameters {
+    /// Crookedness, standard deviation \[rad\].
+    pub heading_sigma_rad: f64,
+    /// Distance from the line's beginning, along it and across, standard deviation of each \[m\].
+    pub position_sigma_m: f64,
+}
+
+impl Default for PlacementParameters {
+    /// By eye along a line on the floor: 0.5 mrad is 0.2 mm between the wheels.
+    fn default() -> Self {
+        Self { heading_sigma_rad: 0.0005, position_sigma_m: 0.0 }
+    }
+}
+
+impl PlacementParameters {
+    /// Refuses, by name, what is no standard deviation of a careful person.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let check = Check("");
+        check.within("heading_sigma_rad", self.heading_sigma_rad, 0.0, 1.0)?;
+        check.within("position_sigma_m", self.position_sigma_m, 0.0, 1.0)
+    }
+
+    /// Puts the robot on a line, for the `run`-th time.
+    pub fn place(&self, line: Pose, seed: u64, run: u64) -> Pose {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(run);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        line.then(Pose {
+            x_m: self.position_sigma_m * normal(),
+            y_m: self.position_sigma_m * normal(),
+            heading_rad: self.heading_sigma_rad * normal(),
+        })
+    }
+}

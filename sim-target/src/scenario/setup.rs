@@ -1,0 +1,97 @@
+//! A scenario brought to life: the parts that a simulation starts from.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{FaultClock, Scenario};
+use crate::instruments::{Camera, Ruler};
+use crate::plant::{Plant, PlantFault, Pose};
+use crate::wire::WireParameters;
+
+/// The parts of one simulation, each with random numbers of its own.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The robot, on its start line, with the crookedness of its first placement.
+    pub plant: Plant,
+    /// Where it truly starts.
+    pub start: Pose,
+    /// The overhead camera.
+    pub camera: Camera,
+    /// The ruler.
+    pub ruler: Ruler,
+    /// The line from host to robot.
+    pub to_robot: WireParameters,
+    /// The line from robot to host.
+    pub to_host: WireParameters,
+    /// What goes wrong, in simulated time.
+    pub faults: Vec<FaultEvent>,
+    /// What goes wrong, in time from [`Plant::first_driven_us`].
+    pub motion_faults: Vec<FaultEvent>,
+    /// The scenario's seed.
+    pub seed: u64,
+}
+
+/// A fault and its times in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultEvent {
+    /// What goes wrong.
+    pub fault: PlantFault,
+    /// When \[us\].
+    pub at_us: u64,
+    /// When it is put right again, if ever \[us\].
+    pub until_us: Option<u64>,
+}
+
+/// What draws from the scenario's seed, each a stream of its own.
+enum Stream {
+    Plant = 1,
+    Camera = 2,
+    Ruler = 3,
+    Placement = 4,
+}
+
+impl Scenario {
+    /// Builds the robot and its surroundings.
+    ///
+    /// # Panics
+    ///
+    /// If the scenario does not pass [`validate`](Self::validate).
+    pub fn set_up(&self) -> Setup {
+        let start = self.placement(Pose::default(), 0);
+        Setup {
+            plant: Plant::new(self.plant.clone(), start, self.seed_of(Stream::Plant)),
+            start,
+            camera: Camera::new(self.camera, self.seed_of(Stream::Camera)),
+            ruler: Ruler::new(self.ruler, self.seed_of(Stream::Ruler)),
+            to_robot: self.link.to_robot(),
+            to_host: self.link.to_host(),
+            faults: self.events(FaultClock::Simulated),
+            motion_faults: self.events(FaultClock::Motion),
+            seed: self.seed,
+        }
+    }
+
+    /// Where the robot truly stands when it is put on a line for the `run`-th time, 0 the first.
+    pub fn placement(&self, line: Pose, run: u64) -> Pose {
+        self.placement.place(line, self.seed_of(Stream::Placement), run)
+    }
+
+    fn seed_of(&self, stream: Stream) -> u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(stream as u64);
+        rng.next_u64()
+    }
+
+    fn events(&self, clock: FaultClock) -> Vec<FaultEvent> {
+        let us = |s: f64| (s * 1e6).round() as u64;
+        self.faults
+            .iter()
+            .filter(|fault| fault.clock == clock)
+            .map(|scheduled| FaultEvent {
+                fault: scheduled.fault,
+                at_us: us(scheduled.at_s),
+                until_us: scheduled.until_s.map(us),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,172 @@
+//! The serial line between host and robot: baud rate, a finite buffer, lost frames, flipped bits.
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::task::{Poll, Waker};
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use embassy_time::Instant;
+use embedded_io_async::{ErrorType, Read, Write};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What a line does to the bytes that pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WireParameters {
+    /// Bits per second, ten to a byte; 0 for no delay at all.
+    pub baud: u32,
+    /// Share of written chunks (one frame each) that vanish.
+    pub frame_loss: f64,
+    /// Share of bits that flip.
+    pub bit_error: f64,
+}
+
+/// A writer waits while this many bytes are still on the line: a UART's transmit buffer.
+const BACKLOG_BYTES_MAX: u64 = 256;
+
+/// One direction of a line.
+#[derive(Clone)]
+pub struct Wire(Rc<RefCell<State>>);
+
+struct State {
+    parameters: WireParameters,
+    rng: ChaCha8Rng,
+    /// Bytes under way, each chunk with the time at which its last byte arrives \[us\].
+    under_way: VecDeque<(u64, Vec<u8>)>,
+    /// How much of the first chunk has been read.
+    read: usize,
+    /// When the line has sent everything that was written \[us\].
+    idle_us: u64,
+    reader: Option<Waker>,
+    cut: bool,
+}
+
+impl Wire {
+    /// A line whose damage is drawn from `seed`.
+    pub fn new(parameters: WireParameters, seed: u64) -> Self {
+        Self(Rc::new(RefCell::new(State {
+            parameters,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            under_way: VecDeque::new(),
+            read: 0,
+            idle_us: 0,
+            reader: None,
+            cut: false,
+        })))
+    }
+
+    /// Cuts the line, or mends it. What is written while it is cut is lost.
+    pub fn set_cut(&self, cut: bool) {
+        self.0.borrow_mut().cut = cut;
+    }
+
+    /// Puts bytes on the line without waiting for it.
+    pub fn write_now(&self, bytes: &[u8]) {
+        let mut state = self.0.borrow_mut();
+        let state = &mut *state;
+        let now = crate::clock::now_us();
+        let mut duration_us = 0;
+        if state.parameters.baud > 0 {
+            duration_us = bytes.len() as u64 * 10_000_000 / u64::from(state.parameters.baud);
+        }
+        state.idle_us = state.idle_us.max(now) + duration_us;
+        let WireParameters { frame_loss, bit_error, .. } = state.parameters;
+        if state.cut || (frame_loss > 0.0 && state.rng.random_bool(frame_loss)) {
+            return;
+        }
+        let mut bytes = bytes.to_vec();
+        if bit_error > 0.0 {
+            for byte in &mut bytes {
+                for bit in 0..8 {
+                    if state.rng.random_bool(bit_error) {
+                        *byte ^= 1 << bit;
+                    }
+                }
+            }
+        }
+        state.under_way.push_back((state.idle_us, bytes));
+        if let Some(reader) = state.reader.take() {
+            reader.wake();
+        }
+    }
+
+    /// Takes what has arrived by now, without waiting. Returns how many bytes that is.
+    pub fn read_now(&self, buffer: &mut [u8]) -> usize {
+        let mut state = self.0.borrow_mut();
+        let state = &mut *state;
+        let now = crate::clock::now_us();
+        let mut len = 0;
+        while len < buffer.len()
+            && let Some((arrival, chunk)) = state.under_way.front()
+            && *arrival <= now
+        {
+            let rest = &chunk[state.read..];
+            let take = rest.len().min(buffer.len() - len);
+            buffer[len..len + take].copy_from_slice(&rest[..take]);
+            len += take;
+            state.read += take;
+            if state.read == chunk.len() {
+                state.under_way.pop_front();
+                state.read = 0;
+            }
+        }
+        len
+    }
+
+    /// Waits for bytes and takes them.
+    pub async fn read(&self, buffer: &mut [u8]) -> usize {
+        poll_fn(|context| {
+            let len = self.read_now(buffer);
+            if len > 0 {
+                return Poll::Ready(len);
+            }
+            let mut state = self.0.borrow_mut();
+            match state.under_way.front() {
+                Some(&(arrival, _)) => embassy_time_driver::schedule_wake(arrival, context.waker()),
+                None => state.reader = Some(context.waker().clone()),
+            }
+            Poll::Pending
+        })
+        .await
+    }
+
+    /// Waits until the transmit buffer has room, then writes.
+    pub async fn write(&self, bytes: &[u8]) {
+        let room_us = {
+            let state = self.0.borrow();
+            match state.parameters.baud {
+                0 => 0,
+                baud => state
+                    .idle_us
+                    .saturating_sub(BACKLOG_BYTES_MAX * 10_000_000 / u64::from(baud)),
+            }
+        };
+        if room_us > crate::clock::now_us() {
+            embassy_time::Timer::at(Instant::from_micros(room_us)).await;
+        }
+        self.write_now(bytes);
+    }
+}
+
+impl ErrorType for Wire {
+    type Error = Infallible;
+}
+
+impl Read for Wire {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(Wire::read(self, buffer).await)
+    }
+}
+
+impl Write for Wire {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        Wire::write(self, bytes).await;
+        Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}

@@ -1,0 +1,66 @@
+//! The project's own chores: `cargo xtask help`.
+
+mod bench;
+mod documents;
+mod needs;
+mod steps;
+mod test;
+mod words;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask <chore>
+
+  test               installs what is missing, then runs all that CI runs
+  bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one
+  help               this
+";
+
+/// A chore ends well, or with what failed and what to try.
+type Outcome = Result<(), String>;
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let outcome = match args[..] {
+        ["test"] => test::run(),
+        ["bench", name, ref args @ ..] => bench::run(name, args),
+        ["bench"] => Err(bench::listing("which one?")),
+        ["help" | "--help" | "-h"] | [] => {
+            print!("{HELP}");
+            Ok(())
+        }
+        [chore, ..] => {
+            Err(format!("no chore `{}`\n\n{HELP}", [&[chore], &args[1..]].concat().join(" ")))
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The repository's root.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the root")
+}
+
+/// The files that git tracks, or would track when everything is added; relative to the root.
+fn tracked_files() -> Result<Vec<PathBuf>, String> {
+    let output = std::process::Command::new("git")
+        .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
+        .current_dir(root())
+        .output()
+        .map_err(|error| format!("cannot run git ({error}): install it"))?;
+    if !output.status.success() {
+        return Err(format!("git ls-files: {}", String::from_utf8_lossy(&output.stderr).trim()));
+    }
+    let list = String::from_utf8(output.stdout).map_err(|_| "a file name is not UTF-8")?;
+    let files = list.split_terminator('\0').map(PathBuf::from);
+    Ok(files.filter(|file| root().join(file).is_file()).collect())
+}

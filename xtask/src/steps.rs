@@ -1,0 +1,68 @@
+//! Runs named steps, times them, and sums them up.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::{Outcome, root};
+
+/// The steps so far.
+#[derive(Default)]
+pub struct Steps {
+    done: Vec<(&'static str, Duration, bool)>,
+}
+
+impl Steps {
+    /// Runs one step; its failure is that of the whole.
+    pub fn run(&mut self, name: &'static str, step: impl FnOnce() -> Outcome) -> Outcome {
+        println!("\n==> {name}");
+        let start = Instant::now();
+        let outcome = step();
+        let took = start.elapsed();
+        self.done.push((name, took, outcome.is_ok()));
+        println!("==> {name}: {} in {:.1} s", verdict(outcome.is_ok()), took.as_secs_f64());
+        outcome.map_err(|message| format!("{name} failed: {message}"))
+    }
+
+    /// One line a step.
+    pub fn print_summary(&self) {
+        println!("\n{:<12} {:>8}  result", "step", "seconds");
+        for (name, took, good) in &self.done {
+            println!("{name:<12} {:>8.1}  {}", took.as_secs_f64(), verdict(*good));
+        }
+    }
+}
+
+fn verdict(good: bool) -> &'static str {
+    if good { "ok" } else { "FAILED" }
+}
+
+/// Runs cargo in the root; `advice` is what to do if it fails.
+pub fn cargo(args: &[&str], variables: &[(&str, &str)], advice: &str) -> Outcome {
+    let mut command = Command::new("cargo");
+    command.args(args).envs(variables.iter().copied()).current_dir(root());
+    if std::env::var_os("CI").is_some() {
+        // Nobody builds there twice or starts a debugger: half the time goes into neither.
+        for (name, value) in [
+            ("CARGO_INCREMENTAL", "0"),
+            ("CARGO_PROFILE_DEV_DEBUG", "line-tables-only"),
+            ("CARGO_TERM_COLOR", "never"),
+        ] {
+            if std::env::var_os(name).is_none() {
+                command.env(name, value);
+            }
+        }
+    }
+    run(&mut command, advice)
+}
+
+/// Runs a command; `advice` is what to do if it fails.
+pub fn run(command: &mut Command, advice: &str) -> Outcome {
+    let line = std::iter::once(command.get_program())
+        .chain(command.get_args())
+        .map(|part| part.to_string_lossy())
+        .collect::<Vec<_>>()
+        .join(" ");
+    println!("    {line}");
+    let status = command.status().map_err(|error| format!("cannot run `{line}`: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("`{line}`: {status}\n       {advice}")) }
+}

@@ -70,8 +70,8 @@ fn weigh(q: U0F64, wheel_weight: U2F62) -> U0F64 {
 fn rolled(counts: i64, MetersPerCount(q): MetersPerCount) -> Travel {
     let (counts_high, counts_low) = (counts >> 32, counts & 0xFFFF_FFFF);
     let (q_high, q_low) = ((q.to_bits() >> 32) as i64, (q.to_bits() & 0xFFFF_FFFF) as i64);
-    let lowest = (counts_low as u64).wrapping_mul(q_low as u64).wrapping_add(1 << 31);
-    // `lowest` overflows by at most one carry: (2^32 - 1)^2 + 2^31 is below 2^64.
+    // (2^32 - 1)^2 + 2^31 is below 2^64.
+    let lowest = (counts_low as u64) * (q_low as u64) + (1 << 31);
     let bits = (counts_high.wrapping_mul(q_high) << 32)
         .wrapping_add(counts_high.wrapping_mul(q_low))
         .wrapping_add((counts_low as u64).wrapping_mul(q_high as u64) as i64)

@@ -320,14 +320,12 @@ mod tests {
                     (Wiring::Blocked, Fault::EncoderDead(Wheel::Right)),
                     (Wiring::BlockedAfterOneCount, Fault::Stall(Wheel::Right)),
                 ] {
-                    // At 0.02 and with the shortest stall time the wheel hardly turns at all.
-                    if probe_duty_max < 0.1
-                        && matches!(wiring, Wiring::Reversed | Wiring::BlockedAfterOneCount)
-                    {
+                    // A probe this weak hardly turns the wheel, or not at all.
+                    let weak = probe_duty_max < 0.1;
+                    if weak && matches!(wiring, Wiring::Reversed | Wiring::BlockedAfterOneCount) {
                         continue;
                     }
                     let wirings = WheelPair::new(Wiring::Sound, wiring);
-                    // A sound wheel that never reaches friction is not the one to be named.
                     let directions = WheelPair::new(Direction::Still, Direction::Forward);
                     let (outcome, ticks, farthest_m) = probe(&config, directions, wirings);
                     assert_eq!(

@@ -4,12 +4,8 @@ use firmware::odometry::Odometry;
 use proptest::prelude::*;
 use shared_proto::{Config, WheelPair};
 
-/// C * Q * W_T in steps of 2^-32 m, times 2^-94: exact, as 256 bits in two halves.
-///
-/// Q and W_T are taken as the f64 that they are, scaled to 64 and 62 fractional bits; what is
-/// below those is at most 2^-65 and 2^-63 of them.
+/// C * Q * W_T \[m\] in twice the precision of f64, by error-free products.
 fn exact_m(counts: i64, q_m: f64, wheel_weight: f64) -> f64 {
-    // Double-double: the error-free product of two f64 by splitting, which no f64 sum can hide.
     let (high, low) = product(q_m, wheel_weight);
     let (c_high, c_low) = ((counts >> 26) as f64 * 67_108_864.0, (counts & 0x3FF_FFFF) as f64);
     let parts =

@@ -3,7 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Config, ConfigError, Drive, FaultReport, MotionError, MotionId, Name, WheelPair};
+use crate::{Config, ConfigError, Drive, FaultReport, LimitsConfig, MotionError, MotionId, Name, WheelPair};
 
 /// What the host asks. Every command may be repeated: the second time changes nothing more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -165,8 +165,12 @@ pub struct Identity {
     pub uid: [u8; 12],
     /// Firmware version: major, minor, patch.
     pub firmware: [u16; 3],
+    /// [`PROTOCOL_VERSION`](crate::PROTOCOL_VERSION) of the firmware.
+    pub protocol: u16,
     /// Time between two control ticks \[us\].
     pub control_period_us: u32,
+    /// What no motion may exceed.
+    pub limits: LimitsConfig,
     /// Why it started last.
     pub reset_cause: ResetCause,
     /// Where the configuration in use came from at start.

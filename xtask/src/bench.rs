@@ -20,7 +20,9 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
 
 /// The benches there are, after a message.
 pub fn listing(message: &str) -> String {
-    format!("{message}\nbenches: {}, all", names().join(", "))
+    let mut names = names();
+    names.push("all".to_string());
+    format!("{message}\n       benches: {}", names.join(", "))
 }
 
 fn names() -> Vec<String> {

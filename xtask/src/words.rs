@@ -13,19 +13,14 @@ const FORBIDDEN: &[(&[&str], &str)] = &[
 ];
 
 pub fn check() -> Outcome {
-    let forbidden: Vec<(String, &str)> =
-        FORBIDDEN.iter().map(|(pieces, why)| (pieces.concat(), *why)).collect();
     let files = tracked_files()?;
     let mut findings = Vec::new();
     for file in &files {
-        let bytes =
-            std::fs::read(root().join(file)).map_err(|e| format!("{}: {e}", file.display()))?;
+        let name = file.display().to_string();
+        let bytes = std::fs::read(root().join(file)).map_err(|e| format!("{name}: {e}"))?;
         // A file that is not text has no words.
-        let Ok(text) = String::from_utf8(bytes) else { continue };
-        for (number, line) in text.lines().enumerate() {
-            for (word, why) in forbidden.iter().filter(|(word, _)| line.contains(word.as_str())) {
-                findings.push(format!("{}:{}: `{word}`: {why}", file.display(), number + 1));
-            }
+        if let Ok(text) = String::from_utf8(bytes) {
+            findings.extend(findings_in(&name, &text));
         }
     }
     println!("    {} files", files.len());
@@ -33,5 +28,37 @@ pub fn check() -> Outcome {
         Ok(())
     } else {
         Err(format!("take these out:\n{}", findings.join("\n")))
+    }
+}
+
+/// `file:line: word: why`, for each forbidden word in a text.
+fn findings_in(file: &str, text: &str) -> Vec<String> {
+    let mut findings = Vec::new();
+    for (pieces, why) in FORBIDDEN {
+        let word = pieces.concat();
+        for (number, _) in text.lines().enumerate().filter(|(_, line)| line.contains(&word)) {
+            findings.push(format!("{file}:{}: `{word}`: {why}", number + 1));
+        }
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FORBIDDEN, findings_in};
+
+    #[test]
+    fn every_forbidden_word_is_found_in_its_line() {
+        for (pieces, why) in FORBIDDEN {
+            let word = pieces.concat();
+            let found = findings_in("page.md", &format!("good\nsee {word}there\ngood"));
+            assert_eq!(found, [format!("page.md:2: `{word}`: {why}")]);
+        }
+    }
+
+    #[test]
+    fn ordinary_words_are_not_found() {
+        let text = "target/release, crates.io, the root, /tmp/picture.svg, at work";
+        assert!(findings_in("page.md", text).is_empty());
     }
 }

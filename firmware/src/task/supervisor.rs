@@ -14,7 +14,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
 use shared_proto::{
     Answer, Command, Config, ConfigOrigin, Drive, Event, Fault, Identity, MotionEnd, MotionError,
-    MotionId, Refusal, Reply, Request, State, Status, WheelPair,
+    MotionId, PROTOCOL_VERSION, Refusal, Reply, Request, State, Status, WheelPair,
 };
 
 use crate::hal::{BoardInfo, Store};
@@ -528,7 +528,9 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 part(env!("CARGO_PKG_VERSION_MINOR")),
                 part(env!("CARGO_PKG_VERSION_PATCH")),
             ],
+            protocol: PROTOCOL_VERSION,
             control_period_us: CONTROL_PERIOD_US,
+            limits: self.config.limits,
             reset_cause: self.board.reset_cause,
             config_origin: self.config_origin,
             store_damaged: self.store_damaged,

@@ -228,8 +228,6 @@ impl Run<'_> {
             let pose = Pose::new(sample.x_m, sample.y_m, 0.0).seen_from(fit.start);
             (pose.x_m, pose.y_m)
         });
-        let length_m = fit.end.x_m.hypot(fit.end.y_m);
-        let alpha_sigma_rad = fit.wheel_weight.alpha_sigma_rad;
         let run = RunReport {
             driven_with: self.config.geometry.wheel_weight,
             path: fit.fitted.iter().map(|pose| pose.seen_from(fit.start)).collect(),
@@ -237,10 +235,9 @@ impl Run<'_> {
             points_m: points_m.collect(),
             end: EndReading {
                 lateral_offset_m: fit.end.y_m,
-                // y = s alpha / 2 for the small angles that a straight run has.
-                lateral_offset_sigma_m: length_m * alpha_sigma_rad / 2.0,
+                lateral_offset_sigma_m: fit.end_offset_sigma_m,
                 heading_rad: fit.end.heading_rad,
-                heading_sigma_rad: alpha_sigma_rad,
+                heading_sigma_rad: fit.end_heading_sigma_rad,
             },
             wheel_weight: fit.wheel_weight.clone(),
         };

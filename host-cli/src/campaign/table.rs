@@ -7,11 +7,14 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::{CampaignError, Place, Warning};
 
+/// What one row has in the known columns.
+pub(crate) type Cells<C> = Vec<(C, Option<f64>)>;
+
 /// The cells of a file, by the caller's columns.
 pub(crate) struct Table<C> {
     columns: Vec<Option<C>>,
     /// One row: its line in the file, and the cells of the known columns.
-    pub(crate) rows: Vec<(u64, Vec<(C, Option<f64>)>)>,
+    pub(crate) rows: Vec<(u64, Cells<C>)>,
     pub(crate) warnings: Vec<Warning>,
 }
 

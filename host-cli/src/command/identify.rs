@@ -45,8 +45,15 @@ fn show(identity: &Identity, status: &Status) {
         "firmware",
         format!(
             "Beeline {major}.{minor}.{patch}, protocol {}, control period {} us",
-            shared_proto::PROTOCOL_VERSION,
-            identity.control_period_us
+            identity.protocol, identity.control_period_us
+        ),
+    );
+    let limits = &identity.limits;
+    row(
+        "limits",
+        format!(
+            "{} m/s, {} m/s^2, duty {}",
+            limits.speed_mps_max, limits.acceleration_mps2_max, limits.duty_max
         ),
     );
     let origin = match identity.config_origin {

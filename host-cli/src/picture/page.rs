@@ -255,7 +255,11 @@ fn budget(html: &mut String, weight: &WheelWeight) {
     }
     html.push_str("</tbody></table>");
     let advice = weight.what_would_reduce_it_most().to_string();
-    let _ = write!(html, "<p class=\"advice\">{}.</p>", escape(&advice).replace("W_T", "W<sub>T</sub>"));
+    let _ = write!(
+        html,
+        "<p class=\"advice\">{}.</p>",
+        escape(&advice).replace("W_T", "W<sub>T</sub>")
+    );
 }
 
 /// (3-6) in its general form, with the first run's numbers put in.

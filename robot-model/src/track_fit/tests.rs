@@ -217,7 +217,6 @@ fn the_end_is_where_the_robot_stood_within_its_sigma() {
             (found.end.y_m - end.y_m).abs() < 1.96 * found.end_offset_sigma_m
         })
         .count();
-    println!("END {held}");
     // 95 % of 200 with a sigma of 3.
     assert!((178..=199).contains(&held), "{held} of 200");
 }

@@ -154,6 +154,22 @@ fn bytes_behind_a_message_make_it_unreadable() {
 }
 
 #[test]
+fn a_name_longer_than_any_is_not_cut_but_unreadable() {
+    assert!(Name::new(&"x".repeat(NAME_LEN_MAX)).is_some());
+    assert!(Name::new(&"x".repeat(NAME_LEN_MAX + 1)).is_none());
+    let (_, golden) = parts(&crate::golden::frame("request.write_config"));
+    let behind_the_name = &golden[2 + 1 + golden[2] as usize..];
+    for (len, readable) in [(NAME_LEN_MAX, true), (NAME_LEN_MAX + 1, false)] {
+        let mut payload = golden[..2].to_vec();
+        payload.push(len as u8);
+        payload.extend(vec![b'x'; len]);
+        payload.extend(behind_the_name);
+        let received = Received { channel: Channel::Request, lost: 0, payload: &payload };
+        assert_eq!(received.message::<Request>().is_some(), readable, "{len} bytes");
+    }
+}
+
+#[test]
 fn a_message_is_not_read_as_one_of_another_channel() {
     let frame = by_hand(2, 0, &from_hex("0701"));
     let mut decoder = Decoder::new();

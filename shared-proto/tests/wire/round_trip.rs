@@ -20,7 +20,7 @@ pub fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Any, FrameError
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 4096, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(2048))]
 
     #[test]
     fn every_message_arrives_as_it_was_sent(message in strategy::message(), skip in 0..1000_u16) {

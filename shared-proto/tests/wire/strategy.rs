@@ -174,15 +174,18 @@ fn identity() -> BoxedStrategy<Identity> {
         ResetCause::Panic,
         ResetCause::BrownOut,
     ]);
-    let numbers = (any::<[u8; 12]>(), any::<[u16; 3]>(), any::<u32>());
+    let numbers = (any::<[u8; 12]>(), any::<[u16; 3]>(), any::<u16>(), any::<u32>(), config());
     (name(), name(), numbers, reset_cause, origin(), any::<[bool; 2]>())
-        .prop_map(|(name, board, (uid, firmware, control_period_us), cause, origin, flags)| {
+        .prop_map(|(name, board, numbers, cause, origin, flags)| {
+            let (uid, firmware, protocol, control_period_us, config) = numbers;
             Identity {
                 name,
                 board,
                 uid,
                 firmware,
+                protocol,
                 control_period_us,
+                limits: config.limits,
                 reset_cause: cause,
                 config_origin: origin,
                 store_damaged: flags[0],

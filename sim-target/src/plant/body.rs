@@ -104,11 +104,7 @@ impl Body {
 
     pub fn pose(&self) -> Pose {
         let (offset_x, offset_y) = self.rotation.apply(self.center_x_m, self.center_y_m);
-        Pose {
-            x_m: self.x_m - offset_x,
-            y_m: self.y_m - offset_y,
-            heading_rad: self.heading_rad,
-        }
+        Pose { x_m: self.x_m - offset_x, y_m: self.y_m - offset_y, heading_rad: self.heading_rad }
     }
 
     /// The axle midpoint's motion.
@@ -144,9 +140,7 @@ impl Body {
     #[inline]
     pub fn settle(&mut self) {
         const STILL: f64 = 1e-10;
-        if self.u_mps.abs() < STILL
-            && self.v_mps.abs() < STILL
-            && self.yaw_rate_rad_s.abs() < STILL
+        if self.u_mps.abs() < STILL && self.v_mps.abs() < STILL && self.yaw_rate_rad_s.abs() < STILL
         {
             (self.u_mps, self.v_mps, self.yaw_rate_rad_s) = (0.0, 0.0, 0.0);
         }

@@ -225,7 +225,8 @@ impl EncoderStep {
             // Going up, the edge into a cell is its lower end; going down, its upper one.
             let edge = if direction > 0 { cell } else { cell + 1 } as f64;
             EncoderEdge {
-                t_us: step.start_us as f64 + span_us * ((edge - from) / (to - from)).clamp(0.0, 1.0),
+                t_us: step.start_us as f64
+                    + span_us * ((edge - from) / (to - from)).clamp(0.0, 1.0),
                 count: step.offset + step.sign * cell,
             }
         });

@@ -45,10 +45,11 @@ pub(super) struct WheelFaults {
 }
 
 impl WheelFaults {
-    /// The hand's friction at a time \[N m\].
+    /// The friction of a hand or a jam at a time \[N m\].
     #[inline]
     pub fn clamp_nm(&self, t_us: u64) -> f64 {
         match self.blocked_since_us {
+            _ if self.jammed => f64::INFINITY,
             None => 0.0,
             Some(since_us) => {
                 let closed = t_us.saturating_sub(since_us) as f64 / CLAMP_RAMP_US as f64;

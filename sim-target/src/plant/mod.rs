@@ -247,7 +247,8 @@ impl Plant {
 
     /// Kinetic energy and the energy in bent tyres \[J\].
     pub fn energy_j(&self) -> f64 {
-        let wheels = self.wheel.as_ref().map(|w| w.energy_j() + w.contact.energy_j(&self.parameters.tyre));
+        let wheels =
+            self.wheel.as_ref().map(|w| w.energy_j() + w.contact.energy_j(&self.parameters.tyre));
         let caster = self.caster.energy_j(&self.parameters.caster, self.body.yaw_rate_rad_s);
         self.body.energy_j() + wheels.left + wheels.right + caster
     }

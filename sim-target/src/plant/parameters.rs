@@ -151,7 +151,13 @@ pub(crate) struct Check<'a>(pub &'a str);
 
 impl Check<'_> {
     /// Refuses a value outside a range, both ends included, and one that is not a number.
-    pub fn within(&self, field: &str, value: f64, min: f64, max: f64) -> Result<(), ParameterError> {
+    pub fn within(
+        &self,
+        field: &str,
+        value: f64,
+        min: f64,
+        max: f64,
+    ) -> Result<(), ParameterError> {
         if value >= min && value <= max {
             return Ok(());
         }

@@ -51,9 +51,6 @@ impl Plant {
         let (t_us, faults) = (self.t_us, &self.faults.wheel);
         let spin = |wheel: &mut DrivenWheel, terminals, faults: &WheelFaults| {
             wheel.kick(terminals, bus_v, faults.clamp_nm(t_us), h_s);
-            if faults.jammed {
-                wheel.lock();
-            }
         };
         spin(&mut self.wheel.left, terminals.left, &faults.left);
         spin(&mut self.wheel.right, terminals.right, &faults.right);

@@ -105,12 +105,6 @@ impl DrivenWheel {
         self.angle_rad += self.spin_rad_s * h_s;
     }
 
-    /// Stops at once, whatever turns it.
-    #[inline]
-    pub fn lock(&mut self) {
-        self.spin_rad_s = 0.0;
-    }
-
     /// Forgets contact and motion.
     pub fn lift(&mut self) {
         self.contact = Contact::default();

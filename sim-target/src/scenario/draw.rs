@@ -18,7 +18,7 @@ impl Scenario {
     /// | track | +-0.5 % |
     /// | mass, inertia, each motor's constants and friction, tyre stiffness and grip, caster friction | +-10 % |
     /// | centre of mass | +-1 cm forward, +-0.5 cm aside |
-    /// | caster at the start | within 0.3 rad of trailing in three of four robots, else +-pi/2: it kicks |
+    /// | caster at the start | within 0.3 rad of trailing in three of four robots, else within pi/2 |
     /// | start heading | sigma 2 mrad |
     /// | encoder phases | anywhere |
     pub fn draw(seed: u64) -> Scenario {

@@ -13,7 +13,10 @@ fn shipped() -> Vec<Scenario> {
         .map(|entry| entry.expect("readable").path())
         .collect();
     paths.sort();
-    paths.iter().map(|path| Scenario::load(path).unwrap_or_else(|error| panic!("{error}"))).collect()
+    paths
+        .iter()
+        .map(|path| Scenario::load(path).unwrap_or_else(|error| panic!("{error}")))
+        .collect()
 }
 
 fn complaint(text: &str) -> String {

@@ -19,17 +19,19 @@ fn a_caster_that_stands_across_swings_behind_the_robot() {
 
 #[test]
 fn after_a_reversal_it_swings_round_and_kicks() {
-    let heading_change = |start_angle_rad: f64| {
-        let mut plant = robot(standard(start_angle_rad));
+    let reverse = |start_angle_rad: f64| {
+        let mut parameters = standard(start_angle_rad);
+        parameters.caster.swivel_friction_nm = 0.01;
+        let mut plant = robot(parameters);
         drive(&mut plant, 0.2, 0.2, 2_000_000);
-        let before_rad = plant.pose().heading_rad;
         drive(&mut plant, -0.2, -0.2, 6_000_000);
         let turned_rad = plant.caster_angle_rad().abs();
-        assert!((turned_rad - PI).abs() < 0.05, "half a turn: {turned_rad}");
-        plant.pose().heading_rad - before_rad
+        assert!((turned_rad - PI).abs() < 0.3, "about half a turn: {turned_rad}");
+        plant.pose().heading_rad
     };
     // The side it swings to is the side it stood on, and so is the kick.
-    let (one, other) = (heading_change(0.3), heading_change(-0.3));
+    let (one, other) = (reverse(0.3), reverse(-0.3));
+    println!("kick {one}");
     assert!(one.abs() > 0.01, "{one} rad");
     assert!((one + other).abs() < 1e-6, "{one}, {other}");
 }
@@ -55,10 +57,13 @@ fn its_pivots_friction_pulls_by_no_more_than_friction_over_trail() {
     let spin = plant.wheel_speeds_rad_s();
     let rolled_rad_s = 0.036 * (spin.right - spin.left) / track_m;
     let slipped = (plant.twist().yaw_rate_rad_s - rolled_rad_s) / plant.twist().forward_mps;
-    // Moment F l at the pivot, carried by two tyres b apart: curvature 2 F l / (b^2 k sigma).
+    // Moment F (l + e) about the axle, carried by two tyres b apart: curvature 2 F (l + e) / (b^2 k sigma).
     let force_n = caster.swivel_friction_nm / caster.trail_m;
-    let bound_per_m =
-        2.0 * force_n * caster.pivot_behind_m / (track_m * track_m * slip_stiffness_n);
-    assert!(slipped.abs() < 1.05 * bound_per_m, "{slipped} of {bound_per_m}");
-    assert!(slipped.abs() > 0.5 * bound_per_m, "friction does hold it off: {slipped}, {bound_per_m}");
+    let lever_m = caster.pivot_behind_m + caster.trail_m;
+    let bound_per_m = 2.0 * force_n * lever_m / (track_m * track_m * slip_stiffness_n);
+    assert!(slipped.abs() <= bound_per_m, "{slipped} of {bound_per_m}");
+    assert!(
+        slipped.abs() > 0.9 * bound_per_m,
+        "friction does hold it off: {slipped}, {bound_per_m}"
+    );
 }

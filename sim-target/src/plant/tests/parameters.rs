@@ -38,7 +38,7 @@ fn a_step_too_long_for_the_tyres_is_refused_with_one_that_would_do() {
     let message = refusal(stiff);
     assert!(message.starts_with("substep_us = 500: must be at most "), "{message}");
     let longest: u32 =
-        message.split(' ').nth(6).and_then(|word| word.parse().ok()).expect("a number");
+        message.split(' ').nth(7).and_then(|word| word.parse().ok()).expect("a number");
     let mut parameters = PlantParameters { substep_us: longest, ..PlantParameters::default() };
     stiff(&mut parameters);
     assert_eq!(parameters.validate(), Ok(()));

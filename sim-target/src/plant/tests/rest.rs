@@ -43,7 +43,7 @@ fn coasting_loses_energy_all_the_time_and_stops() {
     plant.set_enabled(false);
     let from_x_m = plant.pose().x_m;
     let mut energy_j = plant.energy_j();
-    assert!(energy_j > 0.3, "it moves at first: {energy_j} J");
+    assert!(energy_j > 0.2, "it moves at first: {energy_j} J");
     for ms in 0..4000 {
         plant.advance_to(2_001_000 + ms * 1000);
         let now_j = plant.energy_j();

@@ -1,1 +1,4 @@
 //! End to end.
+
+pub mod judge;
+pub mod robot;

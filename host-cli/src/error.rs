@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use sim_target::scenario::ScenarioError;
+
+use crate::campaign::CampaignError;
+
 /// An error for a person to read.
 #[derive(Debug)]
 pub struct Error {
@@ -73,6 +77,29 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+impl From<clap::Error> for Error {
+    fn from(error: clap::Error) -> Self {
+        let text = error.render().to_string();
+        let what = text.lines().next().unwrap_or_default();
+        Error::new(what.strip_prefix("error: ").unwrap_or(what)).hint("`beeline --help`")
+    }
+}
+
+impl From<CampaignError> for Error {
+    fn from(error: CampaignError) -> Self {
+        let cause = error.cause.map(|cause| format!(" ({cause})")).unwrap_or_default();
+        Error::new(format_args!("{}: {}{cause}", error.place, error.problem)).hint(error.hint)
+    }
+}
+
+impl From<ScenarioError> for Error {
+    fn from(error: ScenarioError) -> Self {
+        let place =
+            error.place.map(|(line, column)| format!(":{line}:{column}")).unwrap_or_default();
+        Error::new(format_args!("{}{place}: {}", error.origin, error.problem)).hint(error.hint)
+    }
+}
 
 /// Says on what an operation failed.
 pub trait Context<T> {

@@ -9,6 +9,7 @@
 //! | [`campaign`] | recorded runs on disk |
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
+//! | [`file`] | files that appear whole or not at all |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 
@@ -17,6 +18,7 @@ pub mod campaign;
 pub mod cli;
 pub mod command;
 pub mod error;
+pub mod file;
 pub mod interrupt;
 pub mod motion;
 pub mod picture;

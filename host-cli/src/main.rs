@@ -4,15 +4,25 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use host_cli::cli::Cli;
+use host_cli::error::Error;
 use host_cli::{command, ui};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Machines get their JSON here too; help is for people.
+        Err(error) if error.use_stderr() && std::env::args().any(|arg| arg == "--json") => {
+            return fail(&Error::from(error), true);
+        }
+        Err(error) => error.exit(),
+    };
     match command::run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            ui::print_error(&error, cli.common.json);
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => fail(&error, cli.common.json),
     }
+}
+
+fn fail(error: &Error, json: bool) -> ExitCode {
+    ui::print_error(error, json);
+    ExitCode::from(error.exit_code())
 }

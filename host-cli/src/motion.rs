@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use shared_proto::{
-    Command, Drive, MotionEnd, State, Telemetry, TravelUnit, WheelPair,
-};
+use shared_proto::{Command, Drive, MotionEnd, State, Telemetry, TravelUnit, WheelPair};
 
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -13,8 +11,9 @@ use crate::session::{Session, faulted};
 /// The robot stops by itself if it hears nothing for this long \[ms\].
 const TTL_MS: u16 = 200;
 
-/// The host renews a motion this often: three may be lost.
-const RENEW_EVERY: Duration = Duration::from_millis(50);
+/// The host renews a motion this often: of ten in a time to live nine may be lost, and the shortest
+/// `protection.link_timeout_s` leaves room for two.
+const RENEW_EVERY: Duration = Duration::from_millis(20);
 
 /// What to drive, on the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +114,7 @@ async fn drive_armed(
     let mut telemetry = Vec::new();
     let _stale = session.take_telemetry().count() + session.take_events().count();
     session.listen(options.rest).await?;
+    stop_if_interrupted()?;
     session.request(Command::Arm).await?;
     let id = session.new_motion();
     let Motion { unit, distance, cruise, acceleration } = *motion;
@@ -128,9 +128,7 @@ async fn drive_armed(
         telemetry.extend(session.take_telemetry());
         let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
         progress((elapsed_s / duration_s).min(1.0));
-        if interrupt::requested() {
-            return Err(Error::interrupted("stopped by Ctrl-C; the robot stands still"));
-        }
+        stop_if_interrupted()?;
         if session.take_events().any(|event| ends_motion(&event))
             || telemetry.last().is_some_and(|last| !is_moving(last.state))
             || elapsed_s > duration_s + 5.0
@@ -138,7 +136,7 @@ async fn drive_armed(
             break;
         }
         // A motion that has just ended by a fault says so in the status below.
-        session.ask(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?.ok();
+        session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
     }
     let status = wait_for_stop(session).await?;
     if let Some(report) = status.fault {
@@ -150,8 +148,19 @@ async fn drive_armed(
     };
     progress(1.0);
     session.listen(options.rest).await?;
+    stop_if_interrupted()?;
     telemetry.extend(session.take_telemetry());
     Ok(Recording { telemetry, end })
+}
+
+/// Whoever sees this error brings the robot to a stand, or says that the link is lost.
+fn stop_if_interrupted() -> Result<()> {
+    if interrupt::requested() {
+        return Err(Error::interrupted(
+            "stopped by Ctrl-C; the robot stands still, its motors are off",
+        ));
+    }
+    Ok(())
 }
 
 async fn wait_for_stop(session: &mut Session) -> Result<shared_proto::Status> {
@@ -162,7 +171,7 @@ async fn wait_for_stop(session: &mut Session) -> Result<shared_proto::Status> {
         }
         session.listen(RENEW_EVERY).await?;
         if let Some(motion) = status.motion {
-            let _ = session.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
+            session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
         }
     }
 }

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::io::{Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget};
 
-use crate::error::{Context, Error, Result};
+use crate::error::{Error, Result};
 use crate::session::Session;
 
 /// The link's speed on a serial device unless the port says otherwise (`/dev/ttyACM0@115200`).
@@ -49,7 +49,9 @@ impl FromStr for Port {
                 Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
                     Ok(Port::Tcp(address.into()))
                 }
-                _ => Err(format!("`{text}` must read tcp:HOST:PORT, for example tcp:127.0.0.1:7700")),
+                _ => {
+                    Err(format!("`{text}` must read tcp:HOST:PORT, for example tcp:127.0.0.1:7700"))
+                }
             };
         }
         let (path, baud) = match text.rsplit_once('@') {
@@ -87,7 +89,7 @@ impl Port {
     /// The scenario of a simulated robot.
     pub fn scenario(&self) -> Result<Scenario> {
         match self {
-            Port::Sim(Some(path)) => Scenario::load(path).map_err(Error::new),
+            Port::Sim(Some(path)) => Ok(Scenario::load(path)?),
             _ => Ok(Scenario::default()),
         }
     }
@@ -102,6 +104,19 @@ pub struct SimOptions {
     pub flash: Option<PathBuf>,
 }
 
+impl SimOptions {
+    /// The simulated robot of a scenario.
+    pub fn target(&self, scenario: &Scenario) -> Result<SimTarget> {
+        let scenario = Scenario { seed: self.seed.unwrap_or(scenario.seed), ..scenario.clone() };
+        let options = Options { flash: self.flash.clone(), ..Options::default() };
+        SimTarget::new(&scenario, options).map_err(|error| {
+            let flash = self.flash.as_deref().unwrap_or(Path::new("")).display();
+            Error::new(format_args!("cannot use {flash} as the robot's flash: {error}"))
+                .hint("--flash FILE names a file, which is made if it does not exist")
+        })
+    }
+}
+
 /// Opens the port, shakes hands with the robot and carries the procedure out.
 ///
 /// On the simulator the procedure runs in virtual time together with the robot and is given the
@@ -113,12 +128,8 @@ pub fn with_robot<T>(
 ) -> Result<T> {
     match port {
         Port::Sim(_) => {
-            let mut scenario = port.scenario()?;
-            if let Some(seed) = sim.seed {
-                scenario.seed = seed;
-            }
-            let options = Options { flash: sim.flash.clone(), ..Options::default() };
-            let mut target = SimTarget::new(&scenario, options).context("the simulator's flash")?;
+            let scenario = port.scenario()?;
+            let mut target = sim.target(&scenario)?;
             let lab = target.lab();
             let wire = Wire::Sim(target.host_wire());
             // Virtual robots are told apart by seed; the session number need not differ.
@@ -143,7 +154,8 @@ pub fn with_robot<T>(
 
 /// A number that the last session most likely did not have.
 fn session_number() -> u32 {
-    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    let now =
+        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
     (now.as_micros() as u32).rotate_left(7) ^ std::process::id()
 }
 
@@ -267,7 +279,8 @@ fn serial_hint(path: &str) -> String {
     match ports.as_slice() {
         [] => "no serial port is plugged in; `--port sim` drives the simulator".into(),
         ports if ports.iter().any(|port| port.port_name == path) => {
-            "it exists: is another program using it, or are you not allowed to (group dialout)?".into()
+            "it exists: is another program using it, or are you not allowed to (group dialout)?"
+                .into()
         }
         ports => {
             let names: Vec<_> = ports.iter().map(|port| port.port_name.as_str()).collect();

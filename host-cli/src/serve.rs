@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use sim_target::{HostWire, Lab, SimTarget};
 
 use crate::cli::Listen;
-use crate::error::{Context, Result};
+use crate::error::{Context, Error, Result};
 use crate::interrupt;
 use crate::ui::note;
 
@@ -71,7 +71,10 @@ struct Line {
 }
 
 enum End {
-    Tcp { listener: TcpListener, client: Option<TcpStream> },
+    Tcp {
+        listener: TcpListener,
+        client: Option<TcpStream>,
+    },
     #[cfg(unix)]
     Pty {
         master: serialport::TTYPort,
@@ -84,22 +87,31 @@ impl Line {
     fn open(listen: &Listen) -> Result<Self> {
         match listen {
             Listen::Tcp(address) => {
-                let listener = TcpListener::bind(address).context(format_args!("cannot listen on tcp:{address}"))?;
+                let listener = TcpListener::bind(address).map_err(|error| {
+                    Error::new(format_args!("cannot listen on tcp:{address}: {error}"))
+                        .hint("port 0 takes any that is free: --listen tcp:127.0.0.1:0")
+                })?;
                 listener.set_nonblocking(true).context("cannot listen")?;
                 let address = listener.local_addr().context("cannot listen")?;
-                Ok(Self { address: format!("tcp:{address}"), end: End::Tcp { listener, client: None } })
+                Ok(Self {
+                    address: format!("tcp:{address}"),
+                    end: End::Tcp { listener, client: None },
+                })
             }
             #[cfg(unix)]
             Listen::Pty => {
                 use serialport::SerialPort;
-                let (mut master, slave) = serialport::TTYPort::pair().context("cannot open a pseudo-terminal")?;
+                let (mut master, slave) =
+                    serialport::TTYPort::pair().context("cannot open a pseudo-terminal")?;
                 master.set_timeout(Duration::from_millis(1)).context("the pseudo-terminal")?;
                 let address = slave.name().unwrap_or_default();
                 Ok(Self { address, end: End::Pty { master, _slave: slave } })
             }
             #[cfg(not(unix))]
-            Listen::Pty => Err(crate::error::Error::new("this system has no pseudo-terminals")
-                .hint("--listen tcp:127.0.0.1:0")),
+            Listen::Pty => {
+                Err(Error::new("this system has no pseudo-terminals")
+                    .hint("--listen tcp:127.0.0.1:0"))
+            }
         }
     }
 
@@ -202,7 +214,10 @@ struct CameraFile {
 
 impl CameraFile {
     fn open(path: &Path, lab: Lab) -> Result<Self> {
-        let mut file = File::create(path).context(format_args!("cannot write {}", path.display()))?;
+        let mut file = File::create(path).map_err(|error| {
+            Error::new(format_args!("cannot write {}: {error}", path.display()))
+                .hint("--camera names the track file to write")
+        })?;
         writeln!(file, "t_s,x_m,y_m,heading_rad").context(path.display())?;
         Ok(Self { file, lab, written: 0 })
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use futures_lite::future;
 use shared_proto::{
     Answer, Channel, Command, Config, ConfigOrigin, Decoder, Encoder, Event, FaultReport, Hello,
-    Identity, MotionId, Refusal, Reply, Request, Status, Telemetry,
+    Identity, MotionError, MotionId, Refusal, Reply, Request, Status, Telemetry,
 };
 
 use crate::error::{Error, Result};
@@ -159,6 +159,14 @@ impl Session {
             .hint("is it still powered and plugged in?"))
     }
 
+    /// Says something and does not wait for the answer: for what is said again soon anyway.
+    pub async fn post(&mut self, command: Command) -> Result<()> {
+        let id = self.next_id;
+        self.next_id += 1;
+        let frame = self.encoder.message(&Request { id, command });
+        self.write(&frame).await
+    }
+
     /// As [`ask`](Self::ask), where a refusal is an error.
     pub async fn request(&mut self, command: Command) -> Result<Answer> {
         let what = name_of(&command);
@@ -191,7 +199,9 @@ impl Session {
 
     /// Uses another configuration, reads it back and compares.
     pub async fn write_config(&mut self, config: &Config) -> Result<()> {
-        config.validate().map_err(Error::new)?;
+        config
+            .validate()
+            .map_err(|error| refused("write configuration", &Refusal::Config(error)))?;
         self.request(Command::WriteConfig(config.clone())).await?;
         if self.read_config().await? != *config {
             return Err(Error::new("the robot read back another configuration than was written")
@@ -247,6 +257,10 @@ impl Session {
     /// Receives something; false if nothing came until then.
     async fn receive_until(&mut self, t_us: u64) -> Result<bool> {
         let clock = self.clock;
+        if clock.now_us() > t_us {
+            // Something that never stops talking must not keep us for ever.
+            return Ok(false);
+        }
         let read = async { Some(self.wire.read().await) };
         let timeout = async {
             clock.sleep_until_us(t_us).await;
@@ -353,7 +367,9 @@ pub fn faulted(report: &FaultReport) -> Error {
 }
 
 fn refused(what: &str, refusal: &Refusal) -> Error {
-    let refused = |why: &dyn std::fmt::Display| Error::new(format_args!("the robot refused to {what}: {why}"));
+    let refused = |why: &dyn std::fmt::Display| {
+        Error::new(format_args!("the robot refused to {what}: {why}"))
+    };
     match refusal {
         Refusal::State(state) => refused(&format_args!("it is {}", state.name()))
             .hint("`beeline identify` shows its state, `beeline stop` ends a motion"),
@@ -364,13 +380,23 @@ fn refused(what: &str, refusal: &Refusal) -> Error {
         ))
         .hint(format_args!("{}; then `beeline clear`", report.fault.remedy())),
         Refusal::Config(error) => refused(error).hint("`beeline config get` shows what is there"),
-        Refusal::Motion(error) => refused(error).hint("`beeline config get limits` shows the limits"),
-        Refusal::NoSuchMotion => refused(&"no such motion is under way"),
-        Refusal::NoSuchFault => refused(&"that fault is not latched (any more)"),
+        Refusal::Motion(error @ (MotionError::TooFast | MotionError::TooSteep)) => {
+            refused(error).hint("`beeline config get limits` shows the limits")
+        }
+        Refusal::Motion(error) => {
+            refused(error).hint("check the distance, --cruise and --acceleration")
+        }
+        Refusal::NoSuchMotion => {
+            refused(&"no such motion is under way").hint("`beeline identify` shows its state")
+        }
+        Refusal::NoSuchFault => refused(&"that fault is not latched (any more)")
+            .hint("`beeline identify` shows the one that is"),
         Refusal::CauseRemains => refused(&"the cause of the fault is still there")
             .hint("release the emergency stop, check the driver and the battery"),
         Refusal::Period => refused(&"the telemetry period must be from 1 to 1000 ms"),
-        Refusal::Store => refused(&"its flash could not be written; the saved configuration is as it was"),
+        Refusal::Store => {
+            refused(&"its flash could not be written; the saved configuration is as it was")
+        }
         Refusal::HelloFirst => refused(&"it restarted"),
         Refusal::Unreadable => refused(&"it could not read the request"),
     }

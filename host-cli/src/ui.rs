@@ -9,6 +9,7 @@ use std::time::Duration;
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::cli::Common;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::port::Clock;
@@ -37,6 +38,15 @@ pub fn say(line: impl Display) {
 /// Prints a line about what is going on.
 pub fn note(line: impl Display) {
     let _ = writeln!(anstream::stderr().lock(), "{line}");
+}
+
+/// Prints that something was done: a line about it for people, a JSON value for machines.
+pub fn tell(common: &Common, value: serde_json::Value, line: impl Display) {
+    if common.json {
+        say(value);
+    } else {
+        note(line);
+    }
 }
 
 /// Prints what the user should take care of.
@@ -104,12 +114,27 @@ pub async fn ask(question: &str, clock: Clock) -> Result<String> {
     loop {
         match receiver.try_recv() {
             Ok(Ok((0, _))) => {
-                return Err(Error::new(format_args!("nobody is there to answer: {question}"))
-                    .hint("run it in a terminal, or measure with --measure track:FILE"));
+                note("");
+                return Err(Error::new("nobody is there to answer")
+                    .hint("run it in a terminal, or measure with --measure track:FILE --yes"));
             }
-            Ok(Ok((_, line))) => return Ok(line.trim().to_owned()),
-            Ok(Err(error)) => return Err(Error::new(format_args!("cannot read the answer: {error}"))),
-            Err(_) if interrupt::requested() => return Err(Error::interrupted("stopped by Ctrl-C")),
+            Ok(Ok((_, line))) => {
+                let answer = line.trim();
+                if !std::io::stdin().is_terminal() {
+                    // A terminal shows what was typed; a pipe does not.
+                    note(answer);
+                }
+                return Ok(answer.to_owned());
+            }
+            Ok(Err(error)) => {
+                note("");
+                return Err(Error::new(format_args!("cannot read the answer: {error}"))
+                    .hint("run it in a terminal, or measure with --measure track:FILE --yes"));
+            }
+            Err(_) if interrupt::requested() => {
+                note("");
+                return Err(Error::interrupted("stopped by Ctrl-C"));
+            }
             Err(_) => match clock {
                 Clock::Real(_) => clock.sleep(Duration::from_millis(50)).await,
                 // The simulated robot waits with us.

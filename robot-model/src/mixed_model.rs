@@ -1,16 +1,17 @@
 //! Least squares with two kinds of unknowns: fixed ones, of which nothing is known beforehand, and
-//! random ones, each drawn from a normal distribution of known variance.
+//! random ones, each drawn from a normal distribution of known variance. The
+//! equations have the numbers of `docs/how-sure-is-w-t.md`.
 //!
 //! ```text
-//! r = J beta + Z u + e,   e ~ N(0, 1) after weighting,   u ~ N(0, v)                  (1)
+//! r = J beta + Z u + e,   e ~ N(0, 1) after weighting,   u ~ N(0, v)                  (3)
 //! [JJ  JZ      ] [beta]   [Jr]
-//! [ZJ  ZZ + 1/v] [u   ] = [Zr]          Henderson's equations, matrix M                (2)
-//! -2 log L(v) = log|M| + m log v + rr - [Jr Zr] M^-1 [Jr Zr]    restricted likelihood  (3)
+//! [ZJ  ZZ + 1/v] [u   ] = [Zr]          Henderson's equations, matrix M                (4)
+//! -2 log L(v) = log|M| + m log v + rr - [Jr Zr] M^-1 [Jr Zr]    restricted likelihood  (5)
 //! ```
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// The normal equations of (1), summed up row by row.
+/// The normal equations of (3), summed up row by row.
 pub(crate) struct MixedModel {
     fixed: usize,
     normal: DMatrix<f64>,
@@ -18,13 +19,13 @@ pub(crate) struct MixedModel {
     squares: f64,
 }
 
-/// What (2) gives.
+/// What (4) gives.
 pub(crate) struct Solution {
     /// The fixed unknowns, then the random ones.
     pub(crate) values: DVector<f64>,
     /// Their covariance.
     pub(crate) covariance: DMatrix<f64>,
-    /// (3), up to a constant that is the same for every variance.
+    /// (5), up to a constant that is the same for every variance.
     pub(crate) log_likelihood: f64,
 }
 
@@ -51,7 +52,7 @@ impl MixedModel {
         self.squares += weight * residual * residual;
     }
 
-    /// Solves (2) for random unknowns of this variance; of zero variance, they are left out.
+    /// Solves (4) for random unknowns of this variance; of zero variance, they are left out.
     ///
     /// `None` if the rows do not determine the unknowns.
     pub(crate) fn solve(&self, variance: f64) -> Option<Solution> {

@@ -253,7 +253,7 @@ impl Default for Config {
     /// The paper's robot: 3.6 cm wheels, 37.2 cm apart, 900 counts per turn, no gear, equal wheels.
     ///
     /// The gains are for a 12 V gear motor of about 2.2 turns/s without load, as in the simulator's
-    /// standard robot. The speed and acceleration limits are five times the paper's run.
+    /// standard robot: 0.5 m/s at full duty, of which the speed limit leaves a fifth to the loop.
     fn default() -> Self {
         let encoder = EncoderConfig { counts_per_rev: 900.0, gear_reduction: 1.0, reversed: false };
         Self {
@@ -266,9 +266,9 @@ impl Default for Config {
             encoder: WheelPair::both(encoder),
             motor: WheelPair::both(MotorConfig { reversed: false }),
             pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
-            feedforward: FeedforwardConfig { ks: 0.04, kv_s_per_m: 2.0, ka_s2_per_m: 0.1 },
+            feedforward: FeedforwardConfig { ks: 0.04, kv_s_per_m: 2.0, ka_s2_per_m: 0.064 },
             limits: LimitsConfig {
-                speed_mps_max: 0.6,
+                speed_mps_max: 0.4,
                 acceleration_mps2_max: 1.0,
                 stop_deceleration_mps2: 0.5,
                 duty_max: 1.0,

@@ -61,6 +61,11 @@ impl Pin {
         }
     }
 
+    /// Wakes nobody any more: who waits is about to be freed.
+    pub(crate) fn forget_waiter(&self) {
+        self.0.waker.take();
+    }
+
     async fn wait_for(&self, mut ready: impl FnMut(bool) -> bool) {
         poll_fn(|context| {
             if ready(self.0.low.get()) {

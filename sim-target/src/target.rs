@@ -368,6 +368,11 @@ impl SimTarget {
 
 impl Drop for SimTarget {
     fn drop(&mut self) {
+        // Laboratory and wires may outlive the robot; its tasks are freed below.
+        self.to_robot.forget_reader();
+        self.to_host.forget_reader();
+        self.lab.world.borrow().emergency_stop.forget_waiter();
+        self.lab.world.borrow().driver_fault.forget_waiter();
         clock::release();
     }
 }

@@ -62,6 +62,11 @@ impl Wire {
         self.0.borrow_mut().cut = cut;
     }
 
+    /// Wakes nobody any more: the reader is about to be freed.
+    pub(crate) fn forget_reader(&self) {
+        self.0.borrow_mut().reader = None;
+    }
+
     /// Puts bytes on the line without waiting for it.
     pub fn write_now(&self, bytes: &[u8]) {
         let mut state = self.0.borrow_mut();

@@ -84,8 +84,10 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// Power-on to idle.
     async fn boot(shared: &'a Shared<M>, mut store: S, board: BoardInfo) -> Self {
         let loaded = store.load().await;
-        let store_damaged = loaded.is_err();
-        let saved = loaded.ok().flatten().filter(|config| config.validate().is_ok());
+        // What is readable but unphysical was not written by this firmware.
+        let loaded = loaded.ok().filter(|saved| saved.as_ref().is_none_or(|c| c.validate().is_ok()));
+        let store_damaged = loaded.is_none();
+        let saved = loaded.flatten();
         let config_origin =
             if saved.is_some() { ConfigOrigin::Saved } else { ConfigOrigin::Factory };
         let supervisor = Self {
@@ -106,7 +108,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             order_id: 0,
             after_stop: State::Armed,
         };
-        supervisor.configure_control();
+        supervisor.configure_control().await;
         shared.state.set(State::Idle);
         supervisor
     }
@@ -290,11 +292,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             Command::WriteConfig(config) => {
                 config.validate().map_err(Refusal::Config)?;
                 self.standing_still()?;
-                self.configure(config);
+                self.configure(config).await;
                 Ok(Answer::Done)
             }
             Command::SaveConfig => self.save().await,
-            Command::RestoreConfig(origin) => self.restore(origin),
+            Command::RestoreConfig(origin) => self.restore(origin).await,
             Command::Arm => self.obey_arm(),
             Command::Disarm => {
                 match self.state {
@@ -425,12 +427,13 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         Ok(Answer::Done)
     }
 
-    fn restore(&mut self, origin: ConfigOrigin) -> Result<Answer, Refusal> {
+    async fn restore(&mut self, origin: ConfigOrigin) -> Result<Answer, Refusal> {
         self.standing_still()?;
-        self.configure(match origin {
+        let config = match origin {
             ConfigOrigin::Factory => Config::default(),
             ConfigOrigin::Saved => self.saved.clone(),
-        });
+        };
+        self.configure(config).await;
         Ok(Answer::Config(self.config.clone()))
     }
 
@@ -497,13 +500,15 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         }
     }
 
-    fn configure(&mut self, config: Config) {
+    async fn configure(&mut self, config: Config) {
         self.config = config;
         self.probed = false;
-        self.configure_control();
+        self.configure_control().await;
     }
 
-    fn configure_control(&self) {
+    /// Hands the configuration to the control tasks, and waits until they have measured with it:
+    /// nothing is armed before the supply is known, nor planned from travel in the old scale.
+    async fn configure_control(&self) {
         let config = &self.config;
         self.shared.capture_settings.signal(CaptureSettings {
             odometry: Odometry::new(config),
@@ -515,6 +520,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv_min: self.supply_mv_min(),
         });
+        // The tick that is under way may still be one of before.
+        let before = self.shared.snapshot.get().measured.tick;
+        while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
+            Timer::after_micros(CONTROL_PERIOD_US.into()).await;
+        }
     }
 
     fn identity(&self) -> Identity {

@@ -1,7 +1,8 @@
 //! How the robot's deviation is measured, and what a drive says once it is.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 use robot_model::{
     Deviation, Experiment, FitOptions, Geometry, Leg, Pose, Track, TrackSample, Turns, WheelAngles,
@@ -75,9 +76,12 @@ impl Measurement {
         let leg = Leg::from(&self.wheel_weight);
         match (out.offset_m, self.offset_m) {
             (Some((out_m, out_sigma_m)), Some((back_m, back_sigma_m))) => {
-                let s_m = self.run.path.first().zip(self.run.path.last()).map_or(f64::NAN, |(a, b)| {
-                    (b.x_m - a.x_m).hypot(b.y_m - a.y_m)
-                });
+                let s_m = self
+                    .run
+                    .path
+                    .first()
+                    .zip(self.run.path.last())
+                    .map_or(f64::NAN, |(a, b)| (b.x_m - a.x_m).hypot(b.y_m - a.y_m));
                 Leg {
                     alpha_rad: 2.0 * (out_m + back_m) / s_m,
                     alpha_sigma_rad: 2.0 * out_sigma_m.hypot(back_sigma_m) / s_m,
@@ -97,7 +101,8 @@ impl Instrument {
                 lab.place_at_start();
                 Ok(())
             }
-            Instrument::Person { confirm: true, .. } | Instrument::TrackFile { confirm: true, .. } => {
+            Instrument::Person { confirm: true, .. }
+            | Instrument::TrackFile { confirm: true, .. } => {
                 let question = format!("Put the robot {place}, with room ahead, and press Enter:");
                 ui::ask(&question, session.clock()).await.map(drop)
             }
@@ -110,8 +115,7 @@ impl Instrument {
         match self {
             Instrument::Camera(lab, seen) => *seen = lab.camera_len(),
             Instrument::TrackFile { path, seen, .. } => {
-                // A tracking system may create it when the robot first moves.
-                *seen = if path.exists() { read_track(path).map_err(Error::new)?.0.len() } else { 0 };
+                *seen = track_so_far(path)?.len();
             }
             Instrument::Ruler(_) | Instrument::Person { .. } => {}
         }
@@ -119,26 +123,31 @@ impl Instrument {
     }
 
     /// Measures the drive that has just ended.
-    pub(super) async fn measure(&mut self, session: &mut Session, run: &Run<'_>) -> Result<Measurement> {
+    pub(super) async fn measure(
+        &mut self,
+        session: &mut Session,
+        run: &Run<'_>,
+    ) -> Result<Measurement> {
         match self {
             Instrument::Camera(lab, seen) => {
                 let parameters = lab.camera_parameters();
-                let samples = lab.camera_samples_from(*seen).into_iter().map(|sample| TrackSample {
-                    t_s: sample.t_s,
-                    x_m: sample.x_m,
-                    y_m: sample.y_m,
-                    heading_rad: Some(sample.heading_rad),
-                });
+                let samples =
+                    lab.camera_samples_from(*seen).into_iter().map(|sample| TrackSample {
+                        t_s: sample.t_s,
+                        x_m: sample.x_m,
+                        y_m: sample.y_m,
+                        heading_rad: Some(sample.heading_rad),
+                    });
                 let track = Track {
                     samples: samples.collect(),
                     position_sigma_m: parameters.position_sigma_m,
                     heading_sigma_rad: parameters.heading_sigma_rad,
                 };
-                let options = FitOptions { delay: !parameters.delay_known, ..FitOptions::default() };
-                run.from_track(&track, options)
+                let options = FitOptions { delay: !parameters.delay_known };
+                run.by_track(&track, options)
             }
             Instrument::TrackFile { path, position_sigma_m, heading_sigma_rad, seen, .. } => {
-                let (samples, _warnings) = read_track(path).map_err(Error::new)?;
+                let samples = track_so_far(path)?;
                 let samples = samples.get(*seen..).unwrap_or_default().to_vec();
                 if samples.len() < 10 {
                     return Err(Error::new(format_args!(
@@ -153,26 +162,40 @@ impl Instrument {
                     position_sigma_m: *position_sigma_m,
                     heading_sigma_rad: *heading_sigma_rad,
                 };
-                run.from_track(&track, FitOptions { delay: true, ..FitOptions::default() })
+                run.by_track(&track, FitOptions { delay: true })
             }
             Instrument::Ruler(lab) => {
                 let reading = lab.read_offset();
                 let sigma_m = lab.ruler_sigma_m();
-                run.from_reading(Deviation::LateralOffset { y_m: reading.left_m, sigma_m })
+                run.by_reading(Deviation::LateralOffset { y_m: reading.left_m, sigma_m })
             }
             Instrument::Person { resolution_m, .. } => {
                 // Rounded to the nearest mark, and the eye that reads it.
                 let sigma_m = *resolution_m / 2.0;
                 loop {
-                    let question = "How far from the line is it now, to the left positive (-36mm), or dx and dy of the trace's tangent (2.525cm 1mm)?";
+                    let question = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
                     let answer = ui::ask(question, session.clock()).await?;
-                    match parse_reading(&answer, sigma_m) {
-                        Ok(deviation) => return run.from_reading(deviation),
+                    let measured = parse_reading(&answer, sigma_m).and_then(|deviation| {
+                        run.by_reading(deviation).map_err(|error| error.to_string())
+                    });
+                    match measured {
+                        Ok(measurement) => return Ok(measurement),
                         Err(why) => ui::warn(why),
                     }
                 }
             }
         }
+    }
+}
+
+/// A track file as far as it has come: a tracking system may create it, or begin it, only when the
+/// robot first moves.
+fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
+    const HEADER_AND_TWO_ROWS: usize = 3;
+    match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Ok(text) if text.lines().count() < HEADER_AND_TWO_ROWS => Ok(Vec::new()),
+        _ => Ok(read_track(path)?.0),
     }
 }
 
@@ -219,7 +242,7 @@ impl Run<'_> {
         telemetry.iter().map(frame).collect()
     }
 
-    fn from_track(&self, track: &Track, options: FitOptions) -> Result<Measurement> {
+    fn by_track(&self, track: &Track, options: FitOptions) -> Result<Measurement> {
         let angles = self.wheel_angles();
         let fit = fit_track(track, &angles, self.geometry, options).map_err(|error| {
             Error::new(format_args!("the measured track says nothing about the wheels: {error}"))
@@ -244,7 +267,7 @@ impl Run<'_> {
         Ok(Measurement { wheel_weight: fit.wheel_weight, run, offset_m: None })
     }
 
-    fn from_reading(&self, deviation: Deviation) -> Result<Measurement> {
+    fn by_reading(&self, deviation: Deviation) -> Result<Measurement> {
         let angles = self.wheel_angles();
         let (Some(first), Some(last)) = (angles.first(), angles.last()) else {
             return Err(Error::new("the robot sent no telemetry during the drive"));
@@ -255,9 +278,9 @@ impl Run<'_> {
             geometry: *self.geometry,
             start_heading_sigma_rad: self.start_heading_sigma_rad,
         };
-        let wheel_weight = experiment
-            .wheel_weight()
-            .map_err(|error| Error::new(error).hint("measure again; check the signs and the units"))?;
+        let wheel_weight = experiment.wheel_weight().map_err(|error| {
+            Error::new(error).hint("measure again; check the signs and the units")
+        })?;
         let turns = angles.iter().map(|angles| angles.turns);
         let path = dead_reckon(Pose::ORIGIN, self.geometry, wheel_weight.value, turns);
         let end = path.last().copied().unwrap_or(Pose::ORIGIN);
@@ -292,14 +315,16 @@ impl Run<'_> {
         const MOVED_M: f64 = 0.02;
         let angles = self.wheel_angles();
         let radius_m = self.geometry.wheel_radius_m;
-        let moved = |turns: Turns| radius_m * (turns.phi_left_rad + turns.phi_right_rad).abs() / 2.0;
+        let moved =
+            |turns: Turns| radius_m * (turns.phi_left_rad + turns.phi_right_rad).abs() / 2.0;
         let robot_s = angles
             .iter()
             .find(|now| moved(now.turns.since(angles[0].turns)) > MOVED_M)
             .map(|now| now.t_s);
         let first = samples.first().copied();
         let track_s = first.and_then(|first| {
-            let moved = |now: &&TrackSample| (now.x_m - first.x_m).hypot(now.y_m - first.y_m) > MOVED_M;
+            let moved =
+                |now: &&TrackSample| (now.x_m - first.x_m).hypot(now.y_m - first.y_m) > MOVED_M;
             samples.iter().find(moved).map(|now| now.t_s)
         });
         if let (Some(robot_s), Some(track_s)) = (robot_s, track_s) {
@@ -318,10 +343,10 @@ mod tests {
     #[test]
     fn one_length_is_an_offset_and_two_are_the_papers_triangle() {
         let sigma_m = 0.0005;
-        assert_eq!(
-            parse_reading("-36 mm", sigma_m),
-            Ok(Deviation::LateralOffset { y_m: -0.036, sigma_m })
-        );
+        match parse_reading("-36 mm", sigma_m) {
+            Ok(Deviation::LateralOffset { y_m, .. }) => assert!((y_m + 0.036).abs() < 1e-12),
+            other => panic!("{other:?}"),
+        }
         match parse_reading("2.525 cm, 1mm", sigma_m) {
             Ok(Deviation::Tangent { dx_m, dy_m, .. }) => {
                 assert!((dx_m - 0.02525).abs() < 1e-12 && (dy_m - 0.001).abs() < 1e-12);

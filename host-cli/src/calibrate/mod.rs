@@ -37,7 +37,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { motion: Motion::PAPER, tolerance: 0.005, start_heading_sigma_rad: 0.002, out_and_back: false }
+        Self {
+            motion: Motion::PAPER,
+            tolerance: 0.005,
+            start_heading_sigma_rad: 0.002,
+            out_and_back: false,
+        }
     }
 }
 
@@ -182,7 +187,8 @@ async fn experiment(
     if settings.out_and_back {
         let back = bench.drive(&config, Drive::Back).await?;
         let forward = Leg::from(&before.wheel_weight);
-        let both = OutAndBack::new(forward, back.leg_after(&before), &geometry).map_err(Error::new)?;
+        let both =
+            OutAndBack::new(forward, back.leg_after(&before), &geometry).map_err(Error::new)?;
         (bench.tell)(Step::OutAndBack(&both));
         (value, sigma) = (both.wheel_weight, both.wheel_weight_sigma);
         out_and_back = Some(both);
@@ -235,10 +241,11 @@ impl Bench<'_> {
         };
         self.instrument.begin()?;
         let tell = &mut self.tell;
-        let recording = motion::drive(self.session, &motion, RecordOptions::default(), &mut |share| {
-            tell(Step::Driving(which, share));
-        })
-        .await?;
+        let recording =
+            motion::drive(self.session, &motion, RecordOptions::default(), &mut |share| {
+                tell(Step::Driving(which, share));
+            })
+            .await?;
         let run = measure::Run {
             recording: &recording,
             config,

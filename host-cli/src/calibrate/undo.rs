@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use shared_proto::Identity;
+use shared_proto::{ConfigOrigin, Identity};
 
-use crate::command::{hex, write_whole};
+use crate::command::hex;
 use crate::error::{Context, Error, Result};
+use crate::file::write_whole;
 use crate::session::Session;
 
 /// The last calibration of one robot.
@@ -23,7 +24,8 @@ pub struct Undo {
 
 /// The folder where calibrations are remembered: `$XDG_STATE_HOME/beeline`, or `~/.local/state/beeline`.
 pub fn state_folder() -> Result<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let set =
+        |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     set("XDG_STATE_HOME")
         .or_else(|| set("LOCALAPPDATA"))
         .or_else(|| set("HOME").map(|home| home.join(".local/state")))
@@ -40,9 +42,11 @@ impl Undo {
 
     /// Remembers this calibration in `folder`.
     pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<()> {
-        std::fs::create_dir_all(folder).context(format_args!("cannot make {}", folder.display()))?;
+        std::fs::create_dir_all(folder)
+            .context(format_args!("cannot make {}", folder.display()))?;
         let text = toml::to_string(self).context("the calibration to remember")?;
-        write_whole(&Self::file(folder, identity), text.as_bytes())
+        let file = Self::file(folder, identity);
+        write_whole(&file, text.as_bytes()).context(format_args!("cannot write {}", file.display()))
     }
 
     /// The last calibration of this robot.
@@ -57,20 +61,33 @@ impl Undo {
             Err(error) => return Err(Error::new(format_args!("{}: {error}", file.display()))),
         };
         toml::from_str(&text).map_err(|error| {
-            Error::new(format_args!("{}: {}", file.display(), error.to_string().trim_end()))
-                .hint("delete this file; `beeline config set geometry.wheel_weight` does what it did")
+            Error::new(format_args!("{}: {}", file.display(), error.to_string().trim_end())).hint(
+                "delete this file; `beeline config set geometry.wheel_weight` does what it did",
+            )
         })
     }
 
     /// Puts back what was there, saves it, and forgets the calibration.
-    pub async fn carry_out(&self, session: &mut Session, folder: &Path, identity: &Identity) -> Result<()> {
+    pub async fn carry_out(
+        &self,
+        session: &mut Session,
+        folder: &Path,
+        identity: &Identity,
+    ) -> Result<()> {
+        if identity.unsaved {
+            // Only the calibration is undone: nothing else gets saved on the way.
+            session.restore_config(ConfigOrigin::Saved).await?;
+        }
         let mut config = session.read_config().await?;
         if config.geometry.wheel_weight != self.after {
             return Err(Error::new(format_args!(
                 "W_T is {} now, not the {} of the last calibration: it was changed since",
                 config.geometry.wheel_weight, self.after
             ))
-            .hint(format_args!("`beeline config set geometry.wheel_weight {} --save` puts the older one back", self.before)));
+            .hint(format_args!(
+                "`beeline config set geometry.wheel_weight {} --save` puts the older one back",
+                self.before
+            )));
         }
         config.geometry.wheel_weight = self.before;
         session.write_config(&config).await?;

@@ -1,11 +1,10 @@
 //! `beeline calibrate`
 
-use std::io::Write;
 use std::path::Path;
 
+use robot_model::WheelWeight;
 use serde_json::{Value, json};
 use sim_target::Lab;
-use tempfile::NamedTempFile;
 
 use super::drive::straight;
 use super::identify::display_name;
@@ -16,9 +15,10 @@ use crate::calibrate::{
 };
 use crate::cli::{CalibrateArgs, Common, Measure};
 use crate::error::{Error, Result};
-use crate::picture::{CalibrationReport, ProfileNumbers, to_html};
+use crate::file::{check_writable, write_whole};
+use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::port::with_robot;
-use crate::quantity::LengthUnit;
+use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, Progress, WARN, note, paint, say, warn};
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
@@ -26,7 +26,8 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         return undo(common);
     }
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
-    let picture = Picture::reserve(&args.output)?;
+    check_writable(&args.output)
+        .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
     let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
         let settings = Settings {
@@ -45,13 +46,21 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         }
         Ok(outcome)
     })?;
-    finish(common, args, outcome, picture)
+    finish(common, args, outcome)
+}
+
+fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
+    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
 }
 
 fn undo(common: &Common) -> Result<()> {
     if common.port.is_sim() && common.flash.is_none() {
-        return Err(Error::new("this simulated robot forgets when the command ends: nothing to undo")
-            .hint("give it a memory with --flash FILE, or run `beeline sim --listen` and use that port"));
+        return Err(Error::new(
+            "this simulated robot forgets when the command ends: nothing to undo",
+        )
+        .hint(
+            "give it a memory with --flash FILE, or run `beeline sim --listen` and use that port",
+        ));
     }
     let folder = state_folder()?;
     let undone = with_robot(&common.port, &common.sim(), async |session, _| {
@@ -107,48 +116,6 @@ fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
     }
 }
 
-/// A place for the picture, taken before the robot moves.
-struct Picture {
-    file: NamedTempFile,
-}
-
-impl Picture {
-    fn reserve(path: &Path) -> Result<Self> {
-        let failed = |error: &dyn std::fmt::Display| {
-            Error::new(format_args!("cannot write the picture {}: {error}", path.display()))
-                .hint("-o FILE puts it elsewhere")
-        };
-        if path.is_dir() {
-            return Err(failed(&"it is a folder"));
-        }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let file = tempfile::Builder::new()
-            .prefix(".beeline-")
-            .tempfile_in(folder)
-            .map_err(|error| failed(&error))?;
-        Ok(Self { file })
-    }
-
-    fn write(mut self, path: &Path, html: &str) -> Result<()> {
-        let failed = |error: &dyn std::fmt::Display| {
-            Error::new(format_args!("cannot write the picture {}: {error}", path.display()))
-                .hint("the calibration itself is done and saved")
-        };
-        self.file.write_all(html.as_bytes()).map_err(|error| failed(&error))?;
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let mode = std::fs::Permissions::from_mode(0o644);
-            self.file.as_file().set_permissions(mode).map_err(|error| failed(&error))?;
-        }
-        self.file.persist(path).map_err(|error| failed(&error.error))?;
-        Ok(())
-    }
-}
-
 /// Tells the user what is going on.
 struct Teller {
     quiet: bool,
@@ -185,8 +152,11 @@ impl Teller {
                 self.measured(which, measurement);
             }
             Step::OutAndBack(both) => note(format_args!("  {}", both.verdict.sentence())),
-            Step::Written(value) => note(format_args!("  W_T = {value:.6} written and read back")),
-            Step::Saved => note("  W_T saved"),
+            Step::Written(value) => {
+                note(format_args!("  written    W_T {value:.6}, read back"));
+                note(paint(BOLD, "Driving again"));
+            }
+            Step::Saved => note("  saved      survives power-off"),
         }
     }
 
@@ -198,8 +168,13 @@ impl Teller {
             checks.asked, checks.asked, checks.repeated
         ));
         note(format_args!("  supply     {:.2} V", checks.supply_v));
+        if checks.identity.unsaved {
+            warn(
+                "what was changed and not saved is dropped: a calibration starts from the saved configuration",
+            );
+        }
         note(format_args!(
-            "  geometry   wheels {}, track {}, W_T {}",
+            "  geometry   wheels {}, track {}, W_T {:.6}",
             LengthUnit::Cm.format(config.geometry.wheel_radius_m, 2),
             LengthUnit::Cm.format(config.geometry.track_width_m, 2),
             config.geometry.wheel_weight
@@ -215,31 +190,43 @@ impl Teller {
         match which {
             Drive::Before => {
                 note("  encoders   run with their motors");
-                note(format_args!("  before     {off} to the {side}, heading {heading_mrad:+.1} mrad"));
+                note(format_args!(
+                    "  before     {off} to the {side}, heading {heading_mrad:+.1} mrad"
+                ));
                 let weight = &measurement.wheel_weight;
-                note(format_args!("  W_T        {:.6} +- {:.6}", weight.value, weight.sigma));
+                note(format_args!("  W_T        {}", plus_minus(weight.value, weight.sigma)));
             }
-            Drive::Back => note(format_args!("  way back   turned by {:+.1} mrad", -measurement.wheel_weight.alpha_rad * 1e3)),
+            Drive::Back => note(format_args!(
+                "  way back   turned by {:+.1} mrad",
+                -measurement.wheel_weight.alpha_rad * 1e3
+            )),
             Drive::After => {
-                note(format_args!("  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"));
+                note(format_args!(
+                    "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"
+                ));
             }
         }
     }
 }
 
-fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome, picture: Picture) -> Result<()> {
+fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()> {
     let after = match &outcome.decision {
         Decision::Corrected(after) => Some(after),
         Decision::NotBetter(after) => {
-            let change = mm(outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
-            return Err(Error::said_no(format_args!("the new W_T made it no better ({change}); the old one is back"))
-                .hint("is the start line-up good enough? --out-and-back tells a pull from a radius"));
+            let change =
+                mm(outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
+            return Err(Error::said_no(format_args!(
+                "the new W_T made it no better ({change}); the old one is back"
+            ))
+            .hint("is the start line-up good enough? --out-and-back tells a pull from a radius"));
         }
         Decision::AlreadyStraight | Decision::NotARadius => None,
     };
     if let Some(after) = after {
         let report = report(common, args, &outcome, after);
-        picture.write(&args.output, &to_html(&report))?;
+        write_whole(&args.output, draw(&report, &args.output).as_bytes()).map_err(|error| {
+            cannot_draw(&args.output, error).hint("the calibration itself is done and saved")
+        })?;
     }
     if common.json {
         say(to_json(&outcome, after, &args.output));
@@ -248,13 +235,15 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome, picture: Pict
     let weight = &outcome.before.wheel_weight;
     match after {
         Some(after) => {
-            let (before_m, after_m) = (outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
+            let (before_m, after_m) =
+                (outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
             say("");
             say(table(&outcome, after));
             say("");
             say(format_args!("{} {}", paint(GOOD, "Drives straight:"), mm(before_m, after_m)));
-            say(format_args!("  W_T is sure to +- {:.6}; {}", weight.sigma, weight.what_would_reduce_it_most()));
-            say(format_args!("  picture: {}", paint(BOLD, args.output.display())));
+            say(format_args!("  W_T      {}", plus_minus(weight.value, weight.sigma)));
+            advise(weight);
+            say(format_args!("  picture  {}", paint(BOLD, args.output.display())));
             next_steps(common);
         }
         None if matches!(outcome.decision, Decision::NotARadius) => {
@@ -266,16 +255,28 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome, picture: Pict
         }
         None => {
             say(format_args!(
-                "{} W_T {} is within one sigma ({:.6}) of the measured {:.6}. Nothing was changed.",
+                "{} W_T {:.6} is within one sigma of the measured {}. Nothing was changed.",
                 paint(GOOD, "Straight already:"),
                 outcome.before.run.driven_with,
-                weight.sigma,
-                weight.value
+                plus_minus(weight.value, weight.sigma)
             ));
-            say(format_args!("  {}", weight.what_would_reduce_it_most()));
+            advise(weight);
         }
     }
     Ok(())
+}
+
+/// What would make W_T more certain, one thought a line.
+fn advise(weight: &WheelWeight) {
+    for thought in weight.what_would_reduce_it_most().to_string().split("; ") {
+        say(format_args!("           {thought}"));
+    }
+}
+
+/// The drawing alone for a file whose name ends in .svg, else the whole page.
+fn draw(report: &CalibrationReport, output: &Path) -> String {
+    let ending = output.extension().unwrap_or_default();
+    if ending.eq_ignore_ascii_case("svg") { to_svg(report) } else { to_html(report) }
 }
 
 fn mm(before_m: f64, after_m: f64) -> String {
@@ -283,16 +284,21 @@ fn mm(before_m: f64, after_m: f64) -> String {
 }
 
 fn table(outcome: &Outcome, after: &Measurement) -> String {
-    let row = |name: &str, before: String, after: String| format!("{name:<22} {before:>12} {after:>12}\n");
+    let row = |name: &str, before: String, after: String| {
+        format!("{name:<22} {before:>12} {after:>12}\n")
+    };
     let (before, after) = (&outcome.before.run, &after.run);
     let radius_m = outcome.geometry.wheel_radius_m;
     let mut table = paint(DIM, row("", "before".into(), "after".into()).trim_end()) + "\n";
     for (name, value) in [
-        ("W_T in use", (|run| format!("{:.6}", run.driven_with)) as fn(&crate::picture::RunReport) -> String),
+        (
+            "W_T in use",
+            (|run| format!("{:.6}", run.driven_with)) as fn(&crate::picture::RunReport) -> String,
+        ),
         ("lateral offset", |run| format!("{:+.1} mm", run.end.lateral_offset_m * 1e3)),
         ("heading at the end", |run| format!("{:+.2} mrad", run.end.heading_rad * 1e3)),
         ("W_T measured", |run| format!("{:.6}", run.wheel_weight.value)),
-        ("  standard deviation", |run| format!("{:.6}", run.wheel_weight.sigma)),
+        ("  one sigma", |run| format!("{:.6}", run.wheel_weight.sigma)),
     ] {
         table += &row(name, value(before), value(after));
     }
@@ -302,19 +308,36 @@ fn table(outcome: &Outcome, after: &Measurement) -> String {
 }
 
 fn next_steps(common: &Common) {
-    let port = if common.port.is_sim() { String::new() } else { format!(" --port {}", common.port) };
-    say("  next:");
-    if common.port.is_sim() {
-        say("    beeline calibrate --seed 7 --measure ruler     another robot, measured with a ruler");
-        say("    beeline calibrate --out-and-back               is it the radius at all?");
-        say("    beeline calibrate --port /dev/ttyACM0          a real one");
+    let port =
+        if common.port.is_sim() { String::new() } else { format!(" --port {}", common.port) };
+    let suggestions = if common.port.is_sim() {
+        [
+            ("calibrate --seed 7 --measure ruler", "another robot, measured with a ruler"),
+            ("calibrate --out-and-back", "is it the radius at all?"),
+            ("calibrate --port /dev/ttyACM0", "a real one"),
+        ]
+        .to_vec()
     } else {
-        say(format_args!("    beeline drive straight 8rev{port}"));
-        say(format_args!("    beeline calibrate --undo{port}"));
+        vec![
+            ("drive straight 8rev", "look along the line"),
+            ("calibrate --undo", "put the old W_T back"),
+        ]
+    };
+    let width =
+        suggestions.iter().map(|(command, _)| command.len() + port.len()).max().unwrap_or(0);
+    say("\nWhat to try next:");
+    for (command, why) in suggestions {
+        let command = format!("{command}{port}");
+        say(format_args!("  beeline {command:<width$}   {}", paint(DIM, why)));
     }
 }
 
-fn report(common: &Common, args: &CalibrateArgs, outcome: &Outcome, after: &Measurement) -> CalibrationReport {
+fn report(
+    common: &Common,
+    args: &CalibrateArgs,
+    outcome: &Outcome,
+    after: &Measurement,
+) -> CalibrationReport {
     let radius_m = outcome.geometry.wheel_radius_m;
     CalibrationReport {
         robot_name: display_name(&outcome.checks.identity),
@@ -363,4 +386,3 @@ fn to_json(outcome: &Outcome, after: Option<&Measurement>, picture: &Path) -> Va
         "picture": after.map(|_| picture),
     })
 }
-

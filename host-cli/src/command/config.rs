@@ -1,15 +1,16 @@
 //! `beeline config`
 
-use std::io::Write;
 use std::path::Path;
 
-use shared_proto::{Config, ConfigOrigin};
+use serde_json::json;
+use shared_proto::{Config, ConfigError, ConfigOrigin};
 use toml::Value;
 
 use crate::cli::{Common, ConfigCommand};
 use crate::error::{Context, Error, Result};
+use crate::file::write_whole;
 use crate::port::with_robot;
-use crate::ui::{note, say, warn};
+use crate::ui::{note, say, tell, warn};
 
 pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
     match command {
@@ -17,13 +18,15 @@ pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
             let config = read(common)?;
             show(common, &config, field.as_deref())
         }
-        ConfigCommand::Set { field, value, save } => change(common, *save, |config| {
-            set(config, field, value)
-        }),
+        ConfigCommand::Set { field, value, save } => {
+            change(common, *save, |config| set(config, field, value))
+        }
         ConfigCommand::Save => {
-            with_robot(&common.port, &common.sim(), async |session, _| session.save_config().await)?;
+            with_robot(&common.port, &common.sim(), async |session, _| {
+                session.save_config().await
+            })?;
             warn_if_it_forgets(common);
-            note("saved");
+            tell(common, json!({"saved": true}), "saved");
             Ok(())
         }
         ConfigCommand::Restore { factory } => {
@@ -35,16 +38,41 @@ pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
         }
         ConfigCommand::Export { file, force } => {
             let config = read(common)?;
-            export(&config, file, *force)
+            export(common, &config, file, *force)
         }
         ConfigCommand::Import { file, save } => {
-            let text = std::fs::read_to_string(file).context(file.display())?;
-            let config: Config = toml::from_str(&text)
-                .map_err(|error| Error::new(format_args!("{}: {}", file.display(), error.to_string().trim_end())))?;
-            config.validate().map_err(|error| Error::new(format_args!("{}: {error}", file.display())))?;
+            let config = import(file)?;
             change(common, *save, |_| Ok(config.clone()))
         }
     }
+}
+
+fn import(file: &Path) -> Result<Config> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        Error::new(format_args!("cannot read {}: {error}", file.display()))
+            .hint("`beeline config export` writes such a file")
+    })?;
+    let config: Config = toml::from_str(&text).map_err(|error| {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let problem = error.message().replace('\n', " ");
+        Error::new(format_args!("{}:{line}:{column}: {problem}", file.display()))
+            .hint("`beeline config export` writes a file with every field")
+    })?;
+    config
+        .validate()
+        .map_err(|error| out_of_range(format_args!("{}: {error}", file.display()), &error))?;
+    Ok(config)
+}
+
+fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
+    Error::new(what).hint(match error {
+        ConfigError::OutOfRange { .. } => "values are in SI units: metres, seconds, volts",
+        ConfigError::DistancePerCount { .. } => {
+            "change the three together, with `beeline config import`"
+        }
+    })
 }
 
 fn read(common: &Common) -> Result<Config> {
@@ -65,16 +93,35 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
     if save {
         warn_if_it_forgets(common);
     } else if common.port.is_sim() {
-        warn("a simulated robot ends with the command, and what is not saved ends with it; add --save --flash FILE");
+        warn(
+            "a simulated robot ends with the command, and what is not saved ends with it; add --save --flash FILE",
+        );
     }
     let (before, after) = (flatten(&before)?, flatten(&after)?);
-    for ((path, old), (_, new)) in before.iter().zip(&after) {
-        if old != new {
-            say(format_args!("{path}: {old} -> {new}"));
-        }
+    let changed = || before.iter().zip(&after).filter(|(old, new)| old != new);
+    if common.json {
+        let changed: serde_json::Map<_, _> = changed()
+            .map(|((path, old), (_, new))| {
+                (path.clone(), json!({"before": to_json(old), "after": to_json(new)}))
+            })
+            .collect();
+        say(json!({"changed": changed, "saved": save}));
+        return Ok(());
     }
-    note(if save { "written, read back and saved" } else { "written and read back; `beeline config save` keeps it" });
+    for ((path, old), (_, new)) in changed() {
+        say(format_args!("{path}: {old} -> {new}"));
+    }
+    note(match (changed().count(), save) {
+        (0, false) => "it was like that already",
+        (_, false) => "written and read back; `beeline config save` keeps it",
+        (_, true) => "written, read back and saved",
+    });
     Ok(())
+}
+
+/// A leaf as JSON: numbers, truth values and quoted text read the same in TOML.
+fn to_json(leaf: &str) -> serde_json::Value {
+    serde_json::from_str(leaf).unwrap_or_else(|_| leaf.into())
 }
 
 fn warn_if_it_forgets(common: &Common) {
@@ -83,40 +130,22 @@ fn warn_if_it_forgets(common: &Common) {
     }
 }
 
-fn export(config: &Config, file: &Path, force: bool) -> Result<()> {
+fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<()> {
     let text = toml::to_string(config).context("the configuration")?;
     if file.as_os_str() == "-" {
         say(text.trim_end());
         return Ok(());
     }
     if file.exists() && !force {
-        return Err(Error::new(format_args!("{} exists", file.display())).hint("--force overwrites it"));
+        return Err(
+            Error::new(format_args!("{} exists", file.display())).hint("--force overwrites it")
+        );
     }
-    write_whole(file, text.as_bytes())?;
-    note(format_args!("{} written", file.display()));
-    Ok(())
-}
-
-/// Writes a file whole or not at all.
-pub(crate) fn write_whole(file: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let failed = |error: &dyn std::fmt::Display| {
+    write_whole(file, text.as_bytes()).map_err(|error| {
         Error::new(format_args!("cannot write {}: {error}", file.display()))
             .hint("does its folder exist, and may you write there?")
-    };
-    let mut beside = tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(&error))?;
-    beside.write_all(bytes).map_err(|error| failed(&error))?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // A temporary file is private; the result is an ordinary file.
-        let mode = std::fs::Permissions::from_mode(0o644);
-        beside.as_file().set_permissions(mode).map_err(|error| failed(&error))?;
-    }
-    beside.persist(file).map_err(|error| failed(&error.error))?;
+    })?;
+    tell(common, json!({ "file": file }), format_args!("{} written", file.display()));
     Ok(())
 }
 
@@ -180,7 +209,9 @@ fn no_such_field(root: &Value, field: &str) -> Error {
     let similar: Vec<_> = leaves(root)
         .into_iter()
         .map(|(path, _)| path)
-        .filter(|path| path.contains(last) || path.rsplit('.').next().is_some_and(|name| last.contains(name)))
+        .filter(|path| {
+            path.contains(last) || path.rsplit('.').next().is_some_and(|name| last.contains(name))
+        })
         .take(4)
         .collect();
     let error = Error::new(format_args!("the configuration has no field `{field}`"));
@@ -204,11 +235,13 @@ fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
     }
     *place = match place {
         Value::Float(_) => Value::Float(text.parse().map_err(|_| {
-            Error::new(format_args!("{field} = {text}: must be a number, in SI units")).hint("for example 0.9919")
+            Error::new(format_args!("{field} = {text}: must be a number, in SI units"))
+                .hint("for example 0.9919")
         })?),
-        Value::Boolean(_) => Value::Boolean(
-            text.parse().map_err(|_| Error::new(format_args!("{field} = {text}: must be true or false")))?,
-        ),
+        Value::Boolean(_) => Value::Boolean(text.parse().map_err(|_| {
+            Error::new(format_args!("{field} = {text}: must be true or false"))
+                .hint(format_args!("`beeline config set {field} true`"))
+        })?),
         Value::String(_) => Value::String(text.into()),
         _ => {
             return Err(Error::new(format_args!("{field} is a group of fields"))
@@ -220,8 +253,9 @@ fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
             "{field} = {text}: too long, at most {} bytes",
             shared_proto::NAME_LEN_MAX
         ))
+        .hint("choose a shorter one")
     })?;
-    changed.validate().map_err(Error::new)?;
+    changed.validate().map_err(|error| out_of_range(error, &error))?;
     Ok(changed)
 }
 

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::motion::{self, Motion, RecordOptions, Recording};
 use crate::port::with_robot;
 use crate::quantity::{Acceleration, Distance, Speed};
-use crate::ui::{Progress, note, say};
+use crate::ui::{Progress, say, tell};
 
 pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
     let (recording, config) = with_robot(&common.port, &common.sim(), async |session, _| {
@@ -16,7 +16,8 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
         let motion = motion_of(command, &config)?;
         let progress = Progress::new(kind(command), common.json);
         let options = RecordOptions::default();
-        let recording = motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
+        let recording =
+            motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
         Ok((recording, config))
     })?;
     report(common, &recording, &config)
@@ -27,7 +28,8 @@ pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
         let command = if now { Command::EmergencyStop } else { Command::Stop };
         session.request(command).await.map(|_| ())
     })?;
-    note(if now { "motors off; `beeline clear` clears the fault" } else { "stopping" });
+    let line = if now { "motors off; `beeline clear` clears the fault" } else { "stopping" };
+    tell(common, json!({"stopped": if now { "now" } else { "along a ramp" }}), line);
     Ok(())
 }
 
@@ -37,10 +39,12 @@ pub(super) fn clear(common: &Common) -> Result<()> {
         session.request(Command::ClearFault { number: report.number }).await?;
         Ok(Some(report))
     })?;
-    match cleared {
-        Some(report) => note(format_args!("cleared: {}", report.fault)),
-        None => note("no fault is latched"),
-    }
+    let fault = cleared.map(|report| report.fault.to_string());
+    let line = match &fault {
+        Some(fault) => format!("cleared: {fault}"),
+        None => "no fault is latched".into(),
+    };
+    tell(common, json!({ "cleared": fault }), line);
     Ok(())
 }
 
@@ -67,7 +71,9 @@ pub(super) fn motion_of(command: &DriveCommand, config: &Config) -> Result<Motio
         }
         DriveCommand::Arc { radius, angle, profile } => {
             if radius.m == 0.0 {
-                return Err(Error::new("an arc of radius zero is a spin").hint("beeline drive spin"));
+                return Err(
+                    Error::new("an arc of radius zero is a spin").hint("`beeline drive spin`")
+                );
             }
             // Ahead along the arc for a positive radius, to the left for a positive angle.
             let (ahead, turn) = (radius.m * angle.rad.abs(), angle.rad * radius.m.signum());
@@ -102,7 +108,8 @@ fn in_meters(distance: WheelPair<f64>, profile: &ProfileArgs, config: &Config) -
 }
 
 fn report(common: &Common, recording: &Recording, config: &Config) -> Result<()> {
-    let (Some(first), Some(last)) = (recording.telemetry.first(), recording.telemetry.last()) else {
+    let (Some(first), Some(last)) = (recording.telemetry.first(), recording.telemetry.last())
+    else {
         return Err(Error::new("the robot sent no telemetry during the motion"));
     };
     let counts = first.wheels.zip(last.wheels).map(|(first, last)| last.counts - first.counts);
@@ -147,7 +154,10 @@ mod tests {
     #[test]
     fn a_left_arc_turns_the_right_wheel_farther() {
         let left = arc(1.0, 1.0);
-        assert!((left.left - 0.814).abs() < 1e-12 && (left.right - 1.186).abs() < 1e-12, "{left:?}");
+        assert!(
+            (left.left - 0.814).abs() < 1e-12 && (left.right - 1.186).abs() < 1e-12,
+            "{left:?}"
+        );
         let right = arc(1.0, -1.0);
         assert_eq!((right.left, right.right), (left.right, left.left));
     }

@@ -37,7 +37,9 @@ pub(super) fn run(common: &Common) -> Result<()> {
 }
 
 fn show(identity: &Identity, status: &Status) {
-    let row = |name: &str, value: String| say(format_args!("{}  {value}", paint(DIM, format_args!("{name:>10}"))));
+    let row = |name: &str, value: String| {
+        say(format_args!("{}  {value}", paint(DIM, format_args!("{name:>10}"))))
+    };
     let [major, minor, patch] = identity.firmware;
     row("robot", paint(BOLD, display_name(identity)));
     row("board", format!("{}, {}", identity.board, hex(&identity.uid)));
@@ -63,10 +65,7 @@ fn show(identity: &Identity, status: &Status) {
     };
     let unsaved = if identity.unsaved { ", with unsaved changes" } else { "" };
     row("config", format!("{origin}{unsaved}"));
-    row(
-        "up",
-        format!("{:.1} s since {}", status.t_us as f64 * 1e-6, reset_cause(identity)),
-    );
+    row("up", format!("{:.1} s since {}", status.t_us as f64 * 1e-6, reset_cause(identity)));
     let state = match status.fault {
         Some(report) => paint(
             BAD,
@@ -85,7 +84,11 @@ fn show(identity: &Identity, status: &Status) {
         "link",
         format!(
             "{} frames received, {} sent, {} damaged, {} lost, {} telemetry dropped",
-            link.frames_received, link.frames_sent, link.frames_damaged, link.frames_lost, link.telemetry_dropped
+            link.frames_received,
+            link.frames_sent,
+            link.frames_damaged,
+            link.frames_lost,
+            link.telemetry_dropped
         ),
     );
 }

@@ -1,7 +1,6 @@
 //! One file a command.
 
 mod calibrate;
-pub(crate) use config::write_whole;
 pub(crate) use identify::hex;
 mod config;
 mod drive;
@@ -17,6 +16,7 @@ use clap::{CommandFactory, Parser};
 use crate::cli::{Cli, Command};
 use crate::error::Result;
 use crate::interrupt;
+use crate::ui::say;
 
 /// Carries the command line out.
 pub fn run(cli: &Cli) -> Result<()> {
@@ -57,7 +57,9 @@ pub fn run(cli: &Cli) -> Result<()> {
                 sim::run(common, args)
             }
             Command::Completions { shell } => {
-                clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut std::io::stdout());
+                let mut script = Vec::new();
+                clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut script);
+                say(String::from_utf8_lossy(&script).trim_end());
                 Ok(())
             }
         },

@@ -9,14 +9,16 @@ use crate::ui::{BOLD, DIM, paint, say};
 
 pub(super) fn run(common: &Common) -> Result<()> {
     let ports = serialport::available_ports().context("cannot list the serial ports")?;
-    let ports: Vec<_> = ports.into_iter().map(|port| (port.port_name, describe(&port.port_type))).collect();
+    let ports: Vec<_> =
+        ports.into_iter().map(|port| (port.port_name, describe(&port.port_type))).collect();
     if common.json {
         let ports: Vec<_> =
             ports.iter().map(|(name, kind)| json!({"port": name, "is": kind})).collect();
         say(json!({ "ports": ports }));
         return Ok(());
     }
-    let width = ports.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max("tcp:HOST:PORT".len());
+    let width =
+        ports.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max("tcp:HOST:PORT".len());
     for (name, kind) in &ports {
         say(format_args!("{}  {kind}", paint(BOLD, format_args!("{name:<width$}"))));
     }

@@ -7,7 +7,7 @@ use sim_target::Lab;
 use super::drive::{kind, motion_of};
 use crate::campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
 use crate::cli::{Common, RecordArgs};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::ui::{Progress, say, warn};
@@ -15,13 +15,13 @@ use crate::ui::{Progress, say, warn};
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     let (path, rows) = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
+        let motion = motion_of(&args.motion, &config)?;
         // Before the robot moves: a folder that cannot be written must not cost a run.
         let robot = robot_file(&config, lab.as_ref());
-        let writer = CampaignWriter::open(&args.campaign, &robot).map_err(Error::new)?;
+        let writer = CampaignWriter::open(&args.campaign, &robot)?;
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
-        let mut run = writer.start_run(name, &columns(lab.is_some())).map_err(Error::new)?;
+        let mut run = writer.start_run(name, &columns(lab.is_some()))?;
 
-        let motion = motion_of(&args.motion, &config)?;
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = (1000 / args.rate).max(1);
         let options = RecordOptions { period_ms, ..RecordOptions::default() };
@@ -31,10 +31,10 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
         let rows = rows(&recording.telemetry, lab.as_ref(), seen);
         for row in &rows {
-            run.push(row).map_err(Error::new)?;
+            run.push(row)?;
         }
         let facts = RunFacts { started_s: Some(started_s), ..RunFacts::default() };
-        let path = run.finish(facts).map_err(Error::new)?;
+        let path = run.finish(facts)?;
         Ok((path, rows))
     })?;
     if !rows.iter().any(|row| row.x_m.is_some()) {
@@ -77,7 +77,9 @@ fn columns(poses: bool) -> Vec<Column> {
 
 /// Telemetry and camera samples in order of time; a camera sample gets a row of its own.
 fn rows(telemetry: &[Telemetry], lab: Option<&Lab>, seen: usize) -> Vec<Row> {
-    let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else { return Vec::new() };
+    let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else {
+        return Vec::new();
+    };
     let start_us = first.t_us;
     let mut rows: Vec<_> = telemetry
         .iter()
@@ -94,7 +96,13 @@ fn rows(telemetry: &[Telemetry], lab: Option<&Lab>, seen: usize) -> Vec<Row> {
         let t_s = sample.t_s - start_us as f64 * 1e-6;
         if (0.0..=end_s).contains(&t_s) {
             let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
-            rows.push(Row { t_s, x_m, y_m, heading_rad: Some(sample.heading_rad), ..Row::default() });
+            rows.push(Row {
+                t_s,
+                x_m,
+                y_m,
+                heading_rad: Some(sample.heading_rad),
+                ..Row::default()
+            });
         }
     }
     rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));

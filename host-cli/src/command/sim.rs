@@ -3,18 +3,20 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sim_target::{Options, SimTarget};
 
 use crate::cli::{Common, SimArgs};
-use crate::error::{Context, Error, Result};
+use crate::error::{Error, Result};
 use crate::port::Port;
 use crate::serve::{ServeOptions, serve};
 use crate::ui::{BOLD, paint, say};
 
 pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     if !matches!(common.port, Port::Sim(_)) {
-        return Err(Error::new(format_args!("`beeline sim` simulates a robot; {} is one", common.port))
-            .hint("--port sim:SCENARIO.toml says which robot to simulate"));
+        return Err(Error::new(format_args!(
+            "`beeline sim` simulates a robot; {} is one",
+            common.port
+        ))
+        .hint("--port sim:SCENARIO.toml says which robot to simulate"));
     }
     let mut scenario = common.port.scenario()?;
     if let Some(seed) = common.seed {
@@ -25,12 +27,13 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         return Ok(());
     }
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };
-    let options = Options { flash: common.flash.clone(), ..Options::default() };
-    let mut target = SimTarget::new(&scenario, options).context("the simulator's flash")?;
+    let mut target = common.sim().target(&scenario)?;
     let options = ServeOptions {
         camera: args.camera.as_deref(),
         reset_on_connect: args.reset_on_connect,
-        duration: args.duration.map(|time| Duration::from_secs_f64(time.s)),
+        duration: args
+            .duration
+            .map(|time| Duration::try_from_secs_f64(time.s).unwrap_or(Duration::MAX)),
     };
     serve(&mut target, listen, &options, |address| {
         if common.json {

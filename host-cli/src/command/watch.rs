@@ -84,7 +84,12 @@ fn show_event(common: &Common, event: &Event) {
     match event {
         Event::Fault(report) => note(paint(
             BAD,
-            format_args!("fault: {} at {:.3} s; {}", report.fault, report.t_us as f64 * 1e-6, report.fault.remedy()),
+            format_args!(
+                "fault: {} at {:.3} s; {}",
+                report.fault,
+                report.t_us as f64 * 1e-6,
+                report.fault.remedy()
+            ),
         )),
         Event::State { t_us, state } => {
             note(paint(DIM, format_args!("{:>9.3}  {}", *t_us as f64 * 1e-6, state.name())));

@@ -64,15 +64,30 @@ pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
 /// W_T for people.
 pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
     let row = |name: &str, value: String| say(format_args!("{name:>8}  {value}"));
-    row("alpha", format!("{:.4} +- {:.4} rad, to the right positive", weight.alpha_rad, weight.alpha_sigma_rad));
+    row(
+        "alpha",
+        format!(
+            "{:.4} ± {:.4} rad, to the right positive",
+            weight.alpha_rad, weight.alpha_sigma_rad
+        ),
+    );
     let value = paint(BOLD, format_args!("{:.4}", weight.value));
-    row("W_T", format!("{value} +- {:.4}, 95 % from {:.4} to {:.4}", weight.sigma, weight.low95, weight.high95));
+    row(
+        "W_T",
+        format!(
+            "{value} ± {:.4}, 95 % from {:.4} to {:.4}",
+            weight.sigma, weight.low95, weight.high95
+        ),
+    );
     let radius_m = weight.right_radius_m(geometry);
     row("R_R", LengthUnit::Cm.format(radius_m, 4));
     for part in &weight.contributions {
         let share = (part.sigma / weight.sigma).powi(2) * 100.0;
-        let text = format!("{:<24} {:.6}  {share:>3.0} % of the variance", part.source.name(), part.sigma);
+        let text =
+            format!("{:<24} {:.6}  {share:>3.0} % of the variance", part.source.name(), part.sigma);
         row("", paint(DIM, text));
     }
-    row("", weight.what_would_reduce_it_most().to_string());
+    for thought in weight.what_would_reduce_it_most().to_string().split("; ") {
+        row("", thought.into());
+    }
 }

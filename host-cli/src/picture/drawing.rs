@@ -13,7 +13,8 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 138.0;
 /// Room above a panel for its title, and between lateral range and panel edge.
 const TITLE: f64 = 46.0;
-const FOOT: f64 = 52.0;
+/// Room below the panels for the ticks of the distance and two lines of words.
+const FOOT: f64 = 90.0;
 /// Tallest lateral range of one panel.
 const PANEL_MOST: f64 = 190.0;
 
@@ -34,7 +35,8 @@ pub(super) const STYLE: &str = "\
 .d .b{stroke:var(--before)}.d .a{stroke:var(--after)}.d .fb{fill:var(--before)}.d .fa{fill:var(--after)}\
 .d text.fb{fill:var(--before)}.d text.fa{fill:var(--after)}.d .o{opacity:.28}\
 .d .body{fill:var(--paper);stroke-width:2}.d .w{stroke-width:4.6;stroke-linecap:round;fill:none}\
-.d .n{stroke-width:2;fill:none;stroke-linecap:round;stroke-linejoin:round}.d .m{stroke-width:1.4;fill:none}";
+.d .n{stroke-width:2;fill:none;stroke-linecap:round;stroke-linejoin:round}.d .m{stroke-width:1.4;fill:none}\
+.d{overflow:visible}";
 
 /// Which of the two runs: its letter in the style sheet.
 #[derive(Clone, Copy)]
@@ -131,7 +133,7 @@ fn panel(svg: &mut String, frame: &Frame, top: f64, run: &RunReport, which: Whic
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
-        "<text class=\"t\" x=\"{}\" y=\"{}\">{title} <tspan class=\"f{class}\">W<tspan dy=\"3\" font-size=\"11\">T</tspan><tspan dy=\"-3\"> = {}</tspan></tspan></text>",
+        "<text class=\"t\" x=\"{}\" y=\"{}\">{title} <tspan class=\"f{class}\">W<tspan dy=\"3\" font-size=\".7em\">T</tspan><tspan dy=\"-3\"> = {}</tspan></tspan></text>",
         Px(x0),
         Px(top - 12.0),
         number(run.driven_with, 4)
@@ -186,11 +188,10 @@ fn deviation(svg: &mut String, frame: &Frame, y: &Scale, end: Pose, run: &RunRep
     let middle = (zero.0 + at.0) / 2.0;
     let _ = write!(
         svg,
-        "<text class=\"v f{class}\" x=\"{0}\" y=\"{1}\">{2} mm</text><text x=\"{0}\" y=\"{3}\">{side}</text>",
+        "<text class=\"v f{class}\" x=\"{0}\" y=\"{1}\">{2} mm</text><text x=\"{0}\" y=\"{1}\" dy=\"1.25em\">{side}</text>",
         Px(x + 12.0),
         Px(middle - 1.0),
-        number(run.end.lateral_offset_m.abs() * 1e3, 1),
-        Px(middle + 16.0)
+        number(run.end.lateral_offset_m.abs() * 1e3, 1)
     );
 }
 
@@ -220,7 +221,7 @@ fn distance_axis(svg: &mut String, frame: &Frame, top: f64) {
             svg,
             "<path class=\"g\" d=\"M{x} {}v6\"/><text x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
             Px(top),
-            Px(top + 21.0),
+            Px(top + 22.0),
             number(tick_m, decimals)
         );
     }
@@ -230,11 +231,11 @@ fn distance_axis(svg: &mut String, frame: &Frame, top: f64) {
     };
     let _ = write!(
         svg,
-        "<text x=\"{}\" y=\"{y}\">distance along the line in m</text>\
-         <text x=\"{}\" y=\"{y}\" text-anchor=\"end\">{exaggeration}; left is up; robot not to scale</text>",
-        Px(LEFT),
-        Px(WIDTH - 8.0),
-        y = Px(top + 44.0)
+        "<text x=\"{x}\" y=\"{}\">distance along the line in m</text>\
+         <text x=\"{x}\" y=\"{}\">{exaggeration}; left is up; robot not to scale</text>",
+        Px(top + 51.0),
+        Px(top + 77.0),
+        x = Px(LEFT)
     );
 }
 

@@ -19,7 +19,7 @@ pub fn to_html(report: &CalibrationReport) -> String {
 /// The drawing of both paths alone, as a stand-alone SVG file.
 pub fn to_svg(report: &CalibrationReport) -> String {
     let head = format!(
-        "<title>{}</title><style>{}{}</style><rect width=\"100%\" height=\"100%\" style=\"fill:var(--paper)\"/>",
+        "<title>{}</title><style>{}{}</style><rect width=\"100%\" height=\"100%\" rx=\"12\" style=\"fill:var(--paper)\"/>",
         scale::escape(&report.robot_name),
         drawing::COLOURS,
         drawing::STYLE

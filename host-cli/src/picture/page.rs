@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use robot_model::WheelWeight;
+use robot_model::wheel_weight::SIGMAS_95;
 
 use super::drawing::{COLOURS, STYLE, path_data, plan_view};
 use super::report::{CalibrationReport, RunReport};
@@ -13,9 +14,9 @@ const PAGE_STYLE: &str = "\
 *{box-sizing:border-box}html{color-scheme:light dark;background:var(--paper)}\
 body{margin:0 auto;max-width:1000px;padding:44px 20px 60px;color:var(--ink);\
 font:16px/1.5 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;font-variant-numeric:tabular-nums}\
-h1{font-size:34px;line-height:1.15;letter-spacing:-.02em;margin:0 0 10px;font-weight:700}\
+h1{font-size:clamp(25px,5vw,34px);line-height:1.15;letter-spacing:-.02em;margin:0 0 10px;font-weight:700}\
 h2{font-size:18px;margin:44px 0 10px;font-weight:650}p{margin:0 0 10px;max-width:46em}\
-.sub{color:var(--soft)}.before{color:var(--before)}.after{color:var(--after)}\
+h1 span{white-space:nowrap}.sub{color:var(--soft)}.before{color:var(--before)}.after{color:var(--after)}\
 .factor{display:inline-block;margin:0 0 6px;font-weight:650;color:var(--after)}\
 svg{display:block;width:100%;height:auto;margin:14px 0 0}\
 table{border-collapse:collapse;width:100%;margin-top:6px}\
@@ -23,14 +24,17 @@ th,td{padding:7px 0 7px 18px;text-align:right;border-bottom:1px solid var(--fain
 th:first-child,td:first-child{text-align:left;padding-left:0;color:var(--soft)}\
 thead th{font-weight:650;border-bottom:1.5px solid var(--line)}td small{color:var(--soft);font-size:1em}\
 .formula{display:flex;flex-wrap:wrap;align-items:center;gap:10px;font-size:18px;margin:14px 0;padding:16px 20px;\
-border:1px solid var(--faint);border-radius:10px}.formula i{font-family:Georgia,'Times New Roman',serif}\
+border:1px solid var(--faint);border-radius:10px}.formula>span{display:inline-flex;align-items:center;gap:10px}.formula i{font-family:Georgia,'Times New Roman',serif}\
 .fr{display:inline-flex;flex-direction:column;text-align:center}.fr>span{padding:1px 8px}\
 .fr>span:first-child{border-bottom:1.4px solid var(--ink)}sub{font-size:.68em;line-height:0}\
 .two{display:grid;grid-template-columns:1fr 1fr;gap:0 48px}@media(max-width:720px){.two{grid-template-columns:1fr}}\
 .advice{border-left:4px solid var(--after);padding:2px 0 2px 16px;margin-top:16px}\
 .bar{display:block;height:7px;border-radius:4px;background:var(--after);min-width:2px}td.wide{width:38%}\
-footer{margin-top:48px;color:var(--soft);font-size:14px}\
-@media print{body{padding:0;max-width:none}h2{break-after:avoid}svg,table,.formula{break-inside:avoid}}";
+.note{margin-top:8px;font-size:14px}footer{margin-top:48px;color:var(--soft);font-size:14px}\
+@media(max-width:640px){body{padding-top:26px}.d text{font-size:23px}.d .t,.d .v{font-size:27px}.d .p{stroke-width:5}\
+table{font-size:14px}th,td{padding-left:12px}td+td{white-space:nowrap}td.wide{width:22%}\
+.formula{font-size:15px;padding:14px}}\
+@media print{body{padding:0;max-width:none;font-size:13px}h1{font-size:26px}h2{break-after:avoid;margin-top:24px}svg,table,.formula{break-inside:avoid}}";
 
 /// The whole page.
 pub(super) fn page(report: &CalibrationReport) -> String {
@@ -55,7 +59,7 @@ pub(super) fn page(report: &CalibrationReport) -> String {
             html,
             "\n<h2>Out and back</h2>\n<p>{}.</p><p class=\"sub\">From the part that flips: W<sub>T</sub> = {}. \
              Pull: {} mrad per metre, to the right positive.</p>",
-            escape(out_and_back.verdict.sentence()),
+            escape(&capitalised(out_and_back.verdict.sentence())),
             plus_minus(out_and_back.wheel_weight, out_and_back.wheel_weight_sigma),
             plus_minus(out_and_back.pull_rad_per_m * 1e3, out_and_back.pull_sigma_rad_per_m * 1e3)
         );
@@ -69,23 +73,15 @@ fn header(html: &mut String, report: &CalibrationReport, name: &str) {
     let off_mm = |run: &RunReport| run.end.lateral_offset_m.abs() * 1e3;
     let (before, after) = (off_mm(&report.before), off_mm(&report.after));
     let claim = if after < before / 2.0 { "Drives straight" } else { "Not straighter yet" };
-    // An offset below its own uncertainty supports a factor of "at least" alone.
-    let sigma = report.after.end.lateral_offset_sigma_m * 1e3;
-    let factor = match before / after.max(sigma).max(0.01) {
-        factor if factor < 2.0 => String::new(),
-        factor => format!(
-            "<p class=\"factor\">{}{} times closer to the line</p>",
-            if after < sigma { "at least " } else { "" },
-            number(factor, if factor < 10.0 { 1 } else { 0 })
-        ),
-    };
+    let gain = gain(before, after, report.after.end.lateral_offset_sigma_m * 1e3);
+    let gain = gain.map_or_else(String::new, |gain| format!("<p class=\"factor\">{gain}</p>"));
     let date =
         report.date.as_ref().map_or_else(String::new, |date| format!(" \u{b7} {}", escape(date)));
     let profile = &report.profile;
     let _ = write!(
         html,
         "<p class=\"sub\">{name} \u{b7} {}{date}</p>\n<h1>{claim}: <span class=\"before\">{} mm</span> off before, \
-         <span class=\"after\">{} mm</span> after</h1>\n{factor}<p class=\"sub\">Driven twice: {} m in {} s, \
+         <span class=\"after\">{} mm</span> after</h1>\n{gain}<p class=\"sub\">Driven twice: {} m in {} s, \
          ramps of {} rev/s\u{b2}, cruise at {} rev/s.</p>\n",
         escape(&report.port),
         number(before, 1),
@@ -95,6 +91,22 @@ fn header(html: &mut String, report: &CalibrationReport, name: &str) {
         number(profile.acceleration_rev_per_s2, 3),
         number(profile.cruise_rev_per_s, 3)
     );
+}
+
+/// How much closer to the line the robot ends, in words; `None` if not even twice as close.
+///
+/// An offset whose 95 % interval holds zero supports no factor.
+fn gain(before_mm: f64, after_mm: f64, after_sigma_mm: f64) -> Option<String> {
+    if before_mm < 2.0 * after_mm.max(after_sigma_mm) {
+        return None;
+    }
+    if after_mm < SIGMAS_95 * after_sigma_mm {
+        let noise = number(after_sigma_mm, 1);
+        return Some(format!("closer to the line than can be measured here (\u{b1} {noise} mm)"));
+    }
+    let factor = before_mm / after_mm;
+    let places = if factor < 10.0 { 1 } else { 0 };
+    Some(format!("{} times closer to the line", number(factor, places)))
 }
 
 /// Lateral deviation against distance, both runs on one axis.
@@ -164,28 +176,36 @@ fn table(html: &mut String, report: &CalibrationReport) {
         let _ = write!(html, "<tr><td>{name}</td><td>{before}</td><td>{after}</td></tr>");
     };
     row("driven with W<sub>T</sub>", &|run| number(run.driven_with, 6));
-    row("lateral offset at the end, left positive", &|run| {
+    row("lateral offset at the end", &|run| {
         measured(run.end.lateral_offset_m * 1e3, run.end.lateral_offset_sigma_m * 1e3, "mm")
     });
-    row("heading at the end, left positive", &|run| {
+    row("heading at the end", &|run| {
         measured(run.end.heading_rad * 1e3, run.end.heading_sigma_rad * 1e3, "mrad")
     });
-    row("deviation angle \u{3b1}, right positive", &|run| {
+    row("deviation angle \u{3b1}", &|run| {
         measured(run.wheel_weight.alpha_rad * 1e3, run.wheel_weight.alpha_sigma_rad * 1e3, "mrad")
     });
-    row("what the run says W<sub>T</sub> is", &|run| {
+    row("W<sub>T</sub> by this run", &|run| {
         measured(run.wheel_weight.value, run.wheel_weight.sigma, "")
     });
     row("R<sub>R</sub> by that", &|run| {
         format!("{} cm", number(run.wheel_weight.right_radius_m(&report.geometry) * 100.0, 4))
     });
-    html.push_str("</tbody></table>");
+    html.push_str(
+        "</tbody></table>\n<p class=\"sub note\">Offset and heading are positive to the left, \u{3b1} to the right.</p>",
+    );
 }
 
 /// Value and sigma, the sigma in a softer colour.
 fn measured(value: f64, sigma: f64, unit: &str) -> String {
     let places = decimals(sigma).min(6);
     format!("{} <small>\u{b1} {} {unit}</small>", number(value, places), number(sigma, places))
+}
+
+/// As a sentence of its own.
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The 95 % intervals of both runs, and the weights that were driven with.
@@ -202,7 +222,7 @@ fn intervals(report: &CalibrationReport) -> String {
     let pad = ((high - low) * 0.06).max(1e-6);
     let range = (low - pad, high + pad);
     let x = Scale::over(range, (90.0, 930.0));
-    let mut svg = "<svg class=\"d\" viewBox=\"0 0 960 162\" role=\"img\" aria-label=\"95 percent intervals of the wheel weight\">".to_owned();
+    let mut svg = "<svg class=\"d\" viewBox=\"0 0 960 170\" role=\"img\" aria-label=\"95 percent intervals of the wheel weight\">".to_owned();
     let (levels, places) = ticks(range, nice_step(range.1 - range.0, 7.0));
     for level in levels {
         let at = x.at(level);
@@ -230,7 +250,8 @@ fn intervals(report: &CalibrationReport) -> String {
         );
     }
     svg.push_str(
-        "<text x=\"90\" y=\"155\">\u{25cf} measured, with its 95 % interval \u{2003} \u{25bd} driven with</text></svg>",
+        "<text x=\"90\" y=\"161\">\u{25cf} measured, with its 95 % interval \u{2003} \u{25bd} driven with</text>\
+         <text x=\"930\" y=\"161\" text-anchor=\"end\">W<tspan dy=\"3\" font-size=\".7em\">T</tspan></text></svg>",
     );
     svg
 }
@@ -270,14 +291,14 @@ fn formula(html: &mut String, report: &CalibrationReport) {
     let (left, right) = (weight.turns.phi_left_rad, weight.turns.phi_right_rad);
     let _ = write!(
         html,
-        "\n<h2>The calculation</h2>\n<div class=\"formula\"><span><i>W</i><sub>T</sub> =</span>\
+        "\n<h2>The calculation</h2>\n<div class=\"formula\"><span><span><i>W</i><sub>T</sub></span>=\
          <span class=\"fr\"><span><i>R</i><sub>L</sub> <i>\u{3c6}</i><sub>L</sub> \u{2212} <i>b \u{3b1}</i></span>\
-         <span><i>R</i><sub>L</sub> <i>\u{3c6}</i><sub>R</sub></span></span><span>=</span>\
+         <span><i>R</i><sub>L</sub> <i>\u{3c6}</i><sub>R</sub></span></span></span><span>=\
          <span class=\"fr\"><span>{radius_cm} cm \u{b7} {} \u{2212} {track_cm} cm \u{b7} {}</span>\
-         <span>{radius_cm} cm \u{b7} {}</span></span><span>=</span><span><b>{}</b></span></div>\n\
+         <span>{radius_cm} cm \u{b7} {}</span></span></span><span>=<b>{}</b></span></div>\n\
          <p class=\"sub\">R<sub>L</sub>: radius of the left wheel; b: distance between the wheels; \
          \u{3c6}: angles that the wheels turned, in rad; \u{3b1}: deviation angle in rad, to the right positive. \
-         W<sub>T</sub> = R<sub>R</sub> / R<sub>L</sub>, so R<sub>R</sub> = {} cm.</p>",
+         W<sub>T</sub> = R<sub>R</sub> / R<sub>L</sub>, so R<sub>R</sub>\u{a0}=\u{a0}{}\u{a0}cm.</p>",
         number(left, 3),
         number(weight.alpha_rad, 5),
         number(right, 3),

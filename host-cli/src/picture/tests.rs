@@ -72,16 +72,26 @@ fn the_picture_needs_nothing_but_itself() {
 }
 
 #[test]
-fn the_headline_states_both_offsets_and_the_factor() {
-    let report = report("Bee");
+fn the_headline_states_both_offsets_and_a_factor_only_beyond_the_noise() {
+    let mut report = report("Bee");
+    // 0.9 mm remain, more than four times this.
+    report.after.end.lateral_offset_sigma_m = 0.0002;
     let html = to_html(&report);
     assert!(html.contains("Drives straight"));
     for run in [&report.before, &report.after] {
         let mm = format!("{:.1} mm", run.end.lateral_offset_m.abs() * 1e3);
         assert!(html.contains(&mm), "{mm}");
     }
-    assert!(html.contains("times closer to the line"));
+    let offset_mm = |run: &RunReport| run.end.lateral_offset_m.abs() * 1e3;
+    let factor = offset_mm(&report.before) / offset_mm(&report.after);
+    assert!(html.contains(&format!(">{factor:.0} times closer to the line")), "{factor}");
     assert!(html.contains("lateral axis in mm, stretched ×"));
+    let mut noisy = report.clone();
+    noisy.after.end.lateral_offset_sigma_m = 0.002;
+    let html = to_html(&noisy);
+    // Less than 1.96 times 2 mm.
+    assert!(html.contains("closer to the line than can be measured here (± 2.0 mm)"));
+    assert!(!html.contains("times closer"));
     let worse = CalibrationReport { after: report.before.clone(), ..report };
     let html = to_html(&worse);
     assert!(html.contains("Not straighter yet") && !html.contains("times closer"));

@@ -1,4 +1,8 @@
+use core::f64::consts::TAU;
+
+use super::track::wrap;
 use super::*;
+use crate::geometry::Turns;
 use crate::noise::Noise;
 
 /// How a made-up robot and its camera behave.

@@ -1,10 +1,18 @@
 //! The command line.
 
+mod check;
+mod choice;
+
+pub use choice::{Listen, Measure};
+
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use self::check::{
+    above_zero, acceleration, angle, distance, length, not_negative, percent, speed, time,
+};
 use crate::port::{Port, SimOptions};
 use crate::quantity::{Acceleration, Angle, Distance, Length, Speed, Time};
 
@@ -16,11 +24,11 @@ const STYLES: Styles = Styles::styled()
 
 const EXAMPLES: &str = "\
 Examples:
-  beeline                                    calibrate a simulated robot and draw what happened
-  beeline calibrate --port /dev/ttyACM0      calibrate a real one, with a ruler
+  beeline                                        calibrate a simulated robot and draw what happened
+  beeline calibrate --port /dev/ttyACM0          calibrate a real one, with a ruler
   beeline drive straight 2m --port tcp:192.168.4.1:7700
-  beeline wheel-weight --dx 2.525cm --dy 1mm the paper's calculation on its own numbers
-  beeline sim --listen tcp:127.0.0.1:7700    a simulated robot in real time, for any serial program
+  beeline wheel-weight --dx 2.525cm --dy 1mm     the paper's calculation on its own numbers
+  beeline sim --listen tcp:127.0.0.1:7700        a robot in real time, for any serial program
 
 Exit codes: 0 done, 1 the check said no, 2 could not run, 130 stopped by Ctrl-C.";
 
@@ -41,15 +49,23 @@ pub struct Cli {
 pub struct Common {
     /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600),
     /// tcp:HOST:PORT, or sim[:SCENARIO.toml].
-    #[arg(long, short, global = true, value_name = "PORT", default_value = "sim", env = "BEELINE_PORT")]
+    #[arg(
+        long,
+        short,
+        global = true,
+        value_name = "PORT",
+        default_value = "sim",
+        env = "BEELINE_PORT",
+        help_heading = "Every command"
+    )]
     pub port: Port,
-    /// Print one JSON value instead of text.
-    #[arg(long, global = true)]
+    /// Print one JSON value instead of text (`watch`: one a line).
+    #[arg(long, global = true, help_heading = "Every command")]
     pub json: bool,
-    /// Simulator: the seed that draws everything random, instead of the scenario's.
+    /// The seed that draws everything random, instead of the scenario's.
     #[arg(long, global = true, value_name = "N", help_heading = "Simulator")]
     pub seed: Option<u64>,
-    /// Simulator: a file that stands for the robot's flash; without it, the robot forgets.
+    /// A file that stands for the robot's flash; without it, the robot forgets.
     #[arg(long, global = true, value_name = "FILE", help_heading = "Simulator")]
     pub flash: Option<PathBuf>,
 }
@@ -93,6 +109,9 @@ pub enum Command {
     /// Run a simulated robot in real time, behind TCP or a pseudo-terminal.
     Sim(SimArgs),
     /// Print a completion script for a shell.
+    #[command(
+        after_help = "Example:\n  beeline completions bash > ~/.local/share/bash-completion/completions/beeline"
+    )]
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
@@ -103,13 +122,17 @@ pub enum Command {
 #[derive(Debug, Subcommand)]
 pub enum ConfigCommand {
     /// Show the configuration in use, or a part of it.
-    #[command(after_help = "Examples:\n  beeline config get\n  beeline config get geometry.wheel_weight\n  beeline config get limits")]
+    #[command(
+        after_help = "Examples:\n  beeline config get\n  beeline config get geometry.wheel_weight\n  beeline config get limits"
+    )]
     Get {
         /// A field or a group, `geometry.wheel_weight` or `geometry`.
         field: Option<String>,
     },
     /// Change a field, in SI units. Not saved until `config save`.
-    #[command(after_help = "Example:\n  beeline config set geometry.wheel_weight 0.9919 --save --port /dev/ttyACM0")]
+    #[command(
+        after_help = "Example:\n  beeline config set geometry.wheel_weight 0.9919 --save --port /dev/ttyACM0"
+    )]
     Set {
         /// The field, `geometry.wheel_weight`.
         field: String,
@@ -129,6 +152,9 @@ pub enum ConfigCommand {
         factory: bool,
     },
     /// Write the configuration in use to a TOML file.
+    #[command(
+        after_help = "Examples:\n  beeline config export my-robot.toml\n  beeline config export -"
+    )]
     Export {
         /// The file; `-` for standard output.
         file: PathBuf,
@@ -137,6 +163,9 @@ pub enum ConfigCommand {
         force: bool,
     },
     /// Use the configuration of a TOML file.
+    #[command(
+        after_help = "Example:\n  beeline config import my-robot.toml --save --port /dev/ttyACM0"
+    )]
     Import {
         /// The file.
         file: PathBuf,
@@ -150,10 +179,10 @@ pub enum ConfigCommand {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ProfileArgs {
     /// Speed between the ramps, of the farther wheel: 0.2m/s, 0.523rev/s.
-    #[arg(long, value_name = "SPEED", default_value = "0.523rev/s")]
+    #[arg(long, value_name = "SPEED", default_value = "0.523rev/s", allow_hyphen_values = true, value_parser = above_zero(speed))]
     pub cruise: Speed,
     /// Steepness of the ramps: 0.05m/s^2, 0.101rev/s^2.
-    #[arg(long, value_name = "ACCELERATION", default_value = "0.101rev/s^2")]
+    #[arg(long, value_name = "ACCELERATION", default_value = "0.101rev/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Acceleration,
 }
 
@@ -161,7 +190,10 @@ pub struct ProfileArgs {
 #[derive(Clone, Debug, Subcommand)]
 pub enum DriveCommand {
     /// Drive straight; a negative distance goes backwards.
-    #[command(allow_negative_numbers = true, after_help = "Examples:\n  beeline drive straight 8rev\n  beeline drive straight -50cm --cruise 0.3m/s")]
+    #[command(
+        allow_negative_numbers = true,
+        after_help = "Examples:\n  beeline drive straight 8rev\n  beeline drive straight -50cm --cruise 0.3m/s"
+    )]
     Straight {
         /// How far: 1.8m, 8rev (turns of a wheel).
         #[arg(allow_hyphen_values = true)]
@@ -202,54 +234,27 @@ pub struct WatchArgs {
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub rate: u16,
     /// Stop after this long; without it, at Ctrl-C (simulator: after 2 s of its time).
-    #[arg(long = "for", value_name = "TIME")]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
     pub duration: Option<Time>,
 }
 
 /// `beeline record`
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0")]
+#[command(
+    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0"
+)]
 pub struct RecordArgs {
     /// The campaign folder; made if it does not exist.
     pub campaign: PathBuf,
     /// Name of the run; its kind if not given. A number is put before it.
-    #[arg(long)]
+    #[arg(long, global = true)]
     pub name: Option<String>,
     /// Samples per second.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, global = true, default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub rate: u16,
     /// The motion.
     #[command(subcommand)]
     pub motion: DriveCommand,
-}
-
-/// How the robot's deviation is measured.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Measure {
-    /// The simulator's overhead camera.
-    Camera,
-    /// The simulator's ruler.
-    Ruler,
-    /// A person is asked.
-    Ask,
-    /// A file to which another program writes the track.
-    Track(PathBuf),
-}
-
-impl std::str::FromStr for Measure {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "camera" => Ok(Measure::Camera),
-            "ruler" => Ok(Measure::Ruler),
-            "ask" => Ok(Measure::Ask),
-            _ => match text.strip_prefix("track:") {
-                Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
-                _ => Err("must be camera, ruler, ask or track:FILE".into()),
-            },
-        }
-    }
 }
 
 /// `beeline calibrate`
@@ -268,7 +273,7 @@ Examples:
   beeline calibrate --undo --port /dev/ttyACM0")]
 pub struct CalibrateArgs {
     /// How far to drive: 8rev, 2m.
-    #[arg(long, value_name = "DISTANCE", default_value = "8rev")]
+    #[arg(long, value_name = "DISTANCE", default_value = "8rev", allow_hyphen_values = true, value_parser = above_zero(distance))]
     pub distance: Distance,
     /// Shape of the motion.
     #[command(flatten)]
@@ -277,24 +282,24 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "HOW")]
     pub measure: Option<Measure>,
     /// Resolution of the ruler: a reading is good to half of it.
-    #[arg(long, value_name = "LENGTH", default_value = "1mm")]
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub ruler: Length,
     /// How well the robot is lined up with its start line, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "2mrad")]
+    #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = not_negative(angle))]
     pub start_heading: Angle,
     /// How well wheel radius and track width are known, one sigma, in percent.
-    #[arg(long, value_name = "PERCENT", default_value_t = 0.5)]
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.5, allow_hyphen_values = true, value_parser = percent)]
     pub tolerance: f64,
     /// Noise of the measured track's positions, one sigma.
-    #[arg(long, value_name = "LENGTH", default_value = "1mm")]
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub position_sigma: Length,
     /// Noise of the measured track's headings, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "2mrad")]
+    #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Angle,
     /// Also drive back each time, so that a pull is not taken for a radius.
     #[arg(long)]
     pub out_and_back: bool,
-    /// Where the picture goes.
+    /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
     pub output: PathBuf,
     /// No questions: start without asking whether the robot stands at its line.
@@ -313,31 +318,38 @@ paper) or the lateral offset of the end from the start line (--lateral, to the L
 
 Examples:
   beeline wheel-weight --dx 2.525cm --dy 1mm
-  beeline wheel-weight --lateral -36mm --ruler 1mm --start-heading 2mrad")]
+  beeline wheel-weight --lateral -36mm --start-heading 2mrad")]
+#[command(group(ArgGroup::new("deviation").required(true)))]
 pub struct WheelWeightArgs {
     /// Base of the tangent, along the line.
-    #[arg(long, value_name = "LENGTH", requires = "dy", conflicts_with = "lateral")]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        allow_hyphen_values = true,
+        requires = "dy",
+        group = "deviation"
+    )]
     pub dx: Option<Length>,
     /// Rise of the tangent over that base, to the right positive.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, requires = "dx")]
     pub dy: Option<Length>,
     /// Offset of the end from the start line, to the left positive.
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, required_unless_present = "dx")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, group = "deviation")]
     pub lateral: Option<Length>,
     /// Uncertainty of a reading, one sigma.
-    #[arg(long, value_name = "LENGTH", default_value = "0.5mm")]
+    #[arg(long, value_name = "LENGTH", default_value = "0.5mm", allow_hyphen_values = true, value_parser = not_negative(length))]
     pub sigma: Length,
     /// Wheel radius, R_L.
-    #[arg(long, value_name = "LENGTH", default_value = "3.6cm")]
+    #[arg(long, value_name = "LENGTH", default_value = "3.6cm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub radius: Length,
     /// Track width, b.
-    #[arg(long, value_name = "LENGTH", default_value = "37.2cm")]
+    #[arg(long, value_name = "LENGTH", default_value = "37.2cm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub track_width: Length,
     /// Encoder counts per wheel revolution, N / g.
-    #[arg(long, value_name = "N", default_value_t = 900.0)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 900.0)]
     pub counts_per_rev: f64,
     /// Wheel revolutions driven (both wheels).
-    #[arg(long, value_name = "N", default_value_t = 8.0)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 8.0)]
     pub revolutions: f64,
     /// Counts of the left wheel, if the wheels turned differently.
     #[arg(long, value_name = "N", requires = "right_counts")]
@@ -346,7 +358,7 @@ pub struct WheelWeightArgs {
     #[arg(long, value_name = "N", requires = "left_counts")]
     pub right_counts: Option<f64>,
     /// How well the robot was lined up with its start line, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "0rad")]
+    #[arg(long, value_name = "ANGLE", default_value = "0rad", allow_hyphen_values = true, value_parser = not_negative(angle))]
     pub start_heading: Angle,
 }
 
@@ -368,31 +380,9 @@ pub struct SimArgs {
     #[arg(long)]
     pub reset_on_connect: bool,
     /// Stop after this long.
-    #[arg(long = "for", value_name = "TIME")]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
     pub duration: Option<Time>,
     /// Print the scenario as TOML and do nothing else.
     #[arg(long)]
     pub scenario: bool,
 }
-
-/// Where a simulated robot listens.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Listen {
-    /// A TCP address.
-    Tcp(String),
-    /// A new pseudo-terminal.
-    Pty,
-}
-
-impl std::str::FromStr for Listen {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.strip_prefix("tcp:") {
-            Some(address) if address.contains(':') => Ok(Listen::Tcp(address.into())),
-            _ if text == "pty" => Ok(Listen::Pty),
-            _ => Err("must be tcp:HOST:PORT or pty".into()),
-        }
-    }
-}
-

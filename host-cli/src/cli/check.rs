@@ -1,0 +1,65 @@
+//! Arguments that make sense only in a range.
+
+use std::str::FromStr;
+
+use crate::quantity::{Acceleration, Angle, Distance, Length, QuantityError, Speed, Time};
+
+// Quantities as numbers, for the checks below.
+
+pub(super) fn length(it: &Length) -> f64 {
+    it.m
+}
+
+pub(super) fn angle(it: &Angle) -> f64 {
+    it.rad
+}
+
+pub(super) fn time(it: &Time) -> f64 {
+    it.s
+}
+
+pub(super) fn distance(it: &Distance) -> f64 {
+    match *it {
+        Distance::Ground(value) | Distance::Wheel(value) => value,
+    }
+}
+
+pub(super) fn speed(it: &Speed) -> f64 {
+    match *it {
+        Speed::Ground(value) | Speed::Wheel(value) => value,
+    }
+}
+
+pub(super) fn acceleration(it: &Acceleration) -> f64 {
+    match *it {
+        Acceleration::Ground(value) | Acceleration::Wheel(value) => value,
+    }
+}
+
+/// Reads a quantity that makes sense only above zero.
+pub(super) fn above_zero<T: FromStr<Err = QuantityError>>(
+    value: fn(&T) -> f64,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| {
+        let quantity: T = text.parse().map_err(|error: QuantityError| error.to_string())?;
+        if value(&quantity) > 0.0 { Ok(quantity) } else { Err("must be above zero".into()) }
+    }
+}
+
+/// Reads a quantity that makes sense only from zero on.
+pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
+    value: fn(&T) -> f64,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| {
+        let quantity: T = text.parse().map_err(|error: QuantityError| error.to_string())?;
+        if value(&quantity) >= 0.0 { Ok(quantity) } else { Err("must not be negative".into()) }
+    }
+}
+
+/// Reads a tolerance in percent.
+pub(super) fn percent(text: &str) -> Result<f64, String> {
+    match text.trim_end_matches('%').trim_end().parse() {
+        Ok(percent) if (0.0..=50.0).contains(&percent) => Ok(percent),
+        _ => Err("must be a number from 0 to 50".into()),
+    }
+}

@@ -1,0 +1,56 @@
+//! Arguments that are one of several things.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::port::Port;
+
+/// How the robot's deviation is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measure {
+    /// The simulator's overhead camera.
+    Camera,
+    /// The simulator's ruler.
+    Ruler,
+    /// A person is asked.
+    Ask,
+    /// A file to which another program writes the track.
+    Track(PathBuf),
+}
+
+impl FromStr for Measure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "camera" => Ok(Measure::Camera),
+            "ruler" => Ok(Measure::Ruler),
+            "ask" => Ok(Measure::Ask),
+            _ => match text.strip_prefix("track:") {
+                Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
+                _ => Err("must be camera, ruler, ask or track:FILE".into()),
+            },
+        }
+    }
+}
+
+/// Where a simulated robot listens.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Listen {
+    /// A TCP address.
+    Tcp(String),
+    /// A new pseudo-terminal.
+    Pty,
+}
+
+impl FromStr for Listen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(Port::Tcp(address)) => Ok(Listen::Tcp(address)),
+            _ if text == "pty" => Ok(Listen::Pty),
+            _ => Err("must be tcp:HOST:PORT or pty".into()),
+        }
+    }
+}

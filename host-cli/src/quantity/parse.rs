@@ -1,0 +1,128 @@
+//! From text to quantities.
+
+use std::str::FromStr;
+
+use super::error::{Problem, QuantityError};
+use super::units::{
+    ANGLE, GROUND_ACCELERATION, GROUND_SPEED, LENGTH, TIME, Units, WHEEL_ACCELERATION, WHEEL_SPEED,
+};
+use super::{Acceleration, Angle, Distance, Length, Speed, Time};
+
+impl FromStr for Length {
+    type Err = QuantityError;
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        Kind { what: "length", units: &[LENGTH], example: "1mm, 2.525cm or 0.5in" }
+            .parse(text)
+            .map(|(m, _)| Self { m })
+    }
+}
+
+impl FromStr for Angle {
+    type Err = QuantityError;
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        Kind { what: "angle", units: &[ANGLE], example: "0.04rad, 3deg or 8rev" }
+            .parse(text)
+            .map(|(rad, _)| Self { rad })
+    }
+}
+
+impl FromStr for Time {
+    type Err = QuantityError;
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        Kind { what: "time", units: &[TIME], example: "20s or 50ms" }
+            .parse(text)
+            .map(|(s, _)| Self { s })
+    }
+}
+
+macro_rules! parse_ground_or_wheel {
+    ($type:ident, $what:literal, $ground:expr, $wheel:expr, $example:literal) => {
+        impl FromStr for $type {
+            type Err = QuantityError;
+            fn from_str(text: &str) -> Result<Self, QuantityError> {
+                let kind = Kind { what: $what, units: &[$ground, $wheel], example: $example };
+                Ok(match kind.parse(text)? {
+                    (value, 0) => Self::Ground(value),
+                    (value, _) => Self::Wheel(value),
+                })
+            }
+        }
+    };
+}
+
+parse_ground_or_wheel!(Distance, "distance", LENGTH, ANGLE, "8rev or 1.8m");
+parse_ground_or_wheel!(Speed, "speed", GROUND_SPEED, WHEEL_SPEED, "0.523rev/s or 0.12m/s");
+parse_ground_or_wheel!(
+    Acceleration,
+    "acceleration",
+    GROUND_ACCELERATION,
+    WHEEL_ACCELERATION,
+    "0.101rev/s^2 or 0.02m/s^2"
+);
+
+/// What is being parsed.
+struct Kind {
+    what: &'static str,
+    units: &'static [Units],
+    example: &'static str,
+}
+
+impl Kind {
+    /// The value in SI units, and which list its unit stood in.
+    fn parse(&self, text: &str) -> Result<(f64, usize), QuantityError> {
+        let fail = |problem| QuantityError {
+            what: self.what,
+            text: text.into(),
+            problem,
+            example: self.example,
+        };
+        let trimmed = text.trim();
+        let split = number_length(trimmed);
+        let (number, unit) = (&trimmed[..split], trimmed[split..].trim());
+        let Ok(value) = number.parse::<f64>() else {
+            return Err(fail(Problem::NoNumber));
+        };
+        if !value.is_finite() {
+            return Err(fail(Problem::NotFinite));
+        }
+        if unit.is_empty() {
+            return Err(fail(Problem::NoUnit { number: number.into() }));
+        }
+        for (list, units) in self.units.iter().enumerate() {
+            if let Some((_, scale)) = units.iter().find(|(name, _)| *name == unit) {
+                let si = value * scale;
+                return if si.is_finite() { Ok((si, list)) } else { Err(fail(Problem::NotFinite)) };
+            }
+        }
+        let known =
+            self.units.iter().flat_map(|units| units.iter().map(|(name, _)| *name)).collect();
+        Err(fail(Problem::UnknownUnit { unit: unit.into(), column: column_of(text, unit), known }))
+    }
+}
+
+/// Bytes of the number at the start of `text`: sign, digits, point, exponent.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
+    let sign = |at: usize| matches!(bytes.get(at), Some(b'+' | b'-'));
+    let mut at = usize::from(sign(0));
+    while digit(at) || bytes.get(at) == Some(&b'.') {
+        at += 1;
+    }
+    // An exponent counts only with a digit behind it, so that "3e" is a 3 with a strange unit.
+    if matches!(bytes.get(at), Some(b'e' | b'E')) {
+        let digits = at + 1 + usize::from(sign(at + 1));
+        if digit(digits) {
+            at = digits;
+            while digit(at) {
+                at += 1;
+            }
+        }
+    }
+    at
+}
+
+/// Where `part` starts in `text`, in characters from 1.
+fn column_of(text: &str, part: &str) -> usize {
+    text.rfind(part).map_or(1, |byte| text[..byte].chars().count() + 1)
+}

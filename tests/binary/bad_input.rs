@@ -1,0 +1,205 @@
+//! Bad input: exit code 2, one error and a hint, nothing half-written, and the robot does not move.
+
+use shared_proto::{Config, EncoderConfig, WheelPair};
+
+use crate::desk::Desk;
+
+/// Values just and far outside the range of each field.
+fn out_of_range() -> impl Iterator<Item = (&'static str, String)> {
+    Config::FIELDS.iter().flat_map(|field| {
+        let span = field.max - field.min;
+        [field.min - span * 1e-3, field.max + span * 1e-3, -1e300, f64::NAN, f64::INFINITY]
+            .map(|value| (field.path, value.to_string()))
+    })
+}
+
+#[test]
+fn every_field_out_of_range_is_refused_by_name() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    for (path, value) in out_of_range() {
+        let arguments = ["config", "set", path, &value, "--save", "--flash", "flash"];
+        let message = desk.run_with(&arguments, "").refused();
+        assert!(message.contains(&format!("{path} = ")), "{path} = {value}: {message}");
+        assert!(message.contains("must be from"), "{path} = {value}: {message}");
+    }
+    assert_eq!(desk.read("flash"), flash);
+}
+
+#[test]
+fn every_field_out_of_range_in_a_file_is_refused_by_name() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    for (path, value) in out_of_range() {
+        let mut config = toml::Value::try_from(Config::default()).unwrap();
+        let place = path.split('.').fold(&mut config, |place, name| place.get_mut(name).unwrap());
+        *place = toml::Value::Float(value.parse().unwrap());
+        desk.write("bad.toml", &toml::to_string(&config).unwrap());
+        let message = desk.run("config import bad.toml --save --flash flash").refused();
+        assert!(
+            message.contains("bad.toml") && message.contains(&format!("{path} = ")),
+            "{message}"
+        );
+    }
+    assert_eq!(desk.read("flash"), flash);
+}
+
+#[test]
+fn a_value_that_is_no_value_of_its_field_is_refused() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("config set geometry.wheel_weight straight", "must be a number"),
+        ("config set geometry.wheel_weight 36mm", "must be a number"),
+        ("config set encoder.left.reversed maybe", "true or false"),
+        ("config set geometry 1", "group of fields"),
+        ("config set wheel_weight 1", "did you mean geometry.wheel_weight?"),
+        ("config get geometry.colour", "no field `geometry.colour`"),
+        ("config set name a-name-that-is-longer-than-any-robot-can-remember-it", "too long"),
+        ("config import nowhere.toml", "nowhere.toml"),
+        ("config export /proc/robot.toml", "/proc/robot.toml"),
+        ("config export nowhere/robot.toml", "nowhere/robot.toml"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    assert_eq!(desk.listing(), [""; 0]);
+}
+
+#[test]
+fn a_distance_per_count_that_no_robot_has_is_refused() {
+    let desk = Desk::new();
+    let fine = EncoderConfig { counts_per_rev: 1e6, gear_reduction: 1000.0, reversed: false };
+    let config = Config { encoder: WheelPair::both(fine), ..Config::default() };
+    desk.write("fine.toml", &toml::to_string(&config).unwrap());
+    let message = desk.run("config import fine.toml").refused();
+    assert!(
+        message.contains("left wheel travels") && message.contains("gear_reduction"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_configuration_file_that_is_wrong_is_refused_with_its_line() {
+    let desk = Desk::new();
+    let good = toml::to_string(&Config::default()).unwrap();
+    for (text, expected) in [
+        (good.replace("wheel_weight", "wheel_wait"), "wheel_wait"),
+        (good.replace("wheel_weight = 1.0", "wheel_weight = \"one\""), "bad.toml:"),
+        (good.replace("wheel_weight = 1.0\n", ""), "wheel_weight"),
+        ("= nonsense".into(), "bad.toml:1:1"),
+        (String::new(), "bad.toml"),
+    ] {
+        desk.write("bad.toml", &text);
+        let message = desk.run("config import bad.toml").refused();
+        assert!(message.contains(expected), "{expected}: {message}");
+    }
+}
+
+#[test]
+fn a_wrong_scenario_is_refused_with_file_line_and_column() {
+    let desk = Desk::new();
+    for (text, expected) in [
+        ("name = \"x\"\n[plant.body]\nmas_kg = 4.0\n", "bad.toml:3:1"),
+        ("name = \"x\"\n[plant.body]\nmass_kg = -4.0\n", "bad.toml:3:11"),
+        ("name = \"x\"\n[plant.body]\nmass_kg = \"heavy\"\n", "bad.toml:3:11"),
+        ("name = \"x\"\n[[fault]]\nkind = \"lightning\"\n", "bad.toml:3:8"),
+        ("name = \n", "bad.toml:1:"),
+    ] {
+        desk.write("bad.toml", text);
+        for command in ["identify", "calibrate", "sim --listen tcp:127.0.0.1:0"] {
+            let message = desk.run(&format!("{command} --port sim:bad.toml")).refused();
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+    }
+    assert_eq!(desk.listing(), ["bad.toml"]);
+}
+
+#[test]
+fn a_picture_that_cannot_be_drawn_stops_the_robot_before_it_moves() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("folder")).unwrap();
+    for picture in
+        ["nowhere/picture.html", "folder", "/proc/picture.html", "/dev/null/picture.html"]
+    {
+        let message = desk.run(&format!("calibrate --flash flash --output {picture}")).refused();
+        assert!(message.contains(&format!("cannot write the picture {picture}")), "{message}");
+        assert!(!message.contains("Driving"), "{message}");
+        assert!(!message.contains(".beeline-"), "{message}");
+    }
+    // Not even the flash was made: no robot was started.
+    assert_eq!(desk.listing(), ["folder"]);
+}
+
+#[test]
+fn other_bad_arguments_are_refused_before_the_robot_moves() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("folder")).unwrap();
+    for (arguments, expected) in [
+        ("calibrate --measure telepathy", "camera, ruler, ask or track:FILE"),
+        ("calibrate --measure track:", "camera, ruler, ask or track:FILE"),
+        ("calibrate --measure track:folder --yes", "folder"),
+        ("calibrate --distance -8rev", "above zero"),
+        ("calibrate --distance 8", "no unit"),
+        ("calibrate --ruler 0mm", "above zero"),
+        ("calibrate --tolerance NaN", "from 0 to 50"),
+        ("calibrate --tolerance -1", "from 0 to 50"),
+        ("calibrate --start-heading -1mrad", "must not be negative"),
+        ("calibrate --position-sigma 0mm", "above zero"),
+        ("identify --flash folder", "folder"),
+        ("watch --rate 0", "1..=1000"),
+        ("watch --for -1s", "above zero"),
+        ("sim", "--listen"),
+        ("sim --listen somewhere", "tcp:HOST:PORT or pty"),
+        ("sim --listen tcp:127.0.0.1:nine", "tcp:HOST:PORT or pty"),
+        ("sim --listen tcp:192.0.2.1:0", "cannot listen"),
+        ("sim --listen tcp:127.0.0.1:0 --port /dev/ttyACM0", "sim:SCENARIO.toml"),
+        ("sim --listen tcp:127.0.0.1:0 --camera nowhere/track.csv", "nowhere/track.csv"),
+        ("completions cobol", "bash"),
+        ("dance", "dance"),
+        ("--colour", "--colour"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+        assert!(!message.contains("encoders"), "{arguments} drove: {message}");
+    }
+    assert_eq!(desk.listing(), ["folder"]);
+}
+
+#[test]
+fn an_error_under_json_is_one_value_too() {
+    let desk = Desk::new();
+    for arguments in [
+        "identify --json --port tcp:127.0.0.1:1",
+        "--json calibrate --output nowhere/picture.html",
+        "config set geometry.wheel_weight 9 --json",
+        "wheel-weight --dx 1 --dy 1mm --json",
+        "dance --json",
+    ] {
+        let outcome = desk.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{arguments}: {outcome:#?}");
+        assert_eq!(outcome.stderr, "", "{arguments}");
+        let value = outcome.json();
+        assert_eq!(value["exit_code"], 2, "{arguments}");
+        assert!(value["error"].as_str().is_some_and(|text| !text.is_empty()), "{value}");
+        assert!(value["hint"].as_str().is_some_and(|text| !text.is_empty()), "{value}");
+    }
+}
+
+#[test]
+fn a_track_that_shows_no_drive_is_refused_and_nothing_is_changed() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    desk.write("still.csv", "t_s,x_m,y_m\n0,0,0\n1,0,0\n");
+    desk.write("begun.csv", "t_s,x_m,y_m\n0,0,0\n");
+    for track in ["still.csv", "begun.csv", "nowhere.csv"] {
+        let arguments = format!("calibrate --measure track:{track} --yes --flash flash");
+        let message = desk.run(&arguments).refused();
+        assert!(message.contains(&format!("{track} got 0 samples during the drive")), "{message}");
+        assert!(message.contains("is the tracking system running"), "{message}");
+    }
+    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(desk.listing(), ["begun.csv", "flash", "still.csv"]);
+}

@@ -1,0 +1,76 @@
+//! `beeline wheel-weight`: the paper's calculation on numbers typed in.
+
+use crate::desk::Desk;
+
+#[test]
+fn the_papers_numbers_give_the_papers_result() {
+    let outcome = Desk::new().run("wheel-weight --dx 2.525cm --dy 1mm").ok();
+    for expected in ["0.9919", "3.5707 cm", "0.0041"] {
+        assert!(outcome.stdout.contains(expected), "{expected} in\n{}", outcome.stdout);
+    }
+}
+
+#[test]
+fn json_has_the_same_numbers() {
+    let value = Desk::new().run("wheel-weight --dx 2.525cm --dy 1mm --json").ok().json();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    // As many digits as the paper prints.
+    assert!((number(&value["wheel_weight"]["value"]) - 0.9919).abs() < 5e-5, "{value}");
+    assert!((number(&value["wheel_weight"]["sigma"]) - 0.0041).abs() < 5e-5, "{value}");
+    assert!((number(&value["right_radius_m"]) - 0.035707).abs() < 5e-7, "{value}");
+}
+
+#[test]
+fn units_are_read_not_guessed() {
+    let desk = Desk::new();
+    let same = [
+        "wheel-weight --dx 2.525cm --dy 1mm",
+        "wheel-weight --dx 25.25mm --dy 0.1cm",
+        "wheel-weight --dx 0.02525m --dy 1000um",
+        "wheel-weight --dx 2.525e-2m --dy 0.001m --radius 36mm --track-width 0.372m",
+    ];
+    let first = desk.run(same[0]).ok().stdout;
+    for arguments in same {
+        assert_eq!(desk.run(arguments).ok().stdout, first, "{arguments}");
+    }
+}
+
+#[test]
+fn an_offset_to_the_left_and_a_tangent_to_the_right_have_opposite_signs() {
+    let desk = Desk::new();
+    let value = |arguments: &str| {
+        desk.run(arguments).ok().json()["wheel_weight"]["value"].as_f64().unwrap()
+    };
+    assert!(value("wheel-weight --json --dx 2.525cm --dy 1mm") < 1.0);
+    assert!(value("wheel-weight --json --dx 2.525cm --dy -1mm") > 1.0);
+    assert!(value("wheel-weight --json --lateral -36mm") < 1.0);
+    assert!(value("wheel-weight --json --lateral 36mm") > 1.0);
+}
+
+#[test]
+fn a_number_without_a_unit_or_with_a_strange_one_is_refused() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("wheel-weight --dx 2.525 --dy 1mm", "`2.525` has no unit"),
+        ("wheel-weight --dx 2.525cm --dy 1furlong", "`furlong`"),
+        ("wheel-weight --dx 2.525cm --dy cm", "no number"),
+        ("wheel-weight --dx 2.525cm --dy 1s", "not a unit of length"),
+        ("wheel-weight --dx 0cm --dy 1mm", "dx"),
+        ("wheel-weight --dx 2.525cm", "--dy"),
+        ("wheel-weight", "--lateral"),
+        ("wheel-weight --dx 1cm --dy 1mm --lateral 1mm", "cannot be used with"),
+        ("wheel-weight --lateral 1mm --sigma -1mm", "must not be negative"),
+        ("wheel-weight --lateral 1mm --radius 0m", "must be above zero"),
+        ("wheel-weight --lateral 1mm --track-width -1m", "must be above zero"),
+        ("wheel-weight --lateral 1mm --revolutions 0", "did not turn"),
+        ("wheel-weight --lateral 1mm --revolutions NaN", "NaN"),
+        (
+            "wheel-weight --lateral 1mm --counts-per-rev 0 --left-counts 1 --right-counts 1",
+            "counts",
+        ),
+        ("wheel-weight --lateral 1e308km", "too large"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+}

@@ -1,0 +1,129 @@
+//! `beeline drive` and `beeline record` on the simulator.
+
+use host_cli::campaign::Campaign;
+use serde_json::Value;
+
+use crate::desk::Desk;
+
+/// Revolutions of both wheels.
+fn revolutions(arguments: &str) -> (f64, f64) {
+    let value = Desk::new().run(&format!("drive {arguments} --json")).ok().json();
+    assert_eq!(value["end"], "completed", "{value}");
+    let turns = &value["wheel_revolutions"];
+    let number = |value: &Value| value.as_f64().unwrap();
+    (number(&turns["left"]), number(&turns["right"]))
+}
+
+/// Two counts of 900, where a wheel comes to rest.
+const REST_REV: f64 = 2.5 / 900.0;
+
+#[test]
+fn straight_reverse_spin_and_arc_turn_the_wheels_as_told() {
+    let track_per_wheel = 0.372 / 0.036 / 2.0;
+    let turn = std::f64::consts::TAU;
+    for (arguments, left, right) in [
+        ("straight 1rev", 1.0, 1.0),
+        ("straight -1rev", -1.0, -1.0),
+        ("straight 50cm", 0.5 / 0.036 / turn, 0.5 / 0.036 / turn),
+        // A body that turns by theta turns each wheel by theta b / (2 R).
+        ("spin 90deg", -track_per_wheel / 4.0, track_per_wheel / 4.0),
+        ("spin -90deg", track_per_wheel / 4.0, -track_per_wheel / 4.0),
+        ("arc 372mm 90deg", 0.5 * track_per_wheel / 2.0, 1.5 * track_per_wheel / 2.0),
+        ("arc -372mm 90deg", -0.5 * track_per_wheel / 2.0, -1.5 * track_per_wheel / 2.0),
+    ] {
+        let (is_left, is_right) = revolutions(arguments);
+        assert!((is_left - left).abs() < REST_REV, "{arguments}: left {is_left}, not {left}");
+        assert!((is_right - right).abs() < REST_REV, "{arguments}: right {is_right}, not {right}");
+    }
+}
+
+#[test]
+fn a_motion_beyond_the_limits_is_refused_and_the_robot_stands() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("drive straight 1m --cruise 100m/s", "limits.speed_mps_max"),
+        ("drive straight 1m --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
+        ("drive straight 0m", "zero"),
+        ("drive straight 21km", "20 km"),
+        ("drive straight 1m --cruise 0m/s", "above zero"),
+        ("drive straight 1m --cruise -1m/s", "above zero"),
+        ("drive straight 1m --cruise 1e-9m/s", "1000 s"),
+        ("drive straight 1", "no unit"),
+        ("drive straight 1kg", "not a unit"),
+        ("drive spin 1m", "not a unit"),
+        ("drive arc 0m 90deg", "spin"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+}
+
+#[test]
+fn recorded_runs_are_numbered_and_read_back() {
+    let desk = Desk::new();
+    let first = desk.run("record robot straight 1rev --json").ok().json();
+    assert_eq!(first["run"], "robot/runs/01_straight.csv");
+    desk.run("record robot straight 1rev").ok();
+    desk.run("record robot --name turn_left spin 45deg --rate 50").ok();
+
+    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let names: Vec<_> = campaign.runs.iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(names, ["01_straight", "02_straight", "03_turn_left"]);
+    assert_eq!(campaign.warnings, []);
+    assert_eq!(campaign.robot.wheel_radius_m, 0.036);
+    assert_eq!(first["samples"].as_u64(), Some(campaign.runs[0].rows.len() as u64));
+    for run in &campaign.runs {
+        assert!(run.facts.started_s.is_some(), "{}", run.name);
+        assert!(run.rows.iter().any(|row| row.x_m.is_some()), "{} has poses", run.name);
+    }
+    let counts: Vec<_> = campaign.runs[0].rows.iter().filter_map(|row| row.counts.left).collect();
+    let travelled = counts.last().unwrap() - counts[0];
+    assert!((travelled / 900.0 - 1.0).abs() < REST_REV, "{travelled} counts");
+}
+
+#[test]
+fn the_same_seed_records_the_same_bytes_and_another_seed_others() {
+    let desk = Desk::new();
+    for (folder, seed) in [("a", 3), ("b", 3), ("c", 4)] {
+        desk.run(&format!("record {folder} arc 50cm 30deg --seed {seed}")).ok();
+    }
+    let run = |folder: &str| desk.read(&format!("{folder}/runs/01_arc.csv"));
+    assert!(run("a") == run("b"));
+    assert!(run("a") != run("c"));
+    assert!(desk.read("a/robot.toml") == desk.read("b/robot.toml"));
+}
+
+#[test]
+fn a_run_that_cannot_be_recorded_is_not_driven() {
+    let desk = Desk::new();
+    desk.write("file", "");
+    desk.run("record good straight 10cm").ok();
+    let robot = desk.read("good/robot.toml");
+    for arguments in [
+        "record /proc/campaign straight 1rev",
+        "record file straight 1rev",
+        "record new arc 0m 90deg",
+        "record good --name a/b straight 1rev",
+        "record good --name ../b straight 1rev",
+        "record good --rate 0 straight 1rev",
+    ] {
+        desk.run(arguments).refused();
+    }
+    assert_eq!(desk.listing(), ["file", "good"]);
+    assert_eq!(desk.read("good/robot.toml"), robot);
+    let runs = std::fs::read_dir(desk.path("good/runs")).unwrap().count();
+    assert_eq!(runs, 1, "no half-written run");
+}
+
+#[test]
+fn a_fault_in_a_recording_leaves_no_run() {
+    let desk = Desk::new();
+    desk.write(
+        "blocked.toml",
+        "name = \"blocked\"\n[[fault]]\nkind = \"wheel_blocked\"\nwheel = \"left\"\nat_motion_s = 3.0\n",
+    );
+    let message = desk.run("record robot straight 4rev --port sim:blocked.toml").refused();
+    assert!(message.contains("stopped with a fault"), "{message}");
+    assert!(message.contains("left"), "{message}");
+    assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 0);
+}

@@ -1,0 +1,98 @@
+//! `beeline` without arguments: the main job.
+
+use crate::desk::Desk;
+
+const PICTURE: &str = "beeline-calibration.html";
+
+#[test]
+fn without_arguments_it_calibrates_draws_and_says_what_to_try_next() {
+    let desk = Desk::new();
+    let outcome = desk.run("").ok();
+    assert!(outcome.stdout.contains("Drives straight:"), "{outcome:#?}");
+    assert!(outcome.stdout.contains(&format!("picture  {PICTURE}")), "{outcome:#?}");
+    let (_, next) = outcome.stdout.split_once("What to try next:\n").expect("what to try next");
+    assert!(next.lines().count() >= 3, "{next}");
+    let picture = String::from_utf8(desk.read(PICTURE)).unwrap();
+    assert!(picture.starts_with("<!doctype html>") || picture.starts_with("<!DOCTYPE html>"));
+    assert!(picture.contains("<svg") && picture.trim_end().ends_with("</html>"));
+    // Nothing else is left behind: no temporary file, no memory of a robot that is gone.
+    assert_eq!(desk.listing(), [PICTURE]);
+}
+
+#[test]
+fn what_it_suggests_to_try_next_works() {
+    let desk = Desk::new();
+    let outcome = desk.run("").ok();
+    let (_, next) = outcome.stdout.split_once("What to try next:\n").unwrap();
+    let commands: Vec<_> = next
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("beeline "))
+        .filter_map(|line| line.split("   ").next())
+        .collect();
+    assert_eq!(commands.len(), 3, "{next}");
+    for command in commands.iter().filter(|command| !command.contains("/dev/")) {
+        desk.run(command).ok();
+    }
+}
+
+#[test]
+fn a_second_run_draws_the_same_picture_byte_for_byte() {
+    let desk = Desk::new();
+    desk.run("").ok();
+    let first = desk.read(PICTURE);
+    desk.run("").ok();
+    assert!(desk.read(PICTURE) == first);
+    desk.run("--seed 2").ok();
+    assert!(desk.read(PICTURE) != first, "another seed is another robot's run");
+}
+
+#[test]
+fn json_is_one_value_with_the_papers_wheel_weight() {
+    let desk = Desk::new();
+    let outcome = desk.run("--json").ok();
+    let value = outcome.json();
+    assert_eq!(outcome.stderr, "");
+    assert_eq!(value["decision"], "corrected");
+    assert_eq!(value["picture"], PICTURE);
+    let measured = value["before"]["wheel_weight"]["value"].as_f64().unwrap();
+    // The paper's robot has 0.9919; the printed sigma is below 0.0002.
+    assert!((measured - 0.9919).abs() < 1e-3, "{measured}");
+    let after = value["after"]["lateral_offset_m"].as_f64().unwrap();
+    let before = value["before"]["lateral_offset_m"].as_f64().unwrap();
+    assert!(after.abs() < before.abs() / 10.0, "{before} m before, {after} m after");
+}
+
+#[test]
+fn a_pipe_gets_no_colours() {
+    let desk = Desk::new();
+    for arguments in
+        ["", "--help", "identify", "ports", "watch --for 50ms", "config set nonsense 1"]
+    {
+        let outcome = desk.run(arguments);
+        let text = outcome.stdout + &outcome.stderr;
+        assert!(!text.contains('\u{1b}'), "beeline {arguments}: {text}");
+    }
+}
+
+#[test]
+fn progress_goes_to_standard_error_and_results_to_standard_output() {
+    let outcome = Desk::new().run("").ok();
+    assert!(outcome.stderr.contains("Calibrating"), "{outcome:#?}");
+    assert!(!outcome.stdout.contains("Calibrating"), "{outcome:#?}");
+    assert!(!outcome.stderr.contains("lateral offset"), "{outcome:#?}");
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let desk = Desk::new();
+    for arguments in
+        ["", "--json", "watch --for 5s", "completions bash", "--help", "sim --scenario"]
+    {
+        let arguments: Vec<_> = arguments.split_whitespace().collect();
+        let mut child = desk.spawn(&arguments);
+        // Before it has written a byte, or just after its first ones: neither may matter.
+        drop(child.stdout.take());
+        let outcome = crate::outcome::collect(child).ok();
+        assert!(!outcome.stderr.contains("panicked"), "{arguments:?}: {outcome:#?}");
+    }
+}

@@ -1,0 +1,15 @@
+//! The `beeline` executable itself, as a user would run it: arguments in; exit code, output and
+//! files out. In its own folder each time, and with nothing remembered from before.
+
+mod bad_input;
+mod bad_port;
+mod calculator;
+mod desk;
+mod drive;
+mod first_run;
+mod help;
+mod memory;
+mod outcome;
+mod question;
+mod real_time;
+mod served;

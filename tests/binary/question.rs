@@ -1,0 +1,95 @@
+//! `beeline calibrate --measure ask`: a person answers.
+
+use crate::desk::Desk;
+use crate::outcome::Outcome;
+
+fn calibrate(desk: &Desk, answers: &str) -> Outcome {
+    desk.run_with(&["calibrate", "--measure", "ask", "--flash", "flash"], answers)
+}
+
+/// W_T as the robot has it afterwards.
+fn wheel_weight(desk: &Desk) -> f64 {
+    let value = desk.run("config get geometry.wheel_weight --json --flash flash").ok().json();
+    value.as_f64().unwrap()
+}
+
+#[test]
+fn an_offset_typed_in_calibrates() {
+    let desk = Desk::new();
+    // Line up, -36 mm; line up, straight.
+    let outcome = calibrate(&desk, "\n-36mm\n\n0.5mm\n").ok();
+    assert!(outcome.stdout.contains("Drives straight:"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("start line"), "{outcome:#?}");
+    // The paper's 0.9919 within the sigma of a ruler, 0.0008.
+    assert!((wheel_weight(&desk) - 0.9919).abs() < 1e-3, "{}", wheel_weight(&desk));
+}
+
+#[test]
+fn the_papers_triangle_typed_in_gives_the_papers_wheel_weight() {
+    let desk = Desk::new();
+    calibrate(&desk, "\n2.525cm 1mm\n\n2.525cm 0mm\n").ok();
+    assert!((wheel_weight(&desk) - 0.9919).abs() < 5e-5, "{}", wheel_weight(&desk));
+}
+
+#[test]
+fn nonsense_is_asked_again() {
+    let desk = Desk::new();
+    let answers = "\nwhat?\n36\n1mm 2mm 3mm\n-36mm\n\n0.5mm\n";
+    let outcome = calibrate(&desk, answers).ok();
+    let warnings = outcome.stderr.matches("warning:").count();
+    assert_eq!(warnings, 3, "{outcome:#?}");
+    assert!((wheel_weight(&desk) - 0.9919).abs() < 1e-3);
+}
+
+#[test]
+fn yes_skips_the_question_whether_the_robot_stands_at_its_line() {
+    let desk = Desk::new();
+    let arguments = ["calibrate", "--measure", "ask", "--yes", "--flash", "flash"];
+    desk.run_with(&arguments, "-36mm\n0.5mm\n").ok();
+    assert!((wheel_weight(&desk) - 0.9919).abs() < 1e-3);
+}
+
+#[test]
+fn when_nobody_answers_any_more_nothing_is_changed() {
+    for answers in ["", "\n", "\n-36mm\n", "\n-36mm\n\n"] {
+        let desk = Desk::new();
+        desk.run("config set geometry.wheel_weight 0.99 --save --flash flash").ok();
+        let flash = desk.read("flash");
+        let message = calibrate(&desk, answers).refused();
+        assert!(message.contains("nobody is there to answer"), "{answers:?}: {message}");
+        assert_eq!(desk.read("flash"), flash, "{answers:?}");
+        assert_eq!(desk.listing(), ["flash"], "{answers:?}");
+    }
+}
+
+#[test]
+fn a_reading_that_no_robot_can_have_is_asked_again() {
+    let desk = Desk::new();
+    let outcome = calibrate(&desk, "\n-1.5m\n-36mm\n\n0.5mm\n").ok();
+    assert!(outcome.stderr.contains("warning: a lateral offset of -1.5 m"), "{outcome:#?}");
+    assert!((wheel_weight(&desk) - 0.9919).abs() < 1e-3);
+}
+
+#[test]
+fn an_unbelievable_wheel_weight_is_refused_and_nothing_is_changed() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    // Within reach, and far outside geometry.wheel_weight's range.
+    let message = calibrate(&desk, "\n-0.9m\n").refused();
+    assert!(message.contains("not believable"), "{message}");
+    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(desk.listing(), ["flash"]);
+}
+
+#[test]
+fn a_new_wheel_weight_that_makes_it_worse_is_taken_back() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    let outcome = calibrate(&desk, "\n-36mm\n\n-72mm\n");
+    assert_eq!(outcome.code, Some(1), "the check said no: {outcome:#?}");
+    assert!(outcome.stderr.contains("no better"), "{outcome:#?}");
+    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(desk.listing(), ["flash"]);
+}

@@ -1,0 +1,134 @@
+//! `beeline sim --listen`: a robot in real time, in a process of its own.
+
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Child, Command};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use serde_json::Value;
+
+use crate::desk::Desk;
+use crate::outcome::{Outcome, wait_for};
+
+/// Wheels so unequal that one revolution shows it: W_T = 0.96.
+const SCENARIO: &str = "\
+name = \"uneven\"
+[plant.geometry.wheel_radius_m]
+left = 0.036
+right = 0.03456
+";
+
+/// A motion that is over soon, within the limits of the standard robot.
+const SHORT: &str = "--distance 1rev --cruise 1.2rev/s --acceleration 2rev/s^2";
+
+/// How far it goes \[m\].
+pub const SHORT_M: f64 = 0.226;
+
+/// A simulated robot that listens.
+pub struct Served<'a> {
+    child: Child,
+    desk: &'a Desk,
+    port: String,
+    // One robot at a time: real time is not for sharing among tests.
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl<'a> Served<'a> {
+    /// Starts one that listens there, with a camera and a flash.
+    pub fn start(desk: &'a Desk, listen: &str) -> Self {
+        static TURN: Mutex<()> = Mutex::new(());
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        desk.write("uneven.toml", SCENARIO);
+        let arguments = format!(
+            "sim --json --listen {listen} --port sim:uneven.toml --camera track.csv --flash flash"
+        );
+        let mut child = desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>());
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let value: Value = serde_json::from_str(&line).expect("one line with the port");
+        let port = value["listening"].as_str().unwrap().to_owned();
+        Self { child, desk, port, _turn: turn }
+    }
+
+    /// Where it listens.
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    /// A command on this robot.
+    pub fn run(&self, arguments: &str) -> Outcome {
+        self.desk.run(&format!("{arguments} --port {}", self.port))
+    }
+
+    /// A calibration, started.
+    pub fn calibrate(&self) -> Child {
+        let arguments = self.calibration();
+        self.desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// A calibration, to its end.
+    pub fn calibrated(&self) -> Outcome {
+        self.desk.run(&self.calibration())
+    }
+
+    fn calibration(&self) -> String {
+        let port = &self.port;
+        format!("calibrate --port {port} --measure track:track.csv --yes {SHORT}")
+    }
+
+    /// How far the camera has seen the robot from where it started \[m\].
+    pub fn travelled_m(&self) -> f64 {
+        let track = String::from_utf8(self.desk.read("track.csv")).unwrap();
+        let place = |line: &str| -> Option<(f64, f64)> {
+            let mut cells = line.split(',').skip(1).map(|cell| cell.parse().ok());
+            Some((cells.next()??, cells.next()??))
+        };
+        // The last line may be in the making.
+        let whole = &track[..track.rfind('\n').unwrap_or(0)];
+        let places: Vec<_> = whole.lines().filter_map(place).collect();
+        match (places.first(), places.last()) {
+            (Some(first), Some(last)) => (last.0 - first.0).hypot(last.1 - first.1),
+            _ => 0.0,
+        }
+    }
+
+    /// Waits until the robot is in the middle of its drive, this far from its start.
+    pub fn wait_until_travelled(&self, travel_m: f64) {
+        wait_for(&format!("the robot to drive {travel_m} m"), || {
+            (self.travelled_m() > travel_m).then_some(())
+        });
+    }
+
+    /// `beeline identify --json`.
+    pub fn identify(&self) -> Value {
+        self.run("identify --json").ok().json()
+    }
+
+    /// A field of the configuration in use.
+    pub fn wheel_weight(&self) -> f64 {
+        self.run("config get geometry.wheel_weight --json").ok().json().as_f64().unwrap()
+    }
+
+    /// The saved configuration, byte for byte.
+    pub fn flash(&self) -> Vec<u8> {
+        self.desk.read("flash")
+    }
+
+    /// Where the picture of a calibration goes.
+    pub fn picture(&self) -> PathBuf {
+        self.desk.path("beeline-calibration.html")
+    }
+}
+
+impl Drop for Served<'_> {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What Ctrl-C sends.
+pub fn interrupt(child: &Child) {
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success());
+}

@@ -1,0 +1,154 @@
+//! Judges calibrations of simulated robots by the truth, which only the laboratory knows.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use host_cli::calibrate::{Decision, Drive, Instrument, Settings, Step, calibrate};
+use sim_target::plant::Pose;
+use sim_target::{Lab, Scenario};
+
+use crate::robot::on_robot;
+
+/// With what the robot's deviation is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Eye {
+    /// The overhead camera: 1 mm, 2 mrad.
+    Camera,
+    /// The ruler: marks of half a millimetre.
+    Ruler,
+}
+
+/// How one robot's calibration went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Which robot.
+    pub seed: u64,
+    /// R_R / R_L as it is.
+    pub true_ratio: f64,
+    /// The first run's W_T.
+    pub wheel_weight: f64,
+    /// Its sigma.
+    pub sigma: f64,
+    /// Whether its 95 % interval covers the true ratio.
+    pub covered: bool,
+    /// True lateral error at the end of the first run, from its true start \[m\].
+    pub before_m: f64,
+    /// The same with the new W_T; the first run's where none was written \[m\].
+    pub after_m: f64,
+    /// What was done, in one word.
+    pub decision: &'static str,
+}
+
+impl Verdict {
+    /// By how much the lateral error has fallen.
+    pub fn factor(&self) -> f64 {
+        (self.before_m / self.after_m).abs()
+    }
+
+    /// Error of W_T in its own sigmas.
+    pub fn error_sigmas(&self) -> f64 {
+        (self.wheel_weight - self.true_ratio) / self.sigma
+    }
+}
+
+/// Where a drive truly began and where it truly was when it was measured.
+#[derive(Clone, Copy, Default)]
+struct TrueRun {
+    start: Option<Pose>,
+    end: Pose,
+}
+
+impl TrueRun {
+    fn watch(&mut self, lab: &Lab) {
+        self.start.get_or_insert_with(|| lab.pose());
+    }
+
+    fn lateral_m(&self) -> f64 {
+        self.start.map_or(f64::NAN, |start| self.end.relative_to(start).y_m)
+    }
+}
+
+/// Calibrates the robot that this seed draws.
+///
+/// # Errors
+/// What a user would read.
+pub fn judge(seed: u64, eye: Eye) -> Result<Verdict, String> {
+    judge_scenario(&Scenario::draw(seed), eye)
+}
+
+/// Calibrates the robot of a scenario.
+///
+/// # Errors
+/// What a user would read.
+pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> {
+    on_robot(scenario, async |robot| {
+        let lab = robot.lab.clone();
+        let mut instrument = match eye {
+            Eye::Camera => Instrument::Camera(lab.clone(), 0),
+            Eye::Ruler => Instrument::Ruler(lab.clone()),
+        };
+        let (mut before, mut after) = (TrueRun::default(), TrueRun::default());
+        let mut tell = |step: Step<'_>| match step {
+            // Told for the first time when the robot has hardly begun its first ramp.
+            Step::Driving(Drive::Before, _) => before.watch(&lab),
+            Step::Driving(Drive::After, _) => after.watch(&lab),
+            Step::Measured(Drive::Before, _) => before.end = lab.pose(),
+            Step::Measured(Drive::After, _) => after.end = lab.pose(),
+            _ => {}
+        };
+        let settings = Settings::default();
+        let outcome = calibrate(&mut robot.session, &mut instrument, &settings, &mut tell).await;
+        let outcome = outcome.map_err(|error| error.to_string())?;
+        let radius_m = scenario.plant.geometry.wheel_radius_m;
+        let true_ratio = radius_m.right / radius_m.left;
+        let measured = &outcome.before.wheel_weight;
+        let (decision, after_m) = match outcome.decision {
+            Decision::Corrected(_) => ("corrected", after.lateral_m()),
+            Decision::NotBetter(_) => ("not better", before.lateral_m()),
+            Decision::AlreadyStraight => ("already straight", before.lateral_m()),
+            Decision::NotARadius => ("not a radius", before.lateral_m()),
+        };
+        Ok(Verdict {
+            seed: scenario.seed,
+            true_ratio,
+            wheel_weight: measured.value,
+            sigma: measured.sigma,
+            covered: (measured.low95..=measured.high95).contains(&true_ratio),
+            before_m: before.lateral_m(),
+            after_m,
+            decision,
+        })
+    })
+}
+
+/// Judges many robots on all cores; the order is that of the seeds.
+pub fn judge_all(seeds: &[u64], eye: Eye) -> Vec<Result<Verdict, String>> {
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let work = || {
+        let mut done = Vec::new();
+        while let i = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(&seed) = seeds.get(i)
+        {
+            done.push((i, judge(seed, eye)));
+        }
+        done
+    };
+    let mut done: Vec<_> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("no judge panics")).collect()
+    });
+    done.sort_by_key(|&(i, _)| i);
+    done.into_iter().map(|(_, verdict)| verdict).collect()
+}
+
+/// Lower quartile, median and upper quartile, by linear interpolation between ranks.
+pub fn quartiles(values: &[f64]) -> [f64; 3] {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    [0.25, 0.5, 0.75].map(|share| {
+        let rank = share * (sorted.len().max(1) - 1) as f64;
+        let low = sorted.get(rank.floor() as usize).copied().unwrap_or(f64::NAN);
+        let high = sorted.get(rank.ceil() as usize).copied().unwrap_or(f64::NAN);
+        low + (high - low) * rank.fract()
+    })
+}

@@ -1,0 +1,214 @@
+//! A simulated robot, a session with it, and a witness of what really happens.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use futures_lite::future;
+use host_cli::motion::Motion;
+use host_cli::port::{Clock, Wire};
+use host_cli::session::Session;
+use shared_proto::{
+    Answer, Command, Drive, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair,
+};
+use sim_target::plant::Pose;
+use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
+
+/// How long a motion lives without a renewal, as `beeline` has it \[ms\].
+pub const TTL_MS: u16 = 200;
+
+/// Between two looks of the witness: a control period \[us\].
+const LOOK_EVERY_US: u64 = 1000;
+
+/// What an observer sees of the robot at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// When \[us\].
+    pub t_us: u64,
+    /// Where the robot is.
+    pub pose: Pose,
+    /// How far each wheel's rim has turned \[m\].
+    pub rolled_m: WheelPair<f64>,
+    /// Current in each motor \[A\]; exactly zero when its driver is off.
+    pub current_a: WheelPair<f64>,
+}
+
+/// A robot in its laboratory, and a host that has shaken hands with it.
+pub struct Robot {
+    /// The host's conversation.
+    pub session: Session,
+    /// What surrounds the robot.
+    pub lab: Lab,
+    /// The host's end of the line, for what no well-behaved host does.
+    pub wire: HostWire,
+    sights: Rc<RefCell<Vec<Sight>>>,
+}
+
+/// Carries a procedure out on a robot in virtual time, while a witness looks on.
+pub fn on_robot<T>(scenario: &Scenario, procedure: impl AsyncFnOnce(&mut Robot) -> T) -> T {
+    on_robot_with(scenario, Options::default(), procedure)
+}
+
+/// As [`on_robot`], with a flash or a configuration that is there already.
+pub fn on_robot_with<T>(
+    scenario: &Scenario,
+    options: Options,
+    procedure: impl AsyncFnOnce(&mut Robot) -> T,
+) -> T {
+    let mut target = SimTarget::new(scenario, options).expect("the flash's file can be read");
+    let (lab, wire) = (target.lab(), target.host_wire());
+    let sights = Rc::new(RefCell::new(Vec::new()));
+    let witness = witness(lab.clone(), sights.clone());
+    let mut robot = Robot { session: new_session(&wire, 1), lab, wire, sights };
+    target.run(future::or(
+        async {
+            robot.session.open().await.expect("the robot answers");
+            procedure(&mut robot).await
+        },
+        witness,
+    ))
+}
+
+/// As [`on_robot`] without the witness, who takes time to look: for benches.
+pub fn on_unwatched_robot<T>(
+    scenario: &Scenario,
+    procedure: impl AsyncFnOnce(&mut Session) -> T,
+) -> T {
+    let mut target = SimTarget::new(scenario, Options::default()).expect("there is no file");
+    let mut session = new_session(&target.host_wire(), 1);
+    target.run(async {
+        session.open().await.expect("the robot answers");
+        procedure(&mut session).await
+    })
+}
+
+fn new_session(wire: &HostWire, number: u32) -> Session {
+    Session::new(Wire::Sim(wire.clone()), Clock::Virtual, number, "sim".into())
+}
+
+async fn witness<T>(lab: Lab, sights: Rc<RefCell<Vec<Sight>>>) -> T {
+    loop {
+        sights.borrow_mut().push(look(&lab));
+        sleep_until_us(now_us() + LOOK_EVERY_US).await;
+    }
+}
+
+fn look(lab: &Lab) -> Sight {
+    lab.plant(|plant| Sight {
+        t_us: plant.t_us(),
+        pose: plant.pose(),
+        rolled_m: plant
+            .wheel_angles_rad()
+            .zip(plant.parameters().geometry.wheel_radius_m)
+            .map(|(angle_rad, radius_m)| angle_rad * radius_m),
+        current_a: plant.currents_a(),
+    })
+}
+
+impl Sight {
+    /// Whether a motor carries current.
+    pub fn is_powered(&self) -> bool {
+        self.current_a.any(|current_a| current_a != 0.0)
+    }
+
+    /// Farthest that a wheel's rim or the robot's middle has moved since another look \[m\].
+    pub fn moved_since_m(&self, earlier: &Sight) -> f64 {
+        let rims_m =
+            self.rolled_m.zip(earlier.rolled_m).map(|(now_m, then_m)| (now_m - then_m).abs());
+        let way = self.pose.relative_to(earlier.pose);
+        rims_m.left.max(rims_m.right).max(way.x_m.hypot(way.y_m))
+    }
+}
+
+impl Robot {
+    /// What is there to be seen now.
+    pub fn look(&self) -> Sight {
+        look(&self.lab)
+    }
+
+    /// Everything the witness has seen from this time on.
+    pub fn sights_from(&self, t_us: u64) -> Vec<Sight> {
+        self.sights.borrow().iter().copied().filter(|sight| sight.t_us >= t_us).collect()
+    }
+
+    /// The last time at which a motor carried current, after `t_us` \[us\].
+    pub fn last_powered_us(&self, t_us: u64) -> Option<u64> {
+        self.sights_from(t_us).iter().rev().find(|sight| sight.is_powered()).map(|sight| sight.t_us)
+    }
+
+    /// Does nothing for this long; what the robot says meanwhile is kept.
+    pub async fn listen(&mut self, s: f64) {
+        self.session.listen(Duration::from_secs_f64(s)).await.expect("the line is there");
+    }
+
+    /// Asks; a refusal is an answer.
+    pub async fn ask(&mut self, command: Command) -> Result<Answer, Refusal> {
+        self.session.ask(command).await.expect("the robot answers")
+    }
+
+    /// Asks for something that must succeed.
+    pub async fn tell(&mut self, command: Command) -> Answer {
+        self.ask(command.clone()).await.unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"))
+    }
+
+    /// The robot's state.
+    pub async fn state(&mut self) -> State {
+        self.session.status().await.expect("the robot answers").state
+    }
+
+    /// The latched fault.
+    pub async fn fault(&mut self) -> Option<FaultReport> {
+        self.session.status().await.expect("the robot answers").fault
+    }
+
+    /// Starts a motion with the motors on; it lives for [`TTL_MS`].
+    pub async fn drive(&mut self, motion: &Motion) -> Result<MotionId, Refusal> {
+        let id = self.session.new_motion();
+        self.ask(Command::Drive(with_id(motion, id))).await.map(|_| id)
+    }
+
+    /// Arms, starts a motion and renews it for this long \[s\].
+    pub async fn cruise(&mut self, motion: &Motion, s: f64) -> MotionId {
+        self.tell(Command::Arm).await;
+        let id = self.drive(motion).await.expect("the robot drives");
+        self.renew(id, s).await;
+        id
+    }
+
+    /// Keeps a motion alive for this long \[s\].
+    pub async fn renew(&mut self, motion: MotionId, s: f64) {
+        let until_us = now_us() + (s * 1e6).round() as u64;
+        while now_us() < until_us {
+            // A motion that has ended by itself or by a fault is the caller's to notice.
+            let _ = self.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await;
+            // To the microsecond: what follows is to happen at that very time.
+            let pause_us = until_us.saturating_sub(now_us()).min(50_000);
+            self.session.listen(Duration::from_micros(pause_us)).await.expect("the line is there");
+        }
+    }
+
+    /// Renews a motion until the robot stands still.
+    pub async fn finish(&mut self, motion: MotionId) {
+        while matches!(self.state().await, State::Driving | State::Stopping) {
+            self.renew(motion, 0.05).await;
+        }
+    }
+
+    /// A new host on the same line: the last one was killed.
+    pub async fn reconnect(&mut self, number: u32) {
+        self.session = new_session(&self.wire, number);
+        self.session.open().await.expect("the robot answers again");
+    }
+}
+
+/// The command for a motion.
+pub fn with_id(motion: &Motion, id: MotionId) -> Drive {
+    let Motion { unit, distance, cruise, acceleration } = *motion;
+    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration }
+}
+
+/// A motion in metres.
+pub fn meters(left: f64, right: f64, cruise: f64, acceleration: f64) -> Motion {
+    let distance = WheelPair::new(left, right);
+    Motion { unit: TravelUnit::Meter, distance, cruise, acceleration }
+}

@@ -1,0 +1,10 @@
+//! The whole stack in virtual time: the host's session, the protocol, the firmware's tasks, the plant.
+
+mod calibration;
+mod config;
+mod determinism;
+mod healthy;
+mod hello;
+mod motion;
+mod retry;
+mod safety;

@@ -347,7 +347,12 @@ impl Snapshot {
             setpoint_um: 0,
             error_um: 0,
             speed_um_s: 0,
-            terms: shared_proto::PidTerms { feedforward: 0, proportional: 0, integral: 0, derivative: 0 },
+            terms: shared_proto::PidTerms {
+                feedforward: 0,
+                proportional: 0,
+                integral: 0,
+                derivative: 0,
+            },
             duty: 0,
         }),
         supply_mv: 0,

@@ -347,7 +347,7 @@ fn an_arcs_wheels_keep_their_proportion_at_every_tick() {
 #[test]
 fn a_wheel_that_cannot_brake_in_time_goes_beyond_and_comes_back() {
     let from = WheelPair::new(moving(0.5), moving(0.5));
-    let plan = Plan::drive(0, from, &order(0.05, 0.05, 0.5, 0.5), &Config::default()).unwrap();
+    let plan = Plan::drive(0, from, &order(0.05, 0.05, 0.4, 0.5), &Config::default()).unwrap();
     let farthest = (0..plan.end_tick()).map(|t| position_m(plan.at(t).left)).fold(0.0, f64::max);
     // v^2 / 2a = 0.25 m, sampled within half a tick of the turning point.
     assert!((farthest - 0.25).abs() < 1e-6, "{farthest}");
@@ -356,7 +356,7 @@ fn a_wheel_that_cannot_brake_in_time_goes_beyond_and_comes_back() {
 
 #[test]
 fn standing_still_lasts_for_ever() {
-    let plan = Plan::drive(0, at_rest(), &order(0.1, 0.1, 0.5, 0.5), &Config::default()).unwrap();
+    let plan = Plan::drive(0, at_rest(), &order(0.1, 0.1, 0.4, 0.5), &Config::default()).unwrap();
     let (target, end) = (plan.target(), plan.end_tick());
     let mut profile = Profile::new(plan);
     for tick in [0, 10, end, end + 1, end + (1 << 30), end + (3 << 30), end.wrapping_sub(1), 5] {
@@ -377,7 +377,7 @@ fn standing_still_lasts_for_ever() {
 #[test]
 fn each_impossible_motion_is_refused_by_name() {
     let config = Config::default();
-    let good = order(1.0, 1.0, 0.5, 0.5);
+    let good = order(1.0, 1.0, 0.4, 0.5);
     let refuse = |drive: Drive| Plan::drive(0, at_rest(), &drive, &config).err();
     assert_eq!(refuse(good), None);
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
@@ -396,7 +396,7 @@ fn each_impossible_motion_is_refused_by_name() {
         refuse(Drive { distance: WheelPair::new(20_001.0, 1.0), ..good }),
         Some(MotionError::TooFar)
     );
-    assert_eq!(refuse(Drive { cruise: 0.61, ..good }), Some(MotionError::TooFast));
+    assert_eq!(refuse(Drive { cruise: 0.41, ..good }), Some(MotionError::TooFast));
     assert_eq!(refuse(Drive { acceleration: 1.01, ..good }), Some(MotionError::TooSteep));
     assert_eq!(
         refuse(Drive { acceleration: 1e-7, cruise: 0.01, ..good }),

@@ -3,7 +3,9 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Config, ConfigError, Drive, FaultReport, LimitsConfig, MotionError, MotionId, Name, WheelPair};
+use crate::{
+    Config, ConfigError, Drive, FaultReport, LimitsConfig, MotionError, MotionId, Name, WheelPair,
+};
 
 /// What the host asks. Every command may be repeated: the second time changes nothing more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]

@@ -177,4 +177,3 @@ fn write_whole(path: &std::path::Path, text: &str) -> std::io::Result<()> {
     std::fs::write(&beside, text)?;
     std::fs::rename(&beside, path)
 }
-

@@ -66,8 +66,7 @@ impl Executor {
     }
 
     fn spawn_raw<F: Future<Output = ()> + 'static>(&mut self, future: F) {
-        let storage: *mut raw::TaskStorage<F> =
-            Box::into_raw(Box::new(raw::TaskStorage::new()));
+        let storage: *mut raw::TaskStorage<F> = Box::into_raw(Box::new(raw::TaskStorage::new()));
         // SAFETY: freed in `drop`, after the task in it has ended.
         let token = unsafe { &*storage }.spawn(move || future).expect("a new storage is free");
         self.raw().spawner().spawn(token);

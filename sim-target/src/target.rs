@@ -73,8 +73,11 @@ fn schedule(faults: &[FaultEvent], origin_us: u64) -> Vec<Scheduled> {
         let at_us = origin_us + event.until_us?;
         Some(Scheduled { at_us, fault: event.fault, on: false })
     });
-    let begins =
-        faults.iter().map(|event| Scheduled { at_us: origin_us + event.at_us, fault: event.fault, on: true });
+    let begins = faults.iter().map(|event| Scheduled {
+        at_us: origin_us + event.at_us,
+        fault: event.fault,
+        on: true,
+    });
     let mut schedule: Vec<_> = begins.chain(ends).collect();
     schedule.sort_by_key(|event| event.at_us);
     schedule
@@ -359,7 +362,8 @@ impl SimTarget {
     /// Moves the clock to whatever comes next, at the latest to `limit_us`.
     fn advance(&mut self, limit_us: u64) {
         let mut world = self.lab.world.borrow_mut();
-        let next = world.next_event_us().min(clock::next_alarm_us().unwrap_or(u64::MAX)).min(limit_us);
+        let next =
+            world.next_event_us().min(clock::next_alarm_us().unwrap_or(u64::MAX)).min(limit_us);
         let next = next.max(clock::now_us()) + core::mem::take(&mut world.stall_us);
         clock::advance_to(next);
         world.act();

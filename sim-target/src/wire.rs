@@ -143,9 +143,9 @@ impl Wire {
             let state = self.0.borrow();
             match state.parameters.baud {
                 0 => 0,
-                baud => state
-                    .idle_us
-                    .saturating_sub(BACKLOG_BYTES_MAX * 10_000_000 / u64::from(baud)),
+                baud => {
+                    state.idle_us.saturating_sub(BACKLOG_BYTES_MAX * 10_000_000 / u64::from(baud))
+                }
             }
         };
         if room_us > crate::clock::now_us() {

@@ -49,7 +49,9 @@ impl Session {
         let frame = match outcome {
             Ok(frame) => frame,
             Err(_) => {
-                shared.link.update(|link| link.frames_damaged = link.frames_damaged.wrapping_add(1));
+                shared
+                    .link
+                    .update(|link| link.frames_damaged = link.frames_damaged.wrapping_add(1));
                 return;
             }
         };

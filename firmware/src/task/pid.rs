@@ -55,12 +55,8 @@ struct Output {
 }
 
 impl Output {
-    const OFF: Self = Self {
-        enabled: false,
-        probing: false,
-        duty: WheelPair::both(Duty::ZERO),
-        setpoints: None,
-    };
+    const OFF: Self =
+        Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO), setpoints: None };
 }
 
 /// Both wheels' loops and what watches them.
@@ -87,7 +83,8 @@ impl Control {
     }
 
     fn as_wired(&self, duty: WheelPair<Duty>) -> WheelPair<Duty> {
-        duty.zip(self.settings.reversed).map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
+        duty.zip(self.settings.reversed)
+            .map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
     }
 
     fn step<M: RawMutex>(
@@ -169,20 +166,19 @@ impl Control {
         }
         let gains = &self.settings.gains;
         let wheels = setpoints.zip(measured.travel.zip(measured.speed));
-        let duty = self
-            .states
-            .as_mut()
-            .zip(wheels)
-            .map(|(state, (setpoint, (travel, speed)))| step(gains, state, &setpoint, travel, speed));
-        let views = setpoints.zip(measured.travel.zip(measured.speed)).zip(measured.counts.zip(duty)).map(
-            |((setpoint, (travel, speed)), (counts, duty))| WheelView {
+        let duty = self.states.as_mut().zip(wheels).map(|(state, (setpoint, (travel, speed)))| {
+            step(gains, state, &setpoint, travel, speed)
+        });
+        let views = setpoints
+            .zip(measured.travel.zip(measured.speed))
+            .zip(measured.counts.zip(duty))
+            .map(|((setpoint, (travel, speed)), (counts, duty))| WheelView {
                 setpoint,
                 travel,
                 counts,
                 speed,
                 duty,
-            },
-        );
+            });
         if let Some(fault) = self.protection.step(&views) {
             shared.raise(fault, measured.t_us);
         }
@@ -228,7 +224,11 @@ fn publish<M: RawMutex>(
             setpoint_um: setpoint.to_um(),
             error_um: error_um(setpoint, travel),
             speed_um_s: measured.speed.get(wheel).to_um_s(),
-            terms: if control.tracking { control.states.get(wheel).terms() } else { PidTerms::default() },
+            terms: if control.tracking {
+                control.states.get(wheel).terms()
+            } else {
+                PidTerms::default()
+            },
             duty: output.duty.get(wheel).to_i16(),
         }
     };

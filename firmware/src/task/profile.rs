@@ -85,10 +85,9 @@ impl Stage {
                 let setpoints = profile.step(measured.tick);
                 if profile.finished(measured.tick) {
                     *settle_ticks += 1;
-                    let close = measured
-                        .travel
-                        .zip(setpoints)
-                        .all(|(travel, setpoint)| travel.error_from(setpoint.travel).abs() <= ARRIVED);
+                    let close = measured.travel.zip(setpoints).all(|(travel, setpoint)| {
+                        travel.error_from(setpoint.travel).abs() <= ARRIVED
+                    });
                     *close_ticks = if close { *close_ticks + 1 } else { 0 };
                     let over = *settle_ticks >= SETTLE_TICKS_MAX;
                     if *close_ticks >= ARRIVED_TICKS || over {
@@ -101,4 +100,3 @@ impl Stage {
         }
     }
 }
-

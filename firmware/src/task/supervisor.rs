@@ -85,7 +85,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     async fn boot(shared: &'a Shared<M>, mut store: S, board: BoardInfo) -> Self {
         let loaded = store.load().await;
         // What is readable but unphysical was not written by this firmware.
-        let loaded = loaded.ok().filter(|saved| saved.as_ref().is_none_or(|c| c.validate().is_ok()));
+        let loaded =
+            loaded.ok().filter(|saved| saved.as_ref().is_none_or(|c| c.validate().is_ok()));
         let store_damaged = loaded.is_none();
         let saved = loaded.flatten();
         let config_origin =
@@ -132,8 +133,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn begin_probe(&mut self, drive: Drive, from: WheelPair<ProfileState>) {
         let id = self.next_order();
         let counts = self.shared.snapshot.get().measured.counts;
-        let probe =
-            Probe::new(&self.config, counts, drive.distance.map(Direction::of));
+        let probe = Probe::new(&self.config, counts, drive.distance.map(Direction::of));
         self.waiting = Some((drive, from));
         self.plan = None;
         self.shared.order.signal(Order::Probe { id, probe });

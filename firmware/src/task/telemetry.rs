@@ -9,7 +9,9 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     loop {
         let telemetry = shared.telemetry_due.wait().await;
         if shared.telemetry.try_send(telemetry).is_err() {
-            shared.link.update(|link| link.telemetry_dropped = link.telemetry_dropped.wrapping_add(1));
+            shared
+                .link
+                .update(|link| link.telemetry_dropped = link.telemetry_dropped.wrapping_add(1));
         }
     }
 }

@@ -195,7 +195,15 @@ fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
         Ok(text) if text.lines().count() < HEADER_AND_TWO_ROWS => Ok(Vec::new()),
-        _ => Ok(read_track(path)?.0),
+        Ok(text) => {
+            let mut samples = read_track(path)?.0;
+            if !text.ends_with('\n') {
+                // The last row is still being written: a number may lack its last digits.
+                samples.pop();
+            }
+            Ok(samples)
+        }
+        Err(_) => Ok(read_track(path)?.0),
     }
 }
 

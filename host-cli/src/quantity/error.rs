@@ -25,11 +25,11 @@ impl fmt::Display for QuantityError {
         let Self { what, text, problem, example } = self;
         match problem {
             Problem::NoNumber => {
-                write!(f, "no number at the start of `{text}`: write a {what} like {example}")
+                write!(f, "no number at the start of `{text}`: write it like {example}")
             }
-            Problem::NotFinite => write!(f, "`{text}` is too large: write a {what} like {example}"),
+            Problem::NotFinite => write!(f, "`{text}` is too large: write it like {example}"),
             Problem::NoUnit { number } => {
-                write!(f, "`{number}` has no unit: write a {what} with its unit, like {example}")
+                write!(f, "`{number}` has no unit: write it like {example}")
             }
             Problem::UnknownUnit { unit, column, known } => write!(
                 f,

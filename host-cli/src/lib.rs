@@ -9,7 +9,7 @@
 //! | [`campaign`] | recorded runs on disk |
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
-//! | [`file`] | files that appear whole or not at all |
+//! | [`mod@file`] | files that appear whole or not at all |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 

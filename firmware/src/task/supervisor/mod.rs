@@ -1,0 +1,252 @@
+//! Supervisor: the robot's state machine, and the only one that answers requests.
+//!
+//! ```text
+//!  boot --> idle <--> armed <--> driving --> stopping --> armed, idle or faulted
+//!             ^                                                        |
+//!             +--------------------- clear fault ----------------------+      any state --> faulted
+//! ```
+//!
+//! It plans motions (slow arithmetic, outside the control tick) and hands them to the profile task
+//! a few ticks ahead, so that a new plan takes over exactly where the old one will be.
+
+mod requests;
+mod transitions;
+
+use embassy_futures::select::{Either3, select3};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant, Timer};
+use shared_proto::{
+    Config, ConfigOrigin, Drive, Event, Fault, MotionEnd, MotionId, State, WheelPair,
+};
+
+use crate::hal::{BoardInfo, Store};
+use crate::odometry::Odometry;
+use crate::pid::Gains;
+use crate::profile::{Plan, ProfileState};
+use crate::protection::Protection;
+use crate::shared::{CaptureSettings, ControlEvent, LoopSettings, Outgoing, Shared};
+use crate::units::CONTROL_PERIOD_US;
+
+/// A plan starts this many ticks after it was made: planning may take most of that on a slow MCU.
+const PLAN_AHEAD_TICKS: u32 = 10;
+
+/// An armed robot that stands still and hears nothing for this long switches its motors off.
+const ARMED_SILENCE: Duration = Duration::from_secs(60);
+
+/// Runs the robot, for ever.
+pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {
+    let mut supervisor = Supervisor::boot(shared, store, board).await;
+    loop {
+        let deadline = supervisor.deadline();
+        match select3(
+            shared.control_events.receive(),
+            shared.requests.receive(),
+            Timer::at(deadline.unwrap_or(Instant::MAX)),
+        )
+        .await
+        {
+            Either3::First(event) => supervisor.on_control(event),
+            Either3::Second(request) => supervisor.on_request(request).await,
+            Either3::Third(()) => supervisor.on_deadline(),
+        }
+        supervisor.on_fault();
+    }
+}
+
+/// The state, and what belongs to it.
+struct Supervisor<'a, M: RawMutex, S> {
+    shared: &'a Shared<M>,
+    store: S,
+    board: BoardInfo,
+    config: Config,
+    config_origin: ConfigOrigin,
+    store_damaged: bool,
+    /// What the store holds; the factory configuration if it holds none.
+    saved: Config,
+    state: State,
+    /// The encoders' signs have been checked since the motors were switched on.
+    probed: bool,
+    /// The motion under way, or the last one.
+    motion: Option<MotionId>,
+    motion_end: Option<MotionEnd>,
+    /// When the motion's time to live ends.
+    alive_until: Instant,
+    /// A motion that waits for the end of the encoder check, and where the wheels were before it.
+    waiting: Option<(Drive, WheelPair<ProfileState>)>,
+    /// The plan that the profile task follows.
+    plan: Option<Plan>,
+    /// The order given last.
+    order_id: u32,
+    /// Where a controlled stop ends.
+    after_stop: State,
+}
+
+impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
+    /// Power-on to idle.
+    async fn boot(shared: &'a Shared<M>, mut store: S, board: BoardInfo) -> Self {
+        let loaded = store.load().await;
+        // What is readable but unphysical was not written by this firmware.
+        let loaded =
+            loaded.ok().filter(|saved| saved.as_ref().is_none_or(|c| c.validate().is_ok()));
+        let store_damaged = loaded.is_none();
+        let saved = loaded.flatten();
+        let config_origin =
+            if saved.is_some() { ConfigOrigin::Saved } else { ConfigOrigin::Factory };
+        let supervisor = Self {
+            shared,
+            store,
+            board,
+            config: saved.clone().unwrap_or_default(),
+            config_origin,
+            store_damaged,
+            saved: saved.unwrap_or_default(),
+            state: State::Idle,
+            probed: false,
+            motion: None,
+            motion_end: None,
+            alive_until: Instant::MIN,
+            waiting: None,
+            plan: None,
+            order_id: 0,
+            after_stop: State::Armed,
+        };
+        supervisor.configure_control().await;
+        shared.state.set(State::Idle);
+        supervisor
+    }
+
+    fn on_control(&mut self, event: ControlEvent) {
+        match event {
+            ControlEvent::Probed(id) if id == self.order_id => {
+                let Some((drive, from)) = self.waiting.take() else { return };
+                self.probed = true;
+                // Where the wheels were before the check moved them: the motion includes it.
+                match Plan::drive(self.ahead(), from, &drive, &self.config) {
+                    Ok(plan) => self.follow(plan),
+                    // It was planned once before the check; the configuration is the same.
+                    Err(_) => self.begin_stop(State::Armed),
+                }
+            }
+            ControlEvent::Settled(id) if id == self.order_id => {
+                self.plan = None;
+                match self.state {
+                    State::Stopping => self.end_stop(),
+                    State::Driving => self.complete(),
+                    _ => {}
+                }
+            }
+            // Of an order that another has replaced; faults are looked at below, every time.
+            ControlEvent::Probed(_) | ControlEvent::Settled(_) | ControlEvent::Faulted => {}
+        }
+    }
+
+    fn on_deadline(&mut self) {
+        let now = Instant::now();
+        match self.state {
+            State::Driving => {
+                if now >= self.heard() + self.link_timeout() {
+                    self.shared.raise(Fault::LinkLost, now.as_micros());
+                } else if now >= self.alive_until {
+                    self.shared.raise(Fault::TimeToLive, now.as_micros());
+                }
+            }
+            State::Armed if now >= self.heard() + ARMED_SILENCE => self.disarm(),
+            _ => {}
+        }
+    }
+
+    /// When to look again although nothing happened.
+    fn deadline(&self) -> Option<Instant> {
+        match self.state {
+            State::Driving => Some(self.alive_until.min(self.heard() + self.link_timeout())),
+            State::Armed => Some(self.heard() + ARMED_SILENCE),
+            _ => None,
+        }
+    }
+
+    fn on_fault(&mut self) {
+        let Some(report) = self.shared.fault.report() else { return };
+        let cut = self.shared.fault.cuts_motors();
+        match self.state {
+            State::Faulted => {}
+            State::Driving if !cut => {
+                self.tell(Event::Fault(report));
+                self.begin_stop(State::Faulted);
+            }
+            State::Stopping if !cut => self.after_stop = State::Faulted,
+            _ => {
+                self.tell(Event::Fault(report));
+                self.fault();
+            }
+        }
+    }
+
+    fn enter(&mut self, state: State) {
+        if self.state != state {
+            self.state = state;
+            self.shared.state.set(state);
+            self.tell(Event::State { t_us: Instant::now().as_micros(), state });
+        }
+    }
+
+    fn end_motion(&mut self, end: MotionEnd) {
+        self.motion_end = Some(end);
+        self.plan = None;
+        if let Some(motion) = self.motion {
+            self.tell(Event::MotionEnded { t_us: Instant::now().as_micros(), motion, end });
+        }
+    }
+
+    /// Tells the host, if the line is not busy: events repeat what [`Status`] says.
+    fn tell(&self, event: Event) {
+        let _ = self.shared.outgoing.try_send(Outgoing::Event(event));
+    }
+
+    fn next_order(&mut self) -> u32 {
+        self.order_id = self.order_id.wrapping_add(1);
+        self.order_id
+    }
+
+    fn ahead(&self) -> u32 {
+        self.shared.snapshot.get().measured.tick.wrapping_add(PLAN_AHEAD_TICKS)
+    }
+
+    fn heard(&self) -> Instant {
+        Instant::from_micros(self.shared.heard_us.get())
+    }
+
+    fn link_timeout(&self) -> Duration {
+        Duration::from_micros((self.config.protection.link_timeout_s * 1e6) as u64)
+    }
+
+    fn supply_mv_min(&self) -> u16 {
+        (self.config.protection.supply_v_min * 1000.0) as u16
+    }
+
+    async fn configure(&mut self, config: Config) {
+        self.config = config;
+        self.probed = false;
+        self.configure_control().await;
+    }
+
+    /// Hands the configuration to the control tasks, and waits until they have measured with it:
+    /// nothing is armed before the supply is known, nor planned from travel in the old scale.
+    async fn configure_control(&self) {
+        let config = &self.config;
+        self.shared.capture_settings.signal(CaptureSettings {
+            odometry: Odometry::new(config),
+            reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
+        });
+        self.shared.loop_settings.signal(LoopSettings {
+            gains: Gains::new(config),
+            protection: Protection::new(config),
+            reversed: config.motor.as_ref().map(|motor| motor.reversed),
+            supply_mv_min: self.supply_mv_min(),
+        });
+        // The tick that is under way may still be one of before.
+        let before = self.shared.snapshot.get().measured.tick;
+        while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
+            Timer::after_micros(CONTROL_PERIOD_US.into()).await;
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! What the host may ask, and what comes of it.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant};
+use shared_proto::{
+    Answer, Command, Config, ConfigOrigin, Drive, Fault, Identity, MotionEnd, MotionError,
+    PROTOCOL_VERSION, Refusal, Reply, Request, State, Status,
+};
+
+use super::Supervisor;
+use crate::hal::Store;
+use crate::profile::Plan;
+use crate::shared::Outgoing;
+use crate::units::CONTROL_PERIOD_US;
+
+impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
+    pub(super) async fn on_request(&mut self, request: Request) {
+        let Request { id, command } = request;
+        let outcome = self.obey(command).await;
+        self.shared.outgoing.send(Outgoing::Reply(Reply { id, outcome })).await;
+    }
+
+    async fn obey(&mut self, command: Command) -> Result<Answer, Refusal> {
+        match command {
+            Command::Identify => Ok(Answer::Identity(self.identity())),
+            Command::Status => Ok(Answer::Status(self.status())),
+            Command::ReadConfig => Ok(Answer::Config(self.config.clone())),
+            Command::WriteConfig(config) => {
+                config.validate().map_err(Refusal::Config)?;
+                self.standing_still()?;
+                self.configure(config).await;
+                Ok(Answer::Done)
+            }
+            Command::SaveConfig => self.save().await,
+            Command::RestoreConfig(origin) => self.restore(origin).await,
+            Command::Arm => self.obey_arm(),
+            Command::Disarm => {
+                match self.state {
+                    State::Armed => self.disarm(),
+                    State::Driving => self.begin_stop(State::Idle),
+                    State::Stopping if self.after_stop == State::Armed => {
+                        self.after_stop = State::Idle;
+                    }
+                    _ => {}
+                }
+                Ok(Answer::Done)
+            }
+            Command::Drive(drive) => self.obey_drive(drive),
+            Command::Renew { motion, ttl_ms } => {
+                if self.motion != Some(motion) {
+                    return Err(Refusal::NoSuchMotion);
+                }
+                self.renew(ttl_ms)?;
+                Ok(Answer::Done)
+            }
+            Command::Stop => {
+                if self.state == State::Driving {
+                    self.begin_stop(State::Armed);
+                }
+                Ok(Answer::Done)
+            }
+            Command::EmergencyStop => {
+                self.shared.raise(Fault::EmergencyStop, Instant::now().as_micros());
+                Ok(Answer::Done)
+            }
+            Command::ClearFault { number } => self.obey_clear(number),
+            Command::Subscribe { period_ms } => {
+                if period_ms > 1000 {
+                    return Err(Refusal::Period);
+                }
+                let ticks = u32::from(period_ms) * 1000 / CONTROL_PERIOD_US;
+                self.shared.telemetry_period.set(ticks);
+                Ok(Answer::Done)
+            }
+        }
+    }
+
+    fn obey_arm(&mut self) -> Result<Answer, Refusal> {
+        self.not_faulted()?;
+        if self.state == State::Idle {
+            let now_us = Instant::now().as_micros();
+            let lines = self.shared.lines.get();
+            let supply_mv = self.shared.snapshot.get().supply_mv;
+            if lines.emergency_stop {
+                self.shared.raise(Fault::EmergencyStop, now_us);
+            } else if lines.driver_fault {
+                self.shared.raise(Fault::Driver, now_us);
+            } else if supply_mv < self.supply_mv_min() {
+                self.shared.raise(Fault::SupplyLow, now_us);
+            }
+            self.not_faulted()?;
+            self.arm();
+        }
+        Ok(Answer::Done)
+    }
+
+    fn obey_drive(&mut self, drive: Drive) -> Result<Answer, Refusal> {
+        self.not_faulted()?;
+        if self.motion == Some(drive.motion) {
+            // Heard before. If it still drives, this counts as a renewal.
+            if self.motion_end.is_none() {
+                self.renew(drive.ttl_ms)?;
+            }
+            return Ok(Answer::Done);
+        }
+        let stopping_to_armed = self.state == State::Stopping && self.after_stop == State::Armed;
+        if !(matches!(self.state, State::Armed | State::Driving) || stopping_to_armed) {
+            return Err(Refusal::State(self.state));
+        }
+        if !Drive::TTL_MS.contains(&drive.ttl_ms) {
+            return Err(Refusal::Motion(MotionError::TimeToLive));
+        }
+        let start = self.ahead();
+        let from = match (&self.plan, &self.waiting) {
+            (Some(plan), _) => plan.at(start),
+            (None, Some((_, from))) => *from,
+            (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
+        };
+        let plan = Plan::drive(start, from, &drive, &self.config).map_err(Refusal::Motion)?;
+        if self.motion.is_some() && self.motion_end.is_none() {
+            self.end_motion(MotionEnd::Replaced);
+        }
+        self.motion = Some(drive.motion);
+        self.motion_end = None;
+        self.renew(drive.ttl_ms)?;
+        if self.probed {
+            self.follow(plan);
+        } else {
+            self.begin_probe(drive, from);
+        }
+        Ok(Answer::Done)
+    }
+
+    fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
+        match self.shared.fault.report() {
+            None if number == self.shared.fault.last_number() => Ok(Answer::Done),
+            None => Err(Refusal::NoSuchFault),
+            Some(report) if report.number != number => Err(Refusal::NoSuchFault),
+            Some(_) if self.state != State::Faulted => Err(Refusal::State(self.state)),
+            Some(report) => {
+                let lines = self.shared.lines.get();
+                let supply_low = self.shared.snapshot.get().supply_mv < self.supply_mv_min();
+                if lines.emergency_stop
+                    || lines.driver_fault
+                    || (supply_low && report.fault == Fault::SupplyLow)
+                {
+                    return Err(Refusal::CauseRemains);
+                }
+                self.clear_fault();
+                Ok(Answer::Done)
+            }
+        }
+    }
+
+    async fn save(&mut self) -> Result<Answer, Refusal> {
+        // Erasing flash can stall the CPU; the motors are off then.
+        if !matches!(self.state, State::Idle | State::Faulted) {
+            return Err(Refusal::State(self.state));
+        }
+        self.store.save(&self.config).await.map_err(|_| Refusal::Store)?;
+        self.saved = self.config.clone();
+        self.store_damaged = false;
+        Ok(Answer::Done)
+    }
+
+    async fn restore(&mut self, origin: ConfigOrigin) -> Result<Answer, Refusal> {
+        self.standing_still()?;
+        let config = match origin {
+            ConfigOrigin::Factory => Config::default(),
+            ConfigOrigin::Saved => self.saved.clone(),
+        };
+        self.configure(config).await;
+        Ok(Answer::Config(self.config.clone()))
+    }
+
+    fn renew(&mut self, ttl_ms: u16) -> Result<(), Refusal> {
+        if !Drive::TTL_MS.contains(&ttl_ms) {
+            return Err(Refusal::Motion(MotionError::TimeToLive));
+        }
+        self.alive_until = Instant::now() + Duration::from_millis(u64::from(ttl_ms));
+        Ok(())
+    }
+
+    fn not_faulted(&self) -> Result<(), Refusal> {
+        self.shared.fault.report().map_or(Ok(()), |report| Err(Refusal::Faulted(report)))
+    }
+
+    fn standing_still(&self) -> Result<(), Refusal> {
+        match self.state {
+            State::Idle | State::Armed | State::Faulted => Ok(()),
+            state => Err(Refusal::State(state)),
+        }
+    }
+
+    fn identity(&self) -> Identity {
+        let part = |text: &str| text.parse().unwrap_or(0);
+        Identity {
+            name: self.config.name.clone(),
+            board: self.board.board.clone(),
+            uid: self.board.uid,
+            firmware: [
+                part(env!("CARGO_PKG_VERSION_MAJOR")),
+                part(env!("CARGO_PKG_VERSION_MINOR")),
+                part(env!("CARGO_PKG_VERSION_PATCH")),
+            ],
+            protocol: PROTOCOL_VERSION,
+            control_period_us: CONTROL_PERIOD_US,
+            limits: self.config.limits,
+            reset_cause: self.board.reset_cause,
+            config_origin: self.config_origin,
+            store_damaged: self.store_damaged,
+            unsaved: self.config != self.saved,
+        }
+    }
+
+    fn status(&self) -> Status {
+        let snapshot = self.shared.snapshot.get();
+        Status {
+            t_us: Instant::now().as_micros(),
+            state: self.state,
+            motion: self.motion,
+            motion_end: self.motion_end,
+            fault: self.shared.fault.report(),
+            supply_mv: snapshot.supply_mv,
+            link: self.shared.link.get(),
+            ticks: snapshot.measured.tick,
+            tick_delay_us_max: self.shared.tick_delay_us_max.get(),
+        }
+    }
+}

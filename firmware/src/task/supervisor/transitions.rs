@@ -1,0 +1,106 @@
+//! The transitions between states, each a function with its name.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use shared_proto::{Drive, MotionEnd, State, WheelPair};
+
+use super::Supervisor;
+use crate::hal::Store;
+use crate::probe::{Direction, Probe};
+use crate::profile::{Plan, ProfileState};
+use crate::shared::Order;
+
+impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
+    /// Idle to armed.
+    pub(super) fn arm(&mut self) {
+        self.probed = false;
+        self.shared.order.signal(Order::Rest);
+        self.enter(State::Armed);
+    }
+
+    /// Armed to idle.
+    pub(super) fn disarm(&mut self) {
+        self.shared.order.signal(Order::Off);
+        self.enter(State::Idle);
+    }
+
+    /// Armed to driving, by way of the encoder check.
+    pub(super) fn begin_probe(&mut self, drive: Drive, from: WheelPair<ProfileState>) {
+        let id = self.next_order();
+        let counts = self.shared.snapshot.get().measured.counts;
+        let probe = Probe::new(&self.config, counts, drive.distance.map(Direction::of));
+        self.waiting = Some((drive, from));
+        self.plan = None;
+        self.shared.order.signal(Order::Probe { id, probe });
+        self.enter(State::Driving);
+    }
+
+    /// Armed or driving to driving.
+    pub(super) fn follow(&mut self, plan: Plan) {
+        let id = self.next_order();
+        self.waiting = None;
+        self.plan = Some(plan.clone());
+        self.shared.order.signal(Order::Follow { id, plan });
+        self.enter(State::Driving);
+    }
+
+    /// Driving to stopping; `then` is where it ends.
+    pub(super) fn begin_stop(&mut self, then: State) {
+        self.after_stop = then;
+        match self.plan.take() {
+            Some(plan) => {
+                let start = self.ahead();
+                let deceleration = self.config.limits.stop_deceleration_mps2;
+                let stop = Plan::stop(start, plan.at(start), deceleration);
+                let id = self.next_order();
+                self.plan = Some(stop.clone());
+                self.shared.order.signal(Order::Follow { id, plan: stop });
+                self.enter(State::Stopping);
+            }
+            // Only the encoder check was under way: nothing moves that needs a ramp.
+            None => {
+                self.shared.order.signal(Order::Rest);
+                self.enter(State::Stopping);
+                self.end_stop();
+            }
+        }
+    }
+
+    /// Stopping to armed, idle or faulted.
+    pub(super) fn end_stop(&mut self) {
+        match self.after_stop {
+            State::Idle => {
+                self.end_motion(MotionEnd::Stopped);
+                self.disarm();
+            }
+            State::Faulted => self.fault(),
+            _ => {
+                self.end_motion(MotionEnd::Stopped);
+                self.enter(State::Armed);
+            }
+        }
+    }
+
+    /// Driving to armed.
+    pub(super) fn complete(&mut self) {
+        self.end_motion(MotionEnd::Completed);
+        self.enter(State::Armed);
+    }
+
+    /// Any state to faulted.
+    pub(super) fn fault(&mut self) {
+        self.shared.order.signal(Order::Off);
+        if self.motion_end.is_none() && self.motion.is_some() {
+            self.end_motion(MotionEnd::Faulted);
+        }
+        self.plan = None;
+        self.waiting = None;
+        self.enter(State::Faulted);
+    }
+
+    /// Faulted to idle.
+    pub(super) fn clear_fault(&mut self) {
+        self.shared.fault.clear();
+        self.shared.order.signal(Order::Off);
+        self.enter(State::Idle);
+    }
+}

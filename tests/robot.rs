@@ -5,8 +5,8 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use futures_lite::future;
+use host_cli::link::{Clock, Wire};
 use host_cli::motion::Motion;
-use host_cli::port::{Clock, Wire};
 use host_cli::session::Session;
 use shared_proto::{
     Answer, Command, Drive, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair,

@@ -2,7 +2,8 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`port`] | where a robot is reached, and how its bytes get here |
+//! | [`port`] | where a robot is reached |
+//! | [`link`] | its bytes, and the time they go by |
 //! | [`session`] | handshake, requests with retries, telemetry |
 //! | [`motion`] | drives a motion to its end, safely |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
@@ -20,6 +21,7 @@ pub mod command;
 pub mod error;
 pub mod file;
 pub mod interrupt;
+pub mod link;
 pub mod motion;
 pub mod picture;
 pub mod port;

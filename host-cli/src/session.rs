@@ -13,7 +13,7 @@ use shared_proto::{
 };
 
 use crate::error::{Error, Result};
-use crate::port::{Clock, Wire};
+use crate::link::{Clock, Wire};
 
 /// A reply that has not come after this long is asked for again: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::cli::Common;
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::port::Clock;
+use crate::link::Clock;
 
 /// Emphasis.
 pub const BOLD: Style = Style::new().bold();

@@ -105,6 +105,7 @@ pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> 
             Decision::Corrected(_) => ("corrected", after.lateral_m()),
             Decision::NotBetter(_) => ("not better", before.lateral_m()),
             Decision::AlreadyStraight => ("already straight", before.lateral_m()),
+            Decision::CannotTell => ("cannot tell", before.lateral_m()),
             Decision::NotARadius => ("not a radius", before.lateral_m()),
         };
         Ok(Verdict {

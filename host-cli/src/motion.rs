@@ -11,9 +11,9 @@ use crate::session::{Session, faulted};
 /// The robot stops by itself if it hears nothing for this long \[ms\].
 const TTL_MS: u16 = 200;
 
-/// The host renews a motion this often: of ten in a time to live nine may be lost, and the shortest
-/// `protection.link_timeout_s` leaves room for two.
-const RENEW_EVERY: Duration = Duration::from_millis(20);
+/// The host renews a motion this often: of six in a time to live five may be lost, the shortest
+/// `protection.link_timeout_s` leaves room for one, and a line of 9600 baud carries it.
+const RENEW_EVERY: Duration = Duration::from_millis(30);
 
 /// What to drive, on the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,14 +90,28 @@ pub async fn drive(
     options: RecordOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Recording> {
+    let mut telemetry = Vec::new();
+    let end = drive_into(session, motion, options, &mut telemetry, progress).await?;
+    Ok(Recording { telemetry, end })
+}
+
+/// As [`drive`], but whoever calls has the telemetry even if this fails.
+pub async fn drive_into(
+    session: &mut Session,
+    motion: &Motion,
+    options: RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<MotionEnd> {
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
-    let outcome = drive_armed(session, motion, options, progress).await;
+    let outcome = drive_armed(session, motion, options, telemetry, progress).await;
     // Where it failed for want of a link these fail too, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let _ = session.ask(Command::Stop).await;
         let _ = wait_for_stop(session).await;
         let _ = session.ask(Command::Disarm).await;
         let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
+        telemetry.extend(session.take_telemetry());
         return Err(error);
     }
     session.request(Command::Disarm).await?;
@@ -109,9 +123,9 @@ async fn drive_armed(
     session: &mut Session,
     motion: &Motion,
     options: RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
-) -> Result<Recording> {
-    let mut telemetry = Vec::new();
+) -> Result<MotionEnd> {
     let _stale = session.take_telemetry().count() + session.take_events().count();
     session.listen(options.rest).await?;
     stop_if_interrupted()?;
@@ -150,7 +164,7 @@ async fn drive_armed(
     session.listen(options.rest).await?;
     stop_if_interrupted()?;
     telemetry.extend(session.take_telemetry());
-    Ok(Recording { telemetry, end })
+    Ok(end)
 }
 
 /// Whoever sees this error brings the robot to a stand, or says that the link is lost.

@@ -180,8 +180,12 @@ fn open_device(port: &Port) -> Result<ThreadedWire> {
         }
         Port::Serial { path, baud } => {
             let failed = |error: &dyn fmt::Display| {
-                Error::new(format_args!("cannot open the serial port {path}: {error}"))
-                    .hint(serial_hint(path))
+                // Another program holds it, perhaps one that drives.
+                let hint = match error.to_string() {
+                    text if text.contains("exclusive lock") => "another program has it open; to stop the robot, press Ctrl-C there, or its stop button".into(),
+                    _ => serial_hint(path),
+                };
+                Error::new(format_args!("cannot open the serial port {path}: {error}")).hint(hint)
             };
             let writer = serialport::new(path, *baud)
                 .timeout(Duration::from_millis(100))

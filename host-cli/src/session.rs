@@ -310,7 +310,7 @@ impl Session {
 
 fn lost(port: &str, error: &std::io::Error) -> Error {
     Error::new(format_args!("the connection to {port} is gone: {error}"))
-        .hint("a robot without its host stops by itself; plug it in and start again")
+        .hint("it was unplugged, or another host took over (a robot has one at a time); without its host it stops by itself")
 }
 
 fn versions_differ(ours: &Hello, theirs: &Hello) -> Error {

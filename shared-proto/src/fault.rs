@@ -75,7 +75,7 @@ impl Fault {
             }
             Fault::Stall(_) => "free the wheel; check motor wires and driver supply",
             Fault::EncoderDead(_) => {
-                "check the encoder's plug and supply, then whether the wheel turns freely by hand"
+                "check the encoder's plug and supply, the motor's wires, and whether the wheel turns freely by hand"
             }
             Fault::EncoderReversed(_) => {
                 "swap the encoder's A and B, or set encoder.<wheel>.reversed or motor.<wheel>.reversed"
@@ -90,7 +90,7 @@ impl Fault {
             Fault::Driver => {
                 "check the motor driver: over-current, over-temperature, or its supply"
             }
-            Fault::EmergencyStop => "release the emergency stop",
+            Fault::EmergencyStop => "release the emergency stop if it is pressed",
         }
     }
 

@@ -125,7 +125,11 @@ impl Flash {
     pub(crate) fn new(file: Option<PathBuf>) -> std::io::Result<Self> {
         let content = match &file {
             Some(path) => match std::fs::read_to_string(path) {
-                Ok(text) => Some(text),
+                Ok(text) if text.is_empty() || text.starts_with(HEADER) => Some(text),
+                // Somebody's scenario or notes: it would be overwritten.
+                Ok(_) => {
+                    return Err(std::io::Error::other("it is not the flash of a simulated robot"));
+                }
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
                 Err(error) => return Err(error),
             },
@@ -135,7 +139,7 @@ impl Flash {
     }
 
     pub(crate) fn put(&self, config: &Config) {
-        self.0.borrow_mut().content = toml::to_string(config).ok();
+        self.0.borrow_mut().content = to_text(config);
     }
 
     pub(crate) fn content(&self) -> Option<String> {
@@ -151,6 +155,7 @@ impl Store for Flash {
     async fn load(&mut self) -> Result<Option<Config>, StoreError> {
         match &self.0.borrow().content {
             None => Ok(None),
+            Some(text) if text.is_empty() => Ok(None),
             Some(text) => toml::from_str(text).map(Some).map_err(|_| StoreError::Damaged),
         }
     }
@@ -162,13 +167,20 @@ impl Store for Flash {
         if state.write_protected {
             return Err(StoreError::Write);
         }
-        let text = toml::to_string(config).map_err(|_| StoreError::Write)?;
+        let text = to_text(config).ok_or(StoreError::Write)?;
         if let Some(path) = &state.file {
             write_whole(path, &text).map_err(|_| StoreError::Write)?;
         }
         state.content = Some(text);
         Ok(())
     }
+}
+
+/// The first line of every file that stands for a flash.
+const HEADER: &str = "# The flash of a simulated robot.\n";
+
+fn to_text(config: &Config) -> Option<String> {
+    Some(format!("{HEADER}{}", toml::to_string(config).ok()?))
 }
 
 /// Writes beside the file and renames: it holds the old text or the new one, never half of it.

@@ -119,9 +119,11 @@ fn a_wrong_scenario_is_refused_with_file_line_and_column() {
 #[test]
 fn a_picture_that_cannot_be_drawn_stops_the_robot_before_it_moves() {
     let desk = Desk::new();
-    std::fs::create_dir(desk.path("folder")).unwrap();
+    std::fs::create_dir(desk.path("folder.html")).unwrap();
+    let message = desk.run("calibrate --flash flash --output picture.png").refused();
+    assert!(message.contains("must end in .html or .svg"), "{message}");
     for picture in
-        ["nowhere/picture.html", "folder", "/proc/picture.html", "/dev/null/picture.html"]
+        ["nowhere/picture.html", "folder.html", "/proc/picture.html", "/dev/null/picture.html"]
     {
         let message = desk.run(&format!("calibrate --flash flash --output {picture}")).refused();
         assert!(message.contains(&format!("cannot write the picture {picture}")), "{message}");
@@ -129,7 +131,7 @@ fn a_picture_that_cannot_be_drawn_stops_the_robot_before_it_moves() {
         assert!(!message.contains(".beeline-"), "{message}");
     }
     // Not even the flash was made: no robot was started.
-    assert_eq!(desk.listing(), ["folder"]);
+    assert_eq!(desk.listing(), ["folder.html"]);
 }
 
 #[test]
@@ -194,12 +196,20 @@ fn a_track_that_shows_no_drive_is_refused_and_nothing_is_changed() {
     let flash = desk.read("flash");
     desk.write("still.csv", "t_s,x_m,y_m\n0,0,0\n1,0,0\n");
     desk.write("begun.csv", "t_s,x_m,y_m\n0,0,0\n");
-    for track in ["still.csv", "begun.csv", "nowhere.csv"] {
+    for track in ["still.csv", "begun.csv"] {
         let arguments = format!("calibrate --measure track:{track} --yes --flash flash");
         let message = desk.run(&arguments).refused();
         assert!(message.contains(&format!("{track} got 0 samples during the drive")), "{message}");
         assert!(message.contains("is the tracking system running"), "{message}");
     }
+    desk.write("other.csv", "t,x,y\n0,0,0\n1,0,0\n");
+    for (track, expected) in
+        [("nowhere.csv", "cannot read the track nowhere.csv"), ("other.csv", "no column t_s")]
+    {
+        let message = desk.run(&format!("calibrate --measure track:{track} --yes")).refused();
+        assert!(message.contains(expected), "{message}");
+        assert!(!message.contains("Driving"), "{message}");
+    }
     assert_eq!(desk.read("flash"), flash);
-    assert_eq!(desk.listing(), ["begun.csv", "flash", "still.csv"]);
+    assert_eq!(desk.listing(), ["begun.csv", "flash", "other.csv", "still.csv"]);
 }

@@ -96,3 +96,25 @@ fn a_reader_that_goes_away_is_no_error() {
         assert!(!outcome.stderr.contains("panicked"), "{arguments:?}: {outcome:#?}");
     }
 }
+
+#[test]
+fn the_mean_of_four_runs_is_surer_than_one() {
+    let desk = Desk::new();
+    let sigma = |command: &str| {
+        desk.run(command).ok().json()["wheel_weight"]["sigma"].as_f64().expect("a number")
+    };
+    let (one, four) = (sigma("calibrate --json"), sigma("calibrate --runs 4 --json"));
+    // Half, but for the tolerance of the track width, which the runs have in common.
+    assert!(four > 0.4 * one && four < 0.75 * one, "{four} after {one}");
+}
+
+#[test]
+fn a_measurement_that_knows_nothing_changes_nothing() {
+    let desk = Desk::new();
+    let arguments = "calibrate --measure ruler --start-heading 2deg --flash flash";
+    let outcome = desk.run(arguments);
+    assert_eq!(outcome.code, Some(1), "{outcome:#?}");
+    assert!(outcome.stderr.contains("cannot tell"), "{outcome:#?}");
+    assert!(outcome.stdout.is_empty(), "{outcome:#?}");
+    assert_eq!(desk.listing(), Vec::<String>::new());
+}

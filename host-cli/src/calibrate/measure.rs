@@ -62,6 +62,8 @@ pub struct Measurement {
     pub wheel_weight: WheelWeight,
     /// The drive, for the picture.
     pub run: RunReport,
+    /// The drive as a leg of an out-and-back: from a track, without its first decimetres.
+    pub leg: Leg,
     /// The ruler's reading as such, left positive \[m\], with its sigma; `None` from a track.
     pub offset_m: Option<(f64, f64)>,
 }
@@ -69,11 +71,12 @@ pub struct Measurement {
 impl Measurement {
     /// This drive as the way back after `out`.
     ///
-    /// A track shows the turn of each drive by itself. A ruler at the line reads where the robot is:
+    /// A track shows the turn of each drive by itself, and where on the way it happened: the first
+    /// decimetres, in which a caster swings round and kicks, are left out. A ruler cannot do that. A ruler at the line reads where the robot is:
     /// with s the length of each way, y the readings after the way out and after the way back, the way
     /// out turned by alpha = -2 y_out / s and the way back by alpha = 2 (y_out + y_back) / s.
     pub(super) fn leg_after(&self, out: &Measurement) -> Leg {
-        let leg = Leg::from(&self.wheel_weight);
+        let leg = self.leg;
         match (out.offset_m, self.offset_m) {
             (Some((out_m, out_sigma_m)), Some((back_m, back_sigma_m))) => {
                 let s_m = self
@@ -104,7 +107,10 @@ impl Instrument {
             Instrument::Person { confirm: true, .. }
             | Instrument::TrackFile { confirm: true, .. } => {
                 let question = format!("Put the robot {place}, with room ahead, and press Enter:");
-                ui::ask(&question, session.clock()).await.map(drop)
+                match ui::ask(&question, session.clock()).await?.to_lowercase().as_str() {
+                    "" | "y" | "yes" => Ok(()),
+                    _ => Err(Error::interrupted("not driven")),
+                }
             }
             _ => Ok(()),
         }
@@ -115,6 +121,7 @@ impl Instrument {
         match self {
             Instrument::Camera(lab, seen) => *seen = lab.camera_len(),
             Instrument::TrackFile { path, seen, .. } => {
+                check_header(path)?;
                 *seen = track_so_far(path)?.len();
             }
             Instrument::Ruler(_) | Instrument::Person { .. } => {}
@@ -186,6 +193,25 @@ impl Instrument {
             }
         }
     }
+}
+
+/// Refuses a file that is no track before the robot moves; one that has only been created is fine.
+fn check_header(path: &Path) -> Result<()> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        Error::new(format_args!("cannot read the track {}: {error}", path.display()))
+            .hint("start the tracking system first, so that the file is there")
+    })?;
+    let Some(header) = text.lines().next() else { return Ok(()) };
+    for column in ["t_s", "x_m", "y_m"] {
+        if !header.split(',').any(|name| name.trim() == column) {
+            return Err(Error::new(format_args!(
+                "{}:1: there is no column {column}",
+                path.display()
+            ))
+            .hint("a track has a header line: t_s,x_m,y_m or t_s,x_m,y_m,heading_rad"));
+        }
+    }
+    Ok(())
 }
 
 /// A track file as far as it has come: a tracking system may create it, or begin it, only when the
@@ -272,7 +298,30 @@ impl Run<'_> {
             },
             wheel_weight: fit.wheel_weight.clone(),
         };
-        Ok(Measurement { wheel_weight: fit.wheel_weight, run, offset_m: None })
+        let leg = self.leg_by_track(track, options).unwrap_or(Leg::from(&fit.wheel_weight));
+        Ok(Measurement { wheel_weight: fit.wheel_weight, run, leg, offset_m: None })
+    }
+
+    /// The drive without its run-in. What turned the robot there becomes part of its free start pose.
+    fn leg_by_track(&self, track: &Track, options: FitOptions) -> Option<Leg> {
+        /// A caster has swung round after about three of its trails \[m\].
+        const RUN_IN_M: f64 = 0.3;
+        /// A short drive keeps most of itself.
+        const RUN_IN_SHARE_MAX: f64 = 0.25;
+        let angles = self.wheel_angles();
+        let radius_m = self.geometry.wheel_radius_m;
+        let travelled_m = |to: &WheelAngles| {
+            let turns = to.turns.since(angles[0].turns);
+            radius_m * (turns.phi_left_rad + turns.phi_right_rad).abs() / 2.0
+        };
+        let run_in_m = RUN_IN_M.min(RUN_IN_SHARE_MAX * travelled_m(angles.last()?));
+        let first = angles.iter().position(|angles| travelled_m(angles) >= run_in_m)?;
+        let rest = Track {
+            samples: track.samples.iter().filter(|s| s.t_s >= angles[first].t_s).copied().collect(),
+            ..*track
+        };
+        let fit = fit_track(&rest, &angles[first..], self.geometry, options).ok()?;
+        Some(Leg::from(&fit.wheel_weight))
     }
 
     fn by_reading(&self, deviation: Deviation) -> Result<Measurement> {
@@ -312,7 +361,8 @@ impl Run<'_> {
             },
             wheel_weight: wheel_weight.clone(),
         };
-        Ok(Measurement { wheel_weight, run, offset_m })
+        let leg = Leg::from(&wheel_weight);
+        Ok(Measurement { wheel_weight, run, leg, offset_m })
     }
 
     /// A tracking system's clock starts when it likes: the robot's first movement is the same in both.

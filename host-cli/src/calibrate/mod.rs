@@ -15,7 +15,9 @@ mod undo;
 pub use measure::{Instrument, Measurement};
 pub use undo::{Undo, state_folder};
 
-use robot_model::{Geometry, Leg, OutAndBack, Verdict};
+use robot_model::track_fit::Estimate;
+use robot_model::wheel_weight::SIGMAS_95;
+use robot_model::{Geometry, Leg, OutAndBack, Source, Verdict, WheelWeight};
 use shared_proto::{Config, ConfigOrigin, Identity, State};
 
 use crate::error::{Error, Result};
@@ -33,6 +35,8 @@ pub struct Settings {
     pub start_heading_sigma_rad: f64,
     /// Also drive back, so that a pull is not taken for a radius.
     pub out_and_back: bool,
+    /// Drive this many runs, each from the line, and take the mean of what they say.
+    pub runs: u16,
 }
 
 impl Default for Settings {
@@ -42,6 +46,7 @@ impl Default for Settings {
             tolerance: 0.005,
             start_heading_sigma_rad: 0.002,
             out_and_back: false,
+            runs: 1,
         }
     }
 }
@@ -56,7 +61,7 @@ pub enum Step<'a> {
     /// A drive has been measured.
     Measured(Drive, &'a Measurement),
     /// The way back said what kind of deviation it is.
-    OutAndBack(&'a OutAndBack),
+    OutAndBack(&'a OutAndBack, &'a Leg),
     /// The new W_T is in use and was read back.
     Written(f64),
     /// The new W_T survives power-off.
@@ -100,6 +105,8 @@ pub struct Outcome {
     pub before: Measurement,
     /// What the way back said.
     pub out_and_back: Option<OutAndBack>,
+    /// W_T as decided on: of the first run, or of both ways.
+    pub wheel_weight: Estimate,
     /// What was done about it.
     pub decision: Decision,
 }
@@ -110,8 +117,10 @@ pub struct Outcome {
 pub enum Decision {
     /// The new W_T is saved; this is the run with it.
     Corrected(Measurement),
-    /// The W_T that is there is within one sigma of the measured one; nothing was written.
+    /// The W_T in use is inside the 95 % interval, and that is narrow; nothing was written.
     AlreadyStraight,
+    /// The W_T in use is inside the 95 % interval, but so is much else; nothing was written.
+    CannotTell,
     /// The curvature comes from a pull alone; nothing was written.
     NotARadius,
     /// The run with the new W_T was no better; the saved one is back.
@@ -125,6 +134,7 @@ pub async fn calibrate(
     settings: &Settings,
     tell: &mut dyn FnMut(Step<'_>),
 ) -> Result<Outcome> {
+    instrument.begin()?;
     let checks = check(session).await?;
     tell(Step::Checked(&checks));
     let config = checks.config.clone();
@@ -182,33 +192,50 @@ async fn experiment(
 
     bench.instrument.prepare(bench.session, "at its start line").await?;
     let before = bench.drive(&config, Drive::Before).await?;
-    let (mut value, mut sigma) = (before.wheel_weight.value, before.wheel_weight.sigma);
+    let mut said = vec![before.wheel_weight.clone()];
+    for _ in 1..settings.runs {
+        bench.instrument.prepare(bench.session, "back at its start line").await?;
+        said.push(bench.drive(&config, Drive::Before).await?.wheel_weight);
+    }
+    let mut wheel_weight = mean(&said);
     let mut out_and_back = None;
     if settings.out_and_back {
         let back = bench.drive(&config, Drive::Back).await?;
-        let forward = Leg::from(&before.wheel_weight);
-        let both =
-            OutAndBack::new(forward, back.leg_after(&before), &geometry).map_err(Error::new)?;
-        (bench.tell)(Step::OutAndBack(&both));
-        (value, sigma) = (both.wheel_weight, both.wheel_weight_sigma);
+        let back = back.leg_after(&before);
+        let both = OutAndBack::new(before.leg, back, &geometry).map_err(Error::new)?;
+        (bench.tell)(Step::OutAndBack(&both, &back));
+        wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
         out_and_back = Some(both);
     }
-    let outcome = |before, decision| Outcome { checks, geometry, before, out_and_back, decision };
+    let outcome = |before, decision| Outcome {
+        checks,
+        geometry,
+        before,
+        out_and_back,
+        wheel_weight,
+        decision,
+    };
 
     if out_and_back.is_some_and(|both| both.verdict == Verdict::Pull) {
         return Ok(outcome(before, Decision::NotARadius));
     }
-    if (value - config.geometry.wheel_weight).abs() < sigma {
-        return Ok(outcome(before, Decision::AlreadyStraight));
+    let half_width = SIGMAS_95 * wheel_weight.sigma;
+    if (wheel_weight.value - config.geometry.wheel_weight).abs() < half_width {
+        let decision = if is_straight_within(half_width, &geometry) {
+            Decision::AlreadyStraight
+        } else {
+            Decision::CannotTell
+        };
+        return Ok(outcome(before, decision));
     }
     let mut corrected = config;
-    corrected.geometry.wheel_weight = value;
+    corrected.geometry.wheel_weight = wheel_weight.value;
     corrected.validate().map_err(|error| {
         Error::new(format_args!("the measured W_T is not believable: {error}"))
             .hint("check the readings, the track width and the counts per revolution")
     })?;
     bench.session.write_config(&corrected).await?;
-    (bench.tell)(Step::Written(value));
+    (bench.tell)(Step::Written(wheel_weight.value));
 
     bench.instrument.prepare(bench.session, "back at its start line").await?;
     let after = bench.drive(&corrected, Drive::After).await?;
@@ -222,6 +249,35 @@ async fn experiment(
     }
     (bench.tell)(Step::Saved);
     Ok(outcome(before, Decision::Corrected(after)))
+}
+
+/// The mean of several runs, each weighted by what it alone adds.
+///
+/// What the runs have in common, the tolerances of the nominal robot, no mean makes smaller:
+/// sigma^2 = 1 / sum(1 / own_i^2) + common^2.
+fn mean(said: &[WheelWeight]) -> Estimate {
+    let is_common = |source| matches!(source, Source::TrackWidth | Source::WheelRadius);
+    let (mut common, mut total, mut sum) = (0.0_f64, 0.0, 0.0);
+    for weight in said {
+        let square = |common: bool| -> f64 {
+            let parts = weight.contributions.iter().filter(|part| is_common(part.source) == common);
+            parts.map(|part| part.sigma * part.sigma).sum()
+        };
+        let share = 1.0 / square(false).max(f64::MIN_POSITIVE);
+        common = common.max(square(true));
+        total += share;
+        sum += share * weight.value;
+    }
+    Estimate { value: sum / total, sigma: (1.0 / total + common).sqrt() }
+}
+
+/// Whether a W_T that is wrong by this much still counts as straight: a centimetre in two metres.
+///
+/// The deviation angle after s metres is alpha = s dW / b, the offset from the line y = s alpha / 2.
+fn is_straight_within(wheel_weight_error: f64, geometry: &Geometry) -> bool {
+    const DISTANCE_M: f64 = 2.0;
+    const OFFSET_M: f64 = 0.01;
+    DISTANCE_M * DISTANCE_M * wheel_weight_error / (2.0 * geometry.track_width_m) <= OFFSET_M
 }
 
 /// What every drive of the experiment needs.

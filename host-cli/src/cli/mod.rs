@@ -212,7 +212,8 @@ pub enum DriveCommand {
         #[command(flatten)]
         profile: ProfileArgs,
     },
-    /// Drive an arc; positive angles turn left, a negative radius drives it backwards.
+    /// Drive an arc; positive angles turn left, a negative radius drives the same circle backwards,
+    /// so that the robot turns the other way.
     #[command(after_help = "Example:\n  beeline drive arc 1m 90deg")]
     Arc {
         /// Radius of the circle that the robot's centre drives.
@@ -299,6 +300,9 @@ pub struct CalibrateArgs {
     /// Also drive back each time, so that a pull is not taken for a radius.
     #[arg(long)]
     pub out_and_back: bool,
+    /// Drive this many runs before deciding, and take their mean.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "out_and_back", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub runs: u16,
     /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
     pub output: PathBuf,

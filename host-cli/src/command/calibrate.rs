@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use robot_model::WheelWeight;
+use robot_model::Source;
 use serde_json::{Value, json};
 use sim_target::Lab;
 
@@ -25,6 +25,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     if args.undo {
         return undo(common);
     }
+    check_ending(&args.output)?;
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
     check_writable(&args.output)
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
@@ -35,6 +36,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             tolerance: args.tolerance / 100.0,
             start_heading_sigma_rad: args.start_heading.rad,
             out_and_back: args.out_and_back,
+            runs: args.runs,
         };
         let remembers = !common.port.is_sim() || common.flash.is_some();
         let mut instrument = instrument(args, lab)?;
@@ -47,6 +49,15 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         Ok(outcome)
     })?;
     finish(common, args, outcome)
+}
+
+fn check_ending(output: &Path) -> Result<()> {
+    let ending = output.extension().unwrap_or_default();
+    if ["html", "htm", "svg"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        return Ok(());
+    }
+    Err(Error::new(format_args!("the picture {} must end in .html or .svg", output.display()))
+        .hint("-o calibration.svg"))
 }
 
 fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
@@ -119,7 +130,10 @@ fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
 /// Tells the user what is going on.
 struct Teller {
     quiet: bool,
+    forgets: bool,
     distance: String,
+    /// Drives with the W_T that was there.
+    drives: u32,
     progress: Option<Progress>,
 }
 
@@ -130,7 +144,8 @@ impl Teller {
             crate::quantity::Distance::Ground(m) => format!("{m} m"),
         };
         let distance = format!("{radius_free}, {:.1} s", settings.motion.duration_s());
-        Self { quiet: common.json, distance, progress: None }
+        let forgets = common.port.is_sim() && common.flash.is_none();
+        Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
     }
 
     fn tell(&mut self, step: Step<'_>) {
@@ -149,12 +164,25 @@ impl Teller {
             }
             Step::Measured(which, measurement) => {
                 self.progress = None;
+                self.drives += u32::from(which == Drive::Before);
                 self.measured(which, measurement);
             }
-            Step::OutAndBack(both) => note(format_args!("  {}", both.verdict.sentence())),
+            Step::OutAndBack(both, back) => {
+                note(format_args!("  way back   turned by {:+.1} mrad", -back.alpha_rad * 1e3));
+                note(format_args!("  verdict    {}", both.verdict.sentence()));
+                note(format_args!(
+                    "  W_T        {}",
+                    plus_minus(both.wheel_weight, both.wheel_weight_sigma)
+                ));
+            }
             Step::Written(value) => {
                 note(format_args!("  written    W_T {value:.6}, read back"));
                 note(paint(BOLD, "Driving again"));
+            }
+            Step::Saved if self.forgets => {
+                note(
+                    "  saved      (a simulated robot without --flash FILE forgets when this ends)",
+                );
             }
             Step::Saved => note("  saved      survives power-off"),
         }
@@ -189,17 +217,22 @@ impl Teller {
         let heading_mrad = end.heading_rad * 1e3;
         match which {
             Drive::Before => {
-                note("  encoders   run with their motors");
+                if self.drives == 1 {
+                    note("  encoders   run with their motors");
+                }
                 note(format_args!(
                     "  before     {off} to the {side}, heading {heading_mrad:+.1} mrad"
                 ));
                 let weight = &measurement.wheel_weight;
                 note(format_args!("  W_T        {}", plus_minus(weight.value, weight.sigma)));
+                if (weight.value - 1.0).abs() > 0.03 {
+                    warn(
+                        "wheels that differ by more than 3 % are rare: are counts_per_rev, gear_reduction and the signs right?",
+                    );
+                }
             }
-            Drive::Back => note(format_args!(
-                "  way back   turned by {:+.1} mrad",
-                -measurement.wheel_weight.alpha_rad * 1e3
-            )),
+            // What it says takes both ways: see the verdict.
+            Drive::Back => {}
             Drive::After => {
                 note(format_args!(
                     "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"
@@ -220,6 +253,7 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
             ))
             .hint("is the start line-up good enough? --out-and-back tells a pull from a radius"));
         }
+        Decision::CannotTell => return Err(cannot_tell(&outcome)),
         Decision::AlreadyStraight | Decision::NotARadius => None,
     };
     if let Some(after) = after {
@@ -232,7 +266,7 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
         say(to_json(&outcome, after, &args.output));
         return Ok(());
     }
-    let weight = &outcome.before.wheel_weight;
+    let weight = outcome.wheel_weight;
     match after {
         Some(after) => {
             let (before_m, after_m) =
@@ -242,7 +276,7 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
             say("");
             say(format_args!("{} {}", paint(GOOD, "Drives straight:"), mm(before_m, after_m)));
             say(format_args!("  W_T      {}", plus_minus(weight.value, weight.sigma)));
-            advise(weight);
+            advise(&outcome);
             say(format_args!("  picture  {}", paint(BOLD, args.output.display())));
             next_steps(common);
         }
@@ -255,22 +289,40 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
         }
         None => {
             say(format_args!(
-                "{} W_T {:.6} is within one sigma of the measured {}. Nothing was changed.",
+                "{} W_T {:.6} is inside the 95 % interval of the measured {}. Nothing was changed.",
                 paint(GOOD, "Straight already:"),
                 outcome.before.run.driven_with,
                 plus_minus(weight.value, weight.sigma)
             ));
-            advise(weight);
+            advise(&outcome);
         }
     }
     Ok(())
 }
 
 /// What would make W_T more certain, one thought a line.
-fn advise(weight: &WheelWeight) {
-    for thought in weight.what_would_reduce_it_most().to_string().split("; ") {
+fn advise(outcome: &Outcome) {
+    if outcome.wheel_weight.sigma != outcome.before.wheel_weight.sigma {
+        // The advice is about one run by itself; this came of several, or of both ways.
+        return;
+    }
+    for thought in outcome.before.wheel_weight.what_would_reduce_it_most().to_string().split("; ") {
         say(format_args!("           {thought}"));
     }
+    if outcome.before.wheel_weight.what_would_reduce_it_most().dominating == Source::Wander {
+        say("           beeline calibrate --runs 4 does that");
+    }
+}
+
+fn cannot_tell(outcome: &Outcome) -> Error {
+    let weight = outcome.wheel_weight;
+    let off = LengthUnit::Mm.format(outcome.before.run.end.lateral_offset_m.abs(), 1);
+    Error::said_no(format_args!(
+        "cannot tell: {off} off the line, but this measurement says W_T = {} and so does not exclude the {} in use; nothing was changed",
+        plus_minus(weight.value, weight.sigma),
+        outcome.before.run.driven_with
+    ))
+    .hint(outcome.before.wheel_weight.what_would_reduce_it_most())
 }
 
 /// The drawing alone for a file whose name ends in .svg, else the whole page.
@@ -368,12 +420,17 @@ fn to_json(outcome: &Outcome, after: Option<&Measurement>, picture: &Path) -> Va
     let decision = match &outcome.decision {
         Decision::Corrected(_) => "corrected",
         Decision::AlreadyStraight => "already_straight",
+        Decision::CannotTell => "cannot_tell",
         Decision::NotARadius => "not_a_radius",
         Decision::NotBetter(_) => "not_better",
     };
     json!({
         "robot": outcome.checks.identity.name.as_str(),
         "decision": decision,
+        "wheel_weight": {
+            "value": outcome.wheel_weight.value,
+            "sigma": outcome.wheel_weight.sigma,
+        },
         "before": run(&outcome.before),
         "after": after.map(run),
         "out_and_back": outcome.out_and_back.map(|both| json!({

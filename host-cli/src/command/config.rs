@@ -242,6 +242,11 @@ fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
             Error::new(format_args!("{field} = {text}: must be true or false"))
                 .hint(format_args!("`beeline config set {field} true`"))
         })?),
+        Value::String(_) if text.chars().any(char::is_control) => {
+            return Err(Error::new(format_args!(
+                "{field} = {text:?}: must not hold control characters"
+            )));
+        }
         Value::String(_) => Value::String(text.into()),
         _ => {
             return Err(Error::new(format_args!("{field} is a group of fields"))

@@ -97,7 +97,8 @@ fn show(identity: &Identity, status: &Status) {
 pub(crate) fn display_name(identity: &Identity) -> String {
     match identity.name.as_str() {
         "" => "unnamed robot".into(),
-        name => name.into(),
+        // Whoever named it may not know what a terminal does with control characters.
+        name => name.chars().filter(|c| !c.is_control()).collect(),
     }
 }
 

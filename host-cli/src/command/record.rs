@@ -7,10 +7,10 @@ use sim_target::Lab;
 use super::drive::{kind, motion_of};
 use crate::campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
 use crate::cli::{Common, RecordArgs};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
-use crate::ui::{Progress, say, warn};
+use crate::ui::{Progress, note, say, warn};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     let (path, rows) = with_robot(&common.port, &common.sim(), async |session, lab| {
@@ -26,15 +26,39 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let period_ms = (1000 / args.rate).max(1);
         let options = RecordOptions { period_ms, ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
-        let started_s = session.clock().now_us() as f64 * 1e-6;
-        let recording =
-            motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
-        let rows = rows(&recording.telemetry, lab.as_ref(), seen);
+        let dropped = session.status().await?.link.telemetry_dropped;
+        let mut telemetry = Vec::new();
+        let driven = motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
+            progress.set(share);
+        })
+        .await;
+        drop(progress);
+        let rows = rows(&telemetry, lab.as_ref(), seen);
+        if rows.len() < 2 {
+            driven?;
+            return Err(Error::new("the robot sent no telemetry during the motion"));
+        }
         for row in &rows {
             run.push(row)?;
         }
-        let facts = RunFacts { started_s: Some(started_s), ..RunFacts::default() };
-        let path = run.finish(facts)?;
+        // Time since power-on is one clock for all runs, except in the simulator, where each run is a new robot.
+        let started_s =
+            telemetry.first().filter(|_| lab.is_none()).map(|frame| frame.t_us as f64 * 1e-6);
+        let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
+        if let Err(error) = driven {
+            note(format_args!(
+                "{}: the run as far as it came, {} samples",
+                path.display(),
+                rows.len()
+            ));
+            return Err(error);
+        }
+        let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
+        if dropped > 0 {
+            warn(format_args!(
+                "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+            ));
+        }
         Ok((path, rows))
     })?;
     if !rows.iter().any(|row| row.x_m.is_some()) {

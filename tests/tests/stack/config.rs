@@ -64,6 +64,16 @@ fn a_flash_that_cannot_be_written_keeps_what_it_had() {
 }
 
 #[test]
+fn somebodys_file_is_not_taken_for_a_flash() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let notes = folder.path().join("notes.txt");
+    std::fs::write(&notes, "name = \"my notes\"\n").expect("writable");
+    let options = Options { flash: Some(notes.clone()), config: None };
+    assert!(sim_target::SimTarget::new(&Scenario::default(), options).is_err());
+    assert_eq!(std::fs::read_to_string(notes).expect("still there"), "name = \"my notes\"\n");
+}
+
+#[test]
 fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
     let folder = tempfile::tempdir().expect("a folder");
     let whole = folder.path().join("whole.toml");
@@ -78,9 +88,12 @@ fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
     let whole = std::fs::read_to_string(whole).expect("saved");
     let damages = [
         ("half", whole[..whole.len() / 2].to_string()),
-        ("erased", "\u{fffd}".repeat(100)),
+        (
+            "erased",
+            whole.lines().next().unwrap_or_default().to_string() + &"\n\u{fffd}".repeat(100),
+        ),
         ("unphysical", whole.replace("wheel_weight = 0.99", "wheel_weight = 9.9")),
-        ("of another layout", format!("unheard_of = 1\n{whole}")),
+        ("of another layout", whole.replacen('\n', "\nunheard_of = 1\n", 1)),
     ];
     for (name, text) in damages {
         assert_ne!(text, whole, "{name}");

@@ -69,6 +69,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     /// The motion under way, or the last one.
     motion: Option<MotionId>,
     motion_end: Option<MotionEnd>,
+    /// The motions before: a copy of an old command that comes late drives nothing.
+    earlier_motions: [Option<MotionId>; 8],
     /// When the motion's time to live ends.
     alive_until: Instant,
     /// A motion that waits for the end of the encoder check, and where the wheels were before it.
@@ -104,6 +106,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             probed: false,
             motion: None,
             motion_end: None,
+            earlier_motions: [None; 8],
             alive_until: Instant::MIN,
             waiting: None,
             plan: None,

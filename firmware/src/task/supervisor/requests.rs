@@ -103,6 +103,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             }
             return Ok(Answer::Done);
         }
+        if self.earlier_motions.contains(&Some(drive.motion)) {
+            return Ok(Answer::Done);
+        }
         let stopping_to_armed = self.state == State::Stopping && self.after_stop == State::Armed;
         if !(matches!(self.state, State::Armed | State::Driving) || stopping_to_armed) {
             return Err(Refusal::State(self.state));
@@ -120,6 +123,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.motion.is_some() && self.motion_end.is_none() {
             self.end_motion(MotionEnd::Replaced);
         }
+        self.earlier_motions.rotate_right(1);
+        self.earlier_motions[0] = self.motion;
         self.motion = Some(drive.motion);
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;

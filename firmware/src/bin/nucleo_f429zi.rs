@@ -1,0 +1,81 @@
+//! The wiring of a robot with a NUCLEO-F429ZI. See `docs/boards.md` for the connectors.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod wiring {
+    use defmt_rtt as _;
+    use embassy_executor::Spawner;
+    use embassy_stm32::exti::{self, ExtiInput};
+    use embassy_stm32::gpio::{AnyPin, Level, Output, Pull, Speed};
+    use embassy_stm32::interrupt::{self, InterruptExt};
+    use embassy_stm32::usart::{self, BufferedUart};
+    use embassy_stm32::{Peri, bind_interrupts, flash, peripherals};
+    use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::encoders::TimerEncoders;
+    use firmware::board::flash::StoreFlash;
+    use firmware::board::lamps::Lamps;
+    use firmware::board::supply::{DividedSupply, Divider};
+    use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+    use firmware::board::{clocks, guard, reset};
+    use firmware::store::FlashStore;
+    use static_cell::ConstStaticCell;
+
+    bind_interrupts!(struct Irqs {
+        USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
+        EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+        FLASH => flash::InterruptHandler;
+    });
+
+    /// The link's buffers.
+    static LINK_TX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    static LINK_RX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+
+    #[embassy_stm32::interrupt]
+    unsafe fn UART7() {
+        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        unsafe { CONTROL.on_interrupt() }
+    }
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let reset_cause = reset::cause();
+        let p = embassy_stm32::init(clocks());
+        let core = cortex_m::Peripherals::take().expect("taken once");
+        for irq in [interrupt::USART3, interrupt::EXTI15_10, interrupt::FLASH] {
+            irq.set_priority(SERVICE_PRIORITY);
+        }
+        guard::start(p.IWDG, core.SYST);
+
+        let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PD12, p.PD13));
+        let pins = Pins { left_a: p.PE9, left_b: p.PE11, right_a: p.PE13, right_b: p.PE14, enable: p.PF15 };
+        let motors = Bridge::sign_magnitude(p.TIM1, pins);
+        let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
+        let supply = DividedSupply::new(p.ADC1, p.PA3, divider);
+
+        let stop = ExtiInput::new(p.PC13, p.EXTI13, Pull::Down, Irqs);
+        let driver_fault = ExtiInput::new(p.PF14, p.EXTI14, Pull::Up, Irqs);
+        let lamp = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::High, Speed::Low);
+        let lamps = Lamps {
+            green: lamp(p.PB0.into()),
+            blue: Some(lamp(p.PB7.into())),
+            red: Some(lamp(p.PB14.into())),
+        };
+        let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
+
+        let mut line = usart::Config::default();
+        line.baudrate = 921_600;
+        let link = BufferedUart::new(p.USART3, p.PD9, p.PD8, LINK_TX.take(), LINK_RX.take(), Irqs, line)
+            .expect("921600 baud divides the clock");
+
+        tasks::spawn_control(interrupt::UART7, encoders, motors, supply);
+        tasks::spawn_emergency_stop_high(spawner, stop);
+        tasks::spawn_driver_fault(spawner, driver_fault);
+        tasks::spawn_link(spawner, link.split());
+        tasks::spawn_others(spawner, store, reset_cause, lamps);
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("this is a board's image: see `cargo xtask firmware`, or `cargo run --release` in firmware/");
+}

@@ -1,0 +1,78 @@
+//! The wiring of a robot with a NUCLEO-F446RE. See `docs/boards.md` for the connectors.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod wiring {
+    use defmt_rtt as _;
+    use embassy_executor::Spawner;
+    use embassy_stm32::exti::{self, ExtiInput};
+    use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+    use embassy_stm32::interrupt::{self, InterruptExt};
+    use embassy_stm32::usart::{self, BufferedUart};
+    use embassy_stm32::{bind_interrupts, flash, peripherals};
+    use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::encoders::TimerEncoders;
+    use firmware::board::flash::StoreFlash;
+    use firmware::board::lamps::Lamps;
+    use firmware::board::supply::{DividedSupply, Divider};
+    use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+    use firmware::board::{clocks, guard, reset};
+    use firmware::store::FlashStore;
+    use static_cell::ConstStaticCell;
+
+    bind_interrupts!(struct Irqs {
+        USART2 => usart::BufferedInterruptHandler<peripherals::USART2>;
+        EXTI9_5 => exti::InterruptHandler<interrupt::typelevel::EXTI9_5>;
+        EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+        FLASH => flash::InterruptHandler;
+    });
+
+    /// The link's buffers.
+    static LINK_TX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    static LINK_RX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+
+    #[embassy_stm32::interrupt]
+    unsafe fn UART4() {
+        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        unsafe { CONTROL.on_interrupt() }
+    }
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let reset_cause = reset::cause();
+        let p = embassy_stm32::init(clocks());
+        let core = cortex_m::Peripherals::take().expect("taken once");
+        for irq in [interrupt::USART2, interrupt::EXTI9_5, interrupt::EXTI15_10, interrupt::FLASH] {
+            irq.set_priority(SERVICE_PRIORITY);
+        }
+        guard::start(p.IWDG, core.SYST);
+
+        let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PB6, p.PB7));
+        let pins = Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
+        let motors = Bridge::sign_magnitude(p.TIM1, pins);
+        let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
+        let supply = DividedSupply::new(p.ADC1, p.PA0, divider);
+
+        // This board's button is low when pressed.
+        let stop = ExtiInput::new(p.PC13, p.EXTI13, Pull::Up, Irqs);
+        let driver_fault = ExtiInput::new(p.PB5, p.EXTI5, Pull::Up, Irqs);
+        let lamps = Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
+        let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
+
+        let mut line = usart::Config::default();
+        line.baudrate = 921_600;
+        let link = BufferedUart::new(p.USART2, p.PA3, p.PA2, LINK_TX.take(), LINK_RX.take(), Irqs, line)
+            .expect("921600 baud divides the clock");
+
+        tasks::spawn_control(interrupt::UART4, encoders, motors, supply);
+        tasks::spawn_emergency_stop_low(spawner, stop);
+        tasks::spawn_driver_fault(spawner, driver_fault);
+        tasks::spawn_link(spawner, link.split());
+        tasks::spawn_others(spawner, store, reset_cause, lamps);
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("this is a board's image: see `cargo xtask firmware --board nucleo-f446re`");
+}

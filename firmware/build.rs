@@ -15,7 +15,7 @@ fn main() {
         let out = PathBuf::from(variable("OUT_DIR").expect("cargo sets OUT_DIR"));
         std::fs::copy(format!("memory/{board}.x"), out.join("memory.x")).expect("the memory map is there");
         println!("cargo::rustc-link-search={}", out.display());
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
     }

@@ -27,3 +27,4 @@ pub mod shared;
 pub mod store;
 pub mod task;
 pub mod units;
+mod wide;

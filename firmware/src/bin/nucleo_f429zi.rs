@@ -5,14 +5,14 @@
 mod wiring {
     use defmt_rtt as _;
     use embassy_executor::Spawner;
-    use embassy_stm32::exti::{self, ExtiInput};
-    use embassy_stm32::gpio::{AnyPin, Level, Output, Pull, Speed};
+    use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, BufferedUart};
     use embassy_stm32::{Peri, bind_interrupts, flash, peripherals};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
+    use firmware::board::input::PolledInput;
     use firmware::board::lamps::Lamps;
     use firmware::board::supply::{DividedSupply, Divider};
     use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
@@ -22,7 +22,6 @@ mod wiring {
 
     bind_interrupts!(struct Irqs {
         USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
-        EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
         FLASH => flash::InterruptHandler;
     });
 
@@ -41,7 +40,7 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART3, interrupt::EXTI15_10, interrupt::FLASH] {
+        for irq in [interrupt::USART3, interrupt::FLASH] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -52,8 +51,8 @@ mod wiring {
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA3, divider);
 
-        let stop = ExtiInput::new(p.PC13, p.EXTI13, Pull::Down, Irqs);
-        let driver_fault = ExtiInput::new(p.PF14, p.EXTI14, Pull::Up, Irqs);
+        let stop = PolledInput::active_high(p.PC13);
+        let driver_fault = PolledInput::active_low(p.PF14);
         let lamp = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::High, Speed::Low);
         let lamps = Lamps {
             green: lamp(p.PB0.into()),
@@ -68,8 +67,7 @@ mod wiring {
             .expect("921600 baud divides the clock");
 
         tasks::spawn_control(interrupt::UART7, encoders, motors, supply);
-        tasks::spawn_emergency_stop_high(spawner, stop);
-        tasks::spawn_driver_fault(spawner, driver_fault);
+        tasks::spawn_lines(spawner, stop, driver_fault);
         tasks::spawn_link(spawner, link.split());
         tasks::spawn_others(spawner, store, reset_cause, lamps);
     }

@@ -5,14 +5,14 @@
 mod wiring {
     use defmt_rtt as _;
     use embassy_executor::Spawner;
-    use embassy_stm32::exti::{self, ExtiInput};
-    use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+    use embassy_stm32::gpio::{Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, BufferedUart};
     use embassy_stm32::{bind_interrupts, flash, peripherals};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
+    use firmware::board::input::PolledInput;
     use firmware::board::lamps::Lamps;
     use firmware::board::supply::{DividedSupply, Divider};
     use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
@@ -22,8 +22,6 @@ mod wiring {
 
     bind_interrupts!(struct Irqs {
         USART2 => usart::BufferedInterruptHandler<peripherals::USART2>;
-        EXTI9_5 => exti::InterruptHandler<interrupt::typelevel::EXTI9_5>;
-        EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
         FLASH => flash::InterruptHandler;
     });
 
@@ -42,7 +40,7 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART2, interrupt::EXTI9_5, interrupt::EXTI15_10, interrupt::FLASH] {
+        for irq in [interrupt::USART2, interrupt::FLASH] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -54,8 +52,8 @@ mod wiring {
         let supply = DividedSupply::new(p.ADC1, p.PA0, divider);
 
         // This board's button is low when pressed.
-        let stop = ExtiInput::new(p.PC13, p.EXTI13, Pull::Up, Irqs);
-        let driver_fault = ExtiInput::new(p.PB5, p.EXTI5, Pull::Up, Irqs);
+        let stop = PolledInput::active_low(p.PC13);
+        let driver_fault = PolledInput::active_low(p.PB5);
         let lamps = Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
         let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
 
@@ -65,8 +63,7 @@ mod wiring {
             .expect("921600 baud divides the clock");
 
         tasks::spawn_control(interrupt::UART4, encoders, motors, supply);
-        tasks::spawn_emergency_stop_low(spawner, stop);
-        tasks::spawn_driver_fault(spawner, driver_fault);
+        tasks::spawn_lines(spawner, stop, driver_fault);
         tasks::spawn_link(spawner, link.split());
         tasks::spawn_others(spawner, store, reset_cause, lamps);
     }

@@ -8,7 +8,7 @@
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
 //! | [`supply`] | the supply voltage, by way of a divider and the converter |
-//! | [`input`] | an input that works the other way round |
+//! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | which task met its deadline; watchdog; motors off if one did not |
 //! | [`lamps`] | what the lights say |
 //! | [`flash`] | the part of the flash where the configuration lives |

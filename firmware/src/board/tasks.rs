@@ -4,14 +4,12 @@
 //! interrupt priority   what runs there
 //! 0                    guard (SysTick), embassy's clock (TIM5)
 //! 2                    control: capture, profile, PID
-//! 6                    link, inputs, flash: their interrupts only copy and wake
-//! none                 supervisor, link, telemetry, lights
+//! 6                    link, flash: their interrupts only copy and wake
+//! none                 supervisor, link, telemetry, inputs, lights
 //! ```
 
 use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
-use embassy_stm32::exti::ExtiInput;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
@@ -20,7 +18,7 @@ use shared_proto::{Name, ResetCause};
 use super::bridge::Bridge;
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
-use super::input::Inverted;
+use super::input::PolledInput;
 use super::lamps::{self, Lamps};
 use super::supply::DividedSupply;
 use super::{NAME, guard};
@@ -79,19 +77,10 @@ pub fn spawn_link(spawner: Spawner, link: (BufferedUartTx<'static>, BufferedUart
     spawner.spawn(once(receive(link.1)));
 }
 
-/// Starts the watch on an emergency stop that is high when pressed.
-pub fn spawn_emergency_stop_high(spawner: Spawner, pin: ExtiInput<'static, Async>) {
-    spawner.spawn(once(emergency_stop_high(Inverted(pin))));
-}
-
-/// Starts the watch on an emergency stop that is low when pressed.
-pub fn spawn_emergency_stop_low(spawner: Spawner, pin: ExtiInput<'static, Async>) {
-    spawner.spawn(once(emergency_stop_low(pin)));
-}
-
-/// Starts the watch on the motor driver's fault output, low when it reports one.
-pub fn spawn_driver_fault(spawner: Spawner, pin: ExtiInput<'static, Async>) {
-    spawner.spawn(once(driver_fault(pin)));
+/// Starts the watch on the emergency stop and on the motor driver's fault output.
+pub fn spawn_lines(spawner: Spawner, stop: PolledInput, fault: PolledInput) {
+    spawner.spawn(once(emergency_stop(stop)));
+    spawner.spawn(once(driver_fault(fault)));
 }
 
 /// Each task is started once: its storage is free.
@@ -135,17 +124,12 @@ async fn transmit(writer: BufferedUartTx<'static>) {
 }
 
 #[embassy_executor::task]
-async fn emergency_stop_high(pin: Inverted<ExtiInput<'static, Async>>) {
+async fn emergency_stop(pin: PolledInput) {
     task::lines::emergency_stop(&SHARED, pin).await;
 }
 
 #[embassy_executor::task]
-async fn emergency_stop_low(pin: ExtiInput<'static, Async>) {
-    task::lines::emergency_stop(&SHARED, pin).await;
-}
-
-#[embassy_executor::task]
-async fn driver_fault(pin: ExtiInput<'static, Async>) {
+async fn driver_fault(pin: PolledInput) {
     task::lines::driver_fault(&SHARED, pin).await;
 }
 

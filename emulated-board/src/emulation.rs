@@ -1,0 +1,240 @@
+//! One life of the board, from power-on to power-off, together with the plant and a host.
+
+use std::cell::RefCell;
+use std::future::Future;
+use std::path::Path;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll, Wake, Waker};
+
+use host_cli::port::{Clock, Wire};
+use host_cli::session::Session;
+use rigless::emulator::{self, Driver, Host, Start, Stop};
+use rigless::image::Image;
+use rigless::session::Session as Machine;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+use shared_proto::{Wheel, WheelPair};
+use sim_target::{Chassis, Lab, Scenario, now_us};
+
+use crate::board::Nucleo;
+
+/// How often the plant and the chip meet \[us\]: a period of the PWM.
+const STEP_US: u64 = 50;
+
+/// Where the second flash bank begins, and how much of it the firmware stores in.
+const STORE_BASE: u64 = 0x0810_0000;
+const STORE_LEN: u64 = 64 * 1024;
+
+/// What the firmware's part of the flash holds.
+pub type Flash = Vec<u8>;
+
+/// What to emulate.
+#[derive(Clone, Debug)]
+pub struct Emulation {
+    /// The image's ELF.
+    pub image: std::path::PathBuf,
+    /// The robot round it.
+    pub scenario: Scenario,
+    /// What the flash holds at power-on; blank if it never was written.
+    pub flash: Option<Flash>,
+}
+
+/// What a procedure on the emulated board has to work with.
+pub struct Bench {
+    /// The laboratory round the robot.
+    pub lab: Lab,
+    /// The host's conversation with it; not opened yet.
+    pub session: Session,
+    /// What the board does.
+    pub watch: Watch,
+}
+
+/// What the board's outputs are, seen from outside.
+#[derive(Clone)]
+pub struct Watch(std::rc::Rc<RefCell<Outputs>>);
+
+#[derive(Clone, Copy, Default)]
+struct Outputs {
+    duty: WheelPair<f64>,
+    enabled: bool,
+}
+
+impl Watch {
+    /// What the bridge gives the motors now, as shares of the supply; zero while it is disabled.
+    pub fn duty(&self) -> WheelPair<f64> {
+        let outputs = *self.0.borrow();
+        if outputs.enabled { outputs.duty } else { WheelPair::both(0.0) }
+    }
+}
+
+/// What a life of the board leaves behind.
+#[derive(Debug)]
+pub struct Ended<T> {
+    /// What the procedure found.
+    pub found: T,
+    /// What the flash holds.
+    pub flash: Flash,
+    /// Instructions that the core has carried out.
+    pub instructions: u64,
+    /// How long it lived \[us\].
+    pub lived_us: u64,
+    /// Restarts on the way, by whatever cause.
+    pub resets: usize,
+    /// Accesses of the image that the emulator has no answer for; there should be none.
+    pub strange: Vec<String>,
+}
+
+impl Emulation {
+    /// Switches the board on, carries the procedure out, and switches it off.
+    ///
+    /// The procedure runs in virtual time, as against the simulator.
+    pub fn run<T, F, P>(&self, procedure: P) -> Result<Ended<T>, Box<dyn std::error::Error>>
+    where
+        T: Send + 'static,
+        F: Future<Output = T> + 'static,
+        P: FnOnce(Bench) -> F + Send + 'static,
+    {
+        let mut images = vec![Image::read(&self.image, None)?];
+        if let Some(flash) = &self.flash {
+            images.push(Image::new(Path::new("flash"), flash.clone(), Some(STORE_BASE))?);
+        }
+        let machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(STEP_US * 1000))?;
+        let found = Arc::new(Mutex::new(None));
+        let (slot, scenario) = (found.clone(), self.scenario.clone());
+        let begin = Box::new(move || {
+            let chassis = Chassis::new(&scenario);
+            let watch = Watch(std::rc::Rc::default());
+            let bench = Bench {
+                lab: chassis.lab(),
+                session: Session::new(Wire::Sim(chassis.host_wire()), Clock::Virtual, 1, "emulated".into()),
+                watch: watch.clone(),
+            };
+            let host = Box::pin(async move {
+                let output = procedure(bench).await;
+                *slot.lock().expect("nobody panicked") = Some(output);
+            });
+            Surroundings { chassis, watch, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
+        });
+        let keeper = Keeper { begin: Some(begin), flash: Vec::new() };
+        let ended = emulator::run(machine, &Start::new(&images), keeper)?;
+        let mut strange: Vec<String> = Vec::new();
+        strange.extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+        strange.extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
+        strange.extend(ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+        let stop = ended.stop;
+        let found = found.lock().expect("nobody panicked").take();
+        Ok(Ended {
+            found: found.ok_or("the core stopped before the procedure was over")?,
+            flash: ended.driver.flash,
+            instructions: stop.map_or(0, |stop| stop.instruction_count),
+            lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
+            resets: ended.session.resets().len(),
+            strange,
+        })
+    }
+}
+
+/// Plant and host, on the core's thread: their clock is that thread's.
+struct Surroundings {
+    chassis: Chassis,
+    watch: Watch,
+    host: Pin<Box<dyn Future<Output = ()>>>,
+    awake: Arc<Awake>,
+}
+
+thread_local! {
+    static SURROUNDINGS: RefCell<Option<Surroundings>> = const { RefCell::new(None) };
+}
+
+/// Keeps chip and surroundings in step.
+struct Keeper {
+    begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
+    flash: Flash,
+}
+
+impl Driver<Nucleo> for Keeper {
+    fn on_stop(
+        &mut self,
+        machine: &mut Machine<Nucleo>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        SURROUNDINGS.with_borrow_mut(|surroundings| {
+            if let Some(begin) = self.begin.take() {
+                *surroundings = Some(begin());
+            }
+            let around = surroundings.as_mut().expect("begun at the first stop");
+            around.meet(machine.board_mut(), stop.at);
+            if around.poll_host() {
+                self.flash = read_store(host);
+                *surroundings = None;
+                return None;
+            }
+            around.hand_over(machine.board_mut());
+            let next_us = around.chassis.next_us().clamp(now_us() + 1, now_us() + STEP_US);
+            Some(VirtualNanos(next_us * 1000))
+        })
+    }
+}
+
+impl Surroundings {
+    /// Brings the plant to the chip's time and each to know of the other.
+    fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
+        self.chassis.advance_to(at.0 / 1000);
+        for wheel in Wheel::BOTH {
+            let step = self.chassis.encoder_step(wheel);
+            if step.end_us == at.0 / 1000 {
+                board.turn_encoder(at, wheel, step.count_before, step.count_after);
+            }
+        }
+        let (duty, enabled) = board.motors();
+        *self.watch.0.borrow_mut() = Outputs { duty, enabled };
+        self.chassis.drive(duty, enabled);
+        board.set_supply_v(self.chassis.supply_v());
+        let (button, fault) =
+            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
+        board.set_lines(at, button, fault);
+        let bytes = board.line().take();
+        if !bytes.is_empty() {
+            self.chassis.give_to_host(&bytes);
+        }
+    }
+
+    /// Lets the host do what it can; true if it is done.
+    fn poll_host(&mut self) -> bool {
+        let waker = Waker::from(self.awake.clone());
+        while self.awake.0.swap(false, Ordering::Relaxed) {
+            if self.host.as_mut().poll(&mut Context::from_waker(&waker)).is_ready() {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Puts what the host has said on the line.
+    fn hand_over(&mut self, board: &mut Nucleo) {
+        let mut buffer = [0; 512];
+        loop {
+            let len = self.chassis.take_from_host(&mut buffer);
+            if len == 0 {
+                return;
+            }
+            board.line().send(&buffer[..len]);
+        }
+    }
+}
+
+struct Awake(AtomicBool);
+
+impl Wake for Awake {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+fn read_store(host: &mut dyn Host) -> Flash {
+    let words = (0..STORE_LEN / 4).map(|word| host.read(STORE_BASE + 4 * word, Width::W32));
+    words.flat_map(|word| (word.expect("flash is readable") as u32).to_le_bytes()).collect()
+}

@@ -20,11 +20,6 @@ impl Line {
         self.to_robot.extend(bytes);
     }
 
-    /// Bytes that have not reached the robot yet.
-    pub fn backlog(&self) -> usize {
-        self.to_robot.len()
-    }
-
     /// Takes what has come from the robot.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.to_host)

@@ -7,8 +7,8 @@ mod wiring {
     use embassy_executor::Spawner;
     use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
-    use embassy_stm32::usart::{self, BufferedUart};
-    use embassy_stm32::{Peri, bind_interrupts, flash, peripherals};
+    use embassy_stm32::usart::{self, Uart};
+    use embassy_stm32::{Peri, bind_interrupts, dma, flash, peripherals};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -21,13 +21,14 @@ mod wiring {
     use static_cell::ConstStaticCell;
 
     bind_interrupts!(struct Irqs {
-        USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
+        USART3 => usart::InterruptHandler<peripherals::USART3>;
+        DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+        DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
         FLASH => flash::InterruptHandler;
     });
 
-    /// The link's buffers.
-    static LINK_TX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
-    static LINK_RX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    /// What comes in by DMA while nobody looks.
+    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
     #[embassy_stm32::interrupt]
     unsafe fn UART7() {
@@ -40,7 +41,7 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART3, interrupt::FLASH] {
+        for irq in [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::FLASH] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -63,12 +64,13 @@ mod wiring {
 
         let mut line = usart::Config::default();
         line.baudrate = 921_600;
-        let link = BufferedUart::new(p.USART3, p.PD9, p.PD8, LINK_TX.take(), LINK_RX.take(), Irqs, line)
+        let link = Uart::new(p.USART3, p.PD9, p.PD8, p.DMA1_CH3, p.DMA1_CH1, Irqs, line)
             .expect("921600 baud divides the clock");
+        let (transmitter, receiver) = link.split();
 
         tasks::spawn_control(interrupt::UART7, encoders, motors, supply);
         tasks::spawn_lines(spawner, stop, driver_fault);
-        tasks::spawn_link(spawner, link.split());
+        tasks::spawn_link(spawner, transmitter, receiver.into_ring_buffered(LINK.take()));
         tasks::spawn_others(spawner, store, reset_cause, lamps);
     }
 }

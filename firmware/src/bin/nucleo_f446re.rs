@@ -7,8 +7,8 @@ mod wiring {
     use embassy_executor::Spawner;
     use embassy_stm32::gpio::{Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
-    use embassy_stm32::usart::{self, BufferedUart};
-    use embassy_stm32::{bind_interrupts, flash, peripherals};
+    use embassy_stm32::usart::{self, Uart};
+    use embassy_stm32::{bind_interrupts, dma, flash, peripherals};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -21,13 +21,14 @@ mod wiring {
     use static_cell::ConstStaticCell;
 
     bind_interrupts!(struct Irqs {
-        USART2 => usart::BufferedInterruptHandler<peripherals::USART2>;
+        USART2 => usart::InterruptHandler<peripherals::USART2>;
+        DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
+        DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
         FLASH => flash::InterruptHandler;
     });
 
-    /// The link's buffers.
-    static LINK_TX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
-    static LINK_RX: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    /// What comes in by DMA while nobody looks.
+    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
     #[embassy_stm32::interrupt]
     unsafe fn UART4() {
@@ -40,7 +41,7 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART2, interrupt::FLASH] {
+        for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5, interrupt::FLASH] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -59,12 +60,13 @@ mod wiring {
 
         let mut line = usart::Config::default();
         line.baudrate = 921_600;
-        let link = BufferedUart::new(p.USART2, p.PA3, p.PA2, LINK_TX.take(), LINK_RX.take(), Irqs, line)
+        let link = Uart::new(p.USART2, p.PA3, p.PA2, p.DMA1_CH6, p.DMA1_CH5, Irqs, line)
             .expect("921600 baud divides the clock");
+        let (transmitter, receiver) = link.split();
 
         tasks::spawn_control(interrupt::UART4, encoders, motors, supply);
         tasks::spawn_lines(spawner, stop, driver_fault);
-        tasks::spawn_link(spawner, link.split());
+        tasks::spawn_link(spawner, transmitter, receiver.into_ring_buffered(LINK.take()));
         tasks::spawn_others(spawner, store, reset_cause, lamps);
     }
 }

@@ -10,7 +10,8 @@
 
 use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
+use embassy_stm32::mode::Async;
+use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
@@ -40,8 +41,9 @@ pub const CONTROL_PRIORITY: Priority = Priority::P2;
 /// Priority of the interrupts that serve everything else.
 pub const SERVICE_PRIORITY: Priority = Priority::P6;
 
-/// Bytes of a UART's buffers: what comes in 2.7 ms at 921600 baud. The longest frame is shorter.
-pub const LINK_BUFFER_LEN: usize = 256;
+/// Bytes of a UART's receive buffer: what comes in 5.5 ms at 921600 baud. DMA fills it: an interrupt a
+/// byte would come too late whenever the control tick has the core for longer than a byte takes, 11 us.
+pub const LINK_BUFFER_LEN: usize = 512;
 
 /// Starts the three control tasks in this interrupt.
 pub fn spawn_control(
@@ -72,9 +74,13 @@ pub fn spawn_others(spawner: Spawner, store: FlashStore<StoreFlash>, reset_cause
 }
 
 /// Starts the link on a UART.
-pub fn spawn_link(spawner: Spawner, link: (BufferedUartTx<'static>, BufferedUartRx<'static>)) {
-    spawner.spawn(once(transmit(link.0)));
-    spawner.spawn(once(receive(link.1)));
+pub fn spawn_link(
+    spawner: Spawner,
+    writer: UartTx<'static, Async>,
+    reader: RingBufferedUartRx<'static>,
+) {
+    spawner.spawn(once(transmit(writer)));
+    spawner.spawn(once(receive(reader)));
 }
 
 /// Starts the watch on the emergency stop and on the motor driver's fault output.
@@ -114,12 +120,12 @@ async fn telemetry() {
 }
 
 #[embassy_executor::task]
-async fn receive(reader: BufferedUartRx<'static>) {
+async fn receive(reader: RingBufferedUartRx<'static>) {
     task::link::receive(&SHARED, reader).await;
 }
 
 #[embassy_executor::task]
-async fn transmit(writer: BufferedUartTx<'static>) {
+async fn transmit(writer: UartTx<'static, Async>) {
     task::link::transmit(&SHARED, writer).await;
 }
 

@@ -4,10 +4,10 @@ use std::num::{NonZeroU32, NonZeroU64};
 
 use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
-use rigless::mcu::{Mcu, Operate};
+use rigless::mcu::{Bare, Mcu, Operate};
 use rigless::snapshot::store;
-use rigless::soc::Error;
-use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::{Bus, Error, Region};
+use rigless::soc::stm32f427::{CPU, Stm32f427};
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::{adc, tim};
 use rigless::time::VirtualNanos;
@@ -30,10 +30,23 @@ const PORT_F: usize = 5;
 /// The resistors before the converter's pin, as the board's wiring diagram has them.
 const DIVIDER: f64 = 10.0 / (47.0 + 10.0);
 
+/// The memory as the core sees it: the first bank is flash, and what the firmware stores in, the second
+/// bank's first four sectors, is kept by [`crate::array`].
+static MEMORY: [Region; 6] = [
+    Region::flash("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
+    Region::ram("store", crate::array::BASE, crate::array::LEN),
+    Region::ram("ccm", 0x1000_0000, 64 << 10),
+    Region::system("system", 0x1FFF_0000, 32 << 10),
+    Region::ram("sram", 0x2000_0000, 192 << 10),
+    Region::ram("backup_sram", 0x4002_4000, 4 << 10),
+];
+
 /// A NUCLEO-F429ZI with the wiring of `docs/boards.md`.
 #[derive(Debug)]
 pub struct Nucleo {
     mcu: Stm32f427,
+    /// Tells the core its memory, and nothing else.
+    memory: Bare,
 }
 
 impl Nucleo {
@@ -48,7 +61,8 @@ impl Nucleo {
             converter.set_backup_battery(3300);
         }
         mcu.usart[USART3].attach(Line::default());
-        let mut board = Self { mcu };
+        let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
+        let mut board = Self { mcu, memory };
         // Released before the first instruction: the fault line is pulled up, the button down.
         board.set_lines(VirtualNanos(0), false, false);
         Ok(board)
@@ -128,7 +142,7 @@ fn channel_of(number: u8) -> tim::Channel {
     tim::Channel::new(number).expect("a timer's channel")
 }
 
-store!(Nucleo { values: [], parts: [mcu], built: [] });
+store!(Nucleo { values: [], parts: [mcu], built: [memory] });
 
 impl Board for Nucleo {
     fn name(&self) -> &'static str {
@@ -161,6 +175,6 @@ impl Board for Nucleo {
             armv7m::Fpu::FpV4Sp,
             armv7m::MpuRegions::Eight,
         );
-        vec![Target::new("stm32f429zi", &mut self.mcu, core)]
+        vec![Target::new("stm32f429zi", &mut self.memory, core)]
     }
 }

@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::future::Future;
-use std::path::Path;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -10,22 +9,18 @@ use std::task::{Context, Wake, Waker};
 
 use host_cli::port::{Clock, Wire};
 use host_cli::session::Session;
-use rigless::emulator::{self, Driver, Host, Start, Stop};
+use rigless::emulator::{self, Driver, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
-use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 use sim_target::{Chassis, Lab, Scenario, now_us};
 
+use crate::array::Array;
 use crate::board::Nucleo;
 
 /// How often the plant and the chip meet \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
-
-/// Where the second flash bank begins, and how much of it the firmware stores in.
-const STORE_BASE: u64 = 0x0810_0000;
-const STORE_LEN: u64 = 64 * 1024;
 
 /// What the firmware's part of the flash holds.
 pub type Flash = Vec<u8>;
@@ -39,6 +34,8 @@ pub struct Emulation {
     pub scenario: Scenario,
     /// What the flash holds at power-on; blank if it never was written.
     pub flash: Option<Flash>,
+    /// The flash loses its power before the operation (erasure, word) with this number, counted from 0.
+    pub cut_before: Option<u64>,
 }
 
 /// What a procedure on the emulated board has to work with.
@@ -76,6 +73,8 @@ pub struct Ended<T> {
     pub found: T,
     /// What the flash holds.
     pub flash: Flash,
+    /// Erasures and programmed words.
+    pub flash_operations: u64,
     /// Instructions that the core has carried out.
     pub instructions: u64,
     /// How long it lived \[us\].
@@ -96,11 +95,10 @@ impl Emulation {
         F: Future<Output = T> + 'static,
         P: FnOnce(Bench) -> F + Send + 'static,
     {
-        let mut images = vec![Image::read(&self.image, None)?];
-        if let Some(flash) = &self.flash {
-            images.push(Image::new(Path::new("flash"), flash.clone(), Some(STORE_BASE))?);
-        }
-        let machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(STEP_US * 1000))?;
+        let images = [Image::read(&self.image, None)?];
+        // The first stop comes before the first instruction: the flash is there from power-on.
+        let mut machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(1))?;
+        machine.watch(Array::watch());
         let found = Arc::new(Mutex::new(None));
         let (slot, scenario) = (found.clone(), self.scenario.clone());
         let begin = Box::new(move || {
@@ -117,17 +115,23 @@ impl Emulation {
             });
             Surroundings { chassis, watch, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
         });
-        let keeper = Keeper { begin: Some(begin), flash: Vec::new() };
+        let mut array = Array::new(self.flash.as_deref());
+        array.cut_before = self.cut_before;
+        let keeper = Keeper { begin: Some(begin), array };
         let ended = emulator::run(machine, &Start::new(&images), keeper)?;
         let mut strange: Vec<String> = Vec::new();
         strange.extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
         strange.extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
         strange.extend(ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+        if ended.driver.array.overwritten > 0 {
+            strange.push(format!("{} words programmed but not erased", ended.driver.array.overwritten));
+        }
         let stop = ended.stop;
         let found = found.lock().expect("nobody panicked").take();
         Ok(Ended {
             found: found.ok_or("the core stopped before the procedure was over")?,
-            flash: ended.driver.flash,
+            flash: ended.driver.array.content(),
+            flash_operations: ended.driver.array.operations,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
             resets: ended.session.resets().len(),
@@ -151,10 +155,18 @@ thread_local! {
 /// Keeps chip and surroundings in step.
 struct Keeper {
     begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
-    flash: Flash,
+    array: Array,
 }
 
 impl Driver<Nucleo> for Keeper {
+    fn on_settled(&mut self, _: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+        match settled {
+            Settled::Access { access, .. } => self.array.on_access(&access, host),
+            Settled::Hit(hit) => self.array.on_store(hit.address, host),
+            _ => {}
+        }
+    }
+
     fn on_stop(
         &mut self,
         machine: &mut Machine<Nucleo>,
@@ -164,11 +176,11 @@ impl Driver<Nucleo> for Keeper {
         SURROUNDINGS.with_borrow_mut(|surroundings| {
             if let Some(begin) = self.begin.take() {
                 *surroundings = Some(begin());
+                self.array.show(host);
             }
             let around = surroundings.as_mut().expect("begun at the first stop");
             around.meet(machine.board_mut(), stop.at);
             if around.poll_host() {
-                self.flash = read_store(host);
                 *surroundings = None;
                 return None;
             }
@@ -232,9 +244,4 @@ impl Wake for Awake {
     fn wake(self: Arc<Self>) {
         self.0.store(true, Ordering::Relaxed);
     }
-}
-
-fn read_store(host: &mut dyn Host) -> Flash {
-    let words = (0..STORE_LEN / 4).map(|word| host.read(STORE_BASE + 4 * word, Width::W32));
-    words.flat_map(|word| (word.expect("flash is readable") as u32).to_le_bytes()).collect()
 }

@@ -16,8 +16,11 @@
 //! - The analog side: PWM reaches the plant as its mean, the supply as a voltage on the converter's
 //!   pin. No ringing, no noise but the plant's.
 //! - Bounce, slow edges and cross-talk on the encoder lines.
+//! - Time that programming a word of flash takes; an erasure takes as long as the data sheet says.
+//! - External interrupts of pins (EXTI); the firmware looks at its inputs instead.
 //! - The debug probe: logs go nowhere.
 
+mod array;
 mod board;
 mod emulation;
 mod line;

@@ -8,7 +8,7 @@ use emulated_board::{Bench, Emulation, Ended};
 use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
 use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::port::{Port, SimOptions, with_robot};
-use shared_proto::{Config, Telemetry, Wheel, WheelPair};
+use shared_proto::{Config, Telemetry, WheelPair};
 use sim_target::Scenario;
 
 /// The image that `cargo xtask test` has built, the very bytes that are flashed.
@@ -25,7 +25,7 @@ fn scenario() -> (std::path::PathBuf, Scenario) {
 }
 
 fn emulation() -> Emulation {
-    Emulation { image: image(), scenario: scenario().1, flash: None }
+    Emulation { image: image(), scenario: scenario().1, flash: None, cut_before: None }
 }
 
 /// What an emulated life must leave behind in any case: no restart, and no access that the emulator
@@ -156,5 +156,4 @@ fn the_configuration_is_still_there_after_a_power_cycle() {
     assert_eq!(identity.config_origin, shared_proto::ConfigOrigin::Saved);
     assert_eq!(config, before.found.1);
     assert_ne!(config.geometry.wheel_weight, Config::default().geometry.wheel_weight);
-    let _ = Wheel::BOTH;
 }

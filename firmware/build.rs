@@ -10,10 +10,12 @@ fn main() {
         return;
     }
     let boards = ["nucleo_f429zi", "nucleo_f446re"];
-    let chosen = |board: &&str| variable(&format!("CARGO_FEATURE_BOARD_{}", board.to_uppercase())).is_some();
+    let chosen =
+        |board: &&str| variable(&format!("CARGO_FEATURE_BOARD_{}", board.to_uppercase())).is_some();
     if let Some(board) = boards.into_iter().find(chosen) {
         let out = PathBuf::from(variable("OUT_DIR").expect("cargo sets OUT_DIR"));
-        std::fs::copy(format!("memory/{board}.x"), out.join("memory.x")).expect("the memory map is there");
+        std::fs::copy(format!("memory/{board}.x"), out.join("memory.x"))
+            .expect("the memory map is there");
         println!("cargo::rustc-link-search={}", out.display());
         for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");

@@ -6,10 +6,10 @@ use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Bare, Mcu, Operate};
 use rigless::snapshot::store;
-use rigless::soc::{Bus, Error, Region};
-use rigless::soc::stm32f427::{CPU, Stm32f427};
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::{adc, tim};
+use rigless::soc::stm32f427::{CPU, Stm32f427};
+use rigless::soc::{Bus, Error, Region};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 

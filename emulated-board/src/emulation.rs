@@ -9,7 +9,7 @@ use std::task::{Context, Wake, Waker};
 
 use host_cli::port::{Clock, Wire};
 use host_cli::session::Session;
-use rigless::emulator::{self, Driver, Host, Settled, Start, Stop};
+use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
 use rigless::time::VirtualNanos;
@@ -18,6 +18,7 @@ use sim_target::{Chassis, Lab, Scenario, now_us};
 
 use crate::array::Array;
 use crate::board::Nucleo;
+use crate::cost::{Counter, TickCost};
 
 /// How often the plant and the chip meet \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -36,6 +37,8 @@ pub struct Emulation {
     pub flash: Option<Flash>,
     /// The flash loses its power before the operation (erasure, word) with this number, counted from 0.
     pub cut_before: Option<u64>,
+    /// Count the instructions of every control tick.
+    pub count: bool,
 }
 
 /// What a procedure on the emulated board has to work with.
@@ -73,6 +76,8 @@ pub struct Ended<T> {
     pub found: T,
     /// What the flash holds.
     pub flash: Flash,
+    /// What each control tick cost, if they were counted.
+    pub ticks: Vec<TickCost>,
     /// Erasures and programmed words.
     pub flash_operations: u64,
     /// Instructions that the core has carried out.
@@ -106,7 +111,12 @@ impl Emulation {
             let watch = Watch(std::rc::Rc::default());
             let bench = Bench {
                 lab: chassis.lab(),
-                session: Session::new(Wire::Sim(chassis.host_wire()), Clock::Virtual, 1, "emulated".into()),
+                session: Session::new(
+                    Wire::Sim(chassis.host_wire()),
+                    Clock::Virtual,
+                    1,
+                    "emulated".into(),
+                ),
                 watch: watch.clone(),
             };
             let host = Box::pin(async move {
@@ -117,20 +127,33 @@ impl Emulation {
         });
         let mut array = Array::new(self.flash.as_deref());
         array.cut_before = self.cut_before;
-        let keeper = Keeper { begin: Some(begin), array };
+        let mut counter = None;
+        if self.count {
+            let (new, watches) = Counter::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            counter = Some(new);
+        }
+        let keeper = Keeper { begin: Some(begin), array, counter };
         let ended = emulator::run(machine, &Start::new(&images), keeper)?;
         let mut strange: Vec<String> = Vec::new();
-        strange.extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+        strange
+            .extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
         strange.extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
-        strange.extend(ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+        strange.extend(
+            ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")),
+        );
         if ended.driver.array.overwritten > 0 {
-            strange.push(format!("{} words programmed but not erased", ended.driver.array.overwritten));
+            strange.push(format!(
+                "{} words programmed but not erased",
+                ended.driver.array.overwritten
+            ));
         }
         let stop = ended.stop;
         let found = found.lock().expect("nobody panicked").take();
         Ok(Ended {
             found: found.ok_or("the core stopped before the procedure was over")?,
             flash: ended.driver.array.content(),
+            ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
             flash_operations: ended.driver.array.operations,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
@@ -156,13 +179,26 @@ thread_local! {
 struct Keeper {
     begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
     array: Array,
+    counter: Option<Counter>,
 }
 
 impl Driver<Nucleo> for Keeper {
     fn on_settled(&mut self, _: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
         match settled {
-            Settled::Access { access, .. } => self.array.on_access(&access, host),
-            Settled::Hit(hit) => self.array.on_store(hit.address, host),
+            Settled::Access { access, .. } => {
+                self.array.on_access(&access, host);
+                if let Some(counter) = &mut self.counter {
+                    counter.on_access(&access);
+                }
+            }
+            Settled::Hit(hit) if hit.kind == HitKind::Write => {
+                self.array.on_store(hit.address, host)
+            }
+            Settled::Hit(hit) => {
+                if let Some(counter) = &mut self.counter {
+                    counter.on_hit(&hit);
+                }
+            }
             _ => {}
         }
     }

@@ -22,10 +22,12 @@
 
 mod array;
 mod board;
+mod cost;
 mod emulation;
 mod line;
 
 pub use board::Nucleo;
+pub use cost::TickCost;
 pub use emulation::{Bench, Emulation, Ended, Flash};
 
 /// How long the emulated core takes for an instruction \[ns\].

@@ -25,7 +25,13 @@ fn scenario() -> (std::path::PathBuf, Scenario) {
 }
 
 fn emulation() -> Emulation {
-    Emulation { image: image(), scenario: scenario().1, flash: None, cut_before: None }
+    Emulation {
+        image: image(),
+        scenario: scenario().1,
+        flash: None,
+        cut_before: None,
+        count: false,
+    }
 }
 
 /// What an emulated life must leave behind in any case: no restart, and no access that the emulator
@@ -69,8 +75,10 @@ fn both_travel_curves_agree_within_two_counts_at_every_sample() {
     assert_eq!(statistics.frames_lost + statistics.frames_damaged, 0, "no loss at 500 frames/s");
 
     let port = Port::Sim(Some(scenario().0));
-    let simulated =
-        with_robot(&port, &SimOptions::default(), async |session, _| Ok(paper_run(session, 2).await)).unwrap();
+    let simulated = with_robot(&port, &SimOptions::default(), async |session, _| {
+        Ok(paper_run(session, 2).await)
+    })
+    .unwrap();
 
     let deviations = deviations(&emulated, &simulated);
     let largest = deviations.iter().map(|d| d.left.abs().max(d.right.abs())).max().unwrap();
@@ -97,7 +105,9 @@ fn deviations(a: &[Telemetry], b: &[Telemetry]) -> Vec<WheelPair<i64>> {
             let t_us = sample.t_us as i64 + shift_us;
             while later.next_if(|other| (other.t_us as i64) < t_us - 1000).is_some() {}
             let other = later.peek().filter(|other| (other.t_us as i64 - t_us).abs() <= 1000)?;
-            Some(sample.wheels.as_ref().zip(other.wheels.as_ref()).map(|(x, y)| x.counts - y.counts))
+            Some(
+                sample.wheels.as_ref().zip(other.wheels.as_ref()).map(|(x, y)| x.counts - y.counts),
+            )
         })
         .collect()
 }
@@ -111,7 +121,8 @@ fn calibrated() -> &'static Ended<(Outcome, Config)> {
                 bench.session.open().await.unwrap();
                 let mut instrument = Instrument::Camera(bench.lab.clone(), 0);
                 let settings = Settings::default();
-                let outcome = calibrate(&mut bench.session, &mut instrument, &settings, &mut |_| ()).await;
+                let outcome =
+                    calibrate(&mut bench.session, &mut instrument, &settings, &mut |_| ()).await;
                 (outcome.unwrap(), bench.session.read_config().await.unwrap())
             })
             .unwrap()

@@ -138,7 +138,10 @@ fn distribution_cargo() -> Result<Command, String> {
         needs::install(&PACKAGES)?;
     }
     if !there("/usr/bin/cargo") || !there("/usr/bin/rustc") {
-        return Err(format!("{} are installed, but /usr/bin/cargo is not there", PACKAGES.join(", ")));
+        return Err(format!(
+            "{} are installed, but /usr/bin/cargo is not there",
+            PACKAGES.join(", ")
+        ));
     }
     let mut command = Command::new("/usr/bin/cargo");
     command
@@ -154,7 +157,8 @@ fn distribution_cargo() -> Result<Command, String> {
 
 /// A linker for the chip: the pinned compiler's, or Debian's.
 fn linker() -> Result<PathBuf, String> {
-    if let (Some(sysroot), Some(version)) = (output("rustc", &["--print", "sysroot"]), output("rustc", &["-vV"]))
+    if let (Some(sysroot), Some(version)) =
+        (output("rustc", &["--print", "sysroot"]), output("rustc", &["-vV"]))
         && let Some(host) = version.lines().find_map(|line| line.strip_prefix("host: "))
     {
         let lld = Path::new(sysroot.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
@@ -172,7 +176,11 @@ fn linker() -> Result<PathBuf, String> {
 fn quiet(program: &str, args: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(args).current_dir(root()).stdin(Stdio::null());
-    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+    command
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
 }
 
 fn output(program: &str, args: &[&str]) -> Option<String> {
@@ -183,7 +191,8 @@ fn output(program: &str, args: &[&str]) -> Option<String> {
 impl Board {
     /// Prints how large an image is, and refuses one that is too large.
     fn weigh(&self, image: &Path) -> Outcome {
-        let bytes = std::fs::read(image).map_err(|error| format!("{}: {error}", image.display()))?;
+        let bytes =
+            std::fs::read(image).map_err(|error| format!("{}: {error}", image.display()))?;
         let weight = Weight::of(&bytes).map_err(|error| format!("{}: {error}", image.display()))?;
         println!(
             "    {}: {:.1} KiB of flash (at most {}), {:.1} KiB of static RAM (at most {})",

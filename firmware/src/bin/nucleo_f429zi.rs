@@ -28,7 +28,8 @@ mod wiring {
     });
 
     /// What comes in by DMA while nobody looks.
-    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
+        ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
     #[embassy_stm32::interrupt]
     unsafe fn UART7() {
@@ -41,13 +42,21 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::FLASH] {
+        for irq in
+            [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::FLASH]
+        {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
 
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PD12, p.PD13));
-        let pins = Pins { left_a: p.PE9, left_b: p.PE11, right_a: p.PE13, right_b: p.PE14, enable: p.PF15 };
+        let pins = Pins {
+            left_a: p.PE9,
+            left_b: p.PE11,
+            right_a: p.PE13,
+            right_b: p.PE14,
+            enable: p.PF15,
+        };
         let motors = Bridge::sign_magnitude(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA3, divider);
@@ -77,5 +86,7 @@ mod wiring {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("this is a board's image: see `cargo xtask firmware`, or `cargo run --release` in firmware/");
+    eprintln!(
+        "this is a board's image: see `cargo xtask firmware`, or `cargo run --release` in firmware/"
+    );
 }

@@ -28,7 +28,8 @@ mod wiring {
     });
 
     /// What comes in by DMA while nobody looks.
-    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
+        ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
     #[embassy_stm32::interrupt]
     unsafe fn UART4() {
@@ -41,13 +42,16 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5, interrupt::FLASH] {
+        for irq in
+            [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5, interrupt::FLASH]
+        {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
 
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PB6, p.PB7));
-        let pins = Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
+        let pins =
+            Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
         let motors = Bridge::sign_magnitude(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA0, divider);
@@ -55,7 +59,8 @@ mod wiring {
         // This board's button is low when pressed.
         let stop = PolledInput::active_low(p.PC13);
         let driver_fault = PolledInput::active_low(p.PB5);
-        let lamps = Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
+        let lamps =
+            Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
         let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
 
         let mut line = usart::Config::default();

@@ -67,7 +67,10 @@ where
 
 impl Bridge {
     /// A PWM line and a direction line for each wheel.
-    pub fn sign_magnitude<A1, A2, A3, A4, E>(timer: Peri<'static, TIM1>, pins: Pins<A1, A2, A3, A4, E>) -> Self
+    pub fn sign_magnitude<A1, A2, A3, A4, E>(
+        timer: Peri<'static, TIM1>,
+        pins: Pins<A1, A2, A3, A4, E>,
+    ) -> Self
     where
         A1: TimerPin<TIM1, Ch1>,
         A2: TimerPin<TIM1, Ch2> + Pin,
@@ -103,7 +106,10 @@ impl Bridge {
     }
 
     /// A PWM line for each direction of each wheel.
-    pub fn in1_in2<A1, A2, A3, A4, E>(timer: Peri<'static, TIM1>, pins: Pins<A1, A2, A3, A4, E>) -> Self
+    pub fn in1_in2<A1, A2, A3, A4, E>(
+        timer: Peri<'static, TIM1>,
+        pins: Pins<A1, A2, A3, A4, E>,
+    ) -> Self
     where
         A1: TimerPin<TIM1, Ch1>,
         A2: TimerPin<TIM1, Ch2> + Pin,
@@ -123,13 +129,16 @@ impl Bridge {
         );
         let period = pwm.max_duty_cycle();
         let channels = pwm.split();
-        let pair = |mut a: SimplePwmChannel<'static, TIM1>, mut b: SimplePwmChannel<'static, TIM1>| {
+        let pair = |mut a: SimplePwmChannel<'static, TIM1>,
+                    mut b: SimplePwmChannel<'static, TIM1>| {
             a.enable();
             b.enable();
             Wheel { a, b: LineB::Pwm(b) }
         };
-        let wheels =
-            WheelPair { left: pair(channels.ch1, channels.ch2), right: pair(channels.ch3, channels.ch4) };
+        let wheels = WheelPair {
+            left: pair(channels.ch1, channels.ch2),
+            right: pair(channels.ch3, channels.ch4),
+        };
         Self { wheels, enable, period }
     }
 }

@@ -20,8 +20,16 @@ pub struct TimerEncoders {
 impl TimerEncoders {
     /// Starts both timers. Pulled up: most encoders' outputs are open collectors.
     pub fn new(
-        left: (Peri<'static, TIM3>, Peri<'static, impl TimerPin<TIM3, Ch1>>, Peri<'static, impl TimerPin<TIM3, Ch2>>),
-        right: (Peri<'static, TIM4>, Peri<'static, impl TimerPin<TIM4, Ch1>>, Peri<'static, impl TimerPin<TIM4, Ch2>>),
+        left: (
+            Peri<'static, TIM3>,
+            Peri<'static, impl TimerPin<TIM3, Ch1>>,
+            Peri<'static, impl TimerPin<TIM3, Ch2>>,
+        ),
+        right: (
+            Peri<'static, TIM4>,
+            Peri<'static, impl TimerPin<TIM4, Ch1>>,
+            Peri<'static, impl TimerPin<TIM4, Ch2>>,
+        ),
     ) -> Self {
         let config = Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..Config::default() };
         let left = Qei::new(left.0, left.1, left.2, config);

@@ -107,7 +107,11 @@ fn SysTick() {
     let alive = ALIVE.swap(0, Ordering::Relaxed);
     let mut all_well = true;
     for (bit, (missed, max)) in MISSED.iter().zip(MISSES_MAX).enumerate() {
-        let count = if alive & 1 << bit != 0 { 0 } else { missed.load(Ordering::Relaxed).saturating_add(1) };
+        let count = if alive & 1 << bit != 0 {
+            0
+        } else {
+            missed.load(Ordering::Relaxed).saturating_add(1)
+        };
         missed.store(count, Ordering::Relaxed);
         all_well &= count <= max;
     }

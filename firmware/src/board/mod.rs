@@ -36,7 +36,9 @@ mod nucleo_f446re;
 pub use nucleo_f446re::*;
 
 #[cfg(all(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
-compile_error!("an image is for one board: with another board's feature, add --no-default-features");
+compile_error!(
+    "an image is for one board: with another board's feature, add --no-default-features"
+);
 
 /// Both motors without drive, at once and whatever the tasks are doing: the last thing before a
 /// restart. Only registers, no lock and no allocation: it may interrupt anything.

@@ -34,7 +34,11 @@ pub struct DividedSupply {
 
 impl DividedSupply {
     /// Sets the converter up and makes the first conversion.
-    pub fn new<'d>(adc: Peri<'static, ADC1>, pin: impl AdcChannel<ADC1> + 'd, divider: Divider) -> Self {
+    pub fn new<'d>(
+        adc: Peri<'static, ADC1>,
+        pin: impl AdcChannel<ADC1> + 'd,
+        divider: Divider,
+    ) -> Self {
         let mut adc = Adc::new(adc);
         let mut channel = pin.degrade_adc();
         // Configures sequence and sampling time; what follows starts the same conversion again.

@@ -60,7 +60,12 @@ pub fn spawn_control(
 }
 
 /// Starts what keeps the robot company.
-pub fn spawn_others(spawner: Spawner, store: FlashStore<StoreFlash>, reset_cause: ResetCause, lamps: Lamps) {
+pub fn spawn_others(
+    spawner: Spawner,
+    store: FlashStore<StoreFlash>,
+    reset_cause: ResetCause,
+    lamps: Lamps,
+) {
     let board = BoardInfo {
         board: Name::new(NAME).unwrap_or_default(),
         uid: embassy_stm32::uid::uid(),

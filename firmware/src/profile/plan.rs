@@ -5,8 +5,8 @@ use shared_proto::{Config, Drive, MotionError, TravelUnit, WheelPair};
 use super::course::{Course, Phase};
 use super::ramps::{Ramps, TICK_BITS, Task, ceil};
 use super::{Position, ProfileState};
-use crate::wide::{div, mul};
 use crate::units::{CONTROL_HZ, Travel};
+use crate::wide::{div, mul};
 
 /// 2^64, the steps of a metre.
 const STEPS_PER_M: f64 = 18_446_744_073_709_551_616.0;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use emulated_board::{Bench, Emulation, INSTRUCTION_NS};
+use emulated_board::{Bench, Emulation, INSTRUCTION_NS, TickCost};
 use host_cli::motion::{self, Motion, RecordOptions};
 use sim_target::Scenario;
 
@@ -26,7 +26,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     costs.sort_unstable();
     let worst =
         ended.ticks.iter().max_by_key(|tick| tick.instructions).ok_or("no tick was counted")?;
-    let latest = ended.ticks.iter().map(|tick| tick.to_pwm).max().unwrap_or_default();
+    let mut latencies: Vec<&TickCost> = ended.ticks.iter().collect();
+    latencies.sort_unstable_by_key(|tick| tick.to_pwm);
+    let (latency, latest) = (latencies[latencies.len() / 2], latencies[latencies.len() - 1]);
     println!("control ticks over the paper's run, telemetry at 500/s: {}", costs.len());
     println!(
         "instructions of a whole tick: median {}, worst {} at {} us",
@@ -34,10 +36,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         worst.instructions,
         worst.t_us
     );
+    for share in [0.9, 0.99, 0.999] {
+        let at = (costs.len() as f64 * share) as usize;
+        println!("{:.1} % of them take at most {}", share * 100.0, costs[at]);
+    }
     println!(
         "share of the core at 1 kHz, {INSTRUCTION_NS} ns an instruction: {:.1} % at worst",
         (worst.instructions * INSTRUCTION_NS) as f64 / 1e4
     );
-    println!("from the timer's tick to the PWM: at most {latest} instructions");
+    println!(
+        "from the timer's tick to the PWM: median {} instructions, worst {} at {} us",
+        latency.to_pwm, latest.to_pwm, latest.t_us
+    );
     Ok(())
 }

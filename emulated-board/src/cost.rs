@@ -7,13 +7,17 @@
 //!
 //! From the first instruction of the clock's interrupt (`TIM5`) that makes a tick due, to the last
 //! instruction of the interrupt that the control tasks run in (`UART7`): the clock's queue, the executor
-//! and whatever interrupts them included.
+//! and whatever interrupts them included. The first 50 ms are not
+//! counted: the board starts up in them.
 
 use std::path::Path;
 
 use object::{Object, ObjectSymbol};
 use rigless::emulator::{Access, AccessKind, Hit, Watch};
 use rigless::time::VirtualNanos;
+
+/// Ticks before this time belong to the start \[us\].
+const START_US: u64 = 50_000;
 
 /// The register whose writing ends a tick's way to the motors: TIM1's third compare value.
 const PWM_RIGHT: u64 = 0x4001_003C;
@@ -79,11 +83,10 @@ impl Counter {
         if let (Some((at, begin)), Some(pwm), Some(last)) =
             (self.begin, self.pwm.take(), self.last.take())
         {
-            self.ticks.push(TickCost {
-                t_us: at.0 / 1000,
-                instructions: last - begin,
-                to_pwm: pwm - begin,
-            });
+            let t_us = at.0 / 1000;
+            if t_us >= START_US {
+                self.ticks.push(TickCost { t_us, instructions: last - begin, to_pwm: pwm - begin });
+            }
         }
     }
 }

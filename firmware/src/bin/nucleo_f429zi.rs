@@ -34,7 +34,10 @@ mod wiring {
     #[embassy_stm32::interrupt]
     unsafe fn UART7() {
         // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
-        unsafe { CONTROL.on_interrupt() }
+        unsafe { CONTROL.on_interrupt() };
+        // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
+        // not in a tail call, so that the emulated board can count up to it.
+        cortex_m::asm::dsb();
     }
 
     #[embassy_executor::main]

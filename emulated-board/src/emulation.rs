@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Wake, Waker};
 
-use host_cli::port::{Clock, Wire};
+use host_cli::link::{Clock, Wire};
 use host_cli::session::Session;
 use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;

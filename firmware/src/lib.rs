@@ -8,10 +8,14 @@
 //! | --- | --- |
 //! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, input lines |
 //! | [`hal`] | the hardware seam: what a board, or the simulator, provides |
+//! | `board` | that seam on STM32 boards; only in an image |
+//! | [`store`] | the configuration in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
+#[cfg(target_os = "none")]
+pub mod board;
 pub mod encoder;
 pub mod hal;
 pub mod odometry;
@@ -20,5 +24,7 @@ pub mod probe;
 pub mod profile;
 pub mod protection;
 pub mod shared;
+pub mod store;
 pub mod task;
 pub mod units;
+mod wide;

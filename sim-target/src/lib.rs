@@ -7,6 +7,7 @@
 //! everything that is random; the same seed gives the same bytes.
 
 mod board;
+mod chassis;
 mod clock;
 mod executor;
 pub mod instruments;
@@ -15,6 +16,7 @@ pub mod scenario;
 mod target;
 mod wire;
 
+pub use chassis::Chassis;
 pub use clock::now_us;
 pub use scenario::Scenario;
 pub use target::{HostWire, Lab, Options, SimTarget, sleep_until_us};

@@ -21,7 +21,7 @@ use crate::clock;
 use crate::executor::Executor;
 use crate::instruments::{Camera, CameraParameters, CameraSample, EndReading, Ruler};
 use crate::plant::{Plant, PlantFault, Pose};
-use crate::scenario::{FaultEvent, Scenario};
+use crate::scenario::{FaultEvent, Scenario, Setup};
 use crate::wire::Wire;
 
 /// How to set a simulated robot up, beyond what its scenario says.
@@ -84,19 +84,47 @@ fn schedule(faults: &[FaultEvent], origin_us: u64) -> Vec<Scheduled> {
 }
 
 impl World {
+    /// The surroundings of a robot that is switched on now.
+    pub(crate) fn new(
+        scenario: &Scenario,
+        setup: Setup,
+        emergency_stop: Pin,
+        driver_fault: Pin,
+    ) -> Self {
+        Self {
+            plant: setup.plant,
+            scenario: scenario.clone(),
+            placements: 0,
+            camera: setup.camera,
+            camera_samples: Vec::new(),
+            ruler: setup.ruler,
+            schedule: schedule(&setup.faults, 0),
+            motion_faults: setup.motion_faults,
+            emergency_stop,
+            driver_fault,
+            stall_us: 0,
+        }
+    }
+
     /// The plant as it is now.
     pub(crate) fn plant_now(&mut self) -> &mut Plant {
         self.plant.advance_to(clock::now_us());
         &mut self.plant
     }
 
-    fn next_event_us(&self) -> u64 {
+    /// Moves the plant alone, ahead of the clock.
+    pub(crate) fn advance_plant_to(&mut self, t_us: u64) {
+        self.plant.advance_to(t_us);
+    }
+
+    /// When something happens to the robot next \[us\].
+    pub(crate) fn next_event_us(&self) -> u64 {
         let scheduled = self.schedule.first().map_or(u64::MAX, |event| event.at_us);
         scheduled.min(self.camera.next_t_us())
     }
 
     /// Does what is due now.
-    fn act(&mut self) {
+    pub(crate) fn act(&mut self) {
         let now = clock::now_us();
         if !self.motion_faults.is_empty()
             && let Some(origin_us) = self.plant.first_driven_us()
@@ -134,8 +162,8 @@ impl World {
 /// The laboratory round the robot: sees the truth, measures, breaks things.
 #[derive(Clone)]
 pub struct Lab {
-    world: Rc<RefCell<World>>,
-    flash: Flash,
+    pub(crate) world: Rc<RefCell<World>>,
+    pub(crate) flash: Flash,
 }
 
 impl Lab {
@@ -220,8 +248,8 @@ impl Lab {
 /// The host's end of the serial line.
 #[derive(Clone)]
 pub struct HostWire {
-    to_robot: Wire,
-    to_host: Wire,
+    pub(crate) to_robot: Wire,
+    pub(crate) to_host: Wire,
 }
 
 impl HostWire {
@@ -271,26 +299,16 @@ impl SimTarget {
         let emergency_stop = Pin::default();
         let driver_fault = Pin::default();
         let setup = scenario.set_up();
-        let world = Rc::new(RefCell::new(World {
-            plant: setup.plant,
-            scenario: scenario.clone(),
-            placements: 0,
-            camera: setup.camera,
-            camera_samples: Vec::new(),
-            ruler: setup.ruler,
-            schedule: schedule(&setup.faults, 0),
-            motion_faults: setup.motion_faults,
-            emergency_stop: emergency_stop.clone(),
-            driver_fault: driver_fault.clone(),
-            stall_us: 0,
-        }));
-        let to_robot = Wire::new(setup.to_robot, setup.seed ^ 0x746f_726f_626f_7400);
-        let to_host = Wire::new(setup.to_host, setup.seed ^ 0x746f_686f_7374_0000);
+        let seed = setup.seed;
+        let to_robot = Wire::new(setup.to_robot, seed ^ 0x746f_726f_626f_7400);
+        let to_host = Wire::new(setup.to_host, seed ^ 0x746f_686f_7374_0000);
+        let world = World::new(scenario, setup, emergency_stop.clone(), driver_fault.clone());
+        let world = Rc::new(RefCell::new(world));
 
         let shared: Rc<Shared<NoopRawMutex>> = Rc::new(Shared::new());
         let board = BoardInfo {
             board: Name::new("simulator").unwrap_or_default(),
-            uid: uid(setup.seed),
+            uid: uid(seed),
             reset_cause: ResetCause::PowerOn,
         };
         let hardware = Hardware(world.clone());

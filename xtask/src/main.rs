@@ -2,6 +2,8 @@
 
 mod bench;
 mod documents;
+mod emulated;
+mod firmware;
 mod needs;
 mod steps;
 mod test;
@@ -14,6 +16,9 @@ const HELP: &str = "\
 cargo xtask <chore>
 
   test               installs what is missing, then runs all that CI runs
+  firmware [--board NAME] [--compiler pinned|distribution]
+                     builds the boards' images and prints how large they are
+  bench firmware     counts the instructions of a control tick, on the emulated board
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one
   help               this
 ";
@@ -26,6 +31,8 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test"] => test::run(),
+        ["firmware", ref args @ ..] => firmware::run(args),
+        ["bench", "firmware"] => emulated::bench(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),
         ["help" | "--help" | "-h"] | [] => {

@@ -82,7 +82,8 @@ fn succeeds(line: &[&str]) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-fn install(packages: &[&str]) -> Outcome {
+/// Installs Debian packages, or says how to.
+pub fn install(packages: &[&str]) -> Outcome {
     let by_hand = format!("install by hand: apt-get install {}", packages.join(" "));
     if !succeeds(&["apt-get", "--version"]) {
         return Err(format!("there is no apt-get here; {by_hand}"));

@@ -4,7 +4,7 @@
 //! the firmware's fixed-point arithmetic has to pass.
 
 use crate::steps::{Steps, cargo};
-use crate::{Outcome, documents, needs, words};
+use crate::{Outcome, documents, emulated, firmware, needs, words};
 
 pub fn run() -> Outcome {
     let mut steps = Steps::default();
@@ -34,6 +34,8 @@ fn all(steps: &mut Steps) -> Outcome {
             "the failed tests and their messages stand above, under `failures:`",
         )
     })?;
+    steps.run("images", || firmware::run(&[]))?;
+    steps.run("emulated", emulated::test)?;
     steps.run("doc", || {
         cargo(
             &["doc", "--workspace", "--no-deps"],

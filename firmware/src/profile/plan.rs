@@ -6,6 +6,7 @@ use super::course::{Course, Phase};
 use super::ramps::{Ramps, TICK_BITS, Task, ceil};
 use super::{Position, ProfileState};
 use crate::units::{CONTROL_HZ, Travel};
+use crate::wide::{div, mul};
 
 /// 2^64, the steps of a metre.
 const STEPS_PER_M: f64 = 18_446_744_073_709_551_616.0;
@@ -83,7 +84,7 @@ impl Plan {
         let speed = |state: ProfileState| i128::from(state.velocity.0.to_bits()).abs();
         let fastest = speed(from.left).max(speed(from.right));
         // Rounded up, so that the deceleration is not exceeded; at least one step.
-        let duration = (((fastest << TICK_BITS) + 2 * half - 1) / (2 * half)).max(1);
+        let duration = div((fastest << TICK_BITS) + 2 * half - 1, 2 * half).max(1);
         // Longer than any `Drive` takes: only a deceleration that no configuration has asks for it.
         let duration = duration.min(i128::from(u32::MAX / 2) << TICK_BITS);
         let courses = from.map(|from| {
@@ -91,8 +92,8 @@ impl Plan {
             if fastest == 0 {
                 return Course::hold(position);
             }
-            let half = (i128::from(velocity) << TICK_BITS) / (2 * duration);
-            let target = position + ((i128::from(velocity) * duration) >> (TICK_BITS + 1));
+            let half = div(i128::from(velocity) << TICK_BITS, 2 * duration);
+            let target = position + (mul(velocity.into(), duration) >> (TICK_BITS + 1));
             Course::brake(Phase::new(0, position, velocity, -half as i64), ceil(duration), target)
         });
         Plan { start_tick, at_once: false, courses }

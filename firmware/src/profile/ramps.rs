@@ -18,6 +18,7 @@
 //! velocities need 118 bits, a velocity times a duration 122.
 
 use super::course::{Course, Phase};
+use crate::wide::{div, mul, sqrt};
 
 /// Steps per tick in which phase boundaries are placed.
 pub(super) const TICK_BITS: u32 = 32;
@@ -51,27 +52,27 @@ impl Ramps {
     /// The quickest motion within the limits.
     pub fn quickest(task: Task) -> Self {
         let four_half = 4 * i128::from(task.half);
-        let braking = i128::from(task.velocity) * i128::from(task.velocity.abs()) / four_half;
+        let braking = div(mul(task.velocity.into(), task.velocity.abs().into()), four_half);
         let mirrored = task.distance < braking;
         let distance = mirror(task.distance, mirrored);
         let velocity = if mirrored { -task.velocity } else { task.velocity };
         let (v0_squared, limit_squared) = (square(velocity), square(task.cruise));
         let cruise = if velocity >= task.cruise
-            || distance >= (2 * limit_squared - v0_squared) / four_half
+            || distance >= div(2 * limit_squared - v0_squared, four_half)
         {
             task.cruise
         } else {
             // (3)
-            let squared = 2 * i128::from(task.half) * distance + v0_squared / 2;
-            (squared.max(0).isqrt() as i64).clamp(velocity.max(0), task.cruise)
+            let squared = mul(2 * i128::from(task.half), distance) + v0_squared / 2;
+            (sqrt(squared.max(0)) as i64).clamp(velocity.max(0), task.cruise)
         };
         let mut ramps =
             Self { mirrored, distance, velocity, half: task.half, cruise, ends: [0; 3] };
         // (2)
-        let gain = (square(cruise) - v0_squared) / four_half;
+        let gain = div(square(cruise) - v0_squared, four_half);
         let first = if cruise >= velocity { gain } else { -gain };
-        let cruised = (distance - first - square(cruise) / four_half).max(0);
-        let cruise_time = if cruise > 0 { (cruised << TICK_BITS) / i128::from(cruise) } else { 0 };
+        let cruised = (distance - first - div(square(cruise), four_half)).max(0);
+        let cruise_time = if cruise > 0 { div(cruised << TICK_BITS, cruise.into()) } else { 0 };
         // (1)
         let first_ramp = ramps.ramp_time(cruise.abs_diff(velocity));
         let last_ramp = ramps.ramp_time(cruise.unsigned_abs());
@@ -96,24 +97,27 @@ impl Ramps {
         let (half, v0) = (i128::from(self.half), i128::from(self.velocity));
         if v0 > 0 {
             // (4)
-            let cruised = (self.distance - v0 * v0 / (4 * half)).max(0);
+            let cruised = (self.distance - div(mul(v0, v0), 4 * half)).max(0);
             let time = duration - self.ramp_time(self.velocity.unsigned_abs());
-            if time > 0 && (cruised << TICK_BITS) / time <= v0 {
-                return ((cruised << TICK_BITS) / time) as i64;
+            if time > 0 {
+                let cruise = div(cruised << TICK_BITS, time);
+                if cruise <= v0 {
+                    return cruise as i64;
+                }
             }
         }
         // (5)
         let mut cruise = v0.max(0);
         // Quadratic convergence, except that near tc = 0 each step halves the distance to the root.
         for _ in 0..i64::BITS {
-            let reached = ((cruise * duration) >> TICK_BITS)
-                - (cruise * cruise + (cruise - v0) * (cruise - v0)) / (4 * half);
-            let slope = duration - ((2 * cruise - v0) << TICK_BITS) / (2 * half);
+            let ramped = mul(cruise, cruise) + mul(cruise - v0, cruise - v0);
+            let reached = (mul(cruise, duration) >> TICK_BITS) - div(ramped, 4 * half);
+            let slope = duration - div((2 * cruise - v0) << TICK_BITS, 2 * half);
             let missing = self.distance - reached;
             if missing <= 0 || slope <= 0 {
                 break;
             }
-            let step = (missing << TICK_BITS) / slope;
+            let step = div(missing << TICK_BITS, slope);
             cruise = (cruise + step).min(i128::from(self.cruise));
             if step == 0 {
                 break;
@@ -129,9 +133,9 @@ impl Ramps {
         const RATIO_BITS: u32 = 48;
         let magnitude = distance.abs();
         debug_assert!(self.velocity == 0 && magnitude <= self.distance);
-        let ratio = (magnitude << RATIO_BITS) / self.distance;
+        let ratio = div(magnitude << RATIO_BITS, self.distance);
         let scaled = |value: i64| {
-            ((i128::from(value) * ratio + (1 << (RATIO_BITS - 1))) >> RATIO_BITS) as i64
+            ((mul(value.into(), ratio) + (1 << (RATIO_BITS - 1))) >> RATIO_BITS) as i64
         };
         Self {
             mirrored: distance < 0,
@@ -153,7 +157,7 @@ impl Ramps {
     }
 
     fn ramp_time(&self, change: u64) -> i128 {
-        (i128::from(change) << TICK_BITS) / (2 * i128::from(self.half)).max(1)
+        div(i128::from(change) << TICK_BITS, (2 * i128::from(self.half)).max(1))
     }
 
     /// The motion sampled at ticks, from position `from` [2^-64 m].
@@ -163,14 +167,14 @@ impl Ramps {
         let rising = if ramp_end == 0 { 0 } else { rising };
 
         let cruise_first = ceil(ramp_end);
-        let ramped = fall(rising, ramp_end) + ((i128::from(self.velocity) * ramp_end) >> TICK_BITS);
+        let ramped = fall(rising, ramp_end) + (mul(self.velocity.into(), ramp_end) >> TICK_BITS);
         let into_cruise = (i128::from(cruise_first) << TICK_BITS) - ramp_end;
-        let at_cruise = ramped + ((i128::from(self.cruise) * into_cruise) >> TICK_BITS);
+        let at_cruise = ramped + (mul(self.cruise.into(), into_cruise) >> TICK_BITS);
 
         let last_first = ceil(cruise_end);
         let left = (end - (i128::from(last_first) << TICK_BITS)).max(0);
         let at_last = self.distance - fall(self.half, left);
-        let last_velocity = ((2 * i128::from(self.half) * left) >> TICK_BITS) as i64;
+        let last_velocity = (mul(2 * i128::from(self.half), left) >> TICK_BITS) as i64;
 
         let phase = |first_tick, travelled: i128, velocity: i64, half: i64| {
             let sign = if self.mirrored { -1 } else { 1 };
@@ -193,12 +197,12 @@ pub(super) fn ceil(time: i128) -> u32 {
 
 /// Distance gained from rest in a time: half a t^2.
 fn fall(half: i64, time: i128) -> i128 {
-    let velocity = (2 * i128::from(half) * time) >> TICK_BITS;
-    (velocity * time) >> (TICK_BITS + 1)
+    let velocity = mul(2 * i128::from(half), time) >> TICK_BITS;
+    mul(velocity, time) >> (TICK_BITS + 1)
 }
 
 fn square(velocity: i64) -> i128 {
-    i128::from(velocity) * i128::from(velocity)
+    mul(velocity.into(), velocity.into())
 }
 
 fn mirror(distance: i128, mirrored: bool) -> i128 {

@@ -1,0 +1,180 @@
+//! The board round the emulated chip: crystal, supply, serial line, and what the pins are wired to.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::device::Level;
+use rigless::machine::{Board, Crystal, Target, armv7m};
+use rigless::mcu::{Bare, Mcu, Operate};
+use rigless::snapshot::store;
+use rigless::soc::stm32f427::peripherals::gpio::Pin;
+use rigless::soc::stm32f427::peripherals::{adc, tim};
+use rigless::soc::stm32f427::{CPU, Stm32f427};
+use rigless::soc::{Bus, Error, Region};
+use rigless::time::VirtualNanos;
+use shared_proto::{Wheel, WheelPair};
+
+use crate::INSTRUCTION_NS;
+use crate::line::Line;
+
+/// The core's clock \[Hz\].
+const CLOCK_HZ: u64 = 168_000_000;
+
+/// USART3, in the emulator's order of serial ports.
+const USART3: usize = 2;
+
+/// Ports, in the emulator's order.
+const PORT_C: usize = 2;
+const PORT_E: usize = 4;
+const PORT_F: usize = 5;
+
+/// The resistors before the converter's pin, as the board's wiring diagram has them.
+const DIVIDER: f64 = 10.0 / (47.0 + 10.0);
+
+/// The memory as the core sees it: the first bank is flash, and what the firmware stores in, the second
+/// bank's first four sectors, is kept by [`crate::array`].
+static MEMORY: [Region; 6] = [
+    Region::flash("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
+    Region::ram("store", crate::array::BASE, crate::array::LEN),
+    Region::ram("ccm", 0x1000_0000, 64 << 10),
+    Region::system("system", 0x1FFF_0000, 32 << 10),
+    Region::ram("sram", 0x2000_0000, 192 << 10),
+    Region::ram("backup_sram", 0x4002_4000, 4 << 10),
+];
+
+/// A NUCLEO-F429ZI with the wiring of `docs/boards.md`.
+#[derive(Debug)]
+pub struct Nucleo {
+    mcu: Stm32f427,
+    /// Tells the core its memory, and nothing else.
+    memory: Bare,
+}
+
+impl Nucleo {
+    /// The board out of reset.
+    pub fn new() -> Result<Self, Error> {
+        let mut mcu = Stm32f427::new()?;
+        // The ST-LINK's clock output.
+        mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);
+        mcu.set_supply(3300);
+        for converter in &mut mcu.adc {
+            converter.set_reference(3300);
+            converter.set_backup_battery(3300);
+        }
+        mcu.usart[USART3].attach(Line::default());
+        let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
+        let mut board = Self { mcu, memory };
+        // Released before the first instruction: the fault line is pulled up, the button down.
+        board.set_lines(VirtualNanos(0), false, false);
+        Ok(board)
+    }
+
+    pub(crate) fn line(&mut self) -> &mut Line {
+        self.mcu.usart[USART3].chip_mut().expect("attached in `new`")
+    }
+
+    /// Mean voltages that the bridge puts on the motors, as shares of the supply, and its enable.
+    ///
+    /// Sign-magnitude: TIM1's channels 1 and 3 pulse, PE11 and PE14 say where to, PF15 enables.
+    pub(crate) fn motors(&mut self) -> (WheelPair<f64>, bool) {
+        let (port, registers) = self.mcu.port(PORT_F);
+        let enabled = port.level(pin(15), registers) == Level::High;
+        let (port, registers) = self.mcu.port(PORT_E);
+        let backward = WheelPair {
+            left: port.level(pin(11), registers) == Level::High,
+            right: port.level(pin(14), registers) == Level::High,
+        };
+        let (timer, registers) = self.mcu.advanced_timer(0);
+        let share = |channel| {
+            let pulse = timer.pulse(channel_of(channel), registers);
+            pulse.map_or(0.0, |pulse| pulse.width.0 as f64 / pulse.period.0 as f64)
+        };
+        let magnitude = WheelPair { left: share(1), right: share(3) };
+        let duty = magnitude.zip(backward).map(|(d, backward)| if backward { -d } else { d });
+        (duty, enabled)
+    }
+
+    /// Puts an encoder's edges on its timer's pins, one count after the other: line A leads where the
+    /// count rises.
+    pub(crate) fn turn_encoder(&mut self, at: VirtualNanos, wheel: Wheel, from: i64, to: i64) {
+        let timer = match wheel {
+            Wheel::Left => 1,
+            Wheel::Right => 2,
+        };
+        let mut count = from;
+        while count != to {
+            count += (to - count).signum();
+            let [a, b] = match count.rem_euclid(4) {
+                0 => [Level::Low, Level::Low],
+                1 => [Level::High, Level::Low],
+                2 => [Level::High, Level::High],
+                _ => [Level::Low, Level::High],
+            };
+            self.mcu.drive_timer(at, timer, |timer, registers, context| {
+                timer.drive_input(channel_of(1), a, registers, context);
+                timer.drive_input(channel_of(2), b, registers, context);
+            });
+        }
+    }
+
+    /// Puts the supply on the divider.
+    pub(crate) fn set_supply_v(&mut self, supply_v: f64) {
+        let channel = adc::Channel::new(3).expect("a pin's channel");
+        self.mcu.adc[0].set_input(channel, (supply_v * DIVIDER * 1000.0).round().max(0.0) as u32);
+    }
+
+    /// Presses the button (PC13, high when pressed), pulls the driver's fault line (PF14, low).
+    pub(crate) fn set_lines(&mut self, at: VirtualNanos, button: bool, fault: bool) {
+        let level = |high| Some(if high { Level::High } else { Level::Low });
+        self.mcu.drive_port(at, PORT_C, |port, registers, context| {
+            port.drive(pin(13), level(button), registers, context);
+        });
+        self.mcu.drive_port(at, PORT_F, |port, registers, context| {
+            port.drive(pin(14), level(!fault), registers, context);
+        });
+    }
+}
+
+fn pin(number: u8) -> Pin {
+    Pin::new(number).expect("a port has sixteen pins")
+}
+
+fn channel_of(number: u8) -> tim::Channel {
+    tim::Channel::new(number).expect("a timer's channel")
+}
+
+store!(Nucleo { values: [], parts: [mcu], built: [memory] });
+
+impl Board for Nucleo {
+    fn name(&self) -> &'static str {
+        "nucleo-f429zi"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["stm32f429zi"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.mcu)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let lines = u32::from(Operate::cpu(&self.mcu).interrupt_lines);
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M4,
+            clock_hz: NonZeroU64::new(CLOCK_HZ).expect("a running clock"),
+            interrupt_lines: NonZeroU32::new(lines).expect("a chip with interrupts"),
+            // As in ST's PM0214 and RM0090.
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::new(8).expect("a divider divides"),
+            instructions_per_second: NonZeroU64::new(1_000_000_000 / INSTRUCTION_NS)
+                .expect("a running core"),
+            boot: "flash",
+        }
+        .spec_with_parts(
+            &rigless::cpu::armv7m::windows(Mcu::bus(&self.mcu)),
+            armv7m::Fpu::FpV4Sp,
+            armv7m::MpuRegions::Eight,
+        );
+        vec![Target::new("stm32f429zi", &mut self.memory, core)]
+    }
+}

@@ -1,0 +1,283 @@
+//! One life of the board, from power-on to power-off, together with the plant and a host.
+
+use std::cell::RefCell;
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Wake, Waker};
+
+use host_cli::link::{Clock, Wire};
+use host_cli::session::Session;
+use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
+use rigless::image::Image;
+use rigless::session::Session as Machine;
+use rigless::time::VirtualNanos;
+use shared_proto::{Wheel, WheelPair};
+use sim_target::{Chassis, Lab, Scenario, now_us};
+
+use crate::array::Array;
+use crate::board::Nucleo;
+use crate::cost::{Counter, TickCost};
+
+/// How often the plant and the chip meet \[us\]: a period of the PWM.
+const STEP_US: u64 = 50;
+
+/// What the firmware's part of the flash holds.
+pub type Flash = Vec<u8>;
+
+/// What to emulate.
+#[derive(Clone, Debug)]
+pub struct Emulation {
+    /// The image's ELF.
+    pub image: std::path::PathBuf,
+    /// The robot round it.
+    pub scenario: Scenario,
+    /// What the flash holds at power-on; blank if it never was written.
+    pub flash: Option<Flash>,
+    /// The flash loses its power before the operation (erasure, word) with this number, counted from 0.
+    pub cut_before: Option<u64>,
+    /// Count the instructions of every control tick.
+    pub count: bool,
+}
+
+/// What a procedure on the emulated board has to work with.
+pub struct Bench {
+    /// The laboratory round the robot.
+    pub lab: Lab,
+    /// The host's conversation with it; not opened yet.
+    pub session: Session,
+    /// What the board does.
+    pub watch: Watch,
+}
+
+/// What the board's outputs are, seen from outside.
+#[derive(Clone)]
+pub struct Watch(std::rc::Rc<RefCell<Outputs>>);
+
+#[derive(Clone, Copy, Default)]
+struct Outputs {
+    duty: WheelPair<f64>,
+    enabled: bool,
+}
+
+impl Watch {
+    /// What the bridge gives the motors now, as shares of the supply; zero while it is disabled.
+    pub fn duty(&self) -> WheelPair<f64> {
+        let outputs = *self.0.borrow();
+        if outputs.enabled { outputs.duty } else { WheelPair::both(0.0) }
+    }
+}
+
+/// What a life of the board leaves behind.
+#[derive(Debug)]
+pub struct Ended<T> {
+    /// What the procedure found.
+    pub found: T,
+    /// What the flash holds.
+    pub flash: Flash,
+    /// What each control tick cost, if they were counted.
+    pub ticks: Vec<TickCost>,
+    /// Erasures and programmed words.
+    pub flash_operations: u64,
+    /// Instructions that the core has carried out.
+    pub instructions: u64,
+    /// How long it lived \[us\].
+    pub lived_us: u64,
+    /// Restarts on the way, by whatever cause.
+    pub resets: usize,
+    /// Accesses of the image that the emulator has no answer for; there should be none.
+    pub strange: Vec<String>,
+}
+
+impl Emulation {
+    /// Switches the board on, carries the procedure out, and switches it off.
+    ///
+    /// The procedure runs in virtual time, as against the simulator.
+    pub fn run<T, F, P>(&self, procedure: P) -> Result<Ended<T>, Box<dyn std::error::Error>>
+    where
+        T: Send + 'static,
+        F: Future<Output = T> + 'static,
+        P: FnOnce(Bench) -> F + Send + 'static,
+    {
+        let images = [Image::read(&self.image, None)?];
+        // The first stop comes before the first instruction: the flash is there from power-on.
+        let mut machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(1))?;
+        machine.watch(Array::watch());
+        let found = Arc::new(Mutex::new(None));
+        let (slot, scenario) = (found.clone(), self.scenario.clone());
+        let begin = Box::new(move || {
+            let chassis = Chassis::new(&scenario);
+            let watch = Watch(std::rc::Rc::default());
+            let bench = Bench {
+                lab: chassis.lab(),
+                session: Session::new(
+                    Wire::Sim(chassis.host_wire()),
+                    Clock::Virtual,
+                    1,
+                    "emulated".into(),
+                ),
+                watch: watch.clone(),
+            };
+            let host = Box::pin(async move {
+                let output = procedure(bench).await;
+                *slot.lock().expect("nobody panicked") = Some(output);
+            });
+            Surroundings { chassis, watch, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
+        });
+        let mut array = Array::new(self.flash.as_deref());
+        array.cut_before = self.cut_before;
+        let mut counter = None;
+        if self.count {
+            let (new, watches) = Counter::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            counter = Some(new);
+        }
+        let keeper = Keeper { begin: Some(begin), array, counter };
+        let ended = emulator::run(machine, &Start::new(&images), keeper)?;
+        let mut strange: Vec<String> = Vec::new();
+        strange
+            .extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+        strange.extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
+        strange.extend(
+            ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")),
+        );
+        if ended.driver.array.overwritten > 0 {
+            strange.push(format!(
+                "{} words programmed but not erased",
+                ended.driver.array.overwritten
+            ));
+        }
+        let stop = ended.stop;
+        let found = found.lock().expect("nobody panicked").take();
+        Ok(Ended {
+            found: found.ok_or("the core stopped before the procedure was over")?,
+            flash: ended.driver.array.content(),
+            ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
+            flash_operations: ended.driver.array.operations,
+            instructions: stop.map_or(0, |stop| stop.instruction_count),
+            lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
+            resets: ended.session.resets().len(),
+            strange,
+        })
+    }
+}
+
+/// Plant and host, on the core's thread: their clock is that thread's.
+struct Surroundings {
+    chassis: Chassis,
+    watch: Watch,
+    host: Pin<Box<dyn Future<Output = ()>>>,
+    awake: Arc<Awake>,
+}
+
+thread_local! {
+    static SURROUNDINGS: RefCell<Option<Surroundings>> = const { RefCell::new(None) };
+}
+
+/// Keeps chip and surroundings in step.
+struct Keeper {
+    begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
+    array: Array,
+    counter: Option<Counter>,
+}
+
+impl Driver<Nucleo> for Keeper {
+    fn on_settled(&mut self, _: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+        match settled {
+            Settled::Access { access, .. } => {
+                self.array.on_access(&access, host);
+                if let Some(counter) = &mut self.counter {
+                    counter.on_access(&access);
+                }
+            }
+            Settled::Hit(hit) if hit.kind == HitKind::Write => {
+                self.array.on_store(hit.address, host)
+            }
+            Settled::Hit(hit) => {
+                if let Some(counter) = &mut self.counter {
+                    counter.on_hit(&hit);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn on_stop(
+        &mut self,
+        machine: &mut Machine<Nucleo>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        SURROUNDINGS.with_borrow_mut(|surroundings| {
+            if let Some(begin) = self.begin.take() {
+                *surroundings = Some(begin());
+                self.array.show(host);
+            }
+            let around = surroundings.as_mut().expect("begun at the first stop");
+            around.meet(machine.board_mut(), stop.at);
+            if around.poll_host() {
+                *surroundings = None;
+                return None;
+            }
+            around.hand_over(machine.board_mut());
+            let next_us = around.chassis.next_us().clamp(now_us() + 1, now_us() + STEP_US);
+            Some(VirtualNanos(next_us * 1000))
+        })
+    }
+}
+
+impl Surroundings {
+    /// Brings the plant to the chip's time and each to know of the other.
+    fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
+        self.chassis.advance_to(at.0 / 1000);
+        for wheel in Wheel::BOTH {
+            let step = self.chassis.encoder_step(wheel);
+            if step.end_us == at.0 / 1000 {
+                board.turn_encoder(at, wheel, step.count_before, step.count_after);
+            }
+        }
+        let (duty, enabled) = board.motors();
+        *self.watch.0.borrow_mut() = Outputs { duty, enabled };
+        self.chassis.drive(duty, enabled);
+        board.set_supply_v(self.chassis.supply_v());
+        let (button, fault) =
+            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
+        board.set_lines(at, button, fault);
+        let bytes = board.line().take();
+        if !bytes.is_empty() {
+            self.chassis.give_to_host(&bytes);
+        }
+    }
+
+    /// Lets the host do what it can; true if it is done.
+    fn poll_host(&mut self) -> bool {
+        let waker = Waker::from(self.awake.clone());
+        while self.awake.0.swap(false, Ordering::Relaxed) {
+            if self.host.as_mut().poll(&mut Context::from_waker(&waker)).is_ready() {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Puts what the host has said on the line.
+    fn hand_over(&mut self, board: &mut Nucleo) {
+        let mut buffer = [0; 512];
+        loop {
+            let len = self.chassis.take_from_host(&mut buffer);
+            if len == 0 {
+                return;
+            }
+            board.line().send(&buffer[..len]);
+        }
+    }
+}
+
+struct Awake(AtomicBool);
+
+impl Wake for Awake {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,34 @@
+//! The flashed image on an emulated STM32F4, closed round the simulator's plant.
+//!
+//! ```text
+//!            image's bytes on the emulated chip
+//!  TIM1 PWM, direction, enable |  ^ TIM3, TIM4 edges, ADC, button, fault line
+//!                              v  |
+//!                     sim-target's plant            USART3 <-> host's session
+//! ```
+//!
+//! All of it goes by one virtual clock: the same image, scenario and procedure give the same bytes.
+//!
+//! # What the emulator does not represent
+//!
+//! - Time: each instruction takes 8 ns, a fair mean for a Cortex-M4 at 168 MHz with its flash
+//!   accelerator. Counts of instructions are exact, times of short stretches of code are not.
+//! - The analog side: PWM reaches the plant as its mean, the supply as a voltage on the converter's
+//!   pin. No ringing, no noise but the plant's.
+//! - Bounce, slow edges and cross-talk on the encoder lines.
+//! - Time that programming a word of flash takes; an erasure takes as long as the data sheet says.
+//! - External interrupts of pins (EXTI); the firmware looks at its inputs instead.
+//! - The debug probe: logs go nowhere.
+
+mod array;
+mod board;
+mod cost;
+mod emulation;
+mod line;
+
+pub use board::Nucleo;
+pub use cost::TickCost;
+pub use emulation::{Bench, Emulation, Ended, Flash};
+
+/// How long the emulated core takes for an instruction \[ns\].
+pub const INSTRUCTION_NS: u64 = 8;

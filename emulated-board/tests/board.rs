@@ -1,0 +1,170 @@
+//! What the flashed image does, beside what the simulator does with the same tasks.
+
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use emulated_board::{Bench, Emulation, Ended};
+use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
+use host_cli::motion::{self, Motion, RecordOptions};
+use host_cli::port::{Port, SimOptions, with_robot};
+use shared_proto::{Config, Telemetry, WheelPair};
+use sim_target::Scenario;
+
+/// The image that `cargo xtask test` has built, the very bytes that are flashed.
+fn image() -> std::path::PathBuf {
+    let image = std::env::var_os("BEELINE_IMAGE");
+    image.expect("BEELINE_IMAGE names the image: run these tests by `cargo xtask test`").into()
+}
+
+/// The paper's robot.
+fn scenario() -> (std::path::PathBuf, Scenario) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-target/scenarios/paper.toml");
+    let scenario = Scenario::load(&path).unwrap();
+    (path, scenario)
+}
+
+fn emulation() -> Emulation {
+    Emulation {
+        image: image(),
+        scenario: scenario().1,
+        flash: None,
+        cut_before: None,
+        count: false,
+    }
+}
+
+/// What an emulated life must leave behind in any case: no restart, and no access that the emulator
+/// could not answer as the chip would.
+fn uneventful<T>(ended: &Ended<T>) {
+    assert_eq!(ended.resets, 0);
+    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
+}
+
+#[test]
+fn the_image_says_who_it_is() {
+    let ended = emulation()
+        .run(|mut bench: Bench| async move {
+            bench.session.open().await.unwrap();
+            bench.session.identify().await.unwrap()
+        })
+        .unwrap();
+    uneventful(&ended);
+    assert_eq!(ended.found.board.as_str(), "NUCLEO-F429ZI");
+    assert_eq!(ended.found.reset_cause, shared_proto::ResetCause::PowerOn);
+    assert!(!ended.found.store_damaged, "a blank store is no damage");
+}
+
+/// The paper's run with a telemetry frame every so often.
+async fn paper_run(session: &mut host_cli::session::Session, period_ms: u16) -> Vec<Telemetry> {
+    let options = RecordOptions { period_ms, rest: Duration::from_millis(100) };
+    motion::drive(session, &Motion::PAPER, options, &mut |_| ()).await.unwrap().telemetry
+}
+
+#[test]
+fn both_travel_curves_agree_within_two_counts_at_every_sample() {
+    let ended = emulation()
+        .run(|mut bench: Bench| async move {
+            bench.session.open().await.unwrap();
+            let telemetry = paper_run(&mut bench.session, 2).await;
+            (telemetry, bench.session.statistics())
+        })
+        .unwrap();
+    uneventful(&ended);
+    let (emulated, statistics) = ended.found;
+    assert_eq!(statistics.frames_lost + statistics.frames_damaged, 0, "no loss at 500 frames/s");
+
+    let port = Port::Sim(Some(scenario().0));
+    let simulated = with_robot(&port, &SimOptions::default(), async |session, _| {
+        Ok(paper_run(session, 2).await)
+    })
+    .unwrap();
+
+    let deviations = deviations(&emulated, &simulated);
+    let largest = deviations.iter().map(|d| d.left.abs().max(d.right.abs())).max().unwrap();
+    println!("{} samples, at most {largest} counts apart", deviations.len());
+    // 20 s at 500 frames a second, less what precedes and follows the motion.
+    assert!(deviations.len() > 9_500, "{} samples", deviations.len());
+    assert!(largest <= 2, "{largest} counts apart");
+}
+
+/// How far the counts are apart, sample by sample, at the same time since the start of the plan.
+fn deviations(a: &[Telemetry], b: &[Telemetry]) -> Vec<WheelPair<i64>> {
+    // Both plans are the same, so that the setpoint tells the time: at the paper's acceleration it passes
+    // 100 mm in a place where a tick makes 65 um.
+    let passes = |telemetry: &[Telemetry]| {
+        let at = telemetry.iter().position(|t| t.wheels.left.setpoint_um > 100_000).unwrap();
+        (telemetry[at].t_us, telemetry[at].wheels.left.setpoint_um)
+    };
+    let ((a_us, a_um), (b_us, b_um)) = (passes(a), passes(b));
+    let ticks_apart = ((a_um - b_um) as f64 / 65.0).round() as i64;
+    let shift_us = b_us as i64 - a_us as i64 + 1000 * ticks_apart;
+    let mut later = b.iter().peekable();
+    a.iter()
+        .filter_map(|sample| {
+            let t_us = sample.t_us as i64 + shift_us;
+            while later.next_if(|other| (other.t_us as i64) < t_us - 1000).is_some() {}
+            let other = later.peek().filter(|other| (other.t_us as i64 - t_us).abs() <= 1000)?;
+            Some(
+                sample.wheels.as_ref().zip(other.wheels.as_ref()).map(|(x, y)| x.counts - y.counts),
+            )
+        })
+        .collect()
+}
+
+/// A life in which the paper's calibration was made, and what it found.
+fn calibrated() -> &'static Ended<(Outcome, Config)> {
+    static ENDED: OnceLock<Ended<(Outcome, Config)>> = OnceLock::new();
+    ENDED.get_or_init(|| {
+        emulation()
+            .run(|mut bench: Bench| async move {
+                bench.session.open().await.unwrap();
+                let mut instrument = Instrument::Camera(bench.lab.clone(), 0);
+                let settings = Settings::default();
+                let outcome =
+                    calibrate(&mut bench.session, &mut instrument, &settings, &mut |_| ()).await;
+                (outcome.unwrap(), bench.session.read_config().await.unwrap())
+            })
+            .unwrap()
+    })
+}
+
+fn wheel_weights(outcome: &Outcome) -> [f64; 2] {
+    let Decision::Corrected(after) = &outcome.decision else { panic!("nothing was corrected") };
+    [outcome.before.wheel_weight.value, after.wheel_weight.value]
+}
+
+#[test]
+fn the_papers_calibration_finds_the_simulators_wheel_weight() {
+    let ended = calibrated();
+    uneventful(ended);
+    let port = Port::Sim(Some(scenario().0));
+    let simulated = with_robot(&port, &SimOptions::default(), async |session, lab| {
+        let mut instrument = Instrument::Camera(lab.unwrap(), 0);
+        calibrate(session, &mut instrument, &Settings::default(), &mut |_| ()).await
+    })
+    .unwrap();
+    let (emulated, simulated) = (wheel_weights(&ended.found.0), wheel_weights(&simulated));
+    println!("W_T before and after: emulated {emulated:?}, simulated {simulated:?}");
+    for (emulated, simulated) in emulated.into_iter().zip(simulated) {
+        assert!((emulated - simulated).abs() < 1e-4, "{emulated} and {simulated}");
+    }
+}
+
+#[test]
+fn the_configuration_is_still_there_after_a_power_cycle() {
+    let before = calibrated();
+    let again = Emulation { flash: Some(before.flash.clone()), ..emulation() };
+    let ended = again
+        .run(|mut bench: Bench| async move {
+            bench.session.open().await.unwrap();
+            let identity = bench.session.identify().await.unwrap();
+            (identity, bench.session.read_config().await.unwrap())
+        })
+        .unwrap();
+    uneventful(&ended);
+    let (identity, config) = ended.found;
+    assert_eq!(identity.config_origin, shared_proto::ConfigOrigin::Saved);
+    assert_eq!(config, before.found.1);
+    assert_ne!(config.geometry.wheel_weight, Config::default().geometry.wheel_weight);
+}

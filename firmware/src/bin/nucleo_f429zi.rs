@@ -1,0 +1,95 @@
+//! The wiring of a robot with a NUCLEO-F429ZI. See `docs/boards.md` for the connectors.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod wiring {
+    use defmt_rtt as _;
+    use embassy_executor::Spawner;
+    use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
+    use embassy_stm32::interrupt::{self, InterruptExt};
+    use embassy_stm32::usart::{self, Uart};
+    use embassy_stm32::{Peri, bind_interrupts, dma, flash, peripherals};
+    use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::encoders::TimerEncoders;
+    use firmware::board::flash::StoreFlash;
+    use firmware::board::input::PolledInput;
+    use firmware::board::lamps::Lamps;
+    use firmware::board::supply::{DividedSupply, Divider};
+    use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+    use firmware::board::{clocks, guard, reset};
+    use firmware::store::FlashStore;
+    use static_cell::ConstStaticCell;
+
+    bind_interrupts!(struct Irqs {
+        USART3 => usart::InterruptHandler<peripherals::USART3>;
+        DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+        DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+        FLASH => flash::InterruptHandler;
+    });
+
+    /// What comes in by DMA while nobody looks.
+    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
+        ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+
+    #[embassy_stm32::interrupt]
+    unsafe fn UART7() {
+        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        unsafe { CONTROL.on_interrupt() };
+        // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
+        // not in a tail call, so that the emulated board can count up to it.
+        cortex_m::asm::dsb();
+    }
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let reset_cause = reset::cause();
+        let p = embassy_stm32::init(clocks());
+        let core = cortex_m::Peripherals::take().expect("taken once");
+        for irq in
+            [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::FLASH]
+        {
+            irq.set_priority(SERVICE_PRIORITY);
+        }
+        guard::start(p.IWDG, core.SYST);
+
+        let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PD12, p.PD13));
+        let pins = Pins {
+            left_a: p.PE9,
+            left_b: p.PE11,
+            right_a: p.PE13,
+            right_b: p.PE14,
+            enable: p.PF15,
+        };
+        let motors = Bridge::sign_magnitude(p.TIM1, pins);
+        let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
+        let supply = DividedSupply::new(p.ADC1, p.PA3, divider);
+
+        let stop = PolledInput::active_high(p.PC13);
+        let driver_fault = PolledInput::active_low(p.PF14);
+        let lamp = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::High, Speed::Low);
+        let lamps = Lamps {
+            green: lamp(p.PB0.into()),
+            blue: Some(lamp(p.PB7.into())),
+            red: Some(lamp(p.PB14.into())),
+        };
+        let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
+
+        let mut line = usart::Config::default();
+        line.baudrate = 921_600;
+        let link = Uart::new(p.USART3, p.PD9, p.PD8, p.DMA1_CH3, p.DMA1_CH1, Irqs, line)
+            .expect("921600 baud divides the clock");
+        let (transmitter, receiver) = link.split();
+
+        tasks::spawn_control(interrupt::UART7, encoders, motors, supply);
+        tasks::spawn_lines(spawner, stop, driver_fault);
+        tasks::spawn_link(spawner, transmitter, receiver.into_ring_buffered(LINK.take()));
+        tasks::spawn_others(spawner, store, reset_cause, lamps);
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!(
+        "this is a board's image: see `cargo xtask firmware`, or `cargo run --release` in firmware/"
+    );
+}

@@ -1,0 +1,129 @@
+//! The guard: an interrupt above all tasks that feeds the watchdog while every task meets its
+//! deadline, and switches the motors off when one does not.
+//!
+//! ```text
+//! part      says that it is alive            deadline
+//! capture   when the encoders are read       20 ms
+//! pid       when the motors are written      20 ms    (profile stands between the two)
+//! others    their executor's heartbeat       40 ms
+//!                                      then: motors off, no more food
+//! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz)
+//! ```
+//!
+//! So a part that hangs has the motors off within 40 ms and the board restarted within 100 ms.
+
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_rt::exception;
+use embassy_stm32::Peri;
+use embassy_stm32::pac;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+
+/// How often the guard looks \[Hz\].
+const LOOK_HZ: u32 = 100;
+
+/// The watchdog's nominal time \[us\].
+const WATCHDOG_US: u32 = 31_000;
+
+/// Looks granted to start up in: reading the store may have to mend it first.
+const BOOT_LOOKS: u32 = 3 * LOOK_HZ;
+
+/// What has to show that it is alive.
+#[derive(Clone, Copy)]
+pub enum Part {
+    /// The encoders were read.
+    Capture = 1,
+    /// The motors were written.
+    Pid = 2,
+    /// The other tasks' executor runs.
+    Others = 4,
+}
+
+/// Every [`Part`].
+const ALL: u32 = 0b111;
+
+/// Looks in a row that a part may miss, in the order of [`Part`].
+const MISSES_MAX: [u32; 3] = [1, 1, 3];
+
+/// Bits of [`Part`] since the guard's last look.
+static ALIVE: AtomicU32 = AtomicU32::new(0);
+/// How often in a row each part was missed.
+static MISSED: [AtomicU32; 3] = [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)];
+/// Looks that are left to start up in; 0 from then on.
+static BOOT: AtomicU32 = AtomicU32::new(BOOT_LOOKS);
+/// Somebody missed a deadline: the motors stay off until the watchdog bites.
+static TRIPPED: AtomicBool = AtomicBool::new(false);
+
+/// A part shows that it is alive.
+pub fn alive(part: Part) {
+    ALIVE.fetch_or(part as u32, Ordering::Relaxed);
+}
+
+/// Whether the guard has switched the motors off for good.
+pub fn tripped() -> bool {
+    TRIPPED.load(Ordering::Relaxed)
+}
+
+/// Starts the watchdog and the guard's own timer.
+pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
+    // A core that a debugger holds must not be reset by it.
+    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+    let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
+    watchdog.unleash();
+    systick.set_clock_source(SystClkSource::Core);
+    systick.set_reload(super::CORE_HZ / LOOK_HZ - 1);
+    systick.clear_current();
+    systick.enable_interrupt();
+    systick.enable_counter();
+}
+
+/// Runs something that stops the core for up to two seconds, such as the erasure of a flash that the
+/// program runs from. Only with the motors off.
+pub async fn stretched<T>(work: impl Future<Output = T>) -> T {
+    const STRETCHED_US: u32 = 4_000_000;
+    set_watchdog(STRETCHED_US);
+    let result = work.await;
+    set_watchdog(WATCHDOG_US);
+    result
+}
+
+/// Gives the running watchdog another time.
+fn set_watchdog(us: u32) {
+    // SAFETY: the watchdog cannot be stopped or taken away; these are its own registers, and the guard
+    // only ever feeds it.
+    let _ = IndependentWatchdog::new(unsafe { IWDG::steal() }, us);
+    feed();
+}
+
+fn feed() {
+    pac::IWDG.kr().write(|w| w.set_key(pac::iwdg::vals::Key::RESET));
+}
+
+#[exception]
+fn SysTick() {
+    let alive = ALIVE.swap(0, Ordering::Relaxed);
+    let mut all_well = true;
+    for (bit, (missed, max)) in MISSED.iter().zip(MISSES_MAX).enumerate() {
+        let count = if alive & 1 << bit != 0 {
+            0
+        } else {
+            missed.load(Ordering::Relaxed).saturating_add(1)
+        };
+        missed.store(count, Ordering::Relaxed);
+        all_well &= count <= max;
+    }
+    let boot = BOOT.load(Ordering::Relaxed);
+    if boot > 0 {
+        // Started when every part has shown up once.
+        BOOT.store(if alive == ALL { 0 } else { boot - 1 }, Ordering::Relaxed);
+        feed();
+    } else if all_well && !tripped() {
+        feed();
+    } else {
+        TRIPPED.store(true, Ordering::Relaxed);
+        super::motors_off();
+    }
+}

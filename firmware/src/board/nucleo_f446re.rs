@@ -1,0 +1,45 @@
+//! NUCLEO-F446RE: 512 KiB of flash in one bank, 8 MHz from the ST-LINK.
+
+use embassy_stm32::pac;
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::time::mhz;
+
+/// As in its user manual (UM1724).
+pub const NAME: &str = "NUCLEO-F446RE";
+
+/// The core's clock \[Hz\].
+pub const CORE_HZ: u32 = 168_000_000;
+
+/// Where the configuration lives: sectors 1 to 3, of 16 KiB each. The vectors are in sector 0 and
+/// the program begins in sector 4: see `memory/nucleo_f446re.x`.
+pub const STORE: core::ops::Range<u32> = 0x4000..0x1_0000;
+
+/// Whether the core stands still while the store is erased: there is one bank, which the program
+/// runs from.
+pub const ERASE_STALLS: bool = true;
+
+/// 168 MHz from the ST-LINK's 8 MHz.
+pub fn clocks() -> embassy_stm32::Config {
+    let mut config = embassy_stm32::Config::default();
+    config.rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Bypass });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL168,
+        divp: Some(PllPDiv::DIV2),
+        divq: None,
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}
+
+/// The driver's enable pin low: PB10.
+pub(super) fn driver_disable() {
+    pac::GPIOB.bsrr().write(|w| w.set_br(10, true));
+}

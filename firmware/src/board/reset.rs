@@ -1,0 +1,56 @@
+//! Why the board started, and what a panic leaves behind.
+
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::SCB;
+use embassy_stm32::pac;
+use shared_proto::ResetCause;
+
+/// What [`PANICKED`] holds after a panic; any other value is what was in the memory at power-on.
+const MAGIC: u32 = 0x4250_414E;
+
+/// Four bytes that a reset leaves alone.
+#[unsafe(link_section = ".uninit.PANICKED")]
+static mut PANICKED: MaybeUninit<u32> = MaybeUninit::uninit();
+
+/// Why the board started. Asked once: it forgets.
+pub fn cause() -> ResetCause {
+    // SAFETY: called before any other task or interrupt could panic; every bit pattern is a u32.
+    let panicked = unsafe {
+        let word = &raw mut PANICKED;
+        let panicked = word.cast::<u32>().read_volatile() == MAGIC;
+        word.cast::<u32>().write_volatile(0);
+        panicked
+    };
+    let flags = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    // Power-on sets the flags of pin and brown-out too, and every reset that of the pin.
+    if flags.porrstf() {
+        ResetCause::PowerOn
+    } else if panicked {
+        ResetCause::Panic
+    } else if flags.wdgrstf() || flags.wwdgrstf() {
+        ResetCause::Watchdog
+    } else if flags.sftrstf() {
+        ResetCause::Software
+    } else if flags.borrstf() {
+        ResetCause::BrownOut
+    } else {
+        ResetCause::Pin
+    }
+}
+
+/// Motors off first, then the log, then a restart that reports it.
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    cortex_m::interrupt::disable();
+    super::motors_off();
+    // SAFETY: interrupts are off and nobody returns from here.
+    unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
+    // The place says enough, and the text of every panic there could be would take a fifth of the image.
+    if let Some(place) = info.location() {
+        defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
+    }
+    SCB::sys_reset()
+}

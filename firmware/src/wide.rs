@@ -1,0 +1,50 @@
+//! 128-bit arithmetic, out of line.
+//!
+//! A 32-bit core has no instruction and its compiler no library call for it: a long division or
+//! multiplication is written out in full wherever it stands, a kilobyte each. Planning is not in a
+//! hurry; one copy of each is enough.
+
+/// n / d, rounded towards zero.
+#[inline(never)]
+pub fn div(n: i128, d: i128) -> i128 {
+    n / d
+}
+
+/// a b.
+#[inline(never)]
+pub fn mul(a: i128, b: i128) -> i128 {
+    a * b
+}
+
+/// The largest whole number whose square is at most n; n is not negative.
+///
+/// Digit by digit, base two: a sixth of the library's code, for a hundred microseconds more.
+#[inline(never)]
+pub fn sqrt(n: i128) -> i128 {
+    let mut rest = n.unsigned_abs();
+    let mut root = 0_u128;
+    let mut bit = 1_u128 << 126;
+    while bit != 0 {
+        let trial = root + bit;
+        root >>= 1;
+        if rest >= trial {
+            rest -= trial;
+            root += bit;
+        }
+        bit >>= 2;
+    }
+    root as i128
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sqrt;
+
+    #[test]
+    fn the_root_is_the_librarys() {
+        let powers = (0..127).map(|bits| 1_i128 << bits);
+        for n in powers.flat_map(|n| [n - 1, n, n + 1]).chain([i128::MAX]) {
+            assert_eq!(sqrt(n), n.isqrt(), "{n}");
+        }
+    }
+}

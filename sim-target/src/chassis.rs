@@ -1,0 +1,104 @@
+//! A robot's body without its controller: for a controller that runs elsewhere, such as an image on
+//! an emulated chip.
+//!
+//! Time stands still until [`Chassis::advance_to`] moves it; what the controller drives holds until
+//! it drives something else.
+
+use core::cell::RefCell;
+use std::rc::Rc;
+
+use shared_proto::{Wheel, WheelPair};
+
+use crate::board::{Flash, Pin};
+use crate::clock;
+use crate::plant::EncoderStep;
+use crate::scenario::Scenario;
+use crate::target::{HostWire, Lab, World};
+use crate::wire::{Wire, WireParameters};
+
+/// Plant, laboratory and serial line on this thread's virtual clock. One at a time per thread.
+pub struct Chassis {
+    lab: Lab,
+    to_robot: Wire,
+    to_host: Wire,
+}
+
+impl Chassis {
+    /// A robot on its start line. The thread's virtual clock starts at zero.
+    ///
+    /// The line takes no time and loses nothing: baud rate and damage are the controller's UART's.
+    ///
+    /// # Panics
+    /// If the thread has a simulated robot already.
+    pub fn new(scenario: &Scenario) -> Self {
+        clock::claim();
+        let world = World::new(scenario, scenario.set_up(), Pin::default(), Pin::default());
+        let flash = Flash::new(None).expect("no file is read");
+        let line = WireParameters { baud: 0, frame_loss: 0.0, bit_error: 0.0 };
+        Self {
+            lab: Lab { world: Rc::new(RefCell::new(world)), flash },
+            to_robot: Wire::new(line, 0),
+            to_host: Wire::new(line, 0),
+        }
+    }
+
+    /// The laboratory round the robot.
+    pub fn lab(&self) -> Lab {
+        self.lab.clone()
+    }
+
+    /// The host's end of the serial line.
+    pub fn host_wire(&self) -> HostWire {
+        HostWire { to_robot: self.to_robot.clone(), to_host: self.to_host.clone() }
+    }
+
+    /// When something happens next that does not come from the controller \[us\].
+    pub fn next_us(&self) -> u64 {
+        let world = self.lab.world.borrow().next_event_us();
+        clock::next_alarm_us().map_or(world, |alarm| alarm.min(world))
+    }
+
+    /// Moves body and clock on. A time that has passed already changes nothing.
+    pub fn advance_to(&self, t_us: u64) {
+        if t_us > clock::now_us() {
+            // The body first, so that the encoders' step is the whole of this one.
+            self.lab.world.borrow_mut().advance_plant_to(t_us);
+            clock::advance_to(t_us);
+            self.lab.world.borrow_mut().act();
+        }
+    }
+
+    /// What the motor drivers do from now on: mean voltages as shares of the supply.
+    pub fn drive(&self, duty: WheelPair<f64>, enabled: bool) {
+        let mut world = self.lab.world.borrow_mut();
+        let plant = world.plant_now();
+        plant.set_enabled(enabled);
+        plant.set_duty(duty);
+    }
+
+    /// What an encoder did during the last [`advance_to`](Self::advance_to).
+    pub fn encoder_step(&self, wheel: Wheel) -> EncoderStep {
+        self.lab.plant(|plant| plant.encoder_step(wheel))
+    }
+
+    /// The supply as a voltmeter reads it, noise included \[V\].
+    pub fn supply_v(&self) -> f64 {
+        self.lab.world.borrow_mut().plant_now().supply_v()
+    }
+
+    /// Takes the bytes that the host has sent.
+    pub fn take_from_host(&self, buffer: &mut [u8]) -> usize {
+        self.to_robot.read_now(buffer)
+    }
+
+    /// Gives the host bytes.
+    pub fn give_to_host(&self, bytes: &[u8]) {
+        self.to_host.write_now(bytes);
+    }
+}
+
+impl Drop for Chassis {
+    fn drop(&mut self) {
+        clock::release();
+    }
+}

@@ -1,0 +1,240 @@
+//! `cargo xtask firmware`: the images that boards are flashed with, and how large they are.
+//!
+//! They are built in `firmware/`, whose settings are those of `cargo run --release` there: the same
+//! bytes. The pinned compiler builds them where its target is there or can be fetched; elsewhere the
+//! distribution's compiler does, together with its own `core` library.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use object::{Object, ObjectSection, SectionKind};
+
+use crate::steps::run as run_command;
+use crate::{Outcome, needs, root};
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Debian's compiler for the web browser's needs: newer than its other one.
+const PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+
+/// One board's image.
+pub struct Board {
+    /// As the user writes it.
+    name: &'static str,
+    /// Its binary.
+    bin: &'static str,
+    /// Largest image \[KiB\]; 64 is the aim, see docs/boards.md.
+    flash_kib_max: u64,
+    /// Most static memory \[KiB\]; the stack is what is left.
+    ram_kib_max: u64,
+}
+
+/// The boards, the reference board first.
+pub const BOARDS: [Board; 2] = [
+    Board { name: "nucleo-f429zi", bin: "nucleo_f429zi", flash_kib_max: 100, ram_kib_max: 24 },
+    Board { name: "nucleo-f446re", bin: "nucleo_f446re", flash_kib_max: 100, ram_kib_max: 24 },
+];
+
+/// Which compiler builds the images.
+#[derive(Clone, Copy)]
+enum Compiler {
+    /// That of `rust-toolchain.toml`.
+    Pinned,
+    /// Debian's, with `core` built along.
+    Distribution,
+}
+
+/// The chore: `[--board NAME] [--compiler pinned|distribution]`.
+pub fn run(args: &[&str]) -> Outcome {
+    let mut chosen: Vec<&Board> = BOARDS.iter().collect();
+    let mut compiler = None;
+    let mut rest = args;
+    while let [option, value, tail @ ..] = rest {
+        match *option {
+            "--board" => {
+                chosen.retain(|board| board.name == *value);
+                if chosen.is_empty() {
+                    let names = BOARDS.map(|board| board.name).join(", ");
+                    return Err(format!("no board `{value}`\n       boards: {names}"));
+                }
+            }
+            "--compiler" if *value == "pinned" => compiler = Some(Compiler::Pinned),
+            "--compiler" if *value == "distribution" => compiler = Some(Compiler::Distribution),
+            _ => return Err(usage()),
+        }
+        rest = tail;
+    }
+    if !rest.is_empty() {
+        return Err(usage());
+    }
+    let compiler = compiler.map_or_else(find_compiler, Ok)?;
+    for board in chosen {
+        let image = build(board, compiler)?;
+        board.weigh(&image)?;
+    }
+    Ok(())
+}
+
+fn usage() -> String {
+    "use: cargo xtask firmware [--board NAME] [--compiler pinned|distribution]".into()
+}
+
+/// The reference board's image, built if it has changed.
+pub fn reference_image() -> Result<PathBuf, String> {
+    build(&BOARDS[0], find_compiler()?)
+}
+
+/// The pinned compiler if it has the target, or can fetch it; else the distribution's.
+fn find_compiler() -> Result<Compiler, String> {
+    if has_target() {
+        return Ok(Compiler::Pinned);
+    }
+    println!("    {TARGET} is missing: trying to fetch it");
+    if quiet("rustup", &["target", "add", TARGET]) && has_target() {
+        return Ok(Compiler::Pinned);
+    }
+    println!("    it cannot be fetched: the distribution's compiler builds the images");
+    Ok(Compiler::Distribution)
+}
+
+fn has_target() -> bool {
+    let print = ["--print", "target-libdir", "--target", TARGET];
+    let Some(folder) = output("rustc", &print) else { return false };
+    std::fs::read_dir(folder.trim()).is_ok_and(|files| {
+        files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
+    })
+}
+
+fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
+    let mut target = std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| root().join("target"), |folder| root().join(folder));
+    let mut command = match compiler {
+        Compiler::Pinned => Command::new("cargo"),
+        Compiler::Distribution => {
+            target.push("distribution");
+            distribution_cargo()?
+        }
+    };
+    let feature = format!("board-{}", board.name);
+    command
+        .args(["build", "--release", "--locked", "--no-default-features"])
+        .args(["--features", &feature, "--bin", board.bin, "--target", TARGET])
+        .arg("--target-dir")
+        .arg(&target)
+        .current_dir(root().join("firmware"))
+        // Set for this program by `cargo xtask`; not for the image.
+        .env_remove("CARGO_ENCODED_RUSTFLAGS");
+    if let Compiler::Distribution = compiler {
+        command.arg("-Zbuild-std=core,alloc");
+    }
+    run_command(&mut command, "mend the build; firmware/ builds with `cargo build --release` too")?;
+    Ok(target.join(TARGET).join("release").join(board.bin))
+}
+
+/// Debian's cargo, with everything that it needs.
+fn distribution_cargo() -> Result<Command, String> {
+    let there = |path: &str| Path::new(path).exists();
+    if !PACKAGES.iter().all(|package| quiet("dpkg", &["-s", package])) {
+        needs::install(&PACKAGES)?;
+    }
+    if !there("/usr/bin/cargo") || !there("/usr/bin/rustc") {
+        return Err(format!(
+            "{} are installed, but /usr/bin/cargo is not there",
+            PACKAGES.join(", ")
+        ));
+    }
+    let mut command = Command::new("/usr/bin/cargo");
+    command
+        // Not rustup's, which stand earlier in the path.
+        .env("PATH", "/usr/bin:/bin")
+        .env("RUSTC", "/usr/bin/rustc")
+        .env_remove("RUSTUP_TOOLCHAIN")
+        // What builds `core` along is not stable; this compiler is, in all else.
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker()?);
+    Ok(command)
+}
+
+/// A linker for the chip: the pinned compiler's, or Debian's.
+fn linker() -> Result<PathBuf, String> {
+    if let (Some(sysroot), Some(version)) =
+        (output("rustc", &["--print", "sysroot"]), output("rustc", &["-vV"]))
+        && let Some(host) = version.lines().find_map(|line| line.strip_prefix("host: "))
+    {
+        let lld = Path::new(sysroot.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
+        if lld.exists() {
+            return Ok(lld);
+        }
+    }
+    let lld = Path::new("/usr/bin/ld.lld");
+    if !lld.exists() {
+        needs::install(&["lld"])?;
+    }
+    Ok(lld.into())
+}
+
+fn quiet(program: &str, args: &[&str]) -> bool {
+    let mut command = Command::new(program);
+    command.args(args).current_dir(root()).stdin(Stdio::null());
+    command
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
+
+fn output(program: &str, args: &[&str]) -> Option<String> {
+    let output = Command::new(program).args(args).current_dir(root()).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+impl Board {
+    /// Prints how large an image is, and refuses one that is too large.
+    fn weigh(&self, image: &Path) -> Outcome {
+        let bytes =
+            std::fs::read(image).map_err(|error| format!("{}: {error}", image.display()))?;
+        let weight = Weight::of(&bytes).map_err(|error| format!("{}: {error}", image.display()))?;
+        println!(
+            "    {}: {:.1} KiB of flash (at most {}), {:.1} KiB of static RAM (at most {})",
+            self.name,
+            weight.flash as f64 / 1024.0,
+            self.flash_kib_max,
+            weight.ram as f64 / 1024.0,
+            self.ram_kib_max,
+        );
+        println!("    {}", image.display());
+        if weight.flash > self.flash_kib_max * 1024 || weight.ram > self.ram_kib_max * 1024 {
+            return Err(format!("the image for {} is too large", self.name));
+        }
+        Ok(())
+    }
+}
+
+/// What an image takes \[bytes\].
+#[derive(Debug, PartialEq, Eq)]
+struct Weight {
+    flash: u64,
+    ram: u64,
+}
+
+impl Weight {
+    /// Data with initial values is in both: in flash, and copied to RAM at the start.
+    fn of(elf: &[u8]) -> Result<Self, object::Error> {
+        let file = object::File::parse(elf)?;
+        let mut weight = Self { flash: 0, ram: 0 };
+        for section in file.sections() {
+            match section.kind() {
+                SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::ReadOnlyString => {
+                    weight.flash += section.size();
+                }
+                SectionKind::Data => {
+                    weight.flash += section.size();
+                    weight.ram += section.size();
+                }
+                SectionKind::UninitializedData => weight.ram += section.size(),
+                _ => {}
+            }
+        }
+        Ok(weight)
+    }
+}

@@ -12,17 +12,57 @@
 //! | [`advice`] | which measurement would make it surer? |
 //! | [`track_fit`] | what is W_T, from a whole measured track? |
 //! | [`out_and_back`] | is it the radius at all, or a pull? |
+//!
+//! In progress, and not yet reached from `beeline`: which physical effect is missing from the model?
+//!
+//! | module | what it answers |
+//! | --- | --- |
+//! | [`campaign`], [`recording`], [`run_kind`] | what was driven and measured? |
+//! | [`effect`] | which effects are known, and what does each do to a step? |
+//! | [`predict`], [`motion`], [`jet`] | where does a model put the robot, and how does that depend on its parameters? |
+//! | [`odometry_noise`] | what is noise? |
+//! | [`model`] | the parameters of chosen effects |
+//! | [`explain`], [`answer`], [`structure`] | what is missing, what cannot be told apart, what stays unexplained? |
 
 pub mod advice;
+pub mod answer;
+pub mod campaign;
+pub mod effect;
+mod errors;
+pub mod explain;
 pub mod geometry;
+pub mod jet;
+pub mod motion;
 pub mod out_and_back;
+mod parallel;
 pub mod path;
+pub mod plan;
+pub mod predict;
+pub mod recording;
+pub mod run_kind;
+pub mod sides;
 pub mod track_fit;
 pub mod wheel_weight;
 
+mod classes;
+mod evidence;
+mod fit;
+mod gyro;
+mod increment;
+mod judge;
+mod look;
 mod mixed_model;
+pub mod model;
+mod next_run;
 #[cfg(test)]
 mod noise;
+pub mod odometry_noise;
+mod select;
+pub mod structure;
+#[cfg(test)]
+mod synthetic;
+mod tail;
+mod whiten;
 
 pub use advice::Advice;
 pub use geometry::{Geometry, Turns};

@@ -1,0 +1,65 @@
+//! The encoder sits before a gear with play: after a reversal it turns while the wheel does not.
+//!
+//! ```text
+//! phi_ground = phi - lag,  lag follows phi within -beta/2 .. beta/2
+//! ```
+//!
+//! beta \[rad\] is the whole play, at the wheel; each wheel has its own. The lag is engaged in the direction of the first motion.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// Play between the encoder and the ground.
+#[derive(Debug)]
+pub struct Backlash;
+
+impl Effect for Backlash {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+        let state = step.dphi_rad.zip(memory.wheel);
+        let play = state
+            .zip(Sides::new(p[0], p[1]))
+            .map(|((dphi, share), beta)| engage(beta, dphi, share));
+        memory.wheel = play.map(|(share, _)| share);
+        Change { angle_rad: play.map(|(_, angle)| angle), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "backlash",
+    name: "gear backlash",
+    equation: "phi_ground lags phi by beta_i/2 after a reversal",
+    parameters: &[
+        Parameter::positive("beta_left", "rad", 0.12),
+        Parameter::positive("beta_right", "rad", 0.12),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "a step at each reversal of a wheel",
+    shown_by: "an out-and-back run with several reversals",
+    compensation: "a state machine for each wheel's direction",
+};
+
+/// Play below which nothing can be told from an encoder's dither at rest \[rad\]: a quarter degree.
+/// Its only use is to count as one reversal what dithers back and forth while beta is near zero.
+const DITHER_RAD: f64 = 0.0044;
+
+/// Where the lag stands within the play, -1/2 to 1/2, after the encoder turned; and what the wheel
+/// turned more than that.
+fn engage(beta: Jet, dphi_rad: f64, before: Option<Jet>) -> (Option<Jet>, Jet) {
+    if dphi_rad == 0.0 {
+        return (before, Jet::ZERO);
+    }
+    let Some(before) = before else {
+        return (Some(Jet::constant(0.5 * dphi_rad.signum())), Jet::ZERO);
+    };
+    let width = if beta.value > DITHER_RAD { beta } else { Jet::constant(DITHER_RAD) };
+    let free = before + width.recip() * dphi_rad;
+    let after =
+        if free.value.abs() > 0.5 { Jet::constant(0.5 * free.value.signum()) } else { free };
+    (Some(after), beta * (before - after))
+}

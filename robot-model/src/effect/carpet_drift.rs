@@ -1,0 +1,37 @@
+//! The pile of a carpet carries the robot in one direction of the world.
+//!
+//! ```text
+//! drift = (d_x, d_y) |ds|
+//! ```
+//!
+//! d: metres for each metre travelled, in the fixed frame; no turn.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// The pile of a carpet carries the robot along.
+#[derive(Debug)]
+pub struct CarpetDrift;
+
+impl Effect for CarpetDrift {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let path_m = step.travel_m().abs();
+        Change { drift_m: [p[0] * path_m, p[1] * path_m], ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "carpet_drift",
+    name: "drift on a carpet",
+    equation: "world drift (d_x, d_y) |ds|",
+    parameters: &[Parameter::amplitude("d_x", "1", 0.05), Parameter::amplitude("d_y", "1", 0.05)],
+    acts_on: ActsOn::Motion,
+    signature: "drift depends on the heading, the heading itself is right",
+    shown_by: "straight runs in four headings",
+    compensation: "a vector in the odometry",
+};

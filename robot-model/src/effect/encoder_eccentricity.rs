@@ -1,0 +1,51 @@
+//! An encoder's disk is mounted off its centre: the error repeats with each turn of the encoder.
+//!
+//! ```text
+//! R_i -> R_i (1 + c_i cos (gear_reduction phi_i) + s_i sin (gear_reduction phi_i))
+//! ```
+//!
+//! The angle is that of the encoder's count, so the run files must not reset it between runs.
+
+use super::wheel_eccentricity::mean_over_step;
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// An encoder is mounted off its centre.
+#[derive(Debug)]
+pub struct EncoderEccentricity;
+
+impl Effect for EncoderEccentricity {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let travel = step
+            .phi_rad
+            .zip(step.dphi_rad)
+            .map(|(phi, dphi)| (phi * step.gear_reduction, dphi * step.gear_reduction));
+        let travel = Sides::new(
+            mean_over_step(p[0], p[1], travel.left.0, travel.left.1),
+            mean_over_step(p[2], p[3], travel.right.0, travel.right.1),
+        );
+        Change { travel, ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "encoder_eccentricity",
+    name: "eccentric encoders",
+    equation: "R_i (1 + c_i cos (gear_reduction phi_i) + s_i sin (gear_reduction phi_i))",
+    parameters: &[
+        Parameter::amplitude("c_left", "1", 0.05),
+        Parameter::amplitude("s_left", "1", 0.05),
+        Parameter::amplitude("c_right", "1", 0.05),
+        Parameter::amplitude("s_right", "1", 0.05),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "a ripple once per turn of the encoder",
+    shown_by: "a slow run, sampled several times in each turn of the encoder",
+    compensation: "a table over the angle",
+};

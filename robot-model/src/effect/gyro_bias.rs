@@ -1,0 +1,35 @@
+//! The yaw rate sensor shows a rate at rest.
+//!
+//! ```text
+//! gyro = omega + bias
+//! ```
+//!
+//! bias \[rad/s\], counter-clockwise positive.
+
+use super::{ActsOn, Effect, Facts, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+
+/// The yaw rate sensor is off at rest.
+#[derive(Debug)]
+pub struct GyroBias;
+
+impl Effect for GyroBias {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn sense_rate(&self, p: &[Jet; PARAMETERS_MAX], _turn_rate_rad_s: f64) -> Jet {
+        p[0]
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "gyro_bias",
+    name: "bias of the yaw rate sensor",
+    equation: "gyro = omega + bias",
+    parameters: &[Parameter::amplitude("bias", "rad/s", 0.2)],
+    acts_on: ActsOn::Gyro,
+    signature: "the sensor's heading runs away in time",
+    shown_by: "rest",
+    compensation: "subtract it",
+};

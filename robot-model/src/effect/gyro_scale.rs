@@ -1,0 +1,35 @@
+//! The yaw rate sensor is off in proportion.
+//!
+//! ```text
+//! gyro = omega (1 + k)
+//! ```
+//!
+//! k > 0: it shows too much.
+
+use super::{ActsOn, Effect, Facts, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+
+/// The yaw rate sensor shows too much or too little.
+#[derive(Debug)]
+pub struct GyroScale;
+
+impl Effect for GyroScale {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn sense_rate(&self, p: &[Jet; PARAMETERS_MAX], turn_rate_rad_s: f64) -> Jet {
+        p[0] * turn_rate_rad_s
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "gyro_scale",
+    name: "scale of the yaw rate sensor",
+    equation: "gyro = omega (1 + k)",
+    parameters: &[Parameter::amplitude("k", "1", 0.1)],
+    acts_on: ActsOn::Gyro,
+    signature: "the sensor's heading is off in proportion to the turning",
+    shown_by: "spins",
+    compensation: "divide it out",
+};

@@ -1,0 +1,36 @@
+//! Something drags on one side, whichever way the robot goes.
+//!
+//! ```text
+//! dtheta = c |ds|
+//! ```
+//!
+//! c \[rad/m\] > 0: to the left, forwards and backwards.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// Something pulls the robot to one side.
+#[derive(Debug)]
+pub struct HeadingPull;
+
+impl Effect for HeadingPull {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { turn_rad: p[0] * step.travel_m().abs(), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "heading_pull",
+    name: "pull to one side",
+    equation: "dtheta = c |ds|",
+    parameters: &[Parameter::amplitude("c", "rad/m", 0.05)],
+    acts_on: ActsOn::Motion,
+    signature: "a straight run turns the same way forwards and backwards",
+    shown_by: "an out-and-back straight run",
+    compensation: "a term in the odometry",
+};

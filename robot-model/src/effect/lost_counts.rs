@@ -1,0 +1,44 @@
+//! Above a rate the counter misses edges.
+//!
+//! ```text
+//! dphi_i -> dphi_i (1 + k max(0, |dphi_i/dt| - w0) / w0)
+//! ```
+//!
+//! k > 0: the wheel turned further than was counted; w0 \[rad/s\] is the rate above which it happens.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Survey};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// Fast edges are missed by the counter.
+#[derive(Debug)]
+pub struct LostCounts;
+
+impl Effect for LostCounts {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let travel = step.wheel_speed_mps.map(|speed_mps| {
+            let rate = speed_mps.abs() / step.wheel_radius_m;
+            if rate > p[1].value { p[0] * ((-p[1] + rate) / p[1]) } else { Jet::ZERO }
+        });
+        Change { travel, ..Change::NONE }
+    }
+
+    fn starts(&self, survey: &Survey) -> Vec<Vec<f64>> {
+        [0.4, 0.6, 0.8].map(|share| vec![0.0, share * survey.wheel_rate_max_rad_s]).into()
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "lost_counts",
+    name: "lost encoder counts",
+    equation: "dphi_i (1 + k max(0, |dphi_i/dt| - w0) / w0)",
+    parameters: &[Parameter::amplitude("k", "1", 0.5), Parameter::shape("w0", "rad/s", 0.5, 200.0)],
+    acts_on: ActsOn::Motion,
+    signature: "an error that sets in above a speed",
+    shown_by: "straight runs at several speeds",
+    compensation: "a filter for the encoder's edges, or drive slower",
+};

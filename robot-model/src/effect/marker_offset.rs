@@ -1,0 +1,35 @@
+//! The measured point is not the middle between the wheels.
+//!
+//! ```text
+//! z = pose + (l_x, l_y) on the body
+//! ```
+//!
+//! l_x \[m\] ahead, l_y \[m\] to the left.
+
+use super::{ActsOn, Effect, Facts, Parameter, View};
+use crate::jet::{Jet, PARAMETERS_MAX};
+
+/// The marker does not sit in the middle between the wheels.
+#[derive(Debug)]
+pub struct MarkerOffset;
+
+impl Effect for MarkerOffset {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
+        View { offset_m: [p[0], p[1]], ..View::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "marker_offset",
+    name: "marker off the middle",
+    equation: "the measured point sits at (l_x, l_y) on the body",
+    parameters: &[Parameter::amplitude("l_x", "m", 0.3), Parameter::amplitude("l_y", "m", 0.3)],
+    acts_on: ActsOn::Measurement,
+    signature: "in proportion to the rotation",
+    shown_by: "spins",
+    compensation: "tell the tracker where the marker sits",
+};

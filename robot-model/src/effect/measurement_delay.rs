@@ -1,0 +1,35 @@
+//! The measured pose is that of a moment ago.
+//!
+//! ```text
+//! z(t) = pose(t - tau)
+//! ```
+//!
+//! tau \[s\] > 0: late; < 0: the encoders are late.
+
+use super::{ActsOn, Effect, Facts, Parameter, View};
+use crate::jet::{Jet, PARAMETERS_MAX};
+
+/// The measured pose is old.
+#[derive(Debug)]
+pub struct MeasurementDelay;
+
+impl Effect for MeasurementDelay {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
+        View { delay_s: p[0], ..View::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "measurement_delay",
+    name: "late pose measurements",
+    equation: "z(t) = pose(t - tau)",
+    parameters: &[Parameter::amplitude("tau", "s", 0.3)],
+    acts_on: ActsOn::Measurement,
+    signature: "in proportion to the velocity, opposite when reversing",
+    shown_by: "any run that stops and goes",
+    compensation: "time stamps",
+};

@@ -1,0 +1,37 @@
+//! A load flattens the tyres.
+//!
+//! ```text
+//! R -> R (1 - k m)
+//! ```
+//!
+//! k \[1/kg\] > 0: smaller under load m.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// A load flattens the tyres.
+#[derive(Debug)]
+pub struct Payload;
+
+impl Effect for Payload {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { travel: Sides::both(p[0] * -step.payload_kg), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "payload",
+    name: "tyres flattened by the load",
+    equation: "R (1 - k m)",
+    parameters: &[Parameter::amplitude("k", "1/kg", 0.01)],
+    acts_on: ActsOn::Motion,
+    signature: "distances differ between loads",
+    shown_by: "one straight run, loaded and empty",
+    compensation: "a table over the load",
+};

@@ -1,0 +1,39 @@
+//! The effective track width grows with the sharpness of the turn, as the tyres scrub.
+//!
+//! ```text
+//! b -> b (1 + k chi),  chi = |omega| b / (2 |v| + |omega| b)
+//! ```
+//!
+//! chi is 0 on a straight, 1 in a spin. Below a creeping speed it is taken as that of the step itself.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// Turning on the spot drags the tyres sideways.
+#[derive(Debug)]
+pub struct Scrub;
+
+impl Effect for Scrub {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let rim_mps = step.turn_rate_rad_s().abs() * step.track_width_m;
+        // A thousandth of a millimetre a second: keeps 0/0 at rest away.
+        let chi = rim_mps / (2.0 * step.speed_mps().abs() + rim_mps + 1e-6);
+        Change { turning: (p[0] * chi + 1.0).recip() - 1.0, ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "scrub",
+    name: "tyre scrub in tight turns",
+    equation: "b (1 + k chi), chi = |omega| b / (2 |v| + |omega| b)",
+    parameters: &[Parameter::amplitude("k", "1", 0.12)],
+    acts_on: ActsOn::Motion,
+    signature: "spins and wide arcs disagree on the track width",
+    shown_by: "spins, and arcs of two radii",
+    compensation: "a track width that depends on the curvature",
+};

@@ -1,0 +1,36 @@
+//! The tyres slip sideways in proportion to the side force in a turn.
+//!
+//! ```text
+//! dn = -k v omega dt
+//! ```
+//!
+//! k \[s\] > 0: to the outside of the turn.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// Side forces in turns push the robot outwards.
+#[derive(Debug)]
+pub struct SideSlip;
+
+impl Effect for SideSlip {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { sideways_m: p[0] * (-step.speed_mps() * step.turn_rad()), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "side_slip",
+    name: "side slip in arcs",
+    equation: "dn = -k v omega dt",
+    parameters: &[Parameter::amplitude("k", "s", 0.15)],
+    acts_on: ActsOn::Motion,
+    signature: "sideways in arcs, growing with the speed",
+    shown_by: "arcs at two speeds, both ways",
+    compensation: "a term in the odometry",
+};

@@ -1,0 +1,52 @@
+//! The floor slopes: the robot creeps and turns towards one direction of the world.
+//!
+//! ```text
+//! drift  = l (k_x, k_y) |ds|
+//! dtheta = k sin(beta - theta) |ds|,  (k_x, k_y) = k (cos beta, sin beta)
+//! ```
+//!
+//! k \[rad/m\] is the turn towards the direction beta for each metre, l \[m\] the creep for each such turn:
+//! d = k l is the creep for each metre.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Survey};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// The floor is not level.
+#[derive(Debug)]
+pub struct Slope;
+
+impl Effect for Slope {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let path_m = step.travel_m().abs();
+        let (sin, cos) = step.heading_rad.sin_cos();
+        Change {
+            turn_rad: (p[1] * cos - p[0] * sin) * path_m,
+            drift_m: [p[0] * p[2] * path_m, p[1] * p[2] * path_m],
+            ..Change::NONE
+        }
+    }
+
+    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+        [0.0, -0.5, 0.5].map(|creep_m| vec![0.0, 0.0, creep_m]).into()
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "slope",
+    name: "sloping floor",
+    equation: "creep d |ds| towards beta, dtheta = k sin(beta - theta) |ds|",
+    parameters: &[
+        Parameter::amplitude("k_x", "rad/m", 0.05),
+        Parameter::amplitude("k_y", "rad/m", 0.05),
+        Parameter::shape("l", "m", -2.0, 2.0),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "drift and turn depend on the heading",
+    shown_by: "straight runs in four headings",
+    compensation: "level the floor, or an IMU",
+};

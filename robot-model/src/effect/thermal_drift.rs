@@ -1,0 +1,37 @@
+//! The wheels grow slowly in the course of the campaign.
+//!
+//! ```text
+//! R -> R (1 + k t),  t from the campaign's beginning
+//! ```
+//!
+//! k \[1/s\] > 0: growing.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// Wheels grow as they warm.
+#[derive(Debug)]
+pub struct ThermalDrift;
+
+impl Effect for ThermalDrift {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { travel: Sides::both(p[0] * step.clock_s), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "thermal_drift",
+    name: "slow drift in the course of the campaign",
+    equation: "R (1 + k t)",
+    parameters: &[Parameter::amplitude("k", "1/s", 1e-4)],
+    acts_on: ActsOn::Motion,
+    signature: "a slow trend of the distances from run to run",
+    shown_by: "the first run once more, last",
+    compensation: "a new fit now and then",
+};

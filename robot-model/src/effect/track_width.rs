@@ -1,0 +1,36 @@
+//! The effective distance between the wheels differs from the nominal one.
+//!
+//! ```text
+//! dtheta -> dtheta / (1 + delta),  b_true = b (1 + delta)
+//! ```
+//!
+//! delta > 0: the robot turns less than its encoders say.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// The wheels stand further apart than nominal.
+#[derive(Debug)]
+pub struct TrackWidth;
+
+impl Effect for TrackWidth {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
+        Change { turning: (p[0] + 1.0).recip() - 1.0, ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "track_width",
+    name: "track width off",
+    equation: "dtheta / (1 + delta)",
+    parameters: &[Parameter::amplitude("delta", "1", 0.12)],
+    acts_on: ActsOn::Motion,
+    signature: "a heading error in proportion to the turning, either way",
+    shown_by: "spins to both sides",
+    compensation: "the track width b",
+};

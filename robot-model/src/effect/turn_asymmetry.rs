@@ -1,0 +1,36 @@
+//! Turns to the left and to the right come out differently.
+//!
+//! ```text
+//! dtheta -> dtheta (1 + k sgn omega)
+//! ```
+//!
+//! k > 0: left turns come out larger, right ones smaller.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// Left turns and right turns differ.
+#[derive(Debug)]
+pub struct TurnAsymmetry;
+
+impl Effect for TurnAsymmetry {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { turning: p[0] * step.turn_rate_rad_s().signum(), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "turn_asymmetry",
+    name: "left and right turns differ",
+    equation: "dtheta (1 + k sgn omega)",
+    parameters: &[Parameter::amplitude("k", "1", 0.05)],
+    acts_on: ActsOn::Motion,
+    signature: "spins to the left and to the right disagree on the track width",
+    shown_by: "spins to both sides",
+    compensation: "two track widths, one a side",
+};

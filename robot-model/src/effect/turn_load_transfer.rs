@@ -1,0 +1,37 @@
+//! In a fast turn the load shifts to the outer wheel and deforms it.
+//!
+//! ```text
+//! domega = -k v^2 omega
+//! ```
+//!
+//! k \[s^2/m^2\] > 0: the robot turns less the faster it goes.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+
+/// In fast turns the outer wheel carries more.
+#[derive(Debug)]
+pub struct TurnLoadTransfer;
+
+impl Effect for TurnLoadTransfer {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let v = step.speed_mps();
+        Change { turning: p[0] * (-v * v), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "turn_load_transfer",
+    name: "load transfer in fast turns",
+    equation: "domega = -k v^2 omega",
+    parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
+    acts_on: ActsOn::Motion,
+    signature: "a heading error in fast arcs",
+    shown_by: "arcs of one radius at two speeds",
+    compensation: "a term in the odometry",
+};

@@ -1,0 +1,55 @@
+//! A wheel is not round, or not mounted at its centre.
+//!
+//! ```text
+//! R_i -> R_i (1 + c_i cos phi_i + s_i sin phi_i)
+//! ```
+//!
+//! The angle is that of the encoder's count, so the run files must not reset it between runs.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::path::sinc;
+use crate::sides::Sides;
+
+/// A wheel is mounted off its centre.
+#[derive(Debug)]
+pub struct WheelEccentricity;
+
+impl Effect for WheelEccentricity {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let travel = step.phi_rad.zip(step.dphi_rad);
+        let travel = Sides::new(
+            mean_over_step(p[0], p[1], travel.left.0, travel.left.1),
+            mean_over_step(p[2], p[3], travel.right.0, travel.right.1),
+        );
+        Change { travel, ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "wheel_eccentricity",
+    name: "eccentric wheels",
+    equation: "R_i (1 + c_i cos phi_i + s_i sin phi_i)",
+    parameters: &[
+        Parameter::amplitude("c_left", "1", 0.05),
+        Parameter::amplitude("s_left", "1", 0.05),
+        Parameter::amplitude("c_right", "1", 0.05),
+        Parameter::amplitude("s_right", "1", 0.05),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "a ripple once per turn of the wheel",
+    shown_by: "a slow run of several turns of the wheel",
+    compensation: "a table over the angle",
+};
+
+/// The mean of p0 cos + p1 sin over the step: exact, so that a fast encoder does not alias.
+pub(super) fn mean_over_step(c: Jet, s: Jet, before_rad: f64, turned_rad: f64) -> Jet {
+    let weight = sinc(turned_rad / 2.0);
+    let middle_rad = before_rad + turned_rad / 2.0;
+    c * (weight * middle_rad.cos()) + s * (weight * middle_rad.sin())
+}

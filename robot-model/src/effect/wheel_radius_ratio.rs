@@ -1,0 +1,37 @@
+//! The wheels differ in radius.
+//!
+//! ```text
+//! R_L = R (1 - rho/2),  R_R = R (1 + rho/2),  W_T = (1 + rho/2) / (1 - rho/2)
+//! ```
+//!
+//! rho > 0: the right wheel is the larger one, so that equal turns curve to the left.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// One wheel is larger than the other.
+#[derive(Debug)]
+pub struct WheelRadiusRatio;
+
+impl Effect for WheelRadiusRatio {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
+        Change { travel: Sides::new(p[0] * -0.5, p[0] * 0.5), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "wheel_radius_ratio",
+    name: "unequal wheel radii",
+    equation: "R_L = R (1 - rho/2), R_R = R (1 + rho/2)",
+    parameters: &[Parameter::amplitude("rho", "1", 0.03)],
+    acts_on: ActsOn::Motion,
+    signature: "a straight run curves, to the other side when driven backwards",
+    shown_by: "an out-and-back straight run",
+    compensation: "the right wheel's distance per count, Q_R",
+};

@@ -1,0 +1,37 @@
+//! Both wheels differ from the nominal radius alike.
+//!
+//! ```text
+//! ds_i -> ds_i (1 + s)
+//! ```
+//!
+//! s > 0: the robot goes further than its encoders say.
+
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::motion::Step;
+use crate::sides::Sides;
+
+/// Both wheels are larger than their data sheet says.
+#[derive(Debug)]
+pub struct WheelRadiusScale;
+
+impl Effect for WheelRadiusScale {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
+        Change { travel: Sides::both(p[0]), ..Change::NONE }
+    }
+}
+
+static FACTS: Facts = Facts {
+    id: "wheel_radius_scale",
+    name: "both wheel radii off",
+    equation: "ds_i (1 + s)",
+    parameters: &[Parameter::amplitude("s", "1", 0.03)],
+    acts_on: ActsOn::Motion,
+    signature: "an error along the path that grows with the distance",
+    shown_by: "a straight run against a tape measure",
+    compensation: "both distances per count, Q",
+};

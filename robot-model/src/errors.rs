@@ -1,0 +1,122 @@
+//! Errors of a model, as a user sees them: predicted against measured tracks, from the best start, on the
+//! runs fitted to and on runs held out.
+
+use nalgebra::DVector;
+
+use crate::answer::Errors;
+use crate::campaign::{Prepared, PreparedRun};
+use crate::evidence::Evidence;
+use crate::increment::Term;
+use crate::odometry_noise::OdometryNoise;
+use crate::parallel;
+use crate::path::Pose;
+use crate::predict::open_loop_from;
+
+/// Sums of squares over measurements.
+#[derive(Clone, Copy, Debug, Default)]
+struct Squares {
+    position: f64,
+    positions: f64,
+    heading: f64,
+    headings: f64,
+}
+
+/// The squared errors of one run.
+fn squares(run: &PreparedRun, terms: &[Term<'_>], noise: &OdometryNoise) -> Squares {
+    let sights = &run.recording.sights;
+    // Effects of the world need the heading; a fixed offset of the start changes nothing else.
+    let heading_rad = sights.iter().find_map(|it| it.heading_rad).unwrap_or(0.0);
+    let start = Pose::new(0.0, 0.0, heading_rad);
+    let track = open_loop_from(start, &run.motion, sights, terms);
+    let mut sum = Squares::default();
+    let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
+    let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
+    for error in track.errors(position_m, scale_rad) {
+        if let Some([ahead_m, left_m]) = error.position_m {
+            sum.position += ahead_m * ahead_m + left_m * left_m;
+            sum.positions += 1.0;
+        }
+        if let Some(heading_rad) = error.heading_rad {
+            sum.heading += heading_rad * heading_rad;
+            sum.headings += 1.0;
+        }
+    }
+    sum
+}
+
+fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
+    let sum = each.into_iter().fold(Squares::default(), |a, b| Squares {
+        position: a.position + b.position,
+        positions: a.positions + b.positions,
+        heading: a.heading + b.heading,
+        headings: a.headings + b.headings,
+    });
+    let root_of_mean = |sum: f64, count: f64| if count > 0.0 { (sum / count).sqrt() } else { 0.0 };
+    Errors {
+        position_rms_m: root_of_mean(sum.position, sum.positions),
+        heading_rms_rad: root_of_mean(sum.heading, sum.headings),
+        chi: root_of_mean(chi_squared.max(0.0), rows),
+    }
+}
+
+/// Terms with some columns moved.
+fn moved<'a>(terms: &[Term<'a>], columns: &[usize], delta: &DVector<f64>) -> Vec<Term<'a>> {
+    let mut terms = terms.to_vec();
+    for term in &mut terms {
+        let first = term.column.unwrap_or(0);
+        for (j, value) in term.values.iter_mut().enumerate() {
+            if let Some(index) = columns.iter().position(|it| *it == first + j) {
+                *value += delta[index];
+            }
+        }
+    }
+    terms
+}
+
+/// Errors with these columns fitted to all runs.
+pub(crate) fn train(
+    prepared: &Prepared,
+    (evidence, terms): (&Evidence, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Errors {
+    let delta = evidence.solve(&evidence.total, columns).delta;
+    let terms = moved(terms, columns, &delta);
+    let each = parallel::map(&prepared.runs, |run| squares(run, &terms, noise));
+    total(each, evidence.total.chi_squared(columns, &delta), evidence.total.rows)
+}
+
+/// Errors with these columns fitted, for each run, to all others.
+///
+/// Of a campaign of one run, its blocks are held out of chi in turn; its track is that of the fit to
+/// all of it, as a block has no start of its own.
+pub(crate) fn held_out(
+    prepared: &Prepared,
+    (evidence, terms): (&Evidence, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Errors {
+    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
+    let each = parallel::map(&runs, |run| {
+        let sums = match runs.len() {
+            1 => evidence.total.clone(),
+            _ => evidence.without(|_, unit| unit.run == *run),
+        };
+        let delta = evidence.solve(&sums, columns).delta;
+        squares(&prepared.runs[*run], &moved(terms, columns, &delta), noise)
+    });
+    let chi_squared = evidence
+        .units
+        .iter()
+        .enumerate()
+        .map(|(index, unit)| {
+            let sums = match runs.len() {
+                1 => evidence.without(|other, _| other == index),
+                _ => evidence.without(|_, other| other.run == unit.run),
+            };
+            let delta = evidence.solve(&sums, columns).delta;
+            unit.sums.chi_squared(columns, &delta)
+        })
+        .sum();
+    total(each, chi_squared, evidence.total.rows)
+}

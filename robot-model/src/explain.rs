@@ -1,0 +1,195 @@
+//! Which effects are missing, in order of evidence: everything put together.
+
+use crate::answer::{Answer, ErrorPair, ParameterFound, Rejected, StepFound};
+use crate::campaign::{Campaign, Prepared};
+use crate::classes::{Class, classes};
+use crate::effect::{CATALOGUE, Effect};
+use crate::errors::{held_out, train};
+use crate::evidence::{Evidence, amplitudes};
+use crate::fit::{Fitted, fit_parameters};
+use crate::increment::Term;
+use crate::judge::Judgement;
+use crate::look::{Candidate, Look};
+use crate::next_run::next_run;
+use crate::recording::RecordingError;
+use crate::select::{Selection, select};
+use crate::structure::unexplained;
+
+/// Half a 95 % interval in standard errors of a normal distribution.
+const NORMAL_95: f64 = 1.96;
+
+/// Explains a campaign by the effects of the catalogue.
+pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
+    explain_by(campaign, &CATALOGUE)
+}
+
+/// Explains a campaign by these effects.
+pub fn explain_by(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+) -> Result<Answer, RecordingError> {
+    if campaign.runs.is_empty() {
+        let problem = "there is none in this campaign".to_owned();
+        return Err(RecordingError { run: "1".to_owned(), problem });
+    }
+    let prepared = campaign.prepare()?;
+    let Selection { fitted, kept, rejected, look } = select(&prepared, catalogue);
+    let classes = classes(&look, &kept);
+    let order = by_evidence(&look, &kept);
+    let mut prefix: Vec<Term<'_>> = Vec::new();
+    let baseline = errors(&prepared, &fitted, &[]);
+    let mut steps = Vec::new();
+    for index in order {
+        prefix.push(fitted.terms[index].clone());
+        let after = errors(&prepared, &fitted, &prefix);
+        steps.push(step(&fitted, index, &kept[index], &classes[index], after));
+    }
+    let named: Vec<String> = steps.iter().flat_map(|it| it.class.clone()).collect();
+    let rejected = rejected
+        .iter()
+        .filter(|it| !named.iter().any(|name| name == it.id()))
+        .map(|it| reject(&prepared, &fitted, &look, it))
+        .collect();
+    Ok(Answer {
+        schema: 1,
+        baseline,
+        steps,
+        rejected,
+        unexplained: unexplained(&prepared, &fitted),
+        next_run: next_run(&prepared, &fitted, &classes),
+    })
+}
+
+/// The effects of the model, each next one that which explains most given those before.
+fn by_evidence(look: &Look<'_>, kept: &[Judgement]) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..kept.len()).collect();
+    let mut order = Vec::new();
+    while !left.is_empty() {
+        let cost_with = |index: usize| {
+            let others: Vec<usize> = left.iter().copied().filter(|it| *it != index).collect();
+            look.cost_without(&others)
+        };
+        let costs: Vec<f64> = left.iter().map(|it| cost_with(*it)).collect();
+        let best = (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        order.push(left.remove(best));
+    }
+    order
+}
+
+/// The errors of a model of these terms, fitted with the final noise.
+pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>]) -> ErrorPair {
+    let mut terms = fit_parameters(prepared, terms.to_vec(), fitted.noise).terms;
+    let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
+    let columns: Vec<usize> = (0..evidence.priors.len()).collect();
+    let model = (&evidence, terms.as_slice());
+    ErrorPair {
+        train: train(prepared, model, &columns, &fitted.noise),
+        heldout: held_out(prepared, model, &columns, &fitted.noise),
+    }
+}
+
+fn step(
+    fitted: &Fitted<'_>,
+    index: usize,
+    judgement: &Judgement,
+    class: &Class<'_>,
+    after: ErrorPair,
+) -> StepFound {
+    let term = &fitted.terms[index];
+    let facts = term.effect.facts();
+    let parameters = parameters(fitted, index, judgement.dispersion);
+    let values: Vec<String> = parameters
+        .iter()
+        .map(|it| format!("{} = {:.3e} +- {:.1e} {}", it.name, it.value, it.sigma, it.unit))
+        .collect();
+    let mut members = vec![facts.id.to_owned()];
+    members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
+    let rivals = match members.len() {
+        1 => "nothing else in the catalogue explains it as well".to_owned(),
+        _ => format!("these data cannot tell it from {}", members[1..].join(", ")),
+    };
+    let why = format!(
+        "{}: {}; on runs held out -2 log likelihood falls by {:.1}; {rivals}",
+        facts.name,
+        values.join(", "),
+        judgement.held_out_gain
+    );
+    StepFound {
+        effect: facts.id.to_owned(),
+        class: members,
+        parameters,
+        train: after.train,
+        heldout: after.heldout,
+        p_value: judgement.p_value,
+        why,
+    }
+}
+
+/// The parameters of one effect of a model; `dispersion` is by how much runs scatter more about it than
+/// their noise explains, which widens the intervals.
+pub(crate) fn parameters(
+    fitted: &Fitted<'_>,
+    index: usize,
+    dispersion: f64,
+) -> Vec<ParameterFound> {
+    let term = &fitted.terms[index];
+    let first: usize = fitted.terms[..index].iter().map(|it| it.values.len()).sum();
+    let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
+    parameters
+        .map(|(j, (parameter, value))| {
+            let sigma = (dispersion * fitted.covariance[(first + j, first + j)]).sqrt();
+            ParameterFound {
+                name: parameter.name.to_owned(),
+                unit: parameter.unit.to_owned(),
+                value: *value,
+                sigma,
+                low95: value - NORMAL_95 * sigma,
+                high95: value + NORMAL_95 * sigma,
+            }
+        })
+        .collect()
+}
+
+fn reject(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    look: &Look<'_>,
+    candidate: &Candidate<'_>,
+) -> Rejected {
+    let it = &candidate.judgement;
+    let (evidence, terms) = look.evidence();
+    let mut columns = look.model_columns(&[]);
+    let own = amplitudes(candidate.term.effect, candidate.term.column.unwrap_or(0));
+    // Less than one sigma over the whole plausible range: these runs say nothing about it.
+    let silent = own
+        .iter()
+        .all(|i| evidence.total.gram[(*i, *i)] * evidence.priors[*i].spread.powi(2) < 1.0);
+    columns.extend(&own);
+    let others = &terms[..fitted.terms.len()];
+    let with: Vec<Term<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
+    let reason = if silent {
+        format!("these runs do not show it; {} would", candidate.term.effect.facts().shown_by)
+    } else if it.implausible {
+        format!("its value would be {:.2e}, which no robot has", it.values[0])
+    } else if let Some((kind, loss)) = it.worse_kind {
+        format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
+    } else if it.held_out_gain <= 0.0 {
+        format!("runs held out get no better: {:+.1}", -it.held_out_gain)
+    } else if it.dispersion > 3.0 {
+        format!(
+            "runs disagree about it {:.0} times more than their noise (p = {:.2})",
+            it.dispersion, it.p_value
+        )
+    } else {
+        format!("no more than chance gives (p = {:.2})", it.p_value)
+    };
+    Rejected {
+        effect: candidate.id().to_owned(),
+        reason,
+        heldout: held_out(prepared, (evidence, &with), &columns, &fitted.noise),
+    }
+}
+
+#[cfg(test)]
+#[path = "explain_tests.rs"]
+mod tests;

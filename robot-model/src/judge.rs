@@ -1,0 +1,245 @@
+//! Judges one effect, given a model: is it there?
+//!
+//! With the sums A, b of each unit (run) about the model's best point, and e the effect's columns:
+//!
+//! ```text
+//! gain       = chi^2(model) - chi^2(model + e)                                        (1)
+//! held out   = sum over units of the same gain on a unit, both fitted to all others   (2)
+//! u_r        = b_e - A_em A_mm^-1 b_m of unit r: its score                            (3)
+//! phi        = (n + 1)/n  sum u_r' C^-1 u_r / q after the effect, C = sum cov(u_r)    (4)
+//! ```
+//!
+//! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
+//! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
+//! few units say little about it. The p-value is that of gain / phi as chi^2 with q degrees.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::effect::{Effect, Role};
+use crate::evidence::{Evidence, Sums};
+use crate::run_kind::RunKind;
+use crate::tail::chi_squared;
+
+/// So many units' worth of belief that the noise model is right.
+const NOISE_BELIEF_UNITS: f64 = 4.0;
+/// A kind of run may be predicted worse by this much in -2 log likelihood, by chance: two sigma.
+const KIND_LOSS_MAX: f64 = 4.0;
+/// A kind contradicts an effect if its gain lies this many sigmas below what the effect promises it.
+const KIND_CONTRADICTS_SIGMAS: f64 = 3.5;
+/// Runs of other kinds excite an effect if they alone tell it to within this share of its value.
+const EXCITED_SHARE: f64 = 0.5;
+
+/// Which columns are asked about, given which.
+pub(crate) struct Question<'q> {
+    pub model: &'q [usize],
+    pub asked: &'q [usize],
+    pub effect: &'q dyn Effect,
+}
+
+/// Below this share, an effect lives on the small difference of two large ones, which anything that
+/// is not in the model passes for.
+const OWN_SHARE_MIN: f64 = 0.02;
+
+/// What speaks for an effect.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Judgement {
+    /// Equation (1).
+    pub gain: f64,
+    /// Equation (2).
+    pub held_out_gain: f64,
+    /// Equation (4), at least 1.
+    pub dispersion: f64,
+    /// By chance at least this much gain.
+    pub p_value: f64,
+    /// Fitted amplitudes.
+    pub values: Vec<f64>,
+    /// No robot has such values.
+    pub implausible: bool,
+    /// The greatest share of a column's information that is its own, not the model's as well.
+    pub own_share: f64,
+    /// A kind of run that it predicts worse when fitted to the others, and by how much.
+    pub worse_kind: Option<(RunKind, f64)>,
+}
+
+impl Judgement {
+    /// Held-out runs get better, no kind gets worse, and the value is physical.
+    pub fn passes_held_out(&self) -> bool {
+        self.held_out_gain > 0.0
+            && !self.implausible
+            && self.own_share > OWN_SHARE_MIN
+            && self.worse_kind.is_none()
+    }
+}
+
+/// chi^2 of some units without and with the effect, both fitted to other sums; and what that gain
+/// would be were the effect exactly as fitted, d^2: then the gain is d^2 +- 2 d.
+fn gain_on(
+    evidence: &Evidence,
+    question: &Question<'_>,
+    fitted_to: &Sums,
+    on: &Sums,
+) -> (f64, f64) {
+    let both: Vec<usize> = question.model.iter().chain(question.asked).copied().collect();
+    let without = evidence.solve(fitted_to, question.model).delta;
+    let with = evidence.solve(fitted_to, &both).delta;
+    let gain = on.chi_squared(question.model, &without) - on.chi_squared(&both, &with);
+    let mut difference = with;
+    for (i, value) in without.iter().enumerate() {
+        difference[i] -= value;
+    }
+    (gain, on.quadratic(&both, &difference))
+}
+
+/// Answers the question.
+pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
+    let both: Vec<usize> = question.model.iter().chain(question.asked).copied().collect();
+    let solution = evidence.solve(&evidence.total, &both);
+    let first = question.model.len();
+    let gain = gain_on(evidence, question, &evidence.total, &evidence.total).0;
+    let held_out_gain = evidence
+        .units
+        .iter()
+        .enumerate()
+        .map(|(index, unit)| {
+            let others = evidence.without(|it, _| it == index);
+            gain_on(evidence, question, &others, &unit.sums).0
+        })
+        .sum();
+    let (dispersion, own_share) = dispersion(evidence, question, &solution.delta);
+    let parameters = question.effect.facts().parameters.iter();
+    let limits: Vec<(f64, f64)> =
+        parameters.filter(|it| it.role == Role::Amplitude).map(|it| (it.low, it.high)).collect();
+    let values: Vec<f64> = (0..question.asked.len()).map(|j| solution.delta[first + j]).collect();
+    let sigmas: Vec<f64> = (0..question.asked.len())
+        .map(|j| (dispersion * solution.covariance[(first + j, first + j)]).sqrt())
+        .collect();
+    let implausible = values
+        .iter()
+        .zip(&sigmas)
+        .zip(&limits)
+        // By more than chance explains.
+        .any(|((value, sigma), (low, high))| {
+            *value < low - 2.0 * sigma || *value > high + 2.0 * sigma
+        });
+    Judgement {
+        gain,
+        held_out_gain,
+        dispersion,
+        p_value: chi_squared(question.asked.len(), gain / dispersion),
+        own_share,
+        worse_kind: worse_kind(evidence, question, &values, dispersion),
+        values,
+        implausible,
+    }
+}
+
+/// The dispersion (4), and the share of the effect's information that is its own.
+fn dispersion(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) -> (f64, f64) {
+    let (m, e) = (question.model, question.asked);
+    let both: Vec<usize> = m.iter().chain(e).copied().collect();
+    let pick = |sums: &Sums, rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| sums.gram[(rows[i], columns[j])])
+    };
+    let mut amm = pick(&evidence.total, m, m);
+    for (i, column) in m.iter().enumerate() {
+        amm[(i, i)] += evidence.priors[*column].spread.powi(-2);
+    }
+    let aem = pick(&evidence.total, e, m);
+    let projection = match amm.cholesky() {
+        Some(factor) => factor.solve(&aem.transpose()).transpose(),
+        None => DMatrix::zeros(e.len(), m.len()),
+    };
+    let mut scores = Vec::new();
+    let mut total = DMatrix::zeros(e.len(), e.len());
+    for unit in &evidence.units {
+        let left = DVector::from_iterator(both.len(), both.iter().map(|i| unit.sums.right[*i]))
+            - pick(&unit.sums, &both, &both) * delta;
+        let (of_model, of_effect) = (left.rows(0, m.len()), left.rows(m.len(), e.len()));
+        let score = of_effect - &projection * of_model;
+        let cross = pick(&unit.sums, e, m) * projection.transpose();
+        let covariance = pick(&unit.sums, e, e) - &cross - cross.transpose()
+            + &projection * pick(&unit.sums, m, m) * projection.transpose();
+        total += &covariance;
+        scores.push((score, covariance));
+    }
+    let q = e.len() as f64;
+    let own_share = (0..e.len())
+        .map(|j| total[(j, j)] / evidence.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
+        .fold(0.0, f64::max);
+    let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
+    let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
+        return (1.0, own_share);
+    };
+    let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
+    for (score, covariance) in &scores {
+        sum += score.dot(&factor.solve(score));
+        let share = factor.solve(covariance).trace() / q;
+        shares += share;
+        squared_shares += share * share;
+    }
+    if squared_shares <= 0.0 {
+        return (1.0, own_share);
+    }
+    // So many units speak about it, were they all equal; one of them is used up by the fit.
+    let units = shares * shares / squared_shares;
+    let freedom = (units - 1.0).max(0.0);
+    let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
+    let moderated = (NOISE_BELIEF_UNITS + freedom * raw) / (NOISE_BELIEF_UNITS + freedom);
+    (moderated.max(1.0), own_share)
+}
+
+/// The kind of run that gets worst, if any does, by an effect fitted to the other kinds.
+///
+/// Where the other kinds do not tell the effect, half of the kind's own units join them.
+fn worse_kind(
+    evidence: &Evidence,
+    question: &Question<'_>,
+    values: &[f64],
+    dispersion: f64,
+) -> Option<(RunKind, f64)> {
+    let mut kinds: Vec<RunKind> = evidence.units.iter().map(|it| it.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let both: Vec<usize> = question.model.iter().chain(question.asked).copied().collect();
+    let first = question.model.len();
+    let mut worst = None;
+    for kind in kinds {
+        let held_out: Vec<usize> = evidence
+            .units
+            .iter()
+            .enumerate()
+            .filter(|(_, unit)| unit.kind == kind)
+            .map(|(index, _)| index)
+            .collect();
+        let score = |held_out: &dyn Fn(usize) -> bool| {
+            let rest = evidence.without(|index, _| held_out(index));
+            let mut on = evidence.total.clone();
+            on.add(&rest, -1.0);
+            let covariance = evidence.solve(&rest, &both).covariance;
+            let excited = values.iter().enumerate().any(|(j, value)| {
+                covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()
+            });
+            let (gain, promised) = gain_on(evidence, question, &rest, &on);
+            (excited, gain / dispersion, promised / dispersion)
+        };
+        let (excited, mut gain, mut promised) = score(&|index| held_out.contains(&index));
+        if !excited {
+            let half = |parity: usize| {
+                let position = held_out.iter().enumerate();
+                let part: Vec<usize> =
+                    position.filter(|(i, _)| i % 2 == parity).map(|(_, it)| *it).collect();
+                let (_, gain, promised) = score(&|index| part.contains(&index));
+                (gain, promised)
+            };
+            let (first, second) = (half(0), half(1));
+            gain = first.0 + second.0;
+            promised = first.1 + second.1;
+        }
+        let sigmas = (gain - promised) / (2.0 * promised.sqrt());
+        let contradicts = gain < -KIND_LOSS_MAX && sigmas < -KIND_CONTRADICTS_SIGMAS;
+        if contradicts && worst.is_none_or(|(_, least)| gain < least) {
+            worst = Some((kind, gain));
+        }
+    }
+    worst
+}

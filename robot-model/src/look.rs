@@ -1,0 +1,176 @@
+//! A look at a campaign from one fitted model: the evidence about its own parameters and about every
+//! candidate, gathered in one pass. What follows are questions to it.
+
+use crate::campaign::Prepared;
+use crate::effect::{Effect, Role};
+use crate::evidence::{Evidence, amplitudes};
+use crate::fit::Fitted;
+use crate::increment::Term;
+use crate::judge::{Judgement, Question, judge};
+
+/// One effect as a candidate, at the best start of its shapes.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate<'a> {
+    pub term: Term<'a>,
+    pub judgement: Judgement,
+}
+
+impl Candidate<'_> {
+    pub fn id(&self) -> &str {
+        self.term.effect.facts().id
+    }
+}
+
+/// The evidence about a model and all candidates.
+pub(crate) struct Look<'a> {
+    terms: Vec<Term<'a>>,
+    in_model: usize,
+    evidence: Evidence,
+}
+
+/// What an effect's parameters, shapes included, cost in -2 log likelihood: Akaike's two each.
+pub(crate) fn penalty(term: &Term<'_>) -> f64 {
+    2.0 * term.values.len() as f64
+}
+
+impl<'a> Look<'a> {
+    pub fn new(prepared: &Prepared, fitted: &Fitted<'a>, catalogue: &[&'a dyn Effect]) -> Self {
+        let mut terms = fitted.terms.clone();
+        let in_model = terms.len();
+        for effect in catalogue {
+            let id = effect.facts().id;
+            if terms[..in_model].iter().all(|it| it.effect.facts().id != id) {
+                for values in effect.starts(&prepared.survey) {
+                    terms.push(Term { effect: *effect, values, column: None });
+                }
+            }
+        }
+        let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
+        Self { terms, in_model, evidence }
+    }
+
+    /// How many effects are asked about: those of the model and the candidates.
+    pub fn asked(&self) -> usize {
+        let mut ids: Vec<&str> = self.terms.iter().map(|it| it.effect.facts().id).collect();
+        ids.dedup();
+        ids.len()
+    }
+
+    /// The evidence and its terms, the model's first.
+    pub fn evidence(&self) -> (&Evidence, &[Term<'a>]) {
+        (&self.evidence, &self.terms)
+    }
+
+    /// An effect of the model.
+    pub fn term(&self, index: usize) -> &Term<'a> {
+        &self.terms[index]
+    }
+
+    /// The columns of the model's effects, but those of the effects left out.
+    pub fn model_columns(&self, left_out: &[usize]) -> Vec<usize> {
+        let kept = self.terms[..self.in_model].iter().enumerate();
+        kept.filter(|(index, _)| !left_out.contains(index))
+            .flat_map(|(_, term)| {
+                let first = term.column.unwrap_or(0);
+                first..first + term.values.len()
+            })
+            .collect()
+    }
+
+    fn amplitudes(&self, index: usize) -> Vec<usize> {
+        amplitudes(self.terms[index].effect, self.terms[index].column.unwrap_or(0))
+    }
+
+    /// The evidence as it is with these effects of the model gone.
+    fn evidence_without(&self, left_out: &[usize]) -> Evidence {
+        let mut evidence = self.evidence.clone();
+        for index in left_out {
+            let term = &self.terms[*index];
+            let first = term.column.unwrap_or(0);
+            for (j, parameter) in term.effect.facts().parameters.iter().enumerate() {
+                if parameter.role == Role::Amplitude {
+                    evidence.shift(first + j, -term.values[j]);
+                }
+            }
+        }
+        evidence
+    }
+
+    /// What speaks for each effect of the model, given all its others.
+    pub fn kept(&self) -> Vec<Judgement> {
+        (0..self.in_model)
+            .map(|index| {
+                let model = self.model_columns(&[index]);
+                let asked = self.amplitudes(index);
+                let question =
+                    Question { model: &model, asked: &asked, effect: self.terms[index].effect };
+                judge(&self.evidence_without(&[index]), &question)
+            })
+            .collect()
+    }
+
+    /// What speaks for each candidate, given the model without these effects of it.
+    pub fn candidates(&self, left_out: &[usize]) -> Vec<Candidate<'a>> {
+        self.candidates_that_gain(left_out, f64::NEG_INFINITY)
+    }
+
+    /// The same of those alone whose gain, less the penalty of their parameters, is at least so much.
+    pub fn candidates_that_gain(&self, left_out: &[usize], least: f64) -> Vec<Candidate<'a>> {
+        let evidence = self.evidence_without(left_out);
+        let model = self.model_columns(left_out);
+        let chi_squared = |columns: &[usize]| {
+            let delta = evidence.solve(&evidence.total, columns).delta;
+            evidence.total.chi_squared(columns, &delta)
+        };
+        let without = chi_squared(&model);
+        // Of each effect, the start of its shapes that gains most.
+        let mut best: Vec<(usize, f64)> = Vec::new();
+        for index in self.in_model..self.terms.len() {
+            let both: Vec<usize> = model.iter().copied().chain(self.amplitudes(index)).collect();
+            let gain = without - chi_squared(&both);
+            let same = |other: usize| {
+                self.terms[other].effect.facts().id == self.terms[index].effect.facts().id
+            };
+            match best.last_mut() {
+                Some(last) if same(last.0) => {
+                    if gain > last.1 {
+                        *last = (index, gain);
+                    }
+                }
+                _ => best.push((index, gain)),
+            }
+        }
+        best.into_iter()
+            .filter(|(index, gain)| gain - penalty(&self.terms[*index]) >= least)
+            .map(|(index, _)| {
+                let asked = self.amplitudes(index);
+                let term = self.terms[index].clone();
+                let question = Question { model: &model, asked: &asked, effect: term.effect };
+                Candidate { judgement: judge(&evidence, &question), term }
+            })
+            .collect()
+    }
+
+    /// The share of what an effect of the model does that a candidate could do in its place.
+    pub fn resemblance(&self, index: usize, candidate: &Term<'a>) -> f64 {
+        let term = &self.terms[index];
+        let columns = self.amplitudes(index);
+        let first = term.column.unwrap_or(0);
+        let values: Vec<f64> = columns.iter().map(|it| term.values[it - first]).collect();
+        let model = self.model_columns(&[index]);
+        let mut with = model.clone();
+        with.extend(amplitudes(candidate.effect, candidate.column.unwrap_or(0)));
+        let left = |others: &[usize]| {
+            self.evidence.separation(&self.evidence.total, &columns, &values, others)
+        };
+        1.0 - left(&with) / left(&model).max(f64::MIN_POSITIVE)
+    }
+
+    /// -2 log likelihood and penalty of the model without these effects of it, the rest fitted anew.
+    pub fn cost_without(&self, left_out: &[usize]) -> f64 {
+        let evidence = self.evidence_without(left_out);
+        let model = self.model_columns(left_out);
+        let delta = evidence.solve(&evidence.total, &model).delta;
+        evidence.total.chi_squared(&model, &delta) + 2.0 * model.len() as f64
+    }
+}

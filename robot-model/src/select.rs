@@ -1,0 +1,160 @@
+//! Chooses the effects of a model: forward by what is gained on runs held out, with exchanges, then
+//! back, keeping what stands when everything else is known. How an effect is judged is in
+//! [`crate::judge`].
+
+use std::collections::BTreeSet;
+
+use crate::campaign::Prepared;
+use crate::effect::Effect;
+use crate::fit::{Fitted, fit, fit_afresh, minus_two_log_likelihood};
+use crate::increment::Term;
+use crate::judge::Judgement;
+use crate::look::{Candidate, Look, penalty};
+
+/// Most effects that are looked for.
+const EFFECTS_MAX: usize = 8;
+/// Most models that are tried before nothing but removals are: real data always offer one more.
+const MODELS_MAX: usize = 16;
+/// A campaign of a perfect robot is to be given an effect at most this often.
+const FALSE_ALARM: f64 = 0.04;
+/// A first look lets more pass: what does not stand is removed in the end.
+const FIRST_LOOK_P: f64 = 0.01;
+/// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
+pub(crate) const RIVAL_MARGIN: f64 = 9.0;
+
+/// What the search came to.
+pub(crate) struct Selection<'a> {
+    pub fitted: Fitted<'a>,
+    /// For each effect of the model, what speaks for it, given all others.
+    pub kept: Vec<Judgement>,
+    /// All others, each given the model, best start of its shapes.
+    pub rejected: Vec<Candidate<'a>>,
+    /// The look from the final model.
+    pub look: Look<'a>,
+}
+
+/// The model of a campaign: of all models tried in which every effect stands, the most likely one.
+pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> Selection<'a> {
+    let mut fitted = fit_afresh(prepared, Vec::new());
+    // What was tried before is not gone to again, so that the search ends.
+    let mut seen = BTreeSet::from([ids(&fitted.terms)]);
+    let mut best: Option<(f64, Fitted<'a>)> = None;
+    loop {
+        let look = Look::new(prepared, &fitted, catalogue);
+        let falls = removal(&look, &fitted);
+        if falls.is_none() {
+            let cost = cost(prepared, &fitted);
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, fitted.clone()));
+            }
+        }
+        let forward =
+            || exchange(&look, &fitted, &seen).or_else(|| addition(&look, &fitted, &seen));
+        let forward = if seen.len() < MODELS_MAX { forward() } else { None };
+        let Some(next) = forward.or(falls) else { break };
+        seen.insert(ids(&next));
+        fitted = fit(prepared, next, fitted.noise);
+    }
+    // The last model tried stands, so there is a best one.
+    let fitted = best.map_or(fitted, |(_, it)| it);
+    let look = Look::new(prepared, &fitted, catalogue);
+    let (kept, rejected) = (look.kept(), look.candidates(&[]));
+    Selection { fitted, kept, rejected, look }
+}
+
+/// -2 log likelihood with the noise as fitted, and the penalty: what standing models are compared by.
+fn cost(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
+    let runs: Vec<_> = prepared.runs.iter().collect();
+    let fixed: Vec<Term<'_>> =
+        fitted.terms.iter().map(|it| Term { column: None, ..it.clone() }).collect();
+    minus_two_log_likelihood(&runs, &fixed, &fitted.noise)
+        + fitted.terms.iter().map(penalty).sum::<f64>()
+}
+
+fn ids(terms: &[Term<'_>]) -> Vec<String> {
+    let mut ids: Vec<String> = terms.iter().map(|it| it.effect.facts().id.to_owned()).collect();
+    ids.sort();
+    ids
+}
+
+/// The model with one effect, or two, exchanged for a single one that explains as much.
+fn exchange<'a>(
+    look: &Look<'a>,
+    fitted: &Fitted<'a>,
+    seen: &BTreeSet<Vec<String>>,
+) -> Option<Vec<Term<'a>>> {
+    let count = fitted.terms.len();
+    let singles = (0..count).map(|i| vec![i]);
+    let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| vec![i, j]));
+    let whole = look.cost_without(&[]);
+    for left_out in singles.chain(pairs) {
+        let without = look.cost_without(&left_out);
+        // One for one only where the data can tell them apart; one for two by parsimony.
+        let wanted = if left_out.len() == 1 { whole - RIVAL_MARGIN } else { whole };
+        let better = look
+            .candidates_that_gain(&left_out, without - wanted)
+            .into_iter()
+            .filter(|it| it.judgement.passes_held_out())
+            .filter(|it| !seen.contains(&ids(&exchanged(fitted, &left_out, it))))
+            .max_by(|a, b| net_gain(a).total_cmp(&net_gain(b)));
+        if let Some(it) = better {
+            return Some(exchanged(fitted, &left_out, &it));
+        }
+    }
+    None
+}
+
+/// The model's terms with a candidate in place of some.
+fn exchanged<'a>(
+    fitted: &Fitted<'a>,
+    left_out: &[usize],
+    candidate: &Candidate<'a>,
+) -> Vec<Term<'a>> {
+    let kept = fitted.terms.iter().enumerate().filter(|(i, _)| !left_out.contains(i));
+    kept.map(|(_, it)| it).chain([&candidate.term]).cloned().collect()
+}
+
+/// Gain less the penalty of the parameters.
+fn net_gain(it: &Candidate<'_>) -> f64 {
+    it.judgement.gain - penalty(&it.term)
+}
+
+/// The model with the candidate added that gains most on held-out runs; of near equals, the simplest.
+fn addition<'a>(
+    look: &Look<'a>,
+    fitted: &Fitted<'a>,
+    seen: &BTreeSet<Vec<String>>,
+) -> Option<Vec<Term<'a>>> {
+    if fitted.terms.len() == EFFECTS_MAX {
+        return None;
+    }
+    let passing: Vec<Candidate<'a>> = look
+        .candidates(&[])
+        .into_iter()
+        .filter(|it| it.judgement.p_value < FIRST_LOOK_P && it.judgement.passes_held_out())
+        .filter(|it| !seen.contains(&ids(&exchanged(fitted, &[], it))))
+        .collect();
+    // Where runs disagree about an effect, its gain counts for less.
+    let merit = |it: &Candidate<'_>| {
+        (it.judgement.held_out_gain - penalty(&it.term)) / it.judgement.dispersion
+    };
+    let most = passing.iter().map(merit).fold(f64::NEG_INFINITY, f64::max);
+    // Of those that the data cannot tell from the best, the one of fewest parameters, listed first.
+    let near = passing.into_iter().filter(|it| merit(it) > most - RIVAL_MARGIN);
+    let chosen = near.min_by_key(|it| it.term.values.len())?;
+    Some(exchanged(fitted, &[], &chosen))
+}
+
+/// The model without the effect that stands least, given all others.
+fn removal<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
+    let kept = look.kept();
+    let worst = (0..kept.len())
+        // Bonferroni: one is asked about all that might be there.
+        .filter(|i| {
+            kept[*i].p_value * look.asked() as f64 > FALSE_ALARM || !kept[*i].passes_held_out()
+        })
+        .min_by(|a, b| kept[*a].held_out_gain.total_cmp(&kept[*b].held_out_gain))?;
+    let mut terms = fitted.terms.clone();
+    terms.remove(worst);
+    Some(terms)
+}

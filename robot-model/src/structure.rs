@@ -1,0 +1,286 @@
+//! What is left over once the model has said its part: does it depend on anything?
+//!
+//! Each regressor is a handful of probes: turns, travels and drifts in proportion to functions of
+//! something that a step tells. They go through the same filter as the effects, so that what is tested
+//! is what they would do to the track. Of those that show, the strongest is taken in, and the rest is
+//! tested again, so that what merely resembles it is not named too.
+
+use crate::campaign::Prepared;
+use crate::effect::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::evidence::Evidence;
+use crate::fit::Fitted;
+use crate::increment::Term;
+use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::judge::{Question, judge};
+use crate::motion::Step;
+use crate::sides::Sides;
+use crate::tail::false_discovery_rates;
+
+/// Regressors are to be named falsely at most this often.
+const FALSE_DISCOVERY_RATE: f64 = 0.01;
+
+/// What the residuals depend on, if on anything.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Unexplained {
+    /// Whether anything is left.
+    pub structure: bool,
+    /// The regressors that it depends on, strongest first.
+    pub depends_on: Vec<&'static str>,
+    /// By chance at least this much, of the strongest regressor, corrected for how many were asked.
+    pub p_value: f64,
+}
+
+/// A handful of functions of a step, each an amplitude of its own.
+struct Probe {
+    regressor: &'static str,
+    act: fn(&[Jet; PARAMETERS_MAX], &Step) -> Change,
+}
+
+impl core::fmt::Debug for Probe {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.regressor)
+    }
+}
+
+/// Limits far beyond anything: a probe is asked whether it is there, not whether it is plausible.
+static PROBE: Facts = Facts {
+    id: "probe",
+    name: "probe",
+    equation: "a sum of functions of one regressor",
+    parameters: &[
+        Parameter::amplitude("a", "1", 1.0),
+        Parameter::amplitude("b", "1", 1.0),
+        Parameter::amplitude("c", "1", 1.0),
+        Parameter::amplitude("d", "1", 1.0),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "",
+    shown_by: "",
+    compensation: "",
+};
+
+impl Effect for Probe {
+    fn facts(&self) -> &'static Facts {
+        &PROBE
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        (self.act)(p, step)
+    }
+}
+
+fn wheel_harmonic(p: &[Jet; PARAMETERS_MAX], step: &Step, harmonic: f64) -> Change {
+    let wave = |c: Jet, s: Jet, phi: f64| {
+        let (sin, cos) = (harmonic * phi).sin_cos();
+        c * cos + s * sin
+    };
+    let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
+    let travel = Sides::new(wave(p[0], p[1], middle.left), wave(p[2], p[3], middle.right));
+    Change { travel, ..Change::NONE }
+}
+
+/// Turning and scale along the path, as a function of something even.
+fn path_and_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
+    let path_m = step.travel_m().abs();
+    Change {
+        travel: Sides::both(p[0] * x + p[1] * (x * x)),
+        turn_rad: (p[2] * x + p[3] * (x * x)) * path_m,
+        ..Change::NONE
+    }
+}
+
+/// Turning in proportion to the rim's rolling, so that spins count too, with scale.
+fn wheels(p: &[Jet; PARAMETERS_MAX], x: Sides<f64>) -> Change {
+    let travel = Sides::new(
+        p[0] * x.left + p[1] * (x.left * x.left.abs()),
+        p[2] * x.right + p[3] * (x.right * x.right.abs()),
+    );
+    Change { travel, ..Change::NONE }
+}
+
+static PROBES: &[Probe] = &[
+    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 1.0) },
+    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 2.0) },
+    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe {
+        regressor: "heading",
+        act: |p, step| {
+            let (path_m, (sin, cos)) = (step.travel_m().abs(), step.heading_rad.sin_cos());
+            Change {
+                turn_rad: (p[0] * cos + p[1] * sin) * path_m,
+                drift_m: [p[2] * path_m, p[3] * path_m],
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "heading",
+        act: |p, step| {
+            let (sin, cos) = (2.0 * step.heading_rad).sin_cos();
+            let path_m = step.travel_m().abs();
+            Change {
+                travel: Sides::both(p[0] * cos + p[1] * sin),
+                turn_rad: (p[2] * cos + p[3] * sin) * path_m,
+                ..Change::NONE
+            }
+        },
+    },
+    Probe { regressor: "speed", act: |p, step| path_and_turn(p, step, step.speed_mps().abs()) },
+    Probe { regressor: "wheel speed", act: |p, step| wheels(p, step.wheel_speed_mps) },
+    Probe { regressor: "acceleration", act: |p, step| wheels(p, step.wheel_accel_mps2) },
+    Probe {
+        regressor: "acceleration",
+        act: |p, step| {
+            let x = step.wheel_accel_mps2.zip(step.wheel_speed_mps).map(|(a, v)| a * v.signum());
+            wheels(p, x)
+        },
+    },
+    Probe {
+        regressor: "turn rate",
+        act: |p, step| {
+            let omega = step.turn_rate_rad_s();
+            Change {
+                turning: p[0] * omega.abs() + p[1] * omega,
+                sideways_m: p[2] * step.turn_rad() + p[3] * step.turn_rad().abs(),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "direction of travel",
+        act: |p, step| {
+            let v = step.speed_mps();
+            Change {
+                travel: Sides::both(p[0] * v.signum()),
+                turn_rad: p[1] * step.travel_m().abs() + p[2] * step.travel_m(),
+                sideways_m: p[3] * step.travel_m(),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "time in the run",
+        act: |p, step| {
+            let x = step.t_s / 60.0;
+            Change {
+                travel: Sides::new(p[0] * x, p[1] * x),
+                turn_rad: p[2] * (x * step.travel_m().abs()),
+                turning: p[3] * x,
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "time in the campaign",
+        act: |p, step| {
+            let x = step.clock_s / 3600.0;
+            Change {
+                travel: Sides::new(p[0] * x, p[1] * x),
+                turn_rad: p[2] * (x * step.travel_m().abs()),
+                turning: p[3] * x,
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "distance since reversal",
+        act: |p, step| {
+            let Some(since_m) = step.since_reversal_m else { return Change::NONE };
+            let ds_m = step.travel_m();
+            let near = |length_m: f64| (-since_m / length_m).exp() * ds_m.abs();
+            let sign = ds_m.signum();
+            Change {
+                turn_rad: (p[0] * sign + p[1]) * near(0.05) + (p[2] * sign + p[3]) * near(0.2),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "place",
+        act: |p, step| {
+            let [x, y] = step.place_m;
+            let path_m = step.travel_m().abs();
+            Change {
+                turn_rad: (p[0] * x + p[1] * y) * path_m,
+                travel: Sides::both(p[2] * x + p[3] * y),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "load",
+        act: |p, step| {
+            let x = step.payload_kg;
+            Change {
+                travel: Sides::new(p[0] * x, p[1] * x),
+                turn_rad: p[2] * (x * step.travel_m().abs()),
+                turning: p[3] * x,
+                ..Change::NONE
+            }
+        },
+    },
+];
+
+/// Tests what the model leaves against every regressor.
+pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
+    let mut terms = fitted.terms.clone();
+    let in_model = terms.len();
+    let probes: Vec<&Probe> = PROBES.iter().collect();
+    terms.extend(probes.iter().map(|probe| Term {
+        effect: *probe as &dyn Effect,
+        values: vec![0.0; PARAMETERS_MAX],
+        column: None,
+    }));
+    let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
+    let first_of = |index: usize| terms[index].column.unwrap_or(0);
+    let mut model: Vec<usize> = match terms.get(in_model) {
+        Some(probe) => (0..probe.column.unwrap_or(0)).collect(),
+        None => Vec::new(),
+    };
+    let mut open: Vec<usize> = (0..probes.len()).collect();
+    let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
+    loop {
+        let judged: Vec<(usize, f64, f64)> = open
+            .iter()
+            .map(|probe| {
+                let first = first_of(in_model + probe);
+                let asked: Vec<usize> = (first..first + PARAMETERS_MAX).collect();
+                let asked = visible(&evidence, &asked);
+                if asked.is_empty() {
+                    return (*probe, 1.0, 0.0);
+                }
+                let question = Question { model: &model, asked: &asked, effect: probes[*probe] };
+                let it = judge(&evidence, &question);
+                let p_value = if it.held_out_gain > 0.0 { it.p_value } else { 1.0 };
+                (*probe, p_value, it.gain / it.dispersion)
+            })
+            .collect();
+        let p_values: Vec<f64> = judged.iter().map(|it| it.1).collect();
+        let rates = false_discovery_rates(&p_values);
+        let best = (0..judged.len())
+            .filter(|i| rates[*i] < FALSE_DISCOVERY_RATE)
+            .max_by(|a, b| judged[*a].2.total_cmp(&judged[*b].2));
+        let least = rates.iter().copied().fold(1.0, f64::min);
+        if !found.structure {
+            found.p_value = least;
+        }
+        let Some(best) = best else { return found };
+        let probe = judged[best].0;
+        found.structure = true;
+        if !found.depends_on.contains(&probes[probe].regressor) {
+            found.depends_on.push(probes[probe].regressor);
+        }
+        let first = first_of(in_model + probe);
+        model.extend(visible(&evidence, &(first..first + PARAMETERS_MAX).collect::<Vec<_>>()));
+        open.retain(|it| *it != probe);
+        if open.is_empty() || found.depends_on.len() >= 4 {
+            return found;
+        }
+    }
+}
+
+/// Those of the columns that the campaign's motion shows at all.
+fn visible(evidence: &Evidence, columns: &[usize]) -> Vec<usize> {
+    // One sigma at the widest value that a probe can have: anything that is there is far above it.
+    columns.iter().copied().filter(|it| evidence.total.gram[(*it, *it)] > 1.0).collect()
+}

@@ -1,0 +1,96 @@
+//! Real recordings: the subset of OptiOdom in examples/optiodom.
+
+use std::path::Path;
+
+use robot_model::campaign::Campaign;
+use robot_model::effect::{Effect, find};
+use robot_model::explain::explain;
+use robot_model::model::{Model, fit};
+use robot_model::recording::{Recording, Robot, Sight, WheelSample};
+use robot_model::sides::Sides;
+
+/// As in its robot.toml.
+const ROBOT: Robot = Robot {
+    wheel_radius_m: 0.042,
+    track_width_m: 0.2,
+    gear_reduction: 43.7,
+    rad_per_count: core::f64::consts::TAU / (64.0 * 43.7),
+    position_sigma_m: None,
+    heading_sigma_rad: None,
+};
+
+/// The runs whose names begin so.
+fn campaign(beginning: &str) -> Campaign {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/optiodom/runs");
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|it| it.unwrap().path()).collect();
+    files.sort();
+    let mut runs = Vec::new();
+    for file in files {
+        let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
+        if !name.starts_with(beginning) {
+            continue;
+        }
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("t_s,left_counts,right_counts,x_m,y_m,heading_rad"));
+        let mut run = Recording { name, ..Recording::default() };
+        for line in lines {
+            let cells: Vec<f64> = line.split(',').map(|it| it.parse().unwrap()).collect();
+            let t_s = cells[0];
+            let phi_rad = Sides::new(cells[1], cells[2]).map(|it| it * ROBOT.rad_per_count);
+            run.wheels.push(WheelSample { t_s, phi_rad });
+            run.sights.push(Sight {
+                t_s,
+                position_m: Some([cells[3], cells[4]]),
+                heading_rad: Some(cells[5]),
+            });
+        }
+        runs.push(run);
+    }
+    Campaign { robot: ROBOT, runs }
+}
+
+/// R_L, R_R, b of a fitted model of three parameters \[m\].
+fn geometry(model: &Model) -> [f64; 3] {
+    let value = |index: usize| model.effects[index].parameters[0].value;
+    let (rho, scale, delta) = (value(0), value(1), value(2));
+    let radius_m = ROBOT.wheel_radius_m * (1.0 + scale);
+    let width_m = ROBOT.track_width_m * (1.0 + delta);
+    [radius_m * (1.0 - rho / 2.0), radius_m * (1.0 + rho / 2.0), width_m]
+}
+
+#[test]
+fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
+    let three: Vec<&'static dyn Effect> =
+        ["wheel_radius_ratio", "wheel_radius_scale", "track_width"]
+            .into_iter()
+            .map(|id| find(id).unwrap())
+            .collect();
+    // Least squares of whole tracks with free start poses, of all runs of each kind in the session.
+    let cases = [
+        ("square", [0.04189, 0.04186, 0.2013]),
+        ("circular", [0.04193, 0.04188, 0.2025]),
+        ("", [0.04182, 0.04178, 0.2018]),
+    ];
+    for (kind, reference) in cases {
+        let model = fit(&campaign(kind), &three).unwrap();
+        for (got, want) in geometry(&model).into_iter().zip(reference) {
+            // Innovations weigh short ways more than whole tracks do, and these are a third of the runs.
+            assert!((got / want - 1.0).abs() < 0.003, "{kind}: {got} {want}");
+        }
+        let nominal = fit(&campaign(kind), &[]).unwrap();
+        let errors = [nominal, model].map(|it| it.errors.heldout.position_rms_m);
+        // Some 20, 40 and 30 mm; then 7, 4 and 7 mm.
+        assert!(errors[1] < 0.4 * errors[0], "{kind}: {errors:?}");
+    }
+}
+
+#[test]
+fn a_real_robot_is_more_than_the_catalogue_and_the_answer_says_so() {
+    let answer = explain(&campaign("")).unwrap();
+    assert!(answer.unexplained.structure, "{:?}", answer.unexplained);
+    assert!(!answer.steps.is_empty());
+    let last = answer.steps[answer.steps.len() - 1].heldout;
+    assert!(last.position_rms_m < answer.baseline.heldout.position_rms_m);
+}

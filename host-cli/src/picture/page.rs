@@ -101,8 +101,10 @@ fn gain(before_mm: f64, after_mm: f64, after_sigma_mm: f64) -> Option<String> {
         return None;
     }
     if after_mm < SIGMAS_95 * after_sigma_mm {
-        let noise = number(after_sigma_mm, 1);
-        return Some(format!("closer to the line than can be measured here (\u{b1} {noise} mm)"));
+        let noise = number(SIGMAS_95 * after_sigma_mm, 1);
+        return Some(format!(
+            "on the line, as far as this measurement can tell (95 %: \u{b1} {noise} mm)"
+        ));
     }
     let factor = before_mm / after_mm;
     let places = if factor < 10.0 { 1 } else { 0 };

@@ -90,7 +90,7 @@ fn the_headline_states_both_offsets_and_a_factor_only_beyond_the_noise() {
     noisy.after.end.lateral_offset_sigma_m = 0.002;
     let html = to_html(&noisy);
     // Less than 1.96 times 2 mm.
-    assert!(html.contains("closer to the line than can be measured here (± 2.0 mm)"));
+    assert!(html.contains("on the line, as far as this measurement can tell (95 %: ± 3.9 mm)"));
     assert!(!html.contains("times closer"));
     let worse = CalibrationReport { after: report.before.clone(), ..report };
     let html = to_html(&worse);

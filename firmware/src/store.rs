@@ -16,7 +16,7 @@ use shared_proto::Config;
 
 use crate::hal::{Store, StoreError};
 
-/// The layout that is written. Raised when [`Config`] changes; [`decode`] goes on reading the older
+/// The layout that is written. Raised when [`Config`] changes; `decode` goes on reading the older
 /// ones.
 pub const LAYOUT: u16 = 1;
 

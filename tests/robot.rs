@@ -204,7 +204,7 @@ impl Robot {
 /// The command for a motion.
 pub fn with_id(motion: &Motion, id: MotionId) -> Drive {
     let Motion { unit, distance, cruise, acceleration } = *motion;
-    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration }
+    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration, start_us: None }
 }
 
 /// A motion in metres.

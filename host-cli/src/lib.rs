@@ -28,5 +28,6 @@ pub mod port;
 pub mod quantity;
 pub mod serve;
 pub mod session;
+pub mod stream;
 pub mod track;
 pub mod ui;

@@ -2,11 +2,16 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, Drive, MotionEnd, State, Telemetry, TravelUnit, WheelPair};
+use shared_proto::{
+    Command, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    WheelPair,
+};
+
+use sim_target::Lab;
 
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::session::{Session, faulted};
+use crate::session::{Session, faulted, refused};
 
 /// The robot stops by itself if it hears nothing for this long \[ms\].
 const TTL_MS: u16 = 200;
@@ -14,6 +19,15 @@ const TTL_MS: u16 = 200;
 /// The host renews a motion this often: of six in a time to live five may be lost, the shortest
 /// `protection.link_timeout_s` leaves room for one, and a line of 9600 baud carries it.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
+
+/// From the command to the beginning of the recording: room to say it seven times.
+const LEAD: Duration = Duration::from_millis(300);
+
+/// A motion whose command always came too late is given up after this many.
+const START_TRIES: u32 = 3;
+
+/// Telemetry that is this late will not come: twice the longest period there is.
+const TELEMETRY_LATE: Duration = Duration::from_secs(2);
 
 /// What to drive, on the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,17 +81,20 @@ pub struct Recording {
 }
 
 /// How to record a motion.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone)]
 pub struct RecordOptions {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
     /// Recording goes on this long before and after the motion, standing still.
     pub rest: Duration,
+    /// The simulator's camera: its pictures count from the beginning of the recording, as those of a
+    /// camera do that is triggered.
+    pub camera: Option<Lab>,
 }
 
 impl Default for RecordOptions {
     fn default() -> Self {
-        Self { period_ms: 10, rest: Duration::from_millis(500) }
+        Self { period_ms: 10, rest: Duration::from_millis(500), camera: None }
     }
 }
 
@@ -104,14 +121,14 @@ pub async fn drive_into(
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
-    let outcome = drive_armed(session, motion, options, telemetry, progress).await;
+    let outcome = drive_armed(session, motion, &options, telemetry, progress).await;
     // Where it failed for want of a link these fail too, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let _ = session.ask(Command::Stop).await;
         let _ = wait_for_stop(session).await;
         let _ = session.ask(Command::Disarm).await;
         let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
-        telemetry.extend(session.take_telemetry());
+        telemetry.extend(session.take_all_telemetry());
         return Err(error);
     }
     session.request(Command::Disarm).await?;
@@ -122,29 +139,27 @@ pub async fn drive_into(
 async fn drive_armed(
     session: &mut Session,
     motion: &Motion,
-    options: RecordOptions,
+    options: &RecordOptions,
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
     let _stale = session.take_telemetry().count() + session.take_events().count();
-    session.listen(options.rest).await?;
     stop_if_interrupted()?;
     session.request(Command::Arm).await?;
     let id = session.new_motion();
-    let Motion { unit, distance, cruise, acceleration } = *motion;
-    let drive = Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration };
-    session.request(Command::Drive(drive)).await?;
+    let start_us = start(session, motion, id, options, telemetry).await?;
 
-    let start_us = session.clock().now_us();
+    let begin_us = session.clock().now_us();
+    let wait_s = (LEAD + options.rest).as_secs_f64();
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
         telemetry.extend(session.take_telemetry());
-        let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
-        progress((elapsed_s / duration_s).min(1.0));
+        let elapsed_s = (session.clock().now_us() - begin_us) as f64 * 1e-6 - wait_s;
+        progress((elapsed_s / duration_s).clamp(0.0, 1.0));
         stop_if_interrupted()?;
         if session.take_events().any(|event| ends_motion(&event))
-            || telemetry.last().is_some_and(|last| !is_moving(last.state))
+            || end_us(telemetry, start_us).is_some()
             || elapsed_s > duration_s + 5.0
         {
             break;
@@ -161,10 +176,101 @@ async fn drive_armed(
         None => return Err(Error::new("the robot never came to the end of its motion")),
     };
     progress(1.0);
-    session.listen(options.rest).await?;
+    let until_us = listen_to_the_end(session, start_us, options.rest, telemetry).await?;
     stop_if_interrupted()?;
-    telemetry.extend(session.take_telemetry());
+    let from_us = start_us.saturating_sub(options.rest.as_micros() as u64);
+    telemetry.retain(|frame| (from_us..=until_us).contains(&frame.t_us));
     Ok(end)
+}
+
+/// Has the motion begin at a time of the robot's own clock, which it returns \[us\].
+///
+/// So a command that had to be repeated begins no later, and the recording holds the same instants of
+/// the motion, whatever the line lost.
+async fn start(
+    session: &mut Session,
+    motion: &Motion,
+    id: MotionId,
+    options: &RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+) -> Result<u64> {
+    let Motion { unit, distance, cruise, acceleration } = *motion;
+    let rest_us = options.rest.as_micros() as u64;
+    let period_us = u64::from(options.period_ms.max(1)) * 1000;
+    for _ in 0..START_TRIES {
+        let now_us = first_sight(session, telemetry).await?;
+        // In step with the telemetry: its instants are the same ones of every motion.
+        let ahead_us = LEAD.as_micros() as u64 + rest_us;
+        let start_us = now_us + ahead_us.next_multiple_of(period_us);
+        let drive = Drive {
+            motion: id,
+            ttl_ms: TTL_MS,
+            unit,
+            distance,
+            cruise,
+            acceleration,
+            start_us: Some(start_us),
+        };
+        if let Some(lab) = &options.camera {
+            lab.trigger_camera(start_us - rest_us);
+        }
+        let command = Command::Drive(drive);
+        match session.ask(command).await? {
+            Ok(_) => return Ok(start_us),
+            // Too many copies of the command got lost.
+            Err(Refusal::Motion(MotionError::Start)) => {}
+            Err(refusal) => return Err(refused("drive", &refusal)),
+        }
+    }
+    Err(Error::new("the line is so bad that the robot always heard of its motion too late")
+        .hint("check the cable, or lower the baud rate"))
+}
+
+/// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.
+async fn first_sight(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + TELEMETRY_LATE.as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        if let Some(latest) = telemetry.last() {
+            return Ok(latest.t_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            return Err(Error::new("the robot sends no telemetry")
+                .hint("is the line too slow for it? raise the baud rate"));
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// Listens until the rest after the motion has come in whole; returns when it ends on the robot's clock.
+async fn listen_to_the_end(
+    session: &mut Session,
+    start_us: u64,
+    rest: Duration,
+    telemetry: &mut Vec<Telemetry>,
+) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + (rest + TELEMETRY_LATE).as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        let until_us = end_us(telemetry, start_us).map(|end_us| end_us + rest.as_micros() as u64);
+        if let Some(until_us) = until_us
+            && telemetry.last().is_some_and(|last| last.t_us >= until_us)
+        {
+            return Ok(until_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            telemetry.extend(session.take_all_telemetry());
+            return Ok(until_us.unwrap_or(u64::MAX));
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// When the motion that set off at `start_us` was over, by the telemetry \[us\].
+fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
+    // From the back: once it is over, it is over in all that follows.
+    let over = |frame: &&Telemetry| frame.t_us > start_us && !is_moving(frame.state);
+    telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
 }
 
 /// Whoever sees this error brings the robot to a stand, or says that the link is lost.

@@ -24,7 +24,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = (1000 / args.rate).max(1);
-        let options = RecordOptions { period_ms, ..RecordOptions::default() };
+        let options = RecordOptions { period_ms, camera: lab.clone(), ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
         let dropped = session.status().await?.link.telemetry_dropped;
         let mut telemetry = Vec::new();
@@ -117,7 +117,7 @@ fn rows(telemetry: &[Telemetry], lab: Option<&Lab>, seen: usize) -> Vec<Row> {
         .collect();
     let end_s = (last.t_us - start_us) as f64 * 1e-6;
     for sample in lab.map(|lab| lab.camera_samples_from(seen)).unwrap_or_default() {
-        let t_s = sample.t_s - start_us as f64 * 1e-6;
+        let t_s = sample.s_since(start_us);
         if (0.0..=end_s).contains(&t_s) {
             let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
             rows.push(Row {

@@ -54,6 +54,10 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             return Err(error);
         }
         let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
+        let lost = session.statistics().telemetry_lost;
+        if lost > u64::from(dropped) {
+            warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
+        }
         if dropped > 0 {
             warn(format_args!(
                 "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"

@@ -61,7 +61,7 @@ fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
     let north = poses(1).next().unwrap();
     // Ten sigma of the camera, put there to half a milliradian.
     assert!((north - std::f64::consts::FRAC_PI_2).abs() < 0.02, "{north}");
-    let turned = poses(2).last().unwrap() - poses(2).next().unwrap();
+    let turned = poses(2).next_back().unwrap() - poses(2).next().unwrap();
     assert!((turned + std::f64::consts::FRAC_PI_2).abs() < 0.05, "{turned}");
 }
 

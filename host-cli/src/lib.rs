@@ -8,6 +8,7 @@
 //! | [`motion`] | drives a motion to its end, safely |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`campaign`] | recorded runs on disk |
+//! | [`survey`] | plans and records whole campaigns |
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
 //! | [`mod@file`] | files that appear whole or not at all |
@@ -29,5 +30,6 @@ pub mod quantity;
 pub mod serve;
 pub mod session;
 pub mod stream;
+pub mod survey;
 pub mod track;
 pub mod ui;

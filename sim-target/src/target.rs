@@ -246,9 +246,14 @@ impl Lab {
     ///
     /// The line is the x axis. The wheels stand still; the encoders count on.
     pub fn place_at_start(&self) {
+        self.place_on(Pose::default());
+    }
+
+    /// Picks the robot up and puts it on a line that begins here, as well as the scenario's person can.
+    pub fn place_on(&self, line: Pose) {
         let mut world = self.world.borrow_mut();
         world.placements += 1;
-        let pose = world.scenario.placement(Pose::default(), world.placements);
+        let pose = world.scenario.placement(line, world.placements);
         world.plant_now().place(pose);
     }
 

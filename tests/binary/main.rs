@@ -4,6 +4,7 @@
 mod bad_input;
 mod bad_port;
 mod calculator;
+mod campaign;
 mod desk;
 mod drive;
 mod first_run;

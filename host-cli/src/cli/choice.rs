@@ -16,6 +16,8 @@ pub enum Measure {
     Ask,
     /// A file to which another program writes the track.
     Track(PathBuf),
+    /// Not at all.
+    Nobody,
 }
 
 impl FromStr for Measure {
@@ -26,6 +28,7 @@ impl FromStr for Measure {
             "camera" => Ok(Measure::Camera),
             "ruler" => Ok(Measure::Ruler),
             "ask" => Ok(Measure::Ask),
+            "none" => Ok(Measure::Nobody),
             _ => match text.strip_prefix("track:") {
                 Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
                 _ => Err("must be camera, ruler, ask or track:FILE".into()),

@@ -1,8 +1,12 @@
 //! The command line.
 
+mod campaign;
 mod check;
 mod choice;
 
+pub use campaign::{
+    CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
+};
 pub use choice::{Listen, Measure};
 
 use std::path::PathBuf;
@@ -102,6 +106,9 @@ pub enum Command {
     Watch(WatchArgs),
     /// Drive a motion and record it as a run of a campaign folder.
     Record(RecordArgs),
+    /// Plan a whole campaign of runs, and record it.
+    #[command(subcommand)]
+    Campaign(CampaignCommand),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
     /// The paper's calculation on numbers typed in.

@@ -116,6 +116,8 @@ fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
             Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
                 .hint("--measure ask, or --measure track:FILE"))
         }
+        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
+            .hint("--measure ask, or --measure track:FILE")),
         (Measure::Ask, _) => Ok(Instrument::Person { resolution_m: args.ruler.m, confirm }),
         (Measure::Track(path), _) => Ok(Instrument::TrackFile {
             path,

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod calibrate;
+mod campaign;
 pub(crate) use identify::hex;
 mod config;
 mod drive;
@@ -46,6 +47,10 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Record(args) => {
                 interrupt::listen();
                 record::run(common, args)
+            }
+            Command::Campaign(args) => {
+                interrupt::listen();
+                campaign::run(common, args)
             }
             Command::Calibrate(args) => {
                 interrupt::listen();

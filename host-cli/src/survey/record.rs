@@ -199,7 +199,8 @@ pub async fn record_run(
                 rest(session, *duration_s, period_ms, &mut telemetry, &mut at).await?;
             }
             (_, Some(motion)) => {
-                motion::drive_into(session, &motion, options, &mut telemetry, &mut at).await?;
+                motion::drive_into(session, &motion, options.clone(), &mut telemetry, &mut at)
+                    .await?;
             }
             (_, None) => {}
         }

@@ -4,19 +4,21 @@ use std::f64::consts::TAU;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use robot_model::out_and_back::OutAndBackError;
 use robot_model::{
-    Deviation, Experiment, FitOptions, Geometry, Leg, Pose, Track, TrackSample, Turns, WheelAngles,
-    WheelWeight, fit_track, path::dead_reckon,
+    Deviation, Experiment, FitOptions, Geometry, Leg, OutAndBack, Pose, Shared, Track, TrackFit,
+    TrackSample, Turns, WheelAngles, WheelWeight, fit_track, path::dead_reckon,
 };
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
+use crate::campaign::{CampaignError, Warning};
 use crate::error::{Error, Result};
 use crate::motion::Recording;
 use crate::picture::{EndReading, PathSource, RunReport};
 use crate::quantity::Length;
 use crate::session::Session;
-use crate::track::read_track;
+use crate::track::{parse_track, unknown_columns};
 use crate::ui;
 
 /// What measures the robot.
@@ -53,6 +55,8 @@ pub(super) struct Run<'a> {
     pub(super) config: &'a Config,
     pub(super) geometry: &'a Geometry,
     pub(super) start_heading_sigma_rad: f64,
+    /// What the way out was read by, if this is the way back.
+    pub(super) way_out: Option<Deviation>,
 }
 
 /// What a drive says.
@@ -62,36 +66,40 @@ pub struct Measurement {
     pub wheel_weight: WheelWeight,
     /// The drive, for the picture.
     pub run: RunReport,
-    /// The drive as a leg of an out-and-back: from a track, without its first decimetres.
-    pub leg: Leg,
-    /// The ruler's reading as such, left positive \[m\], with its sigma; `None` from a track.
-    pub offset_m: Option<(f64, f64)>,
+    /// What this drive is good for as a way of an out-and-back.
+    pub way: Way,
+}
+
+/// A drive as one way of an out-and-back.
+#[derive(Clone, Copy, Debug)]
+pub enum Way {
+    /// From a track, without its first decimetres, in which a caster swings round and kicks.
+    Track(Leg),
+    /// From what a person or the simulator's ruler read, which cannot leave them out.
+    Reading(Experiment),
 }
 
 impl Measurement {
-    /// This drive as the way back after `out`.
-    ///
-    /// A track shows the turn of each drive by itself, and where on the way it happened: the first
-    /// decimetres, in which a caster swings round and kicks, are left out. A ruler cannot do that. A ruler at the line reads where the robot is:
-    /// with s the length of each way, y the readings after the way out and after the way back, the way
-    /// out turned by alpha = -2 y_out / s and the way back by alpha = 2 (y_out + y_back) / s.
-    pub(super) fn leg_after(&self, out: &Measurement) -> Leg {
-        let leg = self.leg;
-        match (out.offset_m, self.offset_m) {
-            (Some((out_m, out_sigma_m)), Some((back_m, back_sigma_m))) => {
-                let s_m = self
-                    .run
-                    .path
-                    .first()
-                    .zip(self.run.path.last())
-                    .map_or(f64::NAN, |(a, b)| (b.x_m - a.x_m).hypot(b.y_m - a.y_m));
-                Leg {
-                    alpha_rad: 2.0 * (out_m + back_m) / s_m,
-                    alpha_sigma_rad: 2.0 * out_sigma_m.hypot(back_sigma_m) / s_m,
-                    ..leg
-                }
+    /// What was read, unless it was a track.
+    pub(super) fn deviation(&self) -> Option<Deviation> {
+        match &self.way {
+            Way::Track(_) => None,
+            Way::Reading(experiment) => Some(experiment.deviation),
+        }
+    }
+
+    /// Separates radius from pull by this drive and `back`, the same one backwards from where it ended.
+    pub(super) fn and_back(
+        &self,
+        back: &Measurement,
+        geometry: &Geometry,
+    ) -> std::result::Result<OutAndBack, OutAndBackError> {
+        match (&self.way, &back.way) {
+            (Way::Track(out), Way::Track(back)) => {
+                OutAndBack::new(*out, *back, Shared::TRACKS, geometry)
             }
-            _ => leg,
+            (Way::Reading(out), Way::Reading(back)) => OutAndBack::by_readings(out, back),
+            _ => Err(OutAndBackError::Mixed),
         }
     }
 }
@@ -116,14 +124,20 @@ impl Instrument {
         }
     }
 
+    /// Refuses what cannot measure anything, before the robot moves.
+    pub(super) fn check(&self) -> Result<()> {
+        if let Instrument::TrackFile { path, .. } = self {
+            check_header(path)?.iter().for_each(ui::warn);
+            track_so_far(path)?;
+        }
+        Ok(())
+    }
+
     /// Notes where the track stands before a drive.
     pub(super) fn begin(&mut self) -> Result<()> {
         match self {
             Instrument::Camera(lab, seen) => *seen = lab.camera_len(),
-            Instrument::TrackFile { path, seen, .. } => {
-                check_header(path)?;
-                *seen = track_so_far(path)?.len();
-            }
+            Instrument::TrackFile { path, seen, .. } => *seen = track_so_far(path)?.len(),
             Instrument::Ruler(_) | Instrument::Person { .. } => {}
         }
         Ok(())
@@ -183,6 +197,7 @@ impl Instrument {
                     let question = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
                     let answer = ui::ask(question, session.clock()).await?;
                     let measured = parse_reading(&answer, sigma_m).and_then(|deviation| {
+                        run.check_kind(&deviation)?;
                         run.by_reading(deviation).map_err(|error| error.to_string())
                     });
                     match measured {
@@ -196,12 +211,13 @@ impl Instrument {
 }
 
 /// Refuses a file that is no track before the robot moves; one that has only been created is fine.
-fn check_header(path: &Path) -> Result<()> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
+/// Returns what else is to be said about it.
+fn check_header(path: &Path) -> Result<Vec<Warning>> {
+    let text = whole_lines(path).map_err(|error| {
         Error::new(format_args!("cannot read the track {}: {error}", path.display()))
             .hint("start the tracking system first, so that the file is there")
     })?;
-    let Some(header) = text.lines().next() else { return Ok(()) };
+    let Some(header) = text.lines().next() else { return Ok(Vec::new()) };
     for column in ["t_s", "x_m", "y_m"] {
         if !header.split(',').any(|name| name.trim() == column) {
             return Err(Error::new(format_args!(
@@ -211,26 +227,26 @@ fn check_header(path: &Path) -> Result<()> {
             .hint("a track has a header line: t_s,x_m,y_m or t_s,x_m,y_m,heading_rad"));
         }
     }
-    Ok(())
+    Ok(unknown_columns(path, header)?)
 }
 
 /// A track file as far as it has come: a tracking system may create it, or begin it, only when the
 /// robot first moves.
 fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
     const HEADER_AND_TWO_ROWS: usize = 3;
-    match std::fs::read_to_string(path) {
+    match whole_lines(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(CampaignError::io(path, "read it", error).into()),
         Ok(text) if text.lines().count() < HEADER_AND_TWO_ROWS => Ok(Vec::new()),
-        Ok(text) => {
-            let mut samples = read_track(path)?.0;
-            if !text.ends_with('\n') {
-                // The last row is still being written: a number may lack its last digits.
-                samples.pop();
-            }
-            Ok(samples)
-        }
-        Err(_) => Ok(read_track(path)?.0),
+        Ok(text) => Ok(parse_track(path, &text)?.0),
     }
+}
+
+/// A file that is being written, up to its last line feed: what comes after it is not all there yet.
+fn whole_lines(path: &Path) -> std::io::Result<String> {
+    let mut bytes = std::fs::read(path)?;
+    bytes.truncate(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));
+    String::from_utf8(bytes).map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error))
 }
 
 /// One length is the lateral offset, two are the paper's dx and dy.
@@ -298,8 +314,9 @@ impl Run<'_> {
             },
             wheel_weight: fit.wheel_weight.clone(),
         };
-        let leg = self.leg_by_track(track, options).unwrap_or(Leg::from(&fit.wheel_weight));
-        Ok(Measurement { wheel_weight: fit.wheel_weight, run, leg, offset_m: None })
+        // A drive too short to lose its run-in is taken whole.
+        let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
+        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: Way::Track(leg) })
     }
 
     /// The drive without its run-in. What turned the robot there becomes part of its free start pose.
@@ -321,7 +338,22 @@ impl Run<'_> {
             ..*track
         };
         let fit = fit_track(&rest, &angles[first..], self.geometry, options).ok()?;
-        Some(Leg::from(&fit.wheel_weight))
+        Some(leg_of(&fit))
+    }
+
+    /// Both ways must be read in the same way: an offset and an angle do not subtract.
+    fn check_kind(&self, deviation: &Deviation) -> std::result::Result<(), String> {
+        let is_offset = |it: &Deviation| matches!(it, Deviation::LateralOffset { .. });
+        match self.way_out {
+            Some(out) if is_offset(&out) && !is_offset(deviation) => {
+                Err("the way out was read by its offset: read the way back by its offset too"
+                    .into())
+            }
+            Some(out) if !is_offset(&out) && is_offset(deviation) => {
+                Err("the way out was read by dx and dy: read the way back by dx and dy too".into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn by_reading(&self, deviation: Deviation) -> Result<Measurement> {
@@ -361,8 +393,7 @@ impl Run<'_> {
             },
             wheel_weight: wheel_weight.clone(),
         };
-        let leg = Leg::from(&wheel_weight);
-        Ok(Measurement { wheel_weight, run, leg, offset_m })
+        Ok(Measurement { wheel_weight, run, way: Way::Reading(experiment) })
     }
 
     /// A tracking system's clock starts when it likes: the robot's first movement is the same in both.
@@ -394,9 +425,53 @@ impl Run<'_> {
     }
 }
 
+/// A fitted track as a leg, with the length of way that the track shows.
+fn leg_of(fit: &TrackFit) -> Leg {
+    let WheelWeight { alpha_rad, alpha_sigma_rad, turns, .. } = fit.wheel_weight;
+    let scaled = |phi_rad: f64| phi_rad * fit.scale.value;
+    let turns = Turns {
+        phi_left_rad: scaled(turns.phi_left_rad),
+        phi_right_rad: scaled(turns.phi_right_rad),
+    };
+    Leg { alpha_rad, alpha_sigma_rad, turns }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        file
+    }
+
+    #[test]
+    fn a_row_that_is_still_being_written_is_not_read_however_far_it_has_come() {
+        let rows = "t_s,x_m,y_m\n0,0,0\n1,0.1,0\n";
+        for torn in ["", "2", "2,", "2,0.", "2,0.2,0", "2,0.2,-", "\u{b0}"] {
+            // The last bytes of a torn row need not be whole characters.
+            let mut bytes = [rows, torn].concat().into_bytes();
+            if torn == "\u{b0}" {
+                bytes.pop();
+            }
+            let file = file(&bytes);
+            assert_eq!(track_so_far(file.path()).unwrap().len(), 2, "{torn:?}");
+            assert!(check_header(file.path()).unwrap().is_empty());
+        }
+        let whole = file([rows, "2,0.2,0\n"].concat().as_bytes());
+        assert_eq!(track_so_far(whole.path()).unwrap().len(), 3);
+        assert!(track_so_far(file(b"t_s,x_m,y_m\n0,0,0\n1,x,0\n").path()).is_err());
+        assert!(check_header(file(b"t_s,x").path()).unwrap().is_empty(), "a torn header");
+    }
+
+    #[test]
+    fn a_column_that_no_track_has_is_named() {
+        let file = file(b"t_s,x_m,y_m,colour\n");
+        let warnings = check_header(file.path()).unwrap();
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].to_string().contains("column 4: the column `colour`"));
+    }
 
     #[test]
     fn one_length_is_an_offset_and_two_are_the_papers_triangle() {

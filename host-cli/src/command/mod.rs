@@ -1,7 +1,6 @@
 //! One file a command.
 
 mod calibrate;
-pub(crate) use identify::hex;
 mod config;
 mod drive;
 mod identify;

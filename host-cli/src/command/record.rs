@@ -1,13 +1,16 @@
 //! `beeline record`
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use serde_json::json;
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
 use super::drive::{kind, motion_of};
 use crate::campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
-use crate::cli::{Common, RecordArgs};
+use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
+use crate::hex::hex;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::ui::{Progress, note, say, warn};
@@ -17,16 +20,22 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         // Before the robot moves: a folder that cannot be written must not cost a run.
-        let robot = robot_file(&config, lab.as_ref());
+        let mut robot = robot_file(&config, lab.as_ref());
+        // In the simulator, whoever asks for other noise asks for another seed, and so for another uid.
+        if lab.is_none() {
+            robot.uid = Some(hex(&session.identify().await?.uid));
+        }
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
         let mut run = writer.start_run(name, &columns(lab.is_some()))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
-        let period_ms = (1000 / args.rate).max(1);
-        let options = RecordOptions { period_ms, ..RecordOptions::default() };
+        let options = RecordOptions { period_ms: period_ms(args.rate), ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
         let dropped = session.status().await?.link.telemetry_dropped;
+        // The host's clock is one for all runs, which the robot's is not: it begins anew at every power-on.
+        // In the simulator each run is a new robot, and the same seed gives the same bytes.
+        let started_s = if lab.is_none() { Some(unix_time_s()) } else { None };
         let mut telemetry = Vec::new();
         let driven = motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
             progress.set(share);
@@ -41,9 +50,6 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         for row in &rows {
             run.push(row)?;
         }
-        // Time since power-on is one clock for all runs, except in the simulator, where each run is a new robot.
-        let started_s =
-            telemetry.first().filter(|_| lab.is_none()).map(|frame| frame.t_us as f64 * 1e-6);
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         if let Err(error) = driven {
             note(format_args!(
@@ -72,6 +78,12 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     Ok(())
 }
 
+/// Seconds since 1970, to the millisecond.
+fn unix_time_s() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    since.as_millis() as f64 * 1e-3
+}
+
 fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
     let encoder = config.encoder.left;
     let name = match config.name.as_str() {
@@ -87,6 +99,7 @@ fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
         position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
         heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
         supply_v: None,
+        uid: None,
         runs: Vec::new(),
     }
 }

@@ -14,8 +14,7 @@ use shared_proto::{
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
-/// How long a motion lives without a renewal, as `beeline` has it \[ms\].
-pub const TTL_MS: u16 = 200;
+pub use host_cli::motion::TTL_MS;
 
 /// Between two looks of the witness: a control period \[us\].
 const LOOK_EVERY_US: u64 = 1000;
@@ -204,7 +203,7 @@ impl Robot {
 /// The command for a motion.
 pub fn with_id(motion: &Motion, id: MotionId) -> Drive {
     let Motion { unit, distance, cruise, acceleration } = *motion;
-    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration }
+    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration, start_us: None }
 }
 
 /// A motion in metres.

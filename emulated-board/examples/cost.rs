@@ -18,7 +18,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let ended = emulation.run(|mut bench: Bench| async move {
         bench.session.open().await?;
-        let options = RecordOptions { period_ms: 2, rest: Duration::from_millis(100) };
+        let options = RecordOptions {
+            period_ms: 2,
+            rest: Duration::from_millis(100),
+            ..RecordOptions::default()
+        };
         motion::drive(&mut bench.session, &Motion::PAPER, options, &mut |_| ()).await.map(drop)
     })?;
     ended.found.map_err(|error| error.to_string())?;

@@ -56,6 +56,8 @@ pub struct Shared<M: RawMutex> {
     pub telemetry_due: Signal<M, Telemetry>,
     /// Telemetry to link.
     pub telemetry: Channel<M, Telemetry, 2>,
+    /// Telemetry to supervisor: what was sent last, should it have got lost.
+    pub history: History<M>,
     /// Ticks between two telemetry frames, 0 for none.
     pub telemetry_period: Cells<M, u32>,
     /// The wheels as PID saw them last.
@@ -88,6 +90,7 @@ impl<M: RawMutex> Shared<M> {
             outgoing: Channel::new(),
             telemetry_due: Signal::new(),
             telemetry: Channel::new(),
+            history: History::new(),
             telemetry_period: Cells::new(0),
             snapshot: Cells::new(Snapshot::ZERO),
             fault: FaultLatch::new(),
@@ -148,6 +151,29 @@ impl<M: RawMutex, T: Copy> Cells<M, T> {
             change(&mut value);
             cell.set(value);
         });
+    }
+}
+
+/// The telemetry that was sent last, each in the slot of its number.
+pub struct History<M: RawMutex>(Mutex<M, [Cell<Option<Telemetry>>; Telemetry::KEPT as usize]>);
+
+impl<M: RawMutex> History<M> {
+    const fn new() -> Self {
+        Self(Mutex::new([const { Cell::new(None) }; Telemetry::KEPT as usize]))
+    }
+
+    /// Keeps this one, and forgets the one that is [`Telemetry::KEPT`] older.
+    pub fn keep(&self, telemetry: Telemetry) {
+        self.0.lock(|slots| Self::slot(slots, telemetry.number).set(Some(telemetry)));
+    }
+
+    /// The one with this number, if it is still there.
+    pub fn recall(&self, number: u32) -> Option<Telemetry> {
+        self.0.lock(|slots| Self::slot(slots, number).get()).filter(|kept| kept.number == number)
+    }
+
+    fn slot(slots: &[Cell<Option<Telemetry>>], number: u32) -> &Cell<Option<Telemetry>> {
+        &slots[(number % Telemetry::KEPT) as usize]
     }
 }
 

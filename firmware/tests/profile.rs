@@ -104,6 +104,7 @@ fn order(left_m: f64, right_m: f64, cruise: f64, acceleration: f64) -> Drive {
         distance: WheelPair::new(left_m, right_m),
         cruise,
         acceleration,
+        start_us: None,
     }
 }
 

@@ -148,6 +148,7 @@ fn metres(left: f64, right: f64, cruise: f64, acceleration: f64) -> Drive {
         distance: WheelPair::new(left, right),
         cruise,
         acceleration,
+        start_us: None,
     }
 }
 

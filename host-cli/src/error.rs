@@ -66,6 +66,11 @@ impl Error {
         value
     }
 
+    /// Whether the user stopped it.
+    pub fn is_interrupted(&self) -> bool {
+        self.kind == Kind::Interrupted
+    }
+
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self.kind {

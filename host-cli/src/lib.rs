@@ -30,5 +30,6 @@ pub mod port;
 pub mod quantity;
 pub mod serve;
 pub mod session;
+pub mod stream;
 pub mod track;
 pub mod ui;

@@ -2,18 +2,32 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, Drive, MotionEnd, State, Telemetry, TravelUnit, WheelPair};
+use shared_proto::{
+    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    WheelPair,
+};
+
+use sim_target::Lab;
 
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::session::{Session, faulted};
+use crate::session::{Session, faulted, refused};
 
 /// The robot stops by itself if it hears nothing for this long \[ms\].
-const TTL_MS: u16 = 200;
+pub const TTL_MS: u16 = 200;
 
 /// The host renews a motion this often: of six in a time to live five may be lost, the shortest
 /// `protection.link_timeout_s` leaves room for one, and a line of 9600 baud carries it.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
+
+/// From the command to the beginning of the recording: room to say it seven times.
+const LEAD: Duration = Duration::from_millis(300);
+
+/// A motion whose command always came too late is given up after this many.
+const START_TRIES: u32 = 3;
+
+/// Telemetry that is this late will not come: twice the longest period there is.
+const TELEMETRY_LATE: Duration = Duration::from_secs(2);
 
 /// What to drive, on the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,17 +81,20 @@ pub struct Recording {
 }
 
 /// How to record a motion.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone)]
 pub struct RecordOptions {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
     /// Recording goes on this long before and after the motion, standing still.
     pub rest: Duration,
+    /// The simulator's camera: its pictures count from the beginning of the recording, as those of a
+    /// camera do that is triggered.
+    pub camera: Option<Lab>,
 }
 
 impl Default for RecordOptions {
     fn default() -> Self {
-        Self { period_ms: 10, rest: Duration::from_millis(500) }
+        Self { period_ms: 10, rest: Duration::from_millis(500), camera: None }
     }
 }
 
@@ -104,15 +121,12 @@ pub async fn drive_into(
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
-    let outcome = drive_armed(session, motion, options, telemetry, progress).await;
-    // Where it failed for want of a link these fail too, and the robot has stopped by itself.
+    let outcome = drive_armed(session, motion, &options, telemetry, progress).await;
+    // Where it failed for want of a link this fails too, and the robot has stopped by itself.
     if let Err(error) = outcome {
-        let _ = session.ask(Command::Stop).await;
-        let _ = wait_for_stop(session).await;
-        let _ = session.ask(Command::Disarm).await;
-        let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
-        telemetry.extend(session.take_telemetry());
-        return Err(error);
+        let rest = bring_to_rest(session, motion).await;
+        telemetry.extend(session.take_all_telemetry());
+        return Err(if error.is_interrupted() { interrupted(&rest) } else { error });
     }
     session.request(Command::Disarm).await?;
     session.request(Command::Subscribe { period_ms: 0 }).await?;
@@ -122,29 +136,27 @@ pub async fn drive_into(
 async fn drive_armed(
     session: &mut Session,
     motion: &Motion,
-    options: RecordOptions,
+    options: &RecordOptions,
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
     let _stale = session.take_telemetry().count() + session.take_events().count();
-    session.listen(options.rest).await?;
     stop_if_interrupted()?;
     session.request(Command::Arm).await?;
     let id = session.new_motion();
-    let Motion { unit, distance, cruise, acceleration } = *motion;
-    let drive = Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration };
-    session.request(Command::Drive(drive)).await?;
+    let start_us = start(session, motion, id, options, telemetry).await?;
 
-    let start_us = session.clock().now_us();
+    let begin_us = session.clock().now_us();
+    let wait_s = (LEAD + options.rest).as_secs_f64();
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
         telemetry.extend(session.take_telemetry());
-        let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
-        progress((elapsed_s / duration_s).min(1.0));
+        let elapsed_s = (session.clock().now_us() - begin_us) as f64 * 1e-6 - wait_s;
+        progress((elapsed_s / duration_s).clamp(0.0, 1.0));
         stop_if_interrupted()?;
-        if session.take_events().any(|event| ends_motion(&event))
-            || telemetry.last().is_some_and(|last| !is_moving(last.state))
+        if session.take_events().any(|event| ends_motion(&event, id))
+            || end_us(telemetry, start_us).is_some()
             || elapsed_s > duration_s + 5.0
         {
             break;
@@ -152,7 +164,7 @@ async fn drive_armed(
         // A motion that has just ended by a fault says so in the status below.
         session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
     }
-    let status = wait_for_stop(session).await?;
+    let status = wait_for_stop(session, motion, true).await?;
     if let Some(report) = status.fault {
         return Err(faulted(&report));
     }
@@ -161,32 +173,170 @@ async fn drive_armed(
         None => return Err(Error::new("the robot never came to the end of its motion")),
     };
     progress(1.0);
-    session.listen(options.rest).await?;
+    let until_us = listen_to_the_end(session, start_us, options.rest, telemetry).await?;
     stop_if_interrupted()?;
-    telemetry.extend(session.take_telemetry());
+    let from_us = start_us.saturating_sub(options.rest.as_micros() as u64);
+    telemetry.retain(|frame| (from_us..=until_us).contains(&frame.t_us));
     Ok(end)
 }
 
-/// Whoever sees this error brings the robot to a stand, or says that the link is lost.
+/// Has the motion begin at a time of the robot's own clock, which it returns \[us\].
+///
+/// So a command that had to be repeated begins no later, and the recording holds the same instants of
+/// the motion, whatever the line lost.
+async fn start(
+    session: &mut Session,
+    motion: &Motion,
+    id: MotionId,
+    options: &RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+) -> Result<u64> {
+    let Motion { unit, distance, cruise, acceleration } = *motion;
+    let rest_us = options.rest.as_micros() as u64;
+    let period_us = u64::from(options.period_ms.max(1)) * 1000;
+    for _ in 0..START_TRIES {
+        let now_us = first_sight(session, telemetry).await?;
+        // In step with the telemetry: its instants are the same ones of every motion.
+        let ahead_us = LEAD.as_micros() as u64 + rest_us;
+        let start_us = now_us + ahead_us.next_multiple_of(period_us);
+        let drive = Drive {
+            motion: id,
+            ttl_ms: TTL_MS,
+            unit,
+            distance,
+            cruise,
+            acceleration,
+            start_us: Some(start_us),
+        };
+        if let Some(lab) = &options.camera {
+            lab.trigger_camera(start_us - rest_us);
+        }
+        let command = Command::Drive(drive);
+        match session.ask(command).await? {
+            Ok(_) => return Ok(start_us),
+            // Too many copies of the command got lost.
+            Err(Refusal::Motion(MotionError::Start)) => {}
+            Err(refusal) => return Err(refused("drive", &refusal)),
+        }
+    }
+    Err(Error::new("the line is so bad that the robot always heard of its motion too late")
+        .hint("check the cable, or lower the baud rate"))
+}
+
+/// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.
+async fn first_sight(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + TELEMETRY_LATE.as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        if let Some(latest) = telemetry.last() {
+            return Ok(latest.t_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            return Err(Error::new("the robot sends no telemetry")
+                .hint("is the line too slow for it? raise the baud rate"));
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// Listens until the rest after the motion has come in whole; returns when it ends on the robot's clock.
+async fn listen_to_the_end(
+    session: &mut Session,
+    start_us: u64,
+    rest: Duration,
+    telemetry: &mut Vec<Telemetry>,
+) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + (rest + TELEMETRY_LATE).as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        let until_us = end_us(telemetry, start_us).map(|end_us| end_us + rest.as_micros() as u64);
+        if let Some(until_us) = until_us
+            && telemetry.last().is_some_and(|last| last.t_us >= until_us)
+        {
+            return Ok(until_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            telemetry.extend(session.take_all_telemetry());
+            return Ok(until_us.unwrap_or(u64::MAX));
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// When the motion that set off at `start_us` was over, by the telemetry \[us\].
+fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
+    // From the back: once it is over, it is over in all that follows.
+    let over = |frame: &&Telemetry| frame.t_us > start_us && !is_moving(frame.state);
+    telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
+}
+
+/// Whoever sees this error brings the robot to a stand, and says how that went.
 fn stop_if_interrupted() -> Result<()> {
     if interrupt::requested() {
-        return Err(Error::interrupted(
-            "stopped by Ctrl-C; the robot stands still, its motors are off",
-        ));
+        return Err(Error::interrupted("stopped by Ctrl-C"));
     }
     Ok(())
 }
 
-async fn wait_for_stop(session: &mut Session) -> Result<shared_proto::Status> {
+/// Brakes, waits for the stand and takes the power off; the state in which the robot is then.
+async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> {
+    // Refused where a fault has stopped it already.
+    let _refused = session.ask(Command::Stop).await?;
+    if wait_for_stop(session, motion, false).await.is_err() {
+        // It answers and does not stop, or did not answer for long enough.
+        let _refused = session.ask(Command::EmergencyStop).await?;
+    }
+    let _refused = session.ask(Command::Disarm).await?;
+    let state = session.status().await?.state;
+    let _refused = session.ask(Command::Subscribe { period_ms: 0 }).await?;
+    Ok(state)
+}
+
+/// What a user who pressed Ctrl-C has to know of the robot, and nothing that is not known.
+fn interrupted(rest: &Result<State>) -> Error {
+    match rest {
+        Ok(State::Idle | State::Faulted | State::Boot) => {
+            Error::interrupted("stopped by Ctrl-C; the robot stands still, its motors are off")
+        }
+        Ok(state) => Error::interrupted(format_args!(
+            "stopped by Ctrl-C, but the robot says that it is {}",
+            state.name()
+        ))
+        .hint("`beeline stop --now`, or its stop button"),
+        Err(error) => Error::interrupted(format_args!(
+            "stopped by Ctrl-C; whether the robot stands still is not known: {error}"
+        ))
+        .hint(format_args!(
+            "by itself it stops {TTL_MS} ms after its host fell silent; watch it, and use its stop button if it does not"
+        )),
+    }
+}
+
+/// Waits until the robot stands, for as long as its ramp takes and a little more.
+async fn wait_for_stop(
+    session: &mut Session,
+    motion: &Motion,
+    until_interrupted: bool,
+) -> Result<shared_proto::Status> {
+    const MORE_S: f64 = 5.0;
+    let patience_s = motion.cruise / motion.acceleration + MORE_S;
+    let give_up_us = session.clock().now_us() + (patience_s * 1e6) as u64;
     loop {
         let status = session.status().await?;
         if !is_moving(status.state) {
             return Ok(status);
         }
-        session.listen(RENEW_EVERY).await?;
+        if until_interrupted {
+            stop_if_interrupted()?;
+        }
+        if session.clock().now_us() > give_up_us {
+            return Err(Error::new("the robot does not come to a stand at the end of its motion")
+                .hint("is something pushing it? `beeline identify` shows its state"));
+        }
         if let Some(motion) = status.motion {
             session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
         }
+        session.listen(RENEW_EVERY).await?;
     }
 }
 
@@ -194,6 +344,11 @@ fn is_moving(state: State) -> bool {
     matches!(state, State::Driving | State::Stopping)
 }
 
-fn ends_motion(event: &shared_proto::Event) -> bool {
-    matches!(event, shared_proto::Event::MotionEnded { .. } | shared_proto::Event::Fault(_))
+/// Whether an event says that this motion is over.
+fn ends_motion(event: &Event, id: MotionId) -> bool {
+    match event {
+        Event::MotionEnded { motion, .. } => *motion == id,
+        Event::Fault(_) => true,
+        Event::State { .. } => false,
+    }
 }

@@ -14,6 +14,7 @@ use shared_proto::{
 
 use crate::error::{Error, Result};
 use crate::link::{Clock, Wire};
+use crate::stream::Stream;
 
 /// A reply that has not come after this long is asked for again: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);
@@ -33,7 +34,7 @@ pub struct Session {
     motions: u32,
     replies: VecDeque<Reply>,
     hello: Option<Hello>,
-    telemetry: VecDeque<Telemetry>,
+    telemetry: Stream,
     events: VecDeque<Event>,
     statistics: HostStatistics,
 }
@@ -49,6 +50,10 @@ pub struct HostStatistics {
     pub frames_lost: u64,
     /// Requests sent again.
     pub retries: u64,
+    /// Telemetry that was lost on the way, asked for again, and had.
+    pub telemetry_recalled: u64,
+    /// Telemetry that is missing for good.
+    pub telemetry_lost: u64,
 }
 
 impl Session {
@@ -65,7 +70,7 @@ impl Session {
             motions: 0,
             replies: VecDeque::new(),
             hello: None,
-            telemetry: VecDeque::new(),
+            telemetry: Stream::default(),
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
         }
@@ -76,11 +81,6 @@ impl Session {
         self.clock
     }
 
-    /// Where the robot is reached.
-    pub fn port(&self) -> &str {
-        &self.port
-    }
-
     /// A number for the next motion that the last one did not have.
     pub fn new_motion(&mut self) -> MotionId {
         self.motions += 1;
@@ -89,7 +89,11 @@ impl Session {
 
     /// What was received and repeated.
     pub fn statistics(&self) -> HostStatistics {
-        self.statistics
+        HostStatistics {
+            telemetry_recalled: self.telemetry.had_again(),
+            telemetry_lost: self.telemetry.lost(),
+            ..self.statistics
+        }
     }
 
     /// Shakes hands: both ends must speak the same version with the same message layouts.
@@ -134,6 +138,7 @@ impl Session {
 
     /// Asks, and repeats the question until the robot answers.
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
+        let subscribes = matches!(command, Command::Subscribe { .. });
         let id = self.next_id;
         self.next_id += 1;
         let request = Request { id, command };
@@ -148,6 +153,9 @@ impl Session {
             let until = self.clock.now_us() + RETRY_AFTER.as_micros() as u64;
             loop {
                 if let Some(reply) = self.take_reply(id) {
+                    if subscribes {
+                        self.telemetry.restart();
+                    }
                     return Ok(reply.outcome);
                 }
                 if !self.receive_until(until).await? {
@@ -161,10 +169,15 @@ impl Session {
 
     /// Says something and does not wait for the answer: for what is said again soon anyway.
     pub async fn post(&mut self, command: Command) -> Result<()> {
+        self.post_request(command).await.map(drop)
+    }
+
+    async fn post_request(&mut self, command: Command) -> Result<u32> {
         let id = self.next_id;
         self.next_id += 1;
         let frame = self.encoder.message(&Request { id, command });
-        self.write(&frame).await
+        self.write(&frame).await?;
+        Ok(id)
     }
 
     /// As [`ask`](Self::ask), where a refusal is an error.
@@ -224,9 +237,17 @@ impl Session {
         }
     }
 
-    /// Telemetry that has come and not been taken, oldest first.
+    /// Telemetry that has come and not been taken, oldest first, each frame once.
+    ///
+    /// What comes behind a frame that was lost is held back until that one has been had again.
     pub fn take_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
-        self.telemetry.drain(..)
+        self.telemetry.drain()
+    }
+
+    /// As [`take_telemetry`](Self::take_telemetry), but waits for nothing that was lost.
+    pub fn take_all_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
+        self.telemetry.give_up();
+        self.telemetry.drain()
     }
 
     /// Events that have come and not been taken, oldest first.
@@ -271,6 +292,10 @@ impl Session {
         for byte in bytes {
             self.take_byte(byte)?;
         }
+        if let Some(number) = self.telemetry.missing(clock.now_us()) {
+            let id = self.post_request(Command::Recall { number }).await?;
+            self.telemetry.has_asked(number, id, clock.now_us());
+        }
         Ok(true)
     }
 
@@ -297,10 +322,18 @@ impl Session {
                         ))
                         .hint("check its supply; what it does not save, it has forgotten"));
                     }
+                    Reply { id, outcome } if self.telemetry.has_asked_by(id) => match outcome {
+                        Ok(Answer::Telemetry(telemetry)) => self.telemetry.recalled(telemetry),
+                        _ => self.telemetry.forgotten(id),
+                    },
                     reply => self.replies.push_back(reply),
                 }
             }
-            Channel::Telemetry => self.telemetry.extend(frame.message::<Telemetry>()),
+            Channel::Telemetry => {
+                if let Some(telemetry) = frame.message::<Telemetry>() {
+                    self.telemetry.take_in(telemetry);
+                }
+            }
             Channel::Event => self.events.extend(frame.message::<Event>()),
             Channel::Request => {}
         }
@@ -348,6 +381,7 @@ fn name_of(command: &Command) -> &'static str {
         Command::EmergencyStop => "emergency stop",
         Command::ClearFault { .. } => "clear fault",
         Command::Subscribe { .. } => "subscribe",
+        Command::Recall { .. } => "recall telemetry",
     }
 }
 
@@ -366,7 +400,8 @@ pub fn faulted(report: &FaultReport) -> Error {
     .hint(format_args!("{}; then `beeline clear`", report.fault.remedy()))
 }
 
-fn refused(what: &str, refusal: &Refusal) -> Error {
+/// A refusal, as a person should read it.
+pub fn refused(what: &str, refusal: &Refusal) -> Error {
     let refused = |why: &dyn std::fmt::Display| {
         Error::new(format_args!("the robot refused to {what}: {why}"))
     };
@@ -397,6 +432,7 @@ fn refused(what: &str, refusal: &Refusal) -> Error {
         Refusal::Store => {
             refused(&"its flash could not be written; the saved configuration is as it was")
         }
+        Refusal::Forgotten => refused(&"it no longer keeps that telemetry"),
         Refusal::HelloFirst => refused(&"it restarted"),
         Refusal::Unreadable => refused(&"it could not read the request"),
     }

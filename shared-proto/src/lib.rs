@@ -29,7 +29,7 @@
 //! | 0 `Hello` | 18 | 27 |
 //! | 1 `Request` | 219 | 228 |
 //! | 2 `Reply` | 220 | 229 |
-//! | 3 `Telemetry` | 105 | 114 |
+//! | 3 `Telemetry` | 110 | 119 |
 //! | 4 `Event` | 21 | 30 |
 //!
 //! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, so there is room for what comes.

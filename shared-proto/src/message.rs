@@ -68,6 +68,11 @@ pub enum Command {
         /// Milliseconds between two frames, 0 or 1 to 1000.
         period_ms: u16,
     },
+    /// Say again the telemetry with this number: it got lost. Answered by [`Answer::Telemetry`].
+    Recall {
+        /// [`Telemetry::number`].
+        number: u32,
+    },
 }
 
 /// Where a configuration comes from.
@@ -93,6 +98,8 @@ pub enum Answer {
     Status(Status),
     /// The configuration in use.
     Config(Config),
+    /// Telemetry of a moment ago, as it was.
+    Telemetry(Telemetry),
 }
 
 /// Why the robot did not do it.
@@ -121,6 +128,8 @@ pub enum Refusal {
     HelloFirst,
     /// The request could not be read. The reply's id is 0.
     Unreadable,
+    /// The robot has no telemetry with this number any more; it keeps [`Telemetry::KEPT`] of them.
+    Forgotten,
 }
 
 /// Where the robot is in its life.
@@ -257,6 +266,9 @@ pub struct LinkStatistics {
 /// One look at everything that moves, taken at one control tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
+    /// Rises by one from frame to frame while the period stays the same, and wraps. A gap was lost, and
+    /// can be had again by [`Command::Recall`].
+    pub number: u32,
     /// Time of the control tick since power-on \[us\].
     pub t_us: u64,
     /// Where the robot is in its life.
@@ -267,6 +279,11 @@ pub struct Telemetry {
     pub wheels: WheelPair<WheelTelemetry>,
     /// Supply \[mV\].
     pub supply_mv: u16,
+}
+
+impl Telemetry {
+    /// This many are kept by the robot, to be asked for again: a third of a second at 100 Hz.
+    pub const KEPT: u32 = 32;
 }
 
 /// One wheel at one control tick.

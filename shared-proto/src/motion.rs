@@ -32,6 +32,10 @@ pub struct Drive {
     pub cruise: f64,
     /// Steepness of the ramps, positive \[unit/s^2\].
     pub acceleration: f64,
+    /// When to set off, from a stand, on the robot's clock \[us since power-on\]; at once if `None`.
+    ///
+    /// With it a command that had to be repeated sets off no later than one that came through at once.
+    pub start_us: Option<u64>,
 }
 
 impl Drive {
@@ -41,6 +45,8 @@ impl Drive {
     pub const DISTANCE_M_MAX: f64 = 20_000.0;
     /// Longest that one command takes \[s\].
     pub const DURATION_S_MAX: f64 = 2_000_000.0;
+    /// Farthest that [`Drive::start_us`] may lie ahead \[us\].
+    pub const START_AHEAD_US_MAX: u64 = 10_000_000;
     /// Longest ramp \[s\].
     pub const RAMP_S_MAX: f64 = 1000.0;
 }
@@ -73,6 +79,8 @@ pub enum MotionError {
     TooLong,
     /// Time to live outside [`Drive::TTL_MS`].
     TimeToLive,
+    /// [`Drive::start_us`] has passed, or is more than [`Drive::START_AHEAD_US_MAX`] ahead.
+    Start,
 }
 
 impl core::fmt::Display for MotionError {
@@ -89,6 +97,7 @@ impl core::fmt::Display for MotionError {
                 "a ramp would take more than 1000 s, or the whole motion more than 2,000,000 s"
             }
             MotionError::TimeToLive => "time to live must be from 20 to 10000 ms",
+            MotionError::Start => "the time to set off must be ahead, by 10 s at most",
         })
     }
 }

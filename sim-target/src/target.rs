@@ -192,6 +192,11 @@ impl Lab {
         self.world.borrow().camera_samples[first..].to_vec()
     }
 
+    /// Has the camera take its next picture at this time, and all others at its rate after it.
+    pub fn trigger_camera(&self, t_us: u64) {
+        self.world.borrow_mut().camera.trigger(t_us);
+    }
+
     /// What the camera's data sheet says.
     pub fn camera_parameters(&self) -> CameraParameters {
         *self.world.borrow().camera.parameters()

@@ -237,6 +237,7 @@ fn publish<M: RawMutex>(
     let period = shared.telemetry_period.get();
     if period != 0 && measured.tick.is_multiple_of(period) {
         shared.telemetry_due.signal(Telemetry {
+            number: measured.tick / period,
             t_us: measured.t_us,
             state: shared.state.get(),
             probing: output.probing,

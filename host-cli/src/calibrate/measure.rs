@@ -143,6 +143,14 @@ impl Instrument {
         Ok(())
     }
 
+    /// The simulator's camera.
+    pub(super) fn camera(&self) -> Option<Lab> {
+        match self {
+            Instrument::Camera(lab, _) => Some(lab.clone()),
+            _ => None,
+        }
+    }
+
     /// Measures the drive that has just ended.
     pub(super) async fn measure(
         &mut self,
@@ -152,13 +160,18 @@ impl Instrument {
         match self {
             Instrument::Camera(lab, seen) => {
                 let parameters = lab.camera_parameters();
+                let origin_us = run.origin_us();
+                let end_us = run.recording.telemetry.last().map_or(0, |frame| frame.t_us);
+                let end_s = end_us.saturating_sub(origin_us) as f64 * 1e-6;
                 let samples =
                     lab.camera_samples_from(*seen).into_iter().map(|sample| TrackSample {
-                        t_s: sample.t_s,
+                        t_s: sample.s_since(origin_us),
                         x_m: sample.x_m,
                         y_m: sample.y_m,
                         heading_rad: Some(sample.heading_rad),
                     });
+                // The camera runs on before and after; the recording is what is the same every time.
+                let samples = samples.filter(|sample| (0.0..=end_s).contains(&sample.t_s));
                 let track = Track {
                     samples: samples.collect(),
                     position_sigma_m: parameters.position_sigma_m,
@@ -276,14 +289,20 @@ fn join_units(text: &str) -> Vec<String> {
 }
 
 impl Run<'_> {
+    /// When the recording begins, on the robot's clock \[us\]; times of this drive count from here.
+    fn origin_us(&self) -> u64 {
+        self.recording.telemetry.first().map_or(0, |frame| frame.t_us)
+    }
+
     fn wheel_angles(&self) -> Vec<WheelAngles> {
         let encoder = self.config.encoder;
         let angle = |counts: i64, encoder: shared_proto::EncoderConfig| {
             counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
         };
         let telemetry = &self.recording.telemetry;
+        let origin_us = self.origin_us();
         let frame = |frame: &Telemetry| WheelAngles {
-            t_s: frame.t_us as f64 * 1e-6,
+            t_s: (frame.t_us - origin_us) as f64 * 1e-6,
             turns: Turns {
                 phi_left_rad: angle(frame.wheels.left.counts, encoder.left),
                 phi_right_rad: angle(frame.wheels.right.counts, encoder.right),

@@ -366,12 +366,13 @@ impl Bench<'_> {
             Drive::Before | Drive::After => self.settings.motion,
         };
         self.instrument.begin()?;
+        let options =
+            RecordOptions { camera: self.instrument.camera(), ..RecordOptions::default() };
         let tell = &mut self.tell;
-        let recording =
-            motion::drive(self.session, &motion, RecordOptions::default(), &mut |share| {
-                tell(Step::Driving(which, share));
-            })
-            .await?;
+        let recording = motion::drive(self.session, &motion, options, &mut |share| {
+            tell(Step::Driving(which, share));
+        })
+        .await?;
         let run = measure::Run {
             recording: &recording,
             config,

@@ -30,7 +30,8 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let mut run = writer.start_run(name, &columns(lab.is_some()))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
-        let options = RecordOptions { period_ms: period_ms(args.rate), ..RecordOptions::default() };
+        let period_ms = period_ms(args.rate);
+        let options = RecordOptions { period_ms, camera: lab.clone(), ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
         let dropped = session.status().await?.link.telemetry_dropped;
         // The host's clock is one for all runs, which the robot's is not: it begins anew at every power-on.
@@ -60,6 +61,10 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             return Err(error);
         }
         let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
+        let lost = session.statistics().telemetry_lost;
+        if lost > u64::from(dropped) {
+            warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
+        }
         if dropped > 0 {
             warn(format_args!(
                 "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
@@ -130,7 +135,7 @@ fn rows(telemetry: &[Telemetry], lab: Option<&Lab>, seen: usize) -> Vec<Row> {
         .collect();
     let end_s = (last.t_us - start_us) as f64 * 1e-6;
     for sample in lab.map(|lab| lab.camera_samples_from(seen)).unwrap_or_default() {
-        let t_s = sample.t_s - start_us as f64 * 1e-6;
+        let t_s = sample.s_since(start_us);
         if (0.0..=end_s).contains(&t_s) {
             let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
             rows.push(Row {

@@ -43,6 +43,10 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
             }
         }
         session.request(Command::Subscribe { period_ms: 0 }).await?;
+        match session.statistics().telemetry_lost {
+            0 => {}
+            lost => note(paint(DIM, format_args!("{lost} frames of telemetry were lost"))),
+        }
         Ok(())
     })
 }

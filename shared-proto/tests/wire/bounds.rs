@@ -35,6 +35,7 @@ fn longest() -> Vec<Any> {
         Any::Request(Request { id: u32::MAX, command: Command::WriteConfig(config.clone()) }),
         Any::Reply(Reply { id: u32::MAX, outcome: Ok(Answer::Config(config)) }),
         Any::Telemetry(Telemetry {
+            number: u32::MAX,
             t_us: u64::MAX,
             wheels: WheelPair::both(wheel),
             supply_mv: u16::MAX,

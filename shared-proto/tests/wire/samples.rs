@@ -119,11 +119,13 @@ fn drive(unit: TravelUnit) -> Drive {
         distance: WheelPair { left: 8.0, right: -8.0 },
         cruise: 0.523,
         acceleration: 0.101,
+        start_us: None,
     }
 }
 
 pub fn telemetry() -> Telemetry {
     Telemetry {
+        number: 517,
         t_us: 5_178_000,
         state: State::Driving,
         probing: false,
@@ -182,11 +184,14 @@ pub fn all() -> Vec<(String, Any)> {
     request("disarm", Command::Disarm);
     request("drive.meter", Command::Drive(drive(TravelUnit::Meter)));
     request("drive.wheel_revolution", Command::Drive(drive(TravelUnit::WheelRevolution)));
+    let later = Drive { start_us: Some(20_475_000), ..drive(TravelUnit::WheelRevolution) };
+    request("drive.later", Command::Drive(later));
     request("renew", Command::Renew { motion: MotionId(77), ttl_ms: 500 });
     request("stop", Command::Stop);
     request("emergency_stop", Command::EmergencyStop);
     request("clear_fault", Command::ClearFault { number: 3 });
     request("subscribe", Command::Subscribe { period_ms: 20 });
+    request("recall", Command::Recall { number: 517 });
 
     let mut reply = |name: &str, outcome| {
         all.push((format!("reply.{name}"), Any::Reply(Reply { id: 7, outcome })));
@@ -215,6 +220,7 @@ pub fn all() -> Vec<(String, Any)> {
     let never_moved = Status { motion: None, ..status(State::Idle, None, None) };
     reply("status.never_moved", Ok(Answer::Status(never_moved)));
     reply("config", Ok(Answer::Config(config())));
+    reply("telemetry", Ok(Answer::Telemetry(telemetry())));
 
     let out_of_range = ConfigError::OutOfRange { field: 2, value: 1.5 };
     let per_count = ConfigError::DistancePerCount { wheel: Right, meters: 0.25 };
@@ -230,6 +236,7 @@ pub fn all() -> Vec<(String, Any)> {
         ("motion.too_steep", Refusal::Motion(MotionError::TooSteep)),
         ("motion.too_long", Refusal::Motion(MotionError::TooLong)),
         ("motion.time_to_live", Refusal::Motion(MotionError::TimeToLive)),
+        ("motion.start", Refusal::Motion(MotionError::Start)),
         ("no_such_motion", Refusal::NoSuchMotion),
         ("no_such_fault", Refusal::NoSuchFault),
         ("cause_remains", Refusal::CauseRemains),
@@ -237,6 +244,7 @@ pub fn all() -> Vec<(String, Any)> {
         ("store", Refusal::Store),
         ("hello_first", Refusal::HelloFirst),
         ("unreadable", Refusal::Unreadable),
+        ("forgotten", Refusal::Forgotten),
     ] {
         reply(&format!("refusal.{name}"), Err(refusal));
     }

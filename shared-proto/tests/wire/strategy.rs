@@ -130,14 +130,16 @@ fn motion_end() -> BoxedStrategy<MotionEnd> {
 
 fn drive() -> BoxedStrategy<Drive> {
     let unit = prop_oneof![Just(TravelUnit::Meter), Just(TravelUnit::WheelRevolution)];
-    (any::<u32>(), any::<u16>(), unit, pair(number), number(), number())
-        .prop_map(|(motion, ttl_ms, unit, distance, cruise, acceleration)| Drive {
+    let start_us = any::<Option<u64>>();
+    (any::<u32>(), any::<u16>(), unit, pair(number), number(), number(), start_us)
+        .prop_map(|(motion, ttl_ms, unit, distance, cruise, acceleration, start_us)| Drive {
             motion: MotionId(motion),
             ttl_ms,
             unit,
             distance,
             cruise,
             acceleration,
+            start_us,
         })
         .boxed()
 }
@@ -161,6 +163,7 @@ fn command() -> BoxedStrategy<Command> {
             .prop_map(|(motion, ttl_ms)| Command::Renew { motion: MotionId(motion), ttl_ms }),
         any::<u32>().prop_map(|number| Command::ClearFault { number }),
         any::<u16>().prop_map(|period_ms| Command::Subscribe { period_ms }),
+        any::<u32>().prop_map(|number| Command::Recall { number }),
     ]
     .boxed()
 }
@@ -237,6 +240,7 @@ fn refusal() -> BoxedStrategy<Refusal> {
             MotionError::TooSteep,
             MotionError::TooLong,
             MotionError::TimeToLive,
+            MotionError::Start,
         ])
         .prop_map(Refusal::Motion),
         proptest::sample::select(vec![
@@ -247,6 +251,7 @@ fn refusal() -> BoxedStrategy<Refusal> {
             Refusal::Store,
             Refusal::HelloFirst,
             Refusal::Unreadable,
+            Refusal::Forgotten,
         ]),
     ]
     .boxed()
@@ -270,8 +275,9 @@ fn telemetry() -> BoxedStrategy<Telemetry> {
             })
             .boxed()
     };
-    (any::<u64>(), state(), any::<bool>(), pair(wheel), any::<u16>())
-        .prop_map(|(t_us, state, probing, wheels, supply_mv)| Telemetry {
+    (any::<u32>(), any::<u64>(), state(), any::<bool>(), pair(wheel), any::<u16>())
+        .prop_map(|(number, t_us, state, probing, wheels, supply_mv)| Telemetry {
+            number,
             t_us,
             state,
             probing,
@@ -299,6 +305,7 @@ pub fn message() -> BoxedStrategy<Any> {
         identity().prop_map(|identity| Ok(Answer::Identity(identity))),
         status().prop_map(|status| Ok(Answer::Status(status))),
         config().prop_map(|config| Ok(Answer::Config(config))),
+        telemetry().prop_map(|telemetry| Ok(Answer::Telemetry(telemetry))),
         refusal().prop_map(Err),
     ];
     prop_oneof![

@@ -60,23 +60,50 @@ pub struct CameraSample {
     pub heading_rad: f64,
 }
 
+impl CameraSample {
+    /// The stamp as time since `origin_us` \[s\], to the microsecond.
+    ///
+    /// Subtracted in whole microseconds: the same instants of two recordings have the same bits,
+    /// however long the robot had been on.
+    pub fn s_since(&self, origin_us: u64) -> f64 {
+        ((self.t_s * 1e6).round() - origin_us as f64) * 1e-6
+    }
+}
+
 /// The camera, and its next picture.
 #[derive(Clone, Debug)]
 pub struct Camera {
     parameters: CameraParameters,
+    seed: u64,
     rng: ChaCha8Rng,
+    /// Of the first picture \[us\].
+    origin_us: u64,
     pictures: u64,
+    triggers: u64,
 }
 
 impl Camera {
     /// A camera that takes its first picture at time zero.
     pub fn new(parameters: CameraParameters, seed: u64) -> Self {
-        Self { parameters, rng: ChaCha8Rng::seed_from_u64(seed), pictures: 0 }
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        Self { parameters, seed, rng, origin_us: 0, pictures: 0, triggers: 0 }
+    }
+
+    /// Takes its next picture at this time, and all others at the rate after it.
+    ///
+    /// The noise is that of this trigger, whatever was seen before: the n-th recording of a seed has the
+    /// same noise, whenever it begins.
+    pub fn trigger(&mut self, t_us: u64) {
+        self.triggers += 1;
+        self.rng = ChaCha8Rng::seed_from_u64(self.seed);
+        self.rng.set_stream(self.triggers);
+        self.origin_us = t_us;
+        self.pictures = 0;
     }
 
     /// When it takes its next picture \[us\].
     pub fn next_t_us(&self) -> u64 {
-        (self.pictures as f64 * 1e6 / self.parameters.rate_hz).round() as u64
+        self.origin_us + (self.pictures as f64 * 1e6 / self.parameters.rate_hz).round() as u64
     }
 
     /// Takes a picture of the robot if one is due, and sets the time of the next one.
@@ -137,6 +164,24 @@ mod tests {
             Camera::new(CameraParameters { rate_hz: 10.0, ..CameraParameters::default() }, 1);
         camera.expose(250_000, POSE);
         assert_eq!(camera.next_t_us(), 300_000);
+    }
+
+    #[test]
+    fn a_trigger_makes_the_same_recording_whenever_it_comes() {
+        let record = |before: u64, t_us: u64| -> Vec<_> {
+            let mut camera = Camera::new(CameraParameters::default(), 5);
+            for _ in 0..before {
+                camera.expose(camera.next_t_us(), POSE);
+            }
+            camera.trigger(t_us);
+            let pictures = (0..100).map(|_| {
+                let due_us = camera.next_t_us();
+                let sample = camera.expose(due_us, POSE);
+                (due_us - t_us, sample.x_m, sample.y_m, sample.heading_rad)
+            });
+            pictures.collect()
+        };
+        assert_eq!(record(0, 10_000_000), record(17, 12_345_678));
     }
 
     #[test]

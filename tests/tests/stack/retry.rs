@@ -1,9 +1,11 @@
 //! Frames get lost: nothing is done twice, and nothing is left undone.
 
 use beeline_tests::judge::{Eye, judge_scenario};
-use beeline_tests::robot::{TTL_MS, meters, on_robot, on_robot_with, with_id};
+use beeline_tests::robot::{Sight, TTL_MS, meters, on_robot, on_robot_with, with_id};
 use host_cli::motion::{self, RecordOptions};
-use shared_proto::{Answer, Command, Config, MotionEnd, MotionId, Refusal, State};
+use shared_proto::{
+    Answer, Command, Config, Drive, MotionEnd, MotionId, Refusal, State, Telemetry, WheelPair,
+};
 use sim_target::{Options, Scenario};
 
 fn lossy(loss: f64, seed: u64) -> Scenario {
@@ -13,32 +15,143 @@ fn lossy(loss: f64, seed: u64) -> Scenario {
     scenario
 }
 
+/// A robot whose right wheel is smaller, as in the paper: W_T has something to say.
+fn unequal(mut scenario: Scenario) -> Scenario {
+    scenario.plant.geometry.wheel_radius_m = WheelPair::new(0.036, 0.0357084);
+    scenario
+}
+
 #[test]
 fn a_calibration_on_a_lossy_line_gives_bit_for_bit_the_same_wheel_weight() {
-    // Some of these seeds lose four frames in a row while the robot drives.
-    for seed in [1, 7, 15, 60] {
-        // The ruler reads once a run, so a retry shifts the run in time and changes nothing else: same
-        // placement, same counts, same mark on the ruler.
-        let clean = judge_scenario(&lossy(0.0, seed), Eye::Ruler).expect("a good line");
-        for loss in [0.02, 0.10] {
-            let lost = judge_scenario(&lossy(loss, seed), Eye::Ruler)
-                .unwrap_or_else(|why| panic!("seed {seed}, loss {loss}: {why}"));
-            assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, loss {loss}");
-            assert_eq!(lost.decision, clean.decision, "seed {seed}, loss {loss}");
+    // A retry shifts the drive on the robot's clock, but not the recording against the drive, and what
+    // the line lost of the recording is had again: nothing is left to differ.
+    for seed in 17..=22 {
+        for eye in [Eye::Camera, Eye::Ruler] {
+            let clean = judge_scenario(&unequal(lossy(0.0, seed)), eye).expect("a good line");
+            assert_eq!(clean.decision, "corrected", "seed {seed}, {eye:?}");
+            let lost = judge_scenario(&unequal(lossy(0.02, seed)), eye)
+                .unwrap_or_else(|why| panic!("seed {seed}, {eye:?}: {why}"));
+            let difference = lost.wheel_weight - clean.wheel_weight;
+            println!("seed {seed}, {eye:?}: {difference:e}");
+            assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {eye:?}");
+            assert_eq!(lost.decision, clean.decision, "seed {seed}, {eye:?}");
         }
     }
 }
 
 #[test]
-fn a_camera_calibration_on_a_lossy_line_differs_by_the_cameras_noise_alone() {
-    let clean = judge_scenario(&lossy(0.0, 1), Eye::Camera).expect("a good line");
-    let lost = judge_scenario(&lossy(0.02, 1), Eye::Camera).expect("a lossy line");
-    // The retries shift the run against the camera's shutter, so its noise is drawn anew: two draws
-    // differ by sqrt(2) sigma, 3 of which are a chance of 1 in 370 at most.
-    let difference_sigmas = (lost.wheel_weight - clean.wheel_weight) / clean.sigma;
-    assert!(difference_sigmas.abs() < 3.0 * 2.0_f64.sqrt(), "{difference_sigmas}");
-    assert_ne!(lost.wheel_weight, clean.wheel_weight, "the line lost nothing");
-    assert_eq!((clean.decision, lost.decision), ("corrected", "corrected"));
+fn five_times_the_loss_changes_the_wheel_weight_no_more() {
+    // Some of these seeds lose four frames in a row while the robot drives.
+    for (seed, eye) in [(1, Eye::Ruler), (7, Eye::Camera), (15, Eye::Camera), (60, Eye::Ruler)] {
+        let clean = judge_scenario(&lossy(0.0, seed), eye).expect("a good line");
+        let lost = judge_scenario(&lossy(0.10, seed), eye)
+            .unwrap_or_else(|why| panic!("seed {seed}, {eye:?}: {why}"));
+        assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {eye:?}");
+    }
+}
+
+#[test]
+fn a_recording_over_a_lossy_line_holds_every_sample() {
+    let record = |loss: f64, period_ms: u16| {
+        on_robot(&lossy(loss, 3), async |robot| {
+            let short = meters(0.3, 0.3, 0.2, 0.5);
+            let options = RecordOptions { period_ms, ..RecordOptions::default() };
+            let run = motion::drive(&mut robot.session, &short, options, &mut |_| ()).await;
+            (run.expect("no fault").telemetry, robot.session.statistics())
+        })
+    };
+    for (loss, period_ms) in [(0.02, 10), (0.10, 10), (0.02, 5)] {
+        let ((clean, _), (lost, statistics)) = (record(0.0, period_ms), record(loss, period_ms));
+        assert_eq!(clean.len(), lost.len(), "{loss}: {statistics:?}");
+        let counts = |frames: &[Telemetry]| -> Vec<_> {
+            let origin_us = frames[0].t_us;
+            frames.iter().map(|frame| (frame.t_us - origin_us, frame.wheels)).collect()
+        };
+        assert_eq!(counts(&clean), counts(&lost), "{loss}");
+        assert!(clean.is_sorted_by(|a, b| a.t_us + u64::from(period_ms) * 1000 == b.t_us));
+        assert_eq!(statistics.telemetry_lost, 0, "{loss}: {statistics:?}");
+        assert!(statistics.telemetry_recalled > 0, "the line lost nothing");
+    }
+}
+
+#[test]
+fn telemetry_can_be_recalled_for_a_while_and_is_then_forgotten() {
+    on_robot(&Scenario::default(), async |robot| {
+        assert_eq!(robot.ask(Command::Recall { number: 3 }).await, Err(Refusal::Forgotten));
+        robot.tell(Command::Subscribe { period_ms: 10 }).await;
+        robot.listen(0.1).await;
+        let seen = robot.session.take_telemetry().next().expect("it was subscribed to");
+        let recall = Command::Recall { number: seen.number };
+        for _ in 0..2 {
+            assert_eq!(robot.ask(recall.clone()).await, Ok(Answer::Telemetry(seen)));
+        }
+        robot.listen(0.01 * f64::from(Telemetry::KEPT)).await;
+        assert_eq!(robot.ask(recall).await, Err(Refusal::Forgotten));
+    });
+}
+
+#[test]
+fn a_drive_begins_at_its_time_however_often_it_is_said() {
+    for repeats in [1, 6] {
+        on_robot(&Scenario::default(), async |robot| {
+            robot.tell(Command::Arm).await;
+            let start = robot.look();
+            let start_us = (start.t_us / 1000 + 400) * 1000;
+            let first = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+            let drive = Drive { start_us: Some(start_us), ..first };
+            for _ in 0..repeats {
+                robot.tell(Command::Drive(drive)).await;
+                robot.renew(drive.motion, 0.03).await;
+            }
+            robot.finish(drive.motion).await;
+            let powered = robot.sights_from(start.t_us).into_iter().find(Sight::is_powered);
+            let powered_us = powered.expect("it drove").t_us;
+            // The witness looks once a millisecond, and the motors get current within the tick.
+            assert!((start_us..=start_us + 2000).contains(&powered_us), "{powered_us} {start_us}");
+            let way = robot.look().pose.relative_to(start.pose);
+            assert!((0.197..0.2011).contains(&way.x_m), "{way:?}");
+        });
+    }
+}
+
+#[test]
+fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm).await;
+        let start = robot.look();
+        let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+        for start_us in [0, start.t_us, start.t_us + 11_000_000, u64::MAX] {
+            let late = Drive { start_us: Some(start_us), ..drive };
+            let refusal = Refusal::Motion(shared_proto::MotionError::Start);
+            assert_eq!(robot.ask(Command::Drive(late)).await, Err(refusal), "{start_us}");
+        }
+        robot.listen(0.3).await;
+        assert_eq!(robot.state().await, State::Armed);
+        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+        // The same motion may be ordered again, for a better time.
+        let later = Drive { start_us: Some(robot.look().t_us + 100_000), ..drive };
+        robot.tell(Command::Drive(later)).await;
+        // And while it waits, a stop ends it before it has begun.
+        robot.tell(Command::Stop).await;
+        robot.listen(0.3).await;
+        assert_eq!(robot.state().await, State::Armed);
+        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+    });
+}
+
+#[test]
+fn a_host_that_dies_while_a_motion_waits_leaves_a_named_fault_and_a_robot_that_never_moved() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm).await;
+        let start = robot.look();
+        let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+        let drive = Drive { start_us: Some(start.t_us + 1_000_000), ..drive };
+        robot.tell(Command::Drive(drive)).await;
+        robot.listen(1.5).await;
+        assert!(robot.fault().await.is_some());
+        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+        assert_eq!(robot.state().await, State::Faulted);
+    });
 }
 
 #[test]

@@ -73,8 +73,10 @@ struct Supervisor<'a, M: RawMutex, S> {
     earlier_motions: [Option<MotionId>; 8],
     /// When the motion's time to live ends.
     alive_until: Instant,
-    /// A motion that waits for the end of the encoder check, and where the wheels were before it.
+    /// A motion that waits for its time or for the end of the encoder check, and where the wheels were before it.
     waiting: Option<(Drive, WheelPair<ProfileState>)>,
+    /// When that motion begins, if it does not begin at once.
+    set_off: Option<Instant>,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
     /// The order given last.
@@ -109,6 +111,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             earlier_motions: [None; 8],
             alive_until: Instant::MIN,
             waiting: None,
+            set_off: None,
             plan: None,
             order_id: 0,
             after_stop: State::Armed,
@@ -124,11 +127,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 let Some((drive, from)) = self.waiting.take() else { return };
                 self.probed = true;
                 // Where the wheels were before the check moved them: the motion includes it.
-                match Plan::drive(self.ahead(), from, &drive, &self.config) {
-                    Ok(plan) => self.follow(plan),
-                    // It was planned once before the check; the configuration is the same.
-                    Err(_) => self.begin_stop(State::Armed),
-                }
+                self.follow_drive(&drive, from);
             }
             ControlEvent::Settled(id) if id == self.order_id => {
                 self.plan = None;
@@ -151,6 +150,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                     self.shared.raise(Fault::LinkLost, now.as_micros());
                 } else if now >= self.alive_until {
                     self.shared.raise(Fault::TimeToLive, now.as_micros());
+                } else if self.set_off.is_some_and(|set_off| now >= set_off) {
+                    self.end_wait();
                 }
             }
             State::Armed if now >= self.heard() + ARMED_SILENCE => self.disarm(),
@@ -161,7 +162,10 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// When to look again although nothing happened.
     fn deadline(&self) -> Option<Instant> {
         match self.state {
-            State::Driving => Some(self.alive_until.min(self.heard() + self.link_timeout())),
+            State::Driving => {
+                let silence = self.alive_until.min(self.heard() + self.link_timeout());
+                Some(self.set_off.map_or(silence, |set_off| set_off.min(silence)))
+            }
             State::Armed => Some(self.heard() + ARMED_SILENCE),
             _ => None,
         }

@@ -72,6 +72,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 self.shared.telemetry_period.set(ticks);
                 Ok(Answer::Done)
             }
+            Command::Recall { number } => {
+                self.shared.history.recall(number).map(Answer::Telemetry).ok_or(Refusal::Forgotten)
+            }
         }
     }
 
@@ -113,6 +116,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if !Drive::TTL_MS.contains(&drive.ttl_ms) {
             return Err(Refusal::Motion(MotionError::TimeToLive));
         }
+        let set_off = drive.start_us.map(|start_us| self.set_off_at(start_us)).transpose()?;
         let start = self.ahead();
         let from = match (&self.plan, &self.waiting) {
             (Some(plan), _) => plan.at(start),
@@ -128,12 +132,27 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.motion = Some(drive.motion);
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;
-        if self.probed {
+        if let Some(set_off) = set_off {
+            self.begin_wait(drive, from, set_off);
+        } else if self.probed {
             self.follow(plan);
         } else {
             self.begin_probe(drive, from);
         }
         Ok(Answer::Done)
+    }
+
+    /// When to begin a motion so that `start_us` is its first control tick: half a tick before.
+    fn set_off_at(&self, start_us: u64) -> Result<Instant, Refusal> {
+        if self.state != State::Armed {
+            return Err(Refusal::State(self.state));
+        }
+        let at = Instant::from_micros(start_us.saturating_sub(u64::from(CONTROL_PERIOD_US) / 2));
+        let now = Instant::now();
+        if at <= now || start_us - now.as_micros() > Drive::START_AHEAD_US_MAX {
+            return Err(Refusal::Motion(MotionError::Start));
+        }
+        Ok(at)
     }
 
     fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {

@@ -1,6 +1,7 @@
 //! The transitions between states, each a function with its name.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::Instant;
 use shared_proto::{Drive, MotionEnd, State, WheelPair};
 
 use super::Supervisor;
@@ -29,15 +30,49 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let counts = self.shared.snapshot.get().measured.counts;
         let probe = Probe::new(&self.config, counts, drive.distance.map(Direction::of));
         self.waiting = Some((drive, from));
+        self.set_off = None;
         self.plan = None;
         self.shared.order.signal(Order::Probe { id, probe });
         self.enter(State::Driving);
+    }
+
+    /// Armed to driving; the wheels rest until it is time.
+    pub(super) fn begin_wait(
+        &mut self,
+        drive: Drive,
+        from: WheelPair<ProfileState>,
+        set_off: Instant,
+    ) {
+        self.waiting = Some((drive, from));
+        self.set_off = Some(set_off);
+        self.enter(State::Driving);
+    }
+
+    /// Driving to driving: it is time.
+    pub(super) fn end_wait(&mut self) {
+        self.set_off = None;
+        let Some((drive, from)) = self.waiting.take() else { return };
+        if self.probed {
+            self.follow_drive(&drive, from);
+        } else {
+            self.begin_probe(drive, from);
+        }
+    }
+
+    /// Driving to driving: the encoder check or the wait is over.
+    pub(super) fn follow_drive(&mut self, drive: &Drive, from: WheelPair<ProfileState>) {
+        match Plan::drive(self.ahead(), from, drive, &self.config) {
+            Ok(plan) => self.follow(plan),
+            // It was planned once before; the configuration is the same.
+            Err(_) => self.begin_stop(State::Armed),
+        }
     }
 
     /// Armed or driving to driving.
     pub(super) fn follow(&mut self, plan: Plan) {
         let id = self.next_order();
         self.waiting = None;
+        self.set_off = None;
         self.plan = Some(plan.clone());
         self.shared.order.signal(Order::Follow { id, plan });
         self.enter(State::Driving);
@@ -56,8 +91,10 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 self.shared.order.signal(Order::Follow { id, plan: stop });
                 self.enter(State::Stopping);
             }
-            // Only the encoder check was under way: nothing moves that needs a ramp.
+            // Only the encoder check or a wait was under way: nothing moves that needs a ramp.
             None => {
+                self.waiting = None;
+                self.set_off = None;
                 self.shared.order.signal(Order::Rest);
                 self.enter(State::Stopping);
                 self.end_stop();
@@ -94,6 +131,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
         self.plan = None;
         self.waiting = None;
+        self.set_off = None;
         self.enter(State::Faulted);
     }
 

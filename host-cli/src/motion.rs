@@ -17,7 +17,8 @@ use crate::session::{Session, faulted, refused};
 pub const TTL_MS: u16 = 200;
 
 /// The host renews a motion this often: of six in a time to live five may be lost, the shortest
-/// `protection.link_timeout_s` leaves room for one, and a line of 9600 baud carries it.
+/// `protection.link_timeout_s` leaves room for one, and a line of
+/// [`BAUD_MIN`](crate::port::BAUD_MIN) carries it.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
 
 /// From the command to the beginning of the recording: room to say it seven times.
@@ -219,8 +220,9 @@ async fn start(
             Err(refusal) => return Err(refused("drive", &refusal)),
         }
     }
-    Err(Error::new("the line is so bad that the robot always heard of its motion too late")
-        .hint("check the cable, or lower the baud rate"))
+    Err(Error::new("the line is so bad that the robot always heard of its motion too late").hint(
+        "check the cable and the baud rate: too high for the cable, or too low for the telemetry",
+    ))
 }
 
 /// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.

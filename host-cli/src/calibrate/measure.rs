@@ -1,8 +1,7 @@
 //! How the robot's deviation is measured, and what a drive says once it is.
 
 use std::f64::consts::TAU;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use robot_model::out_and_back::OutAndBackError;
 use robot_model::{
@@ -12,13 +11,12 @@ use robot_model::{
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
-use crate::campaign::{CampaignError, Warning};
+use super::reading::parse_reading;
+use super::track_file::{check_header, track_so_far};
 use crate::error::{Error, Result};
 use crate::motion::Recording;
 use crate::picture::{EndReading, PathSource, RunReport};
-use crate::quantity::Length;
 use crate::session::Session;
-use crate::track::{parse_track, unknown_columns};
 use crate::ui;
 
 /// What measures the robot.
@@ -223,71 +221,6 @@ impl Instrument {
     }
 }
 
-/// Refuses a file that is no track before the robot moves; one that has only been created is fine.
-/// Returns what else is to be said about it.
-fn check_header(path: &Path) -> Result<Vec<Warning>> {
-    let text = whole_lines(path).map_err(|error| {
-        Error::new(format_args!("cannot read the track {}: {error}", path.display()))
-            .hint("start the tracking system first, so that the file is there")
-    })?;
-    let Some(header) = text.lines().next() else { return Ok(Vec::new()) };
-    for column in ["t_s", "x_m", "y_m"] {
-        if !header.split(',').any(|name| name.trim() == column) {
-            return Err(Error::new(format_args!(
-                "{}:1: there is no column {column}",
-                path.display()
-            ))
-            .hint("a track has a header line: t_s,x_m,y_m or t_s,x_m,y_m,heading_rad"));
-        }
-    }
-    Ok(unknown_columns(path, header)?)
-}
-
-/// A track file as far as it has come: a tracking system may create it, or begin it, only when the
-/// robot first moves.
-fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
-    const HEADER_AND_TWO_ROWS: usize = 3;
-    match whole_lines(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(CampaignError::io(path, "read it", error).into()),
-        Ok(text) if text.lines().count() < HEADER_AND_TWO_ROWS => Ok(Vec::new()),
-        Ok(text) => Ok(parse_track(path, &text)?.0),
-    }
-}
-
-/// A file that is being written, up to its last line feed: what comes after it is not all there yet.
-fn whole_lines(path: &Path) -> std::io::Result<String> {
-    let mut bytes = std::fs::read(path)?;
-    bytes.truncate(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));
-    String::from_utf8(bytes).map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error))
-}
-
-/// One length is the lateral offset, two are the paper's dx and dy.
-fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Deviation, String> {
-    let lengths: Vec<Length> = join_units(text)
-        .iter()
-        .map(|part| part.parse().map_err(|error| format!("{error}")))
-        .collect::<std::result::Result<_, _>>()?;
-    match lengths.as_slice() {
-        [offset] => Ok(Deviation::LateralOffset { y_m: offset.m, sigma_m }),
-        [dx, dy] if dx.m > 0.0 => Ok(Deviation::Tangent { dx_m: dx.m, dy_m: dy.m, sigma_m }),
-        [_, _] => Err("dx must be above zero".into()),
-        _ => Err("give one length, or two: -36mm, or 2.525cm 1mm".into()),
-    }
-}
-
-/// `2.5 cm 1mm` is two lengths, not three.
-fn join_units(text: &str) -> Vec<String> {
-    let mut parts: Vec<String> = Vec::new();
-    for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
-        match parts.last_mut() {
-            Some(last) if word.starts_with(|c: char| c.is_alphabetic()) => last.push_str(word),
-            _ => parts.push(word.into()),
-        }
-    }
-    parts
-}
-
 impl Run<'_> {
     /// When the recording begins, on the robot's clock \[us\]; times of this drive count from here.
     fn origin_us(&self) -> u64 {
@@ -453,64 +386,4 @@ fn leg_of(fit: &TrackFit) -> Leg {
         phi_right_rad: scaled(turns.phi_right_rad),
     };
     Leg { alpha_rad, alpha_sigma_rad, turns }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(file.path(), bytes).unwrap();
-        file
-    }
-
-    #[test]
-    fn a_row_that_is_still_being_written_is_not_read_however_far_it_has_come() {
-        let rows = "t_s,x_m,y_m\n0,0,0\n1,0.1,0\n";
-        for torn in ["", "2", "2,", "2,0.", "2,0.2,0", "2,0.2,-", "\u{b0}"] {
-            // The last bytes of a torn row need not be whole characters.
-            let mut bytes = [rows, torn].concat().into_bytes();
-            if torn == "\u{b0}" {
-                bytes.pop();
-            }
-            let file = file(&bytes);
-            assert_eq!(track_so_far(file.path()).unwrap().len(), 2, "{torn:?}");
-            assert!(check_header(file.path()).unwrap().is_empty());
-        }
-        let whole = file([rows, "2,0.2,0\n"].concat().as_bytes());
-        assert_eq!(track_so_far(whole.path()).unwrap().len(), 3);
-        assert!(track_so_far(file(b"t_s,x_m,y_m\n0,0,0\n1,x,0\n").path()).is_err());
-        assert!(check_header(file(b"t_s,x").path()).unwrap().is_empty(), "a torn header");
-    }
-
-    #[test]
-    fn a_column_that_no_track_has_is_named() {
-        let file = file(b"t_s,x_m,y_m,colour\n");
-        let warnings = check_header(file.path()).unwrap();
-        assert_eq!(warnings.len(), 1);
-        assert!(warnings[0].to_string().contains("column 4: the column `colour`"));
-    }
-
-    #[test]
-    fn one_length_is_an_offset_and_two_are_the_papers_triangle() {
-        let sigma_m = 0.0005;
-        match parse_reading("-36 mm", sigma_m) {
-            Ok(Deviation::LateralOffset { y_m, .. }) => assert!((y_m + 0.036).abs() < 1e-12),
-            other => panic!("{other:?}"),
-        }
-        match parse_reading("2.525 cm, 1mm", sigma_m) {
-            Ok(Deviation::Tangent { dx_m, dy_m, .. }) => {
-                assert!((dx_m - 0.02525).abs() < 1e-12 && (dy_m - 0.001).abs() < 1e-12);
-            }
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn an_answer_without_a_unit_is_asked_again() {
-        assert!(parse_reading("36", 0.0005).is_err());
-        assert!(parse_reading("", 0.0005).is_err());
-        assert!(parse_reading("1mm 2mm 3mm", 0.0005).is_err());
-    }
 }

@@ -10,6 +10,8 @@
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
 mod measure;
+mod reading;
+mod track_file;
 mod undo;
 
 pub use measure::{Instrument, Measurement, Way};

@@ -48,7 +48,7 @@ pub struct Cli {
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
 pub struct Common {
-    /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600),
+    /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600, 19200 at least),
     /// tcp:HOST:PORT, or sim[:SCENARIO.toml].
     #[arg(
         long,

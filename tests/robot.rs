@@ -14,8 +14,7 @@ use shared_proto::{
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
-/// How long a motion lives without a renewal, as `beeline` has it \[ms\].
-pub const TTL_MS: u16 = 200;
+pub use host_cli::motion::TTL_MS;
 
 /// Between two looks of the witness: a control period \[us\].
 const LOOK_EVERY_US: u64 = 1000;

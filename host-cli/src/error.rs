@@ -12,11 +12,12 @@ pub struct Error {
     what: String,
     hint: Option<String>,
     kind: Kind,
+    details: Option<serde_json::Value>,
 }
 
 /// What kind of end this is; decides the exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+enum Kind {
     /// It could not run: exit code 2.
     CouldNotRun,
     /// It ran, and the answer is no: exit code 1.
@@ -31,7 +32,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// It could not run.
     pub fn new(what: impl fmt::Display) -> Self {
-        Self { what: what.to_string(), hint: None, kind: Kind::CouldNotRun }
+        Self { what: what.to_string(), hint: None, kind: Kind::CouldNotRun, details: None }
     }
 
     /// It ran, and the answer is no.
@@ -50,9 +51,24 @@ impl Error {
         self
     }
 
-    /// What kind of end this is.
-    pub fn kind(&self) -> Kind {
-        self.kind
+    /// Adds what was found all the same, an object, for machines.
+    pub fn details(mut self, details: serde_json::Value) -> Self {
+        self.details = Some(details);
+        self
+    }
+
+    /// The error for machines: what was found, what failed, what to try, and the exit code.
+    pub fn to_json(&self) -> serde_json::Value {
+        let mut value = self.details.clone().unwrap_or_else(|| serde_json::json!({}));
+        value["error"] = self.what.as_str().into();
+        value["hint"] = self.hint.as_deref().into();
+        value["exit_code"] = self.exit_code().into();
+        value
+    }
+
+    /// Whether the user stopped it.
+    pub fn is_interrupted(&self) -> bool {
+        self.kind == Kind::Interrupted
     }
 
     /// The process's exit code.
@@ -81,8 +97,20 @@ impl std::error::Error for Error {}
 impl From<clap::Error> for Error {
     fn from(error: clap::Error) -> Self {
         let text = error.render().to_string();
-        let what = text.lines().next().unwrap_or_default();
-        Error::new(what.strip_prefix("error: ").unwrap_or(what)).hint("`beeline --help`")
+        // Blocks with blank lines between: what is wrong, tips, the usage. The names stand in the
+        // indented lines of the first block.
+        let mut blocks = text.split("\n\n").map(|block| {
+            block
+                .lines()
+                .map(str::trim)
+                .filter(|line| !line.is_empty())
+                .collect::<Vec<_>>()
+                .join(" ")
+        });
+        let what = blocks.next().unwrap_or_default();
+        let tip = blocks.find_map(|block| block.strip_prefix("tip: ").map(str::to_owned));
+        Error::new(what.strip_prefix("error: ").unwrap_or(&what))
+            .hint(tip.as_deref().unwrap_or("`beeline --help`"))
     }
 }
 

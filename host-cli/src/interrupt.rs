@@ -1,4 +1,5 @@
-//! Ctrl-C: asks a procedure to end in good order; the second one ends the program at once.
+//! Ctrl-C, or the request of the system to end: asks a procedure to end in good order; the second one
+//! ends the program at once.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 

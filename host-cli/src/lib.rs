@@ -12,6 +12,7 @@
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
 //! | [`mod@file`] | files that appear whole or not at all |
+//! | [`mod@hex`] | bytes as people compare them |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 
@@ -21,6 +22,7 @@ pub mod cli;
 pub mod command;
 pub mod error;
 pub mod file;
+pub mod hex;
 pub mod interrupt;
 pub mod link;
 pub mod motion;

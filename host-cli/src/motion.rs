@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use shared_proto::{
-    Command, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
     WheelPair,
 };
 
@@ -14,10 +14,11 @@ use crate::interrupt;
 use crate::session::{Session, faulted, refused};
 
 /// The robot stops by itself if it hears nothing for this long \[ms\].
-const TTL_MS: u16 = 200;
+pub const TTL_MS: u16 = 200;
 
 /// The host renews a motion this often: of six in a time to live five may be lost, the shortest
-/// `protection.link_timeout_s` leaves room for one, and a line of 9600 baud carries it.
+/// `protection.link_timeout_s` leaves room for one, and a line of
+/// [`BAUD_MIN`](crate::port::BAUD_MIN) carries it.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
 
 /// From the command to the beginning of the recording: room to say it seven times.
@@ -122,14 +123,11 @@ pub async fn drive_into(
 ) -> Result<MotionEnd> {
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
     let outcome = drive_armed(session, motion, &options, telemetry, progress).await;
-    // Where it failed for want of a link these fail too, and the robot has stopped by itself.
+    // Where it failed for want of a link this fails too, and the robot has stopped by itself.
     if let Err(error) = outcome {
-        let _ = session.ask(Command::Stop).await;
-        let _ = wait_for_stop(session).await;
-        let _ = session.ask(Command::Disarm).await;
-        let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
+        let rest = bring_to_rest(session, motion).await;
         telemetry.extend(session.take_all_telemetry());
-        return Err(error);
+        return Err(if error.is_interrupted() { interrupted(&rest) } else { error });
     }
     session.request(Command::Disarm).await?;
     session.request(Command::Subscribe { period_ms: 0 }).await?;
@@ -158,7 +156,7 @@ async fn drive_armed(
         let elapsed_s = (session.clock().now_us() - begin_us) as f64 * 1e-6 - wait_s;
         progress((elapsed_s / duration_s).clamp(0.0, 1.0));
         stop_if_interrupted()?;
-        if session.take_events().any(|event| ends_motion(&event))
+        if session.take_events().any(|event| ends_motion(&event, id))
             || end_us(telemetry, start_us).is_some()
             || elapsed_s > duration_s + 5.0
         {
@@ -167,7 +165,7 @@ async fn drive_armed(
         // A motion that has just ended by a fault says so in the status below.
         session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
     }
-    let status = wait_for_stop(session).await?;
+    let status = wait_for_stop(session, motion, true).await?;
     if let Some(report) = status.fault {
         return Err(faulted(&report));
     }
@@ -222,8 +220,9 @@ async fn start(
             Err(refusal) => return Err(refused("drive", &refusal)),
         }
     }
-    Err(Error::new("the line is so bad that the robot always heard of its motion too late")
-        .hint("check the cable, or lower the baud rate"))
+    Err(Error::new("the line is so bad that the robot always heard of its motion too late").hint(
+        "check the cable and the baud rate: too high for the cable, or too low for the telemetry",
+    ))
 }
 
 /// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.
@@ -273,26 +272,73 @@ fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
     telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
 }
 
-/// Whoever sees this error brings the robot to a stand, or says that the link is lost.
+/// Whoever sees this error brings the robot to a stand, and says how that went.
 fn stop_if_interrupted() -> Result<()> {
     if interrupt::requested() {
-        return Err(Error::interrupted(
-            "stopped by Ctrl-C; the robot stands still, its motors are off",
-        ));
+        return Err(Error::interrupted("stopped by Ctrl-C"));
     }
     Ok(())
 }
 
-async fn wait_for_stop(session: &mut Session) -> Result<shared_proto::Status> {
+/// Brakes, waits for the stand and takes the power off; the state in which the robot is then.
+async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> {
+    // Refused where a fault has stopped it already.
+    let _refused = session.ask(Command::Stop).await?;
+    if wait_for_stop(session, motion, false).await.is_err() {
+        // It answers and does not stop, or did not answer for long enough.
+        let _refused = session.ask(Command::EmergencyStop).await?;
+    }
+    let _refused = session.ask(Command::Disarm).await?;
+    let state = session.status().await?.state;
+    let _refused = session.ask(Command::Subscribe { period_ms: 0 }).await?;
+    Ok(state)
+}
+
+/// What a user who pressed Ctrl-C has to know of the robot, and nothing that is not known.
+fn interrupted(rest: &Result<State>) -> Error {
+    match rest {
+        Ok(State::Idle | State::Faulted | State::Boot) => {
+            Error::interrupted("stopped by Ctrl-C; the robot stands still, its motors are off")
+        }
+        Ok(state) => Error::interrupted(format_args!(
+            "stopped by Ctrl-C, but the robot says that it is {}",
+            state.name()
+        ))
+        .hint("`beeline stop --now`, or its stop button"),
+        Err(error) => Error::interrupted(format_args!(
+            "stopped by Ctrl-C; whether the robot stands still is not known: {error}"
+        ))
+        .hint(format_args!(
+            "by itself it stops {TTL_MS} ms after its host fell silent; watch it, and use its stop button if it does not"
+        )),
+    }
+}
+
+/// Waits until the robot stands, for as long as its ramp takes and a little more.
+async fn wait_for_stop(
+    session: &mut Session,
+    motion: &Motion,
+    until_interrupted: bool,
+) -> Result<shared_proto::Status> {
+    const MORE_S: f64 = 5.0;
+    let patience_s = motion.cruise / motion.acceleration + MORE_S;
+    let give_up_us = session.clock().now_us() + (patience_s * 1e6) as u64;
     loop {
         let status = session.status().await?;
         if !is_moving(status.state) {
             return Ok(status);
         }
-        session.listen(RENEW_EVERY).await?;
+        if until_interrupted {
+            stop_if_interrupted()?;
+        }
+        if session.clock().now_us() > give_up_us {
+            return Err(Error::new("the robot does not come to a stand at the end of its motion")
+                .hint("is something pushing it? `beeline identify` shows its state"));
+        }
         if let Some(motion) = status.motion {
             session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
         }
+        session.listen(RENEW_EVERY).await?;
     }
 }
 
@@ -300,6 +346,11 @@ fn is_moving(state: State) -> bool {
     matches!(state, State::Driving | State::Stopping)
 }
 
-fn ends_motion(event: &shared_proto::Event) -> bool {
-    matches!(event, shared_proto::Event::MotionEnded { .. } | shared_proto::Event::Fault(_))
+/// Whether an event says that this motion is over.
+fn ends_motion(event: &Event, id: MotionId) -> bool {
+    match event {
+        Event::MotionEnded { motion, .. } => *motion == id,
+        Event::Fault(_) => true,
+        Event::State { .. } => false,
+    }
 }

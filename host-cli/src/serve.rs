@@ -21,9 +21,9 @@ const STEP: Duration = Duration::from_millis(1);
 /// What to do besides serving.
 #[derive(Clone, Debug, Default)]
 pub struct ServeOptions<'a> {
-    /// Append the camera's samples to this file.
+    /// Write the camera's samples to this new file.
     pub camera: Option<&'a Path>,
-    /// Put the robot back at its line when a client connects.
+    /// Put the robot back at its line when a client connects and it stands still.
     pub reset_on_connect: bool,
     /// Stop after this long.
     pub duration: Option<Duration>,
@@ -36,6 +36,12 @@ pub fn serve(
     options: &ServeOptions<'_>,
     listening: impl FnOnce(&str),
 ) -> Result<()> {
+    if options.reset_on_connect && *listen == Listen::Pty {
+        return Err(Error::new(
+            "--reset-on-connect does nothing on a pseudo-terminal: nobody sees a client come",
+        )
+        .hint("--listen tcp:127.0.0.1:0"));
+    }
     let mut line = Line::open(listen)?;
     let mut camera = options.camera.map(|path| CameraFile::open(path, target.lab())).transpose()?;
     listening(&line.address);
@@ -46,7 +52,12 @@ pub fn serve(
         if line.accept() {
             note("a client connected");
             if options.reset_on_connect {
-                target.lab().place_at_start();
+                let lab = target.lab();
+                if stands_still(&lab) {
+                    lab.place_at_start();
+                } else {
+                    note("the robot moves, and stays where it is");
+                }
             }
         }
         let mut buffer = [0; 1024];
@@ -62,6 +73,17 @@ pub fn serve(
         std::thread::sleep(STEP);
     }
     Ok(())
+}
+
+/// Whether nobody would notice the robot being picked up.
+fn stands_still(lab: &Lab) -> bool {
+    /// A thousandth of the paper's cruise: what a wheel at rest creeps by \[rad/s\].
+    const STILL_RAD_S: f64 = 0.003;
+    lab.plant(|plant| {
+        let turns = plant.wheel_speeds_rad_s().any(|speed| speed.abs() > STILL_RAD_S);
+        let driven = plant.currents_a().any(|current_a| current_a != 0.0);
+        !turns && !driven
+    })
 }
 
 /// One client at a time, as on a cable.
@@ -214,9 +236,11 @@ struct CameraFile {
 
 impl CameraFile {
     fn open(path: &Path, lab: Lab) -> Result<Self> {
-        let mut file = File::create(path).map_err(|error| {
-            Error::new(format_args!("cannot write {}: {error}", path.display()))
-                .hint("--camera names the track file to write")
+        let mut file = File::create_new(path).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Error::new(format_args!("{} exists", path.display()))
+                .hint("--camera FILE makes a new track: name another one, or move this one away"),
+            _ => Error::new(format_args!("cannot write {}: {error}", path.display()))
+                .hint("--camera names the track file to write"),
         })?;
         writeln!(file, "t_s,x_m,y_m,heading_rad").context(path.display())?;
         Ok(Self { file, lab, written: 0 })

@@ -81,11 +81,6 @@ impl Session {
         self.clock
     }
 
-    /// Where the robot is reached.
-    pub fn port(&self) -> &str {
-        &self.port
-    }
-
     /// A number for the next motion that the last one did not have.
     pub fn new_motion(&mut self) -> MotionId {
         self.motions += 1;

@@ -10,15 +10,31 @@ use robot_model::TrackSample;
 use crate::campaign::table::Table;
 use crate::campaign::{CampaignError, Column, Place, Warning};
 
+/// The column of a track that has this name.
+fn column(name: &str) -> Option<Column> {
+    Column::from_name(name)
+        .filter(|column| matches!(column, Column::Time | Column::X | Column::Y | Column::Heading))
+}
+
+/// Names the columns that no track has.
+pub(crate) fn unknown_columns(file: &Path, header: &str) -> Result<Vec<Warning>, CampaignError> {
+    Ok(Table::parse_header(file, header, column)?.warnings)
+}
+
 /// Reads a track file; at least two samples.
 pub fn read_track(file: &Path) -> Result<(Vec<TrackSample>, Vec<Warning>), CampaignError> {
+    let text =
+        std::fs::read_to_string(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+    parse_track(file, &text)
+}
+
+/// Reads the text of a track file; at least two samples.
+pub(crate) fn parse_track(
+    file: &Path,
+    text: &str,
+) -> Result<(Vec<TrackSample>, Vec<Warning>), CampaignError> {
     let required = [Column::Time, Column::X, Column::Y].map(|column| (column, column.name()));
-    let known = |name: &str| {
-        Column::from_name(name).filter(|column| {
-            matches!(column, Column::Time | Column::X | Column::Y | Column::Heading)
-        })
-    };
-    let table = Table::read(file, known, Column::Time, &required)?;
+    let table = Table::parse(file, text.as_bytes(), column, Column::Time, &required)?;
     let samples: Vec<_> = table
         .rows
         .iter()

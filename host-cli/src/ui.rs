@@ -32,7 +32,13 @@ pub fn paint(style: Style, text: impl Display) -> String {
 
 /// Prints a line of the result. A reader that went away is no error.
 pub fn say(line: impl Display) {
-    let _ = writeln!(anstream::stdout().lock(), "{line}");
+    let _ = is_heard(line);
+}
+
+/// Prints a line of the result; false if its reader has gone away.
+pub fn is_heard(line: impl Display) -> bool {
+    let mut stdout = anstream::stdout().lock();
+    writeln!(stdout, "{line}").and_then(|()| stdout.flush()).is_ok()
 }
 
 /// Prints a line about what is going on.
@@ -57,12 +63,7 @@ pub fn warn(line: impl Display) {
 /// Prints an error and what to try.
 pub fn print_error(error: &Error, json: bool) {
     if json {
-        let value = serde_json::json!({
-            "error": error.to_string(),
-            "hint": error.hint_text(),
-            "exit_code": error.exit_code(),
-        });
-        say(value);
+        say(error.to_json());
         return;
     }
     note(format_args!("{} {error}", paint(BAD, "error:")));

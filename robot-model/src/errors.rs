@@ -63,7 +63,8 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
 fn moved<'a>(terms: &[Term<'a>], columns: &[usize], delta: &DVector<f64>) -> Vec<Term<'a>> {
     let mut terms = terms.to_vec();
     for term in &mut terms {
-        let first = term.column.unwrap_or(0);
+        // A term that is not fitted has no column to be moved by.
+        let Some(first) = term.column else { continue };
         for (j, value) in term.values.iter_mut().enumerate() {
             if let Some(index) = columns.iter().position(|it| *it == first + j) {
                 *value += delta[index];

@@ -67,7 +67,7 @@ mod whiten;
 
 pub use advice::Advice;
 pub use geometry::{Geometry, Turns};
-pub use out_and_back::{Leg, OutAndBack, Verdict};
+pub use out_and_back::{Leg, OutAndBack, Shared, Verdict};
 pub use path::Pose;
 pub use track_fit::{FitOptions, Track, TrackFit, TrackSample, WheelAngles, fit_track};
 pub use wheel_weight::{Contribution, Deviation, Experiment, Source, WheelWeight};

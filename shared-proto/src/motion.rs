@@ -7,7 +7,7 @@ use crate::WheelPair;
 
 /// Names one motion, so that a repeated command is recognised and not driven twice.
 ///
-/// The host draws it; any number that differs from the last motion's will do.
+/// The host draws it; any number that none of the last nine motions had will do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotionId(pub u32);

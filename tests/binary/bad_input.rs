@@ -150,12 +150,16 @@ fn other_bad_arguments_are_refused_before_the_robot_moves() {
         ("calibrate --start-heading -1mrad", "must not be negative"),
         ("calibrate --position-sigma 0mm", "above zero"),
         ("identify --flash folder", "folder"),
-        ("watch --rate 0", "1..=1000"),
+        ("watch --rate 0", "from 1 to 1000"),
+        ("watch --rate 2000", "from 1 to 1000"),
+        ("watch --rate 600", "as 500 and 1000 are"),
+        ("record robot straight 1rev --rate 300", "as 250 and 500 are"),
         ("watch --for -1s", "above zero"),
         ("sim", "--listen"),
         ("sim --listen somewhere", "tcp:HOST:PORT or pty"),
         ("sim --listen tcp:127.0.0.1:nine", "tcp:HOST:PORT or pty"),
         ("sim --listen tcp:192.0.2.1:0", "cannot listen"),
+        ("sim --listen pty --reset-on-connect", "nobody sees a client come"),
         ("sim --listen tcp:127.0.0.1:0 --port /dev/ttyACM0", "sim:SCENARIO.toml"),
         ("sim --listen tcp:127.0.0.1:0 --camera nowhere/track.csv", "nowhere/track.csv"),
         ("completions cobol", "bash"),
@@ -186,6 +190,44 @@ fn an_error_under_json_is_one_value_too() {
         assert_eq!(value["exit_code"], 2, "{arguments}");
         assert!(value["error"].as_str().is_some_and(|text| !text.is_empty()), "{value}");
         assert!(value["hint"].as_str().is_some_and(|text| !text.is_empty()), "{value}");
+    }
+    for (arguments, field, expected) in [
+        ("sim --json", "error", "--listen"),
+        ("wheel-weight --json", "error", "--lateral"),
+        ("config set --json", "error", "<FIELD> <VALUE>"),
+        ("dance --json", "error", "dance"),
+        ("calibrate --tolerence 1 --json", "hint", "'--tolerance'"),
+    ] {
+        let value = desk.run(arguments).json();
+        assert!(
+            value[field].as_str().is_some_and(|it| it.contains(expected)),
+            "{arguments}: {value}"
+        );
+    }
+}
+
+#[test]
+fn a_track_that_is_there_is_not_overwritten_by_the_camera() {
+    let desk = Desk::new();
+    desk.write("mine.csv", "precious");
+    let arguments = "sim --listen tcp:127.0.0.1:0 --for 50ms --camera mine.csv";
+    let message = desk.run(arguments).refused();
+    assert!(message.contains("mine.csv exists"), "{message}");
+    assert_eq!(desk.read("mine.csv"), b"precious");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_argument_that_is_no_text_is_an_error_and_no_panic() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let bad = OsStr::from_bytes(b"\xff");
+    for options in [&[][..], &["--json"][..]] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_beeline"));
+        let output = command.arg("drive").arg(bad).args(options).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let text = [output.stdout, output.stderr].concat();
+        assert!(!String::from_utf8_lossy(&text).contains("panicked"), "{options:?}");
     }
 }
 

@@ -74,3 +74,11 @@ fn a_number_without_a_unit_or_with_a_strange_one_is_refused() {
         assert!(message.contains(expected), "{arguments}: {message}");
     }
 }
+
+#[test]
+fn counts_of_a_run_backwards_are_read() {
+    let desk = Desk::new();
+    let by_counts = "wheel-weight --lateral 36mm --left-counts -7200 --right-counts -7200";
+    let by_turns = "wheel-weight --lateral 36mm --revolutions -8";
+    assert_eq!(desk.run(by_counts).ok().stdout, desk.run(by_turns).ok().stdout);
+}

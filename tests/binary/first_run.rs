@@ -43,7 +43,7 @@ fn a_second_run_draws_the_same_picture_byte_for_byte() {
     desk.run("").ok();
     assert!(desk.read(PICTURE) == first);
     desk.run("--seed 2").ok();
-    assert!(desk.read(PICTURE) != first, "another seed is another robot's run");
+    assert!(desk.read(PICTURE) != first, "another seed is another throw of the noise");
 }
 
 #[test]
@@ -117,4 +117,58 @@ fn a_measurement_that_knows_nothing_changes_nothing() {
     assert!(outcome.stderr.contains("cannot tell"), "{outcome:#?}");
     assert!(outcome.stdout.is_empty(), "{outcome:#?}");
     assert_eq!(desk.listing(), Vec::<String>::new());
+
+    let outcome = desk.run(&format!("{arguments} --json"));
+    assert_eq!(outcome.code, Some(1), "{outcome:#?}");
+    let value = outcome.json();
+    assert_eq!(value["decision"], "cannot_tell", "{value}");
+    assert_eq!(value["exit_code"], 1);
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let half_width = 1.96 * number(&value["wheel_weight"]["sigma"]);
+    // That is why it cannot tell.
+    assert!((number(&value["wheel_weight"]["value"]) - 1.0).abs() < half_width, "{value}");
+    assert!(value["after"].is_null() && value["picture"].is_null(), "{value}");
+}
+
+#[test]
+fn what_would_help_most_is_always_said() {
+    let desk = Desk::new();
+    for measure in ["camera", "ruler"] {
+        for seed in 1..=6 {
+            let outcome = desk.run(&format!("calibrate --seed {seed} --measure {measure}")).ok();
+            let said = outcome.stdout.contains(" % of the variance comes from the ");
+            assert!(said, "seed {seed}, {measure}: {outcome:#?}");
+        }
+    }
+    // The advice is about one run by itself.
+    for several in ["--runs 2", "--out-and-back"] {
+        let outcome = desk.run(&format!("calibrate {several}")).ok();
+        assert!(!outcome.stdout.contains("of the variance"), "{several}: {outcome:#?}");
+    }
+}
+
+#[test]
+fn the_page_states_the_wheel_weight_that_was_written() {
+    let desk = Desk::new();
+    for (several, drives) in [("--runs 4", 5), ("--out-and-back", 3)] {
+        let value = desk.run(&format!("calibrate {several} --json")).ok().json();
+        let number = |name: &str| value["wheel_weight"][name].as_f64().expect("a number");
+        let written = host_cli::quantity::plus_minus(number("value"), number("sigma"));
+        assert_eq!(value["drives"], drives, "{value}");
+        let page = String::from_utf8(desk.read(PICTURE)).unwrap();
+        assert!(
+            page.contains(&format!("Written: W<sub>T</sub> = {written}")),
+            "{several} {written}"
+        );
+        assert!(page.contains(&format!("Driven {drives} times")), "{several}");
+    }
+}
+
+#[test]
+fn the_readme_shows_what_is_said() {
+    let readme = include_str!("../../README.md");
+    let (_, sample) = readme.split_once("```text\nCalibrating").expect("a sample");
+    let (sample, _) = sample.split_once("\n```").expect("its end");
+    let said = Desk::new().run("").ok().stderr;
+    assert_eq!(format!("Calibrating{sample}"), said.trim_end(), "put what is said into README.md");
 }

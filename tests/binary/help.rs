@@ -83,3 +83,37 @@ fn completions_know_the_commands() {
         }
     }
 }
+
+#[test]
+fn every_scenario_that_an_example_names_is_there() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let examples = examples();
+    let words = examples.iter().flat_map(|example| example.split_whitespace());
+    let scenarios: Vec<_> = words.filter_map(|word| word.strip_prefix("sim:")).collect();
+    assert!(!scenarios.is_empty());
+    for scenario in scenarios {
+        assert!(root.join(scenario).is_file(), "{scenario} does not exist in the repository");
+    }
+}
+
+#[test]
+fn the_defaults_of_the_command_line_are_those_of_the_procedure() {
+    use host_cli::calibrate::Settings;
+    use host_cli::motion::Motion;
+    let Some(host_cli::cli::Command::Calibrate(args)) =
+        Cli::try_parse_from(["beeline", "calibrate"]).unwrap().command
+    else {
+        panic!("`beeline calibrate` is a calibration");
+    };
+    let settings = Settings::default();
+    // A turn of any wheel will do: what is compared is in turns.
+    let radius_m = 0.036;
+    assert_eq!(args.distance.rev(radius_m), Motion::PAPER.distance.left);
+    assert_eq!(args.distance.rev(radius_m), Motion::PAPER.distance.right);
+    assert_eq!(args.profile.cruise.rev_per_s(radius_m), Motion::PAPER.cruise);
+    assert_eq!(args.profile.acceleration.rev_per_s2(radius_m), Motion::PAPER.acceleration);
+    assert_eq!(settings.motion, Motion::PAPER);
+    assert_eq!(args.tolerance_percent / 100.0, settings.tolerance_share);
+    assert_eq!(args.start_heading.rad, settings.start_heading_sigma_rad);
+    assert_eq!((args.out_and_back, args.runs), (settings.out_and_back, settings.runs));
+}

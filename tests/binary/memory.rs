@@ -119,3 +119,26 @@ fn a_robot_that_drives_straight_already_is_left_alone() {
     assert!(outcome.stdout.contains("Straight already"), "{outcome:#?}");
     assert_eq!(desk.read("flash"), flash);
 }
+
+#[test]
+fn a_calibration_that_cannot_be_remembered_is_refused_before_the_robot_moves() {
+    let desk = Desk::new();
+    // Where the folder of that name would have to be.
+    desk.write("state", "");
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    let message = desk.run("calibrate --flash flash").refused();
+    assert!(message.contains("for --undo") && message.contains("XDG_STATE_HOME"), "{message}");
+    assert!(!message.contains("Driving"), "{message}");
+    assert_eq!(desk.read("flash"), flash);
+    // A robot that forgets needs no memory on the host.
+    desk.run("calibrate").ok();
+}
+
+#[test]
+fn a_name_with_a_quotation_mark_is_itself_for_machines() {
+    let desk = Desk::new();
+    let arguments = ["config", "set", "name", "a\"b", "--json", "--save", "--flash", "flash"];
+    let value = desk.run_with(&arguments, "").ok().json();
+    assert_eq!(value["changed"]["name"]["after"], "a\"b", "{value}");
+}

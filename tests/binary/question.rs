@@ -93,3 +93,55 @@ fn a_new_wheel_weight_that_makes_it_worse_is_taken_back() {
     assert_eq!(desk.read("flash"), flash);
     assert_eq!(desk.listing(), ["flash"]);
 }
+
+#[test]
+fn a_millimetre_less_is_not_straight_and_is_taken_back() {
+    let desk = Desk::new();
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    let outcome = calibrate(&desk, "\n-36mm\n\n-35mm\n");
+    assert_eq!(outcome.code, Some(1), "the check said no: {outcome:#?}");
+    assert!(!outcome.stdout.contains("Drives straight"), "{outcome:#?}");
+    assert!(
+        outcome.stderr.contains("no better (36.0 mm off before, 35.0 mm after)"),
+        "{outcome:#?}"
+    );
+    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(desk.listing(), ["flash"]);
+}
+
+#[test]
+fn a_no_has_its_numbers_for_machines() {
+    let desk = Desk::new();
+    let arguments = ["calibrate", "--json", "--measure", "ask", "--flash", "flash"];
+    let outcome = desk.run_with(&arguments, "\n-36mm\n\n-35mm\n");
+    assert_eq!(outcome.code, Some(1), "{outcome:#?}");
+    let value = outcome.json();
+    assert_eq!(value["decision"], "not_better", "{value}");
+    assert_eq!(value["exit_code"], 1);
+    assert!(value["error"].as_str().is_some_and(|error| error.contains("no better")), "{value}");
+    for (which, offset_m) in [("before", -0.036), ("after", -0.035)] {
+        let read_m = value[which]["lateral_offset_m"].as_f64().expect("a number");
+        assert!((read_m - offset_m).abs() < 1e-12, "{value}");
+    }
+    assert!(value["picture"].is_null());
+}
+
+#[test]
+fn both_ways_are_read_in_the_same_way() {
+    let both = |answers: &str| {
+        let desk = Desk::new();
+        let arguments = ["calibrate", "--measure", "ask", "--out-and-back", "--flash", "flash"];
+        let outcome = desk.run_with(&arguments, answers).ok();
+        (wheel_weight(&desk), outcome.stderr.matches("warning:").count())
+    };
+    // Line up, out; back (nobody touches it); line up, out with the new W_T. A robot with unequal
+    // wheels comes back to its line.
+    let (by_offset, warnings) = both("\n-36mm\n30cm 0mm\n0mm\n\n0.5mm\n");
+    assert_eq!(warnings, 1, "an angle after an offset");
+    assert!((by_offset - 0.9919).abs() < 1e-3, "{by_offset}");
+    let (by_angle, warnings) = both("\n30cm 12mm\n0mm\n30cm 0mm\n\n30cm 0mm\n");
+    assert_eq!(warnings, 1, "an offset after an angle");
+    // 1 - b / (R phi) 0.04 = 0.99178.
+    assert!((by_angle - 0.99178).abs() < 1e-4, "{by_angle}");
+}

@@ -36,11 +36,16 @@ pub struct Served<'a> {
 impl<'a> Served<'a> {
     /// Starts one that listens there, with a camera and a flash.
     pub fn start(desk: &'a Desk, listen: &str) -> Self {
+        Self::start_with(desk, listen, "")
+    }
+
+    /// As [`start`](Self::start), with more options of `beeline sim`.
+    pub fn start_with(desk: &'a Desk, listen: &str, options: &str) -> Self {
         static TURN: Mutex<()> = Mutex::new(());
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         desk.write("uneven.toml", SCENARIO);
         let arguments = format!(
-            "sim --json --listen {listen} --port sim:uneven.toml --camera track.csv --flash flash"
+            "sim --json --listen {listen} --port sim:uneven.toml --camera track.csv --flash flash {options}"
         );
         let mut child = desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>());
         let mut line = String::new();
@@ -76,8 +81,28 @@ impl<'a> Served<'a> {
         format!("calibrate --port {port} --measure track:track.csv --yes {SHORT}")
     }
 
+    /// A command on this robot, started.
+    pub fn spawn(&self, arguments: &str) -> Child {
+        let arguments = format!("{arguments} --port {}", self.port);
+        self.desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// The process in which the robot lives.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// How far the camera has seen the robot from where it started \[m\].
     pub fn travelled_m(&self) -> f64 {
+        let places = self.places_m();
+        match (places.first(), places.last()) {
+            (Some(first), Some(last)) => (last.0 - first.0).hypot(last.1 - first.1),
+            _ => 0.0,
+        }
+    }
+
+    /// Where the camera has seen the robot, (x, y) \[m\].
+    pub fn places_m(&self) -> Vec<(f64, f64)> {
         let track = String::from_utf8(self.desk.read("track.csv")).unwrap();
         let place = |line: &str| -> Option<(f64, f64)> {
             let mut cells = line.split(',').skip(1).map(|cell| cell.parse().ok());
@@ -85,11 +110,7 @@ impl<'a> Served<'a> {
         };
         // The last line may be in the making.
         let whole = &track[..track.rfind('\n').unwrap_or(0)];
-        let places: Vec<_> = whole.lines().filter_map(place).collect();
-        match (places.first(), places.last()) {
-            (Some(first), Some(last)) => (last.0 - first.0).hypot(last.1 - first.1),
-            _ => 0.0,
-        }
+        whole.lines().filter_map(place).collect()
     }
 
     /// Waits until the robot is in the middle of its drive, this far from its start.
@@ -129,6 +150,11 @@ impl Drop for Served<'_> {
 
 /// What Ctrl-C sends.
 pub fn interrupt(child: &Child) {
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    signal(child.id(), "INT");
+}
+
+/// Sends a signal to a process.
+pub fn signal(id: u32, name: &str) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &id.to_string()]).status();
     assert!(sent.expect("kill runs").success());
 }

@@ -1,6 +1,7 @@
 //! 200 robots drawn by seed, each calibrated once with the camera and once with the ruler, judged by
 //! the truth: `cargo xtask bench calibration`.
 
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use beeline_tests::judge::{Eye, Verdict, judge_all, quartiles};
@@ -95,12 +96,12 @@ fn report(name: &str, seeds: &[u64], eye: Eye) -> Figures {
         quartiles(&column(|v| v.sigma))[1],
         coverage * 100.0,
     );
-    for decision in ["already straight", "not better", "not a radius"] {
-        let those: Vec<u64> =
-            good.iter().filter(|v| v.decision == decision).map(|v| v.seed).collect();
-        if !those.is_empty() {
-            println!("         {decision}: seeds {those:?}");
-        }
+    let mut others: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
+    for verdict in good.iter().filter(|v| v.decision != "corrected") {
+        others.entry(verdict.decision).or_default().push(verdict.seed);
+    }
+    for (decision, those) in others {
+        println!("         {decision}: seeds {those:?}");
     }
     let outside: Vec<u64> = good.iter().filter(|v| !v.covered).map(|v| v.seed).collect();
     println!("         outside the interval: seeds {outside:?}");

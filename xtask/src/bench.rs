@@ -9,6 +9,7 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
     let chosen: Vec<&str> = match name {
         "all" => known.iter().map(String::as_str).collect(),
         name if known.iter().any(|known| known == name) => vec![name],
+        "firmware" => return Err("`bench firmware` takes no arguments".into()),
         name => return Err(listing(&format!("no bench `{name}`"))),
     };
     chosen.into_iter().try_for_each(|name| {

@@ -19,7 +19,8 @@ cargo xtask <chore>
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board
-  bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one
+  bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
+                     these, which firmware is none of
   help               this
 ";
 

@@ -1,22 +1,22 @@
 //! How the robot's deviation is measured, and what a drive says once it is.
 
 use std::f64::consts::TAU;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use robot_model::out_and_back::OutAndBackError;
 use robot_model::{
-    Deviation, Experiment, FitOptions, Geometry, Leg, Pose, Track, TrackSample, Turns, WheelAngles,
-    WheelWeight, fit_track, path::dead_reckon,
+    Deviation, Experiment, FitOptions, Geometry, Leg, OutAndBack, Pose, Shared, Track, TrackFit,
+    TrackSample, Turns, WheelAngles, WheelWeight, fit_track, path::dead_reckon,
 };
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
+use super::reading::parse_reading;
+use super::track_file::{check_header, track_so_far};
 use crate::error::{Error, Result};
 use crate::motion::Recording;
 use crate::picture::{EndReading, PathSource, RunReport};
-use crate::quantity::Length;
 use crate::session::Session;
-use crate::track::read_track;
 use crate::ui;
 
 /// What measures the robot.
@@ -53,6 +53,8 @@ pub(super) struct Run<'a> {
     pub(super) config: &'a Config,
     pub(super) geometry: &'a Geometry,
     pub(super) start_heading_sigma_rad: f64,
+    /// What the way out was read by, if this is the way back.
+    pub(super) way_out: Option<Deviation>,
 }
 
 /// What a drive says.
@@ -62,36 +64,40 @@ pub struct Measurement {
     pub wheel_weight: WheelWeight,
     /// The drive, for the picture.
     pub run: RunReport,
-    /// The drive as a leg of an out-and-back: from a track, without its first decimetres.
-    pub leg: Leg,
-    /// The ruler's reading as such, left positive \[m\], with its sigma; `None` from a track.
-    pub offset_m: Option<(f64, f64)>,
+    /// What this drive is good for as a way of an out-and-back.
+    pub way: Way,
+}
+
+/// A drive as one way of an out-and-back.
+#[derive(Clone, Copy, Debug)]
+pub enum Way {
+    /// From a track, without its first decimetres, in which a caster swings round and kicks.
+    Track(Leg),
+    /// From what a person or the simulator's ruler read, which cannot leave them out.
+    Reading(Experiment),
 }
 
 impl Measurement {
-    /// This drive as the way back after `out`.
-    ///
-    /// A track shows the turn of each drive by itself, and where on the way it happened: the first
-    /// decimetres, in which a caster swings round and kicks, are left out. A ruler cannot do that. A ruler at the line reads where the robot is:
-    /// with s the length of each way, y the readings after the way out and after the way back, the way
-    /// out turned by alpha = -2 y_out / s and the way back by alpha = 2 (y_out + y_back) / s.
-    pub(super) fn leg_after(&self, out: &Measurement) -> Leg {
-        let leg = self.leg;
-        match (out.offset_m, self.offset_m) {
-            (Some((out_m, out_sigma_m)), Some((back_m, back_sigma_m))) => {
-                let s_m = self
-                    .run
-                    .path
-                    .first()
-                    .zip(self.run.path.last())
-                    .map_or(f64::NAN, |(a, b)| (b.x_m - a.x_m).hypot(b.y_m - a.y_m));
-                Leg {
-                    alpha_rad: 2.0 * (out_m + back_m) / s_m,
-                    alpha_sigma_rad: 2.0 * out_sigma_m.hypot(back_sigma_m) / s_m,
-                    ..leg
-                }
+    /// What was read, unless it was a track.
+    pub(super) fn deviation(&self) -> Option<Deviation> {
+        match &self.way {
+            Way::Track(_) => None,
+            Way::Reading(experiment) => Some(experiment.deviation),
+        }
+    }
+
+    /// Separates radius from pull by this drive and `back`, the same one backwards from where it ended.
+    pub(super) fn and_back(
+        &self,
+        back: &Measurement,
+        geometry: &Geometry,
+    ) -> std::result::Result<OutAndBack, OutAndBackError> {
+        match (&self.way, &back.way) {
+            (Way::Track(out), Way::Track(back)) => {
+                OutAndBack::new(*out, *back, Shared::TRACKS, geometry)
             }
-            _ => leg,
+            (Way::Reading(out), Way::Reading(back)) => OutAndBack::by_readings(out, back),
+            _ => Err(OutAndBackError::Mixed),
         }
     }
 }
@@ -116,14 +122,20 @@ impl Instrument {
         }
     }
 
+    /// Refuses what cannot measure anything, before the robot moves.
+    pub(super) fn check(&self) -> Result<()> {
+        if let Instrument::TrackFile { path, .. } = self {
+            check_header(path)?.iter().for_each(ui::warn);
+            track_so_far(path)?;
+        }
+        Ok(())
+    }
+
     /// Notes where the track stands before a drive.
     pub(super) fn begin(&mut self) -> Result<()> {
         match self {
             Instrument::Camera(lab, seen) => *seen = lab.camera_len(),
-            Instrument::TrackFile { path, seen, .. } => {
-                check_header(path)?;
-                *seen = track_so_far(path)?.len();
-            }
+            Instrument::TrackFile { path, seen, .. } => *seen = track_so_far(path)?.len(),
             Instrument::Ruler(_) | Instrument::Person { .. } => {}
         }
         Ok(())
@@ -196,6 +208,7 @@ impl Instrument {
                     let question = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
                     let answer = ui::ask(question, session.clock()).await?;
                     let measured = parse_reading(&answer, sigma_m).and_then(|deviation| {
+                        run.check_kind(&deviation)?;
                         run.by_reading(deviation).map_err(|error| error.to_string())
                     });
                     match measured {
@@ -206,70 +219,6 @@ impl Instrument {
             }
         }
     }
-}
-
-/// Refuses a file that is no track before the robot moves; one that has only been created is fine.
-pub(crate) fn check_header(path: &Path) -> Result<()> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        Error::new(format_args!("cannot read the track {}: {error}", path.display()))
-            .hint("start the tracking system first, so that the file is there")
-    })?;
-    let Some(header) = text.lines().next() else { return Ok(()) };
-    for column in ["t_s", "x_m", "y_m"] {
-        if !header.split(',').any(|name| name.trim() == column) {
-            return Err(Error::new(format_args!(
-                "{}:1: there is no column {column}",
-                path.display()
-            ))
-            .hint("a track has a header line: t_s,x_m,y_m or t_s,x_m,y_m,heading_rad"));
-        }
-    }
-    Ok(())
-}
-
-/// A track file as far as it has come: a tracking system may create it, or begin it, only when the
-/// robot first moves.
-pub(crate) fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
-    const HEADER_AND_TWO_ROWS: usize = 3;
-    match std::fs::read_to_string(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        Ok(text) if text.lines().count() < HEADER_AND_TWO_ROWS => Ok(Vec::new()),
-        Ok(text) => {
-            let mut samples = read_track(path)?.0;
-            if !text.ends_with('\n') {
-                // The last row is still being written: a number may lack its last digits.
-                samples.pop();
-            }
-            Ok(samples)
-        }
-        Err(_) => Ok(read_track(path)?.0),
-    }
-}
-
-/// One length is the lateral offset, two are the paper's dx and dy.
-fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Deviation, String> {
-    let lengths: Vec<Length> = join_units(text)
-        .iter()
-        .map(|part| part.parse().map_err(|error| format!("{error}")))
-        .collect::<std::result::Result<_, _>>()?;
-    match lengths.as_slice() {
-        [offset] => Ok(Deviation::LateralOffset { y_m: offset.m, sigma_m }),
-        [dx, dy] if dx.m > 0.0 => Ok(Deviation::Tangent { dx_m: dx.m, dy_m: dy.m, sigma_m }),
-        [_, _] => Err("dx must be above zero".into()),
-        _ => Err("give one length, or two: -36mm, or 2.525cm 1mm".into()),
-    }
-}
-
-/// `2.5 cm 1mm` is two lengths, not three.
-fn join_units(text: &str) -> Vec<String> {
-    let mut parts: Vec<String> = Vec::new();
-    for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
-        match parts.last_mut() {
-            Some(last) if word.starts_with(|c: char| c.is_alphabetic()) => last.push_str(word),
-            _ => parts.push(word.into()),
-        }
-    }
-    parts
 }
 
 impl Run<'_> {
@@ -317,8 +266,9 @@ impl Run<'_> {
             },
             wheel_weight: fit.wheel_weight.clone(),
         };
-        let leg = self.leg_by_track(track, options).unwrap_or(Leg::from(&fit.wheel_weight));
-        Ok(Measurement { wheel_weight: fit.wheel_weight, run, leg, offset_m: None })
+        // A drive too short to lose its run-in is taken whole.
+        let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
+        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: Way::Track(leg) })
     }
 
     /// The drive without its run-in. What turned the robot there becomes part of its free start pose.
@@ -340,7 +290,22 @@ impl Run<'_> {
             ..*track
         };
         let fit = fit_track(&rest, &angles[first..], self.geometry, options).ok()?;
-        Some(Leg::from(&fit.wheel_weight))
+        Some(leg_of(&fit))
+    }
+
+    /// Both ways must be read in the same way: an offset and an angle do not subtract.
+    fn check_kind(&self, deviation: &Deviation) -> std::result::Result<(), String> {
+        let is_offset = |it: &Deviation| matches!(it, Deviation::LateralOffset { .. });
+        match self.way_out {
+            Some(out) if is_offset(&out) && !is_offset(deviation) => {
+                Err("the way out was read by its offset: read the way back by its offset too"
+                    .into())
+            }
+            Some(out) if !is_offset(&out) && is_offset(deviation) => {
+                Err("the way out was read by dx and dy: read the way back by dx and dy too".into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn by_reading(&self, deviation: Deviation) -> Result<Measurement> {
@@ -380,8 +345,7 @@ impl Run<'_> {
             },
             wheel_weight: wheel_weight.clone(),
         };
-        let leg = Leg::from(&wheel_weight);
-        Ok(Measurement { wheel_weight, run, leg, offset_m })
+        Ok(Measurement { wheel_weight, run, way: Way::Reading(experiment) })
     }
 
     /// A tracking system's clock starts when it likes: the robot's first movement is the same in both.
@@ -413,29 +377,13 @@ impl Run<'_> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_length_is_an_offset_and_two_are_the_papers_triangle() {
-        let sigma_m = 0.0005;
-        match parse_reading("-36 mm", sigma_m) {
-            Ok(Deviation::LateralOffset { y_m, .. }) => assert!((y_m + 0.036).abs() < 1e-12),
-            other => panic!("{other:?}"),
-        }
-        match parse_reading("2.525 cm, 1mm", sigma_m) {
-            Ok(Deviation::Tangent { dx_m, dy_m, .. }) => {
-                assert!((dx_m - 0.02525).abs() < 1e-12 && (dy_m - 0.001).abs() < 1e-12);
-            }
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn an_answer_without_a_unit_is_asked_again() {
-        assert!(parse_reading("36", 0.0005).is_err());
-        assert!(parse_reading("", 0.0005).is_err());
-        assert!(parse_reading("1mm 2mm 3mm", 0.0005).is_err());
-    }
+/// A fitted track as a leg, with the length of way that the track shows.
+fn leg_of(fit: &TrackFit) -> Leg {
+    let WheelWeight { alpha_rad, alpha_sigma_rad, turns, .. } = fit.wheel_weight;
+    let scaled = |phi_rad: f64| phi_rad * fit.scale.value;
+    let turns = Turns {
+        phi_left_rad: scaled(turns.phi_left_rad),
+        phi_right_rad: scaled(turns.phi_right_rad),
+    };
+    Leg { alpha_rad, alpha_sigma_rad, turns }
 }

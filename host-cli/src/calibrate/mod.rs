@@ -10,19 +10,25 @@
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
 mod measure;
+mod reading;
+mod track_file;
 mod undo;
 
-pub use measure::{Instrument, Measurement};
-pub(crate) use measure::{check_header, track_so_far};
-pub use undo::{Undo, state_folder};
+pub use measure::{Instrument, Measurement, Way};
+pub(crate) use track_file::{check_header, track_so_far};
+pub use undo::{Remembered, Undo, state_folder};
+
+use std::path::PathBuf;
 
 use robot_model::track_fit::Estimate;
 use robot_model::wheel_weight::SIGMAS_95;
-use robot_model::{Geometry, Leg, OutAndBack, Source, Verdict, WheelWeight};
+use robot_model::{Deviation, Geometry, OutAndBack, Source, Verdict, WheelWeight};
 use shared_proto::{Config, ConfigOrigin, Identity, State};
 
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::motion::{self, Motion, RecordOptions};
+use crate::picture::Basis;
 use crate::session::Session;
 
 /// How to calibrate.
@@ -31,23 +37,26 @@ pub struct Settings {
     /// The straight motion to drive.
     pub motion: Motion,
     /// How well wheel radius and track width are known, one sigma, as a share.
-    pub tolerance: f64,
+    pub tolerance_share: f64,
     /// How well the robot is lined up with its start line, one sigma \[rad\].
     pub start_heading_sigma_rad: f64,
     /// Also drive back, so that a pull is not taken for a radius.
     pub out_and_back: bool,
     /// Drive this many runs, each from the line, and take the mean of what they say.
     pub runs: u16,
+    /// Where the W_T before this one is remembered, so that it can be undone; `None`: nowhere.
+    pub undo_folder: Option<PathBuf>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             motion: Motion::PAPER,
-            tolerance: 0.005,
+            tolerance_share: 0.005,
             start_heading_sigma_rad: 0.002,
             out_and_back: false,
             runs: 1,
+            undo_folder: None,
         }
     }
 }
@@ -62,7 +71,7 @@ pub enum Step<'a> {
     /// A drive has been measured.
     Measured(Drive, &'a Measurement),
     /// The way back said what kind of deviation it is.
-    OutAndBack(&'a OutAndBack, &'a Leg),
+    OutAndBack(&'a OutAndBack),
     /// The new W_T is in use and was read back.
     Written(f64),
     /// The new W_T survives power-off.
@@ -106,8 +115,12 @@ pub struct Outcome {
     pub before: Measurement,
     /// What the way back said.
     pub out_and_back: Option<OutAndBack>,
-    /// W_T as decided on: of the first run, or of both ways.
+    /// W_T as decided on.
     pub wheel_weight: Estimate,
+    /// What it was decided on.
+    pub basis: Basis,
+    /// Drives in all.
+    pub drives: u32,
     /// What was done about it.
     pub decision: Decision,
 }
@@ -124,7 +137,7 @@ pub enum Decision {
     CannotTell,
     /// The curvature comes from a pull alone; nothing was written.
     NotARadius,
-    /// The run with the new W_T was no better; the saved one is back.
+    /// The run with the new W_T was not straighter; the saved one is in use again.
     NotBetter(Measurement),
 }
 
@@ -135,17 +148,33 @@ pub async fn calibrate(
     settings: &Settings,
     tell: &mut dyn FnMut(Step<'_>),
 ) -> Result<Outcome> {
-    instrument.begin()?;
+    instrument.check()?;
     let checks = check(session).await?;
+    if let Some(folder) = &settings.undo_folder {
+        Undo::check(folder, &checks.identity)?;
+    }
     tell(Step::Checked(&checks));
     let config = checks.config.clone();
     let outcome = experiment(session, instrument, settings, checks, tell).await;
-    let keep = matches!(&outcome, Ok(Outcome { decision: Decision::Corrected(_), .. }));
-    if !keep && session.read_config().await.is_ok_and(|now| now != config) {
-        // Without a link this fails; what is saved is untouched all the same.
-        let _ = session.restore_config(ConfigOrigin::Saved).await;
+    if matches!(&outcome, Ok(Outcome { decision: Decision::Corrected(_), .. })) {
+        return outcome;
     }
-    outcome
+    let restored = put_back(session, &config).await;
+    let outcome = outcome?;
+    // Whoever reads the outcome may rely on it; after an error, which says more, nobody does.
+    restored.map_err(|error| {
+        Error::new(format_args!("the robot did not take the old W_T back: {error}"))
+            .hint("the new one is not saved: switch the robot off and on")
+    })?;
+    Ok(outcome)
+}
+
+/// The saved configuration is in use again.
+async fn put_back(session: &mut Session, saved: &Config) -> Result<()> {
+    if session.read_config().await? != *saved {
+        session.restore_config(ConfigOrigin::Saved).await?;
+    }
+    Ok(())
 }
 
 /// Link, state and supply, before anything moves. The robot itself checks its encoders' signs
@@ -188,8 +217,9 @@ async fn experiment(
     tell: &mut dyn FnMut(Step<'_>),
 ) -> Result<Outcome> {
     let config = checks.config.clone();
-    let geometry = geometry(&config, settings.tolerance);
-    let mut bench = Bench { session, instrument, settings, geometry, tell };
+    let geometry = geometry(&config, settings.tolerance_share);
+    let mut bench =
+        Bench { session, instrument, settings, geometry, tell, way_out: None, drives: 0 };
 
     bench.instrument.prepare(bench.session, "at its start line").await?;
     let before = bench.drive(&config, Drive::Before).await?;
@@ -199,26 +229,33 @@ async fn experiment(
         said.push(bench.drive(&config, Drive::Before).await?.wheel_weight);
     }
     let mut wheel_weight = mean(&said);
+    let mut basis = match settings.runs {
+        0 | 1 => Basis::OneRun,
+        runs => Basis::Mean(runs),
+    };
     let mut out_and_back = None;
     if settings.out_and_back {
+        bench.way_out = before.deviation();
         let back = bench.drive(&config, Drive::Back).await?;
-        let back = back.leg_after(&before);
-        let both = OutAndBack::new(before.leg, back, &geometry).map_err(Error::new)?;
-        (bench.tell)(Step::OutAndBack(&both, &back));
+        let both = before.and_back(&back, &geometry).map_err(Error::new)?;
+        (bench.tell)(Step::OutAndBack(&both));
         wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
+        basis = Basis::BothWays;
         out_and_back = Some(both);
     }
-    let outcome = |before, decision| Outcome {
-        checks,
+    let outcome = |before, drives, decision| Outcome {
+        checks: checks.clone(),
         geometry,
         before,
         out_and_back,
         wheel_weight,
+        basis,
+        drives,
         decision,
     };
 
     if out_and_back.is_some_and(|both| both.verdict == Verdict::Pull) {
-        return Ok(outcome(before, Decision::NotARadius));
+        return Ok(outcome(before, bench.drives, Decision::NotARadius));
     }
     let half_width = SIGMAS_95 * wheel_weight.sigma;
     if (wheel_weight.value - config.geometry.wheel_weight).abs() < half_width {
@@ -227,7 +264,7 @@ async fn experiment(
         } else {
             Decision::CannotTell
         };
-        return Ok(outcome(before, decision));
+        return Ok(outcome(before, bench.drives, decision));
     }
     let mut corrected = config;
     corrected.geometry.wheel_weight = wheel_weight.value;
@@ -240,16 +277,44 @@ async fn experiment(
 
     bench.instrument.prepare(bench.session, "back at its start line").await?;
     let after = bench.drive(&corrected, Drive::After).await?;
-    if after.wheel_weight.alpha_rad.abs() > before.wheel_weight.alpha_rad.abs() {
-        return Ok(outcome(before, Decision::NotBetter(after)));
+    // A pull bends both runs alike, and no W_T mends it.
+    let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
+    let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
+    if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
+        return Ok(outcome(before, bench.drives, Decision::NotBetter(after)));
     }
-    bench.session.save_config().await?;
+    if interrupt::requested() {
+        return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
+    }
+    let undo = Undo {
+        robot: checks.identity.name.as_str().into(),
+        before: before.run.driven_with,
+        after: after.run.driven_with,
+    };
+    save(bench.session, settings, &checks.identity, &undo).await?;
     if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
         return Err(Error::new("the robot saved another configuration than it was told to")
             .hint("`beeline config get` shows what is there"));
     }
     (bench.tell)(Step::Saved);
-    Ok(outcome(before, Decision::Corrected(after)))
+    Ok(outcome(before, bench.drives, Decision::Corrected(after)))
+}
+
+/// Saves what is in use, and remembers what was there: first the second, as a robot that was changed
+/// and cannot be changed back is the worse half.
+async fn save(
+    session: &mut Session,
+    settings: &Settings,
+    identity: &Identity,
+    undo: &Undo,
+) -> Result<()> {
+    let Some(folder) = &settings.undo_folder else { return session.save_config().await };
+    let remembered = undo.remember(folder, identity)?;
+    if let Err(error) = session.save_config().await {
+        remembered.take_back()?;
+        return Err(error);
+    }
+    Ok(())
 }
 
 /// The mean of several runs, each weighted by what it alone adds.
@@ -257,6 +322,9 @@ async fn experiment(
 /// What the runs have in common, the tolerances of the nominal robot, no mean makes smaller:
 /// sigma^2 = 1 / sum(1 / own_i^2) + common^2.
 fn mean(said: &[WheelWeight]) -> Estimate {
+    if let [one] = said {
+        return Estimate { value: one.value, sigma: one.sigma };
+    }
     let is_common = |source| matches!(source, Source::TrackWidth | Source::WheelRadius);
     let (mut common, mut total, mut sum) = (0.0_f64, 0.0, 0.0);
     for weight in said {
@@ -288,6 +356,10 @@ struct Bench<'a> {
     settings: &'a Settings,
     geometry: Geometry,
     tell: &'a mut dyn FnMut(Step<'_>),
+    /// What the way out was read by, once it is.
+    way_out: Option<Deviation>,
+    /// Drives so far.
+    drives: u32,
 }
 
 impl Bench<'_> {
@@ -309,7 +381,9 @@ impl Bench<'_> {
             config,
             geometry: &self.geometry,
             start_heading_sigma_rad: self.settings.start_heading_sigma_rad,
+            way_out: self.way_out.filter(|_| which == Drive::Back),
         };
+        self.drives += 1;
         let measurement = self.instrument.measure(self.session, &run).await?;
         (self.tell)(Step::Measured(which, &measurement));
         Ok(measurement)
@@ -317,14 +391,14 @@ impl Bench<'_> {
 }
 
 /// The nominal robot of a configuration.
-pub(crate) fn geometry(config: &Config, tolerance: f64) -> Geometry {
+pub(crate) fn geometry(config: &Config, tolerance_share: f64) -> Geometry {
     let shared_proto::GeometryConfig { wheel_radius_m, track_width_m, .. } = config.geometry;
     let encoder = config.encoder.left;
     Geometry {
         wheel_radius_m,
-        wheel_radius_sigma_m: wheel_radius_m * tolerance,
+        wheel_radius_sigma_m: wheel_radius_m * tolerance_share,
         track_width_m,
-        track_width_sigma_m: track_width_m * tolerance,
+        track_width_sigma_m: track_width_m * tolerance_share,
         counts_per_wheel_rev: encoder.counts_per_rev * encoder.gear_reduction,
     }
 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use shared_proto::{ConfigOrigin, Identity};
 
-use crate::command::hex;
 use crate::error::{Context, Error, Result};
-use crate::file::write_whole;
+use crate::file::{check_writable, write_whole};
+use crate::hex::hex;
 use crate::session::Session;
 
 /// The last calibration of one robot.
@@ -40,13 +40,31 @@ impl Undo {
         folder.join(format!("undo-{}.toml", hex(&identity.uid)))
     }
 
+    /// Makes sure that `folder` can remember a calibration, and leaves nothing behind.
+    pub(super) fn check(folder: &Path, identity: &Identity) -> Result<()> {
+        // What is not there yet is made in the nearest folder that is.
+        let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(folder);
+        let file =
+            if there == folder { Self::file(folder, identity) } else { there.join("beeline") };
+        check_writable(&file).map_err(|error| {
+            Error::new(format_args!(
+                "cannot remember a calibration, for --undo, in {}: {error}",
+                folder.display()
+            ))
+            .hint("XDG_STATE_HOME names a folder that can be written")
+        })
+    }
+
     /// Remembers this calibration in `folder`.
-    pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<()> {
+    pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<Remembered> {
         std::fs::create_dir_all(folder)
             .context(format_args!("cannot make {}", folder.display()))?;
         let text = toml::to_string(self).context("the calibration to remember")?;
         let file = Self::file(folder, identity);
-        write_whole(&file, text.as_bytes()).context(format_args!("cannot write {}", file.display()))
+        let older = std::fs::read(&file).ok();
+        write_whole(&file, text.as_bytes())
+            .context(format_args!("cannot write {}", file.display()))?;
+        Ok(Remembered { file, older })
     }
 
     /// The last calibration of this robot.
@@ -94,5 +112,73 @@ impl Undo {
         session.save_config().await?;
         let file = Self::file(folder, identity);
         std::fs::remove_file(&file).context(file.display())
+    }
+}
+
+/// A calibration that is remembered, and what was remembered before it.
+#[derive(Debug)]
+pub struct Remembered {
+    file: PathBuf,
+    older: Option<Vec<u8>>,
+}
+
+impl Remembered {
+    /// The calibration was not saved after all: remembers the one before it again.
+    pub(super) fn take_back(self) -> Result<()> {
+        let Self { file, older } = self;
+        match older {
+            Some(older) => write_whole(&file, &older).context(file.display()),
+            None => std::fs::remove_file(&file).context(file.display()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNDO: Undo = Undo { robot: String::new(), before: 1.0, after: 0.99 };
+
+    fn identity() -> Identity {
+        Identity {
+            name: Default::default(),
+            board: Default::default(),
+            uid: [7; 12],
+            firmware: [0; 3],
+            protocol: 0,
+            control_period_us: 1000,
+            limits: shared_proto::Config::default().limits,
+            reset_cause: shared_proto::ResetCause::PowerOn,
+            config_origin: ConfigOrigin::Factory,
+            store_damaged: false,
+            unsaved: false,
+        }
+    }
+
+    #[test]
+    fn what_is_taken_back_leaves_the_calibration_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = folder.path().join("state/beeline");
+        let identity = identity();
+        Undo::check(&state, &identity).unwrap();
+        assert!(!folder.path().join("state").exists(), "a check leaves nothing behind");
+
+        UNDO.remember(&state, &identity).unwrap().take_back().unwrap();
+        assert!(Undo::recall(&state, &identity).is_err(), "there was none before");
+        UNDO.remember(&state, &identity).unwrap();
+        let next = Undo { before: 0.99, after: 0.98, ..UNDO };
+        next.remember(&state, &identity).unwrap().take_back().unwrap();
+        assert_eq!(Undo::recall(&state, &identity).unwrap(), UNDO);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_remember_is_found_out_before() {
+        let identity = identity();
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("file"), "").unwrap();
+        for folder in [Path::new("/proc/beeline"), &folder.path().join("file/beeline")] {
+            let error = Undo::check(folder, &identity).unwrap_err().to_string();
+            assert!(error.contains("for --undo"), "{error}");
+        }
     }
 }

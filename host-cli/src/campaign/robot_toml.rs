@@ -32,6 +32,9 @@ pub struct RobotFile {
     /// Nominal supply \[V\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_v: Option<f64>,
+    /// The board's unique number, in hexadecimal: two robots may have the same nominal values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uid: Option<String>,
     /// Facts about single runs.
     #[serde(rename = "run", default, skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<RunFacts>,
@@ -66,13 +69,18 @@ impl RobotFile {
             ),
             _ => CampaignError::io(file, "read it", error),
         })?;
-        let robot: Self = toml::from_str(&text).map_err(|error| {
+        Self::parse(file, &text)
+    }
+
+    /// Checks what a `robot.toml` says.
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
+        let robot: Self = toml::from_str(text).map_err(|error| {
             let place =
-                error.span().map_or_else(|| Place::whole(file), |it| at(file, &text, it.start));
+                error.span().map_or_else(|| Place::whole(file), |it| at(file, text, it.start));
             let hint = "name, wheel_radius_m, track_width_m and counts_per_rev are required";
             CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
         })?;
-        robot.check(file, &text)?;
+        robot.check(file, text)?;
         Ok(robot)
     }
 
@@ -91,28 +99,39 @@ impl RobotFile {
             if let Some(value) = value
                 && !(value > 0.0 && value.is_finite())
             {
-                let place = place_of(file, text, name);
+                let place = place_of(file, text, 0, name);
                 let problem = format!("{name} = {value} cannot be");
                 return Err(CampaignError::new(place, problem, "it must be a number above zero"));
             }
         }
-        let facts = self.runs.iter().flat_map(|run| {
-            [("started_s", run.started_s, f64::NEG_INFINITY), ("payload_kg", run.payload_kg, 0.0)]
-        });
-        for (name, value, least) in facts {
-            if let Some(value) = value
-                && !(value >= least && value.is_finite())
-            {
-                let problem = format!("{name} = {value} cannot be");
-                let hint = "it must be a finite number, a payload not negative";
-                return Err(CampaignError::new(place_of(file, text, name), problem, hint));
+        for (index, run) in self.runs.iter().enumerate() {
+            let facts = [
+                ("started_s", run.started_s, f64::NEG_INFINITY),
+                ("payload_kg", run.payload_kg, 0.0),
+            ];
+            for (name, value, least) in facts {
+                if let Some(value) = value
+                    && !(value >= least && value.is_finite())
+                {
+                    let problem = format!("{name} = {value} cannot be");
+                    let hint = "it must be a finite number, a payload not negative";
+                    let place = place_of(file, text, start_of_run(text, index), name);
+                    return Err(CampaignError::new(place, problem, hint));
+                }
             }
         }
         Ok(())
     }
 
-    /// The first nominal value in which another robot differs: its name and both values.
-    pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, f64, f64)> {
+    /// The first value in which another robot differs: its name and both values.
+    ///
+    /// The name is no such value, as it can be changed, and a uid is one only where both have it.
+    pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        if let (Some(here), Some(there)) = (&self.uid, &other.uid)
+            && here != there
+        {
+            return Some(("uid", here.clone(), there.clone()));
+        }
         [
             ("wheel_radius_m", self.wheel_radius_m, other.wheel_radius_m),
             ("track_width_m", self.track_width_m, other.track_width_m),
@@ -122,6 +141,7 @@ impl RobotFile {
         .into_iter()
         // A file may have fewer digits than the robot.
         .find(|(_, a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()))
+        .map(|(name, a, b)| (name, a.to_string(), b.to_string()))
     }
 }
 
@@ -136,10 +156,22 @@ fn at(file: &Path, text: &str, byte: usize) -> Place {
     }
 }
 
-/// Where a key stands.
-fn place_of(file: &Path, text: &str, key: &str) -> Place {
+/// The byte at which the section of a run, counted from 0, begins; 0 if it is written in another way.
+fn start_of_run(text: &str, index: usize) -> usize {
     let mut start = 0;
-    for line in text.split_inclusive('\n') {
+    let headers = text.split_inclusive('\n').filter_map(|line| {
+        let here = start;
+        start += line.len();
+        let name = line.trim_start().strip_prefix("[[")?.split("]]").next()?;
+        (name.trim() == "run").then_some(here)
+    });
+    headers.collect::<Vec<_>>().get(index).copied().unwrap_or(0)
+}
+
+/// Where a key stands, from a byte on.
+fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
+    let mut start = from;
+    for line in text[from..].split_inclusive('\n') {
         let indent = line.len() - line.trim_start().len();
         if line.trim_start().strip_prefix(key).is_some_and(|it| it.trim_start().starts_with('=')) {
             return at(file, text, start + indent);

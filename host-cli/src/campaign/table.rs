@@ -1,6 +1,7 @@
 //! A table of samples in a CSV file: named columns, numbers, times that increase.
 
 use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -28,11 +29,22 @@ impl<C: Copy + PartialEq> Table<C> {
         required: &[(C, &str)],
     ) -> Result<Self, CampaignError> {
         let open = File::open(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+        Self::parse(file, open, known, time, required)
+    }
+
+    /// As [`read`](Self::read), from what the file holds.
+    pub(crate) fn parse(
+        file: &Path,
+        content: impl Read,
+        known: impl Fn(&str) -> Option<C>,
+        time: C,
+        required: &[(C, &str)],
+    ) -> Result<Self, CampaignError> {
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
             .trim(Trim::All)
             .flexible(true)
-            .from_reader(open);
+            .from_reader(content);
         let mut records = reader.records();
         let Some(header) = records.next() else {
             let problem = "the file is empty";
@@ -58,6 +70,15 @@ impl<C: Copy + PartialEq> Table<C> {
         }
         table.check_time(file, time)?;
         Ok(table)
+    }
+
+    /// What a first line says about the columns.
+    pub(crate) fn parse_header(
+        file: &Path,
+        header: &str,
+        known: impl Fn(&str) -> Option<C>,
+    ) -> Result<Self, CampaignError> {
+        Self::with_header(file, &header.split(',').map(str::trim).collect(), known)
     }
 
     fn with_header(

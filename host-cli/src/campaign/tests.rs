@@ -15,6 +15,7 @@ fn robot() -> RobotFile {
         position_sigma_m: Some(0.001),
         heading_sigma_rad: None,
         supply_v: Some(12.0),
+        uid: None,
         runs: Vec::new(),
     }
 }
@@ -98,7 +99,8 @@ fn an_abandoned_run_leaves_nothing_behind() {
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
     let mut run = writer.start_run("a", &[]).unwrap();
     run.push(&row(0)).unwrap();
-    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 1);
+    // Not even while it is written: nobody could take away what a killed program leaves.
+    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
     drop(run);
     assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
 }
@@ -122,6 +124,29 @@ fn another_robots_campaign_is_refused() {
     let other = RobotFile { track_width_m: 0.4, ..robot() };
     let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
     assert!(error.contains("track_width_m = 0.372 is another robot's"), "{error}");
+}
+
+#[test]
+fn a_robot_of_the_same_kind_is_told_by_its_uid_where_both_have_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |uid: &str| RobotFile { uid: Some(uid.into()), ..robot() };
+    CampaignWriter::open(folder.path(), &with("0a")).unwrap();
+    CampaignWriter::open(folder.path(), &RobotFile { name: "renamed".into(), ..with("0a") })
+        .unwrap();
+    CampaignWriter::open(folder.path(), &robot()).unwrap();
+    let error = CampaignWriter::open(folder.path(), &with("0b")).unwrap_err().to_string();
+    assert!(error.contains("uid = 0a is another robot's: this one has 0b"), "{error}");
+}
+
+#[test]
+fn a_robot_toml_that_facts_would_spoil_is_refused_before_a_run_and_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let toml = folder.path().join("robot.toml");
+    let text = format!("{TOML}run = []\n");
+    fs::write(&toml, &text).unwrap();
+    let error = CampaignWriter::open(folder.path(), &robot()).unwrap_err().to_string();
+    assert!(error.contains("cannot be added") && error.contains("[[run]] sections"), "{error}");
+    assert_eq!(fs::read_to_string(&toml).unwrap(), text);
 }
 
 #[test]
@@ -150,6 +175,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (error(&TOML.replace("0.372", "\"b\""), Some(CSV)), "line 3, column 17: invalid type: string"),
         (error(&format!("{TOML}wheels = 3\n"), Some(CSV)), "line 5, column 1: unknown field `wheels`"),
         (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; there must be a file runs/07_b.csv"),
+        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"02_a\"\npayload_kg = -1\n"), Some(CSV)), "line 11, column 1: payload_kg = -1 cannot be"),
         (error(TOML, None), "ROBOT: there are no runs in this campaign; put"),
         (error(TOML, Some("")), "01_a.csv: the file is empty; the first line must name"),
         (error(TOML, Some("t_s,left_counts\n0,0\n1,1\n")), "01_a.csv, line 1: the required column `right_counts` is missing"),

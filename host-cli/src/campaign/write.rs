@@ -1,13 +1,11 @@
 //! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-
-use tempfile::{Builder, NamedTempFile};
 
 use super::read::run_files;
 use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts};
+use crate::file::{WriteError, check_writable, write_new, write_whole};
 
 /// A campaign folder to add runs to.
 #[derive(Debug)]
@@ -27,6 +25,9 @@ impl CampaignWriter {
                 let hint = "choose another folder, or correct the file if it is wrong";
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
             }
+            // Facts must find room, which is to be known before a run is driven.
+            let facts = RunFacts { name: "run".into(), started_s: Some(0.0), payload_kg: None };
+            with_facts(&toml, &facts)?;
         } else {
             let text = toml::to_string(robot).map_err(|error| {
                 let hint = "check the robot's name and numbers";
@@ -35,7 +36,7 @@ impl CampaignWriter {
             robot.check(&toml, &text)?;
             fs::create_dir_all(folder)
                 .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
-            write_whole(&toml, text.as_bytes())?;
+            write_whole(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
         }
         Ok(Self { folder: folder.into() })
     }
@@ -57,29 +58,29 @@ impl CampaignWriter {
             .into_iter()
             .filter(|it| columns.contains(it) || Column::REQUIRED.contains(it))
             .collect();
-        let file = temporary(&runs)?;
-        let mut writer = RunWriter {
+        check_writable(&runs.join(name))
+            .map_err(|error| CampaignError::io(&runs, "write into this folder", error.into()))?;
+        let header: Vec<_> = columns.iter().map(|column| column.name()).collect();
+        let text = header.join(",") + "\n";
+        Ok(RunWriter {
             folder: self.folder.clone(),
             name: name.into(),
             columns,
-            file: BufWriter::new(file),
+            text,
             rows: 0,
             last_s: f64::NEG_INFINITY,
-        };
-        let header: Vec<_> = writer.columns.iter().map(|column| column.name()).collect();
-        let header = header.join(",");
-        writer.line(&header)?;
-        Ok(writer)
+        })
     }
 }
 
-/// A run being written: to a temporary file until [`RunWriter::finish`].
+/// A run being written: in memory until [`RunWriter::finish`], so that whatever ends the program before
+/// leaves nothing behind.
 #[derive(Debug)]
 pub struct RunWriter {
     folder: PathBuf,
     name: String,
     columns: Vec<Column>,
-    file: BufWriter<NamedTempFile>,
+    text: String,
     rows: u64,
     last_s: f64,
 }
@@ -107,7 +108,9 @@ impl RunWriter {
         }
         self.last_s = t_s;
         self.rows += 1;
-        self.line(&cells.join(","))
+        self.text.push_str(&cells.join(","));
+        self.text.push('\n');
+        Ok(())
     }
 
     /// Puts the file in its place, and the facts (their name is filled in) into `robot.toml`.
@@ -120,36 +123,21 @@ impl RunWriter {
             let hint = "record for longer; nothing was written";
             return Err(CampaignError::new(Place::whole(&runs), problem, hint));
         }
-        let fail = |error| CampaignError::io(&runs, "write a run here", error);
-        let mut file = self.file.into_inner().map_err(|error| fail(error.into_error()))?;
-        file.as_file().sync_all().map_err(fail)?;
         let mut number = 1 + highest_number(&self.folder)?;
         loop {
             let name = format!("{number:02}_{}", self.name);
             let path = runs.join(format!("{name}.csv"));
-            match file.persist_noclobber(&path) {
-                Ok(_) => {
-                    add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts })?;
-                    return Ok(path);
-                }
-                // Somebody else recorded into this folder meanwhile.
-                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                    file = error.file;
-                    number += 1;
-                }
-                Err(error) => return Err(CampaignError::io(&path, "write it", error.error)),
+            if write_new(&path, self.text.as_bytes()).map_err(|error| unwritten(&path, error))? {
+                add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts })?;
+                return Ok(path);
             }
+            // Somebody else recorded into this folder meanwhile.
+            number += 1;
         }
     }
 
     fn path(&self) -> PathBuf {
         self.folder.join("runs").join(format!("{}.csv", self.name))
-    }
-
-    fn line(&mut self, text: &str) -> Result<(), CampaignError> {
-        let written =
-            self.file.write_all(text.as_bytes()).and_then(|()| self.file.write_all(b"\n"));
-        written.map_err(|error| CampaignError::io(&self.path(), "write it", error))
     }
 }
 
@@ -167,9 +155,15 @@ fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
     if facts.started_s.is_none() && facts.payload_kg.is_none() {
         return Ok(());
     }
+    let text = with_facts(toml, &facts)?;
+    write_whole(toml, text.as_bytes()).map_err(|error| unwritten(toml, error))
+}
+
+/// What a `robot.toml` says with these facts at its end; refused if no reader would take it.
+fn with_facts(toml: &Path, facts: &RunFacts) -> Result<String, CampaignError> {
     let mut text =
         fs::read_to_string(toml).map_err(|error| CampaignError::io(toml, "read it", error))?;
-    let entry = toml::to_string(&facts).map_err(|error| {
+    let entry = toml::to_string(facts).map_err(|error| {
         CampaignError::new(Place::whole(toml), error.to_string(), "check the facts of the run")
     })?;
     if !text.ends_with('\n') {
@@ -177,26 +171,13 @@ fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
     }
     text.push_str("\n[[run]]\n");
     text.push_str(&entry);
-    write_whole(toml, text.as_bytes())
+    RobotFile::parse(toml, &text).map_err(|error| {
+        let problem = format!("the facts of a run cannot be added at its end: {}", error.problem);
+        CampaignError::new(error.place, problem, "write what it says of runs as [[run]] sections")
+    })?;
+    Ok(text)
 }
 
-/// Writes a file so that it is there with all of its bytes, or as it was.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CampaignError> {
-    let fail = |error| CampaignError::io(path, "write it", error);
-    let mut file = temporary(path.parent().unwrap_or(Path::new(".")))?;
-    file.write_all(bytes).map_err(fail)?;
-    file.as_file().sync_all().map_err(fail)?;
-    file.persist(path).map_err(|error| fail(error.error))?;
-    Ok(())
-}
-
-/// A temporary file in the same folder, so that renaming it is one step; readable like any other.
-fn temporary(folder: &Path) -> Result<NamedTempFile, CampaignError> {
-    let mut builder = Builder::new();
-    builder.prefix(".beeline-").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    builder
-        .tempfile_in(folder)
-        .map_err(|error| CampaignError::io(folder, "write into this folder", error))
+fn unwritten(path: &Path, error: WriteError) -> CampaignError {
+    CampaignError::io(path, "write it", error.into())
 }

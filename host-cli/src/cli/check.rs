@@ -56,6 +56,25 @@ pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
     }
 }
 
+/// Reads how often a second; telemetry comes every so many milliseconds.
+pub(super) fn rate(text: &str) -> Result<u16, String> {
+    match text.parse::<u16>() {
+        Ok(rate) if (1..=1000).contains(&rate) && 1000 % rate == 0 => Ok(rate),
+        Ok(rate) if (1..=1000).contains(&rate) => {
+            let divides = |rate: &u16| 1000 % rate == 0;
+            let below = (1..rate).rev().find(divides).unwrap_or(1);
+            let above = (rate..=1000).find(divides).unwrap_or(1000);
+            Err(format!("must be a whole number of milliseconds apart, as {below} and {above} are"))
+        }
+        _ => Err("must be a whole number from 1 to 1000".into()),
+    }
+}
+
+/// Time between two frames at a [`rate`] \[ms\].
+pub fn period_ms(rate: u16) -> u16 {
+    1000 / rate.clamp(1, 1000)
+}
+
 /// Reads a tolerance in percent.
 pub(super) fn percent(text: &str) -> Result<f64, String> {
     match text.trim_end_matches('%').trim_end().parse() {

@@ -7,6 +7,7 @@ mod choice;
 pub use campaign::{
     CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
+pub use check::period_ms;
 pub use choice::{Listen, Measure};
 
 use std::path::PathBuf;
@@ -15,7 +16,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use self::check::{
-    above_zero, acceleration, angle, distance, length, not_negative, percent, speed, time,
+    above_zero, acceleration, angle, distance, length, not_negative, percent, rate, speed, time,
 };
 use crate::port::{Port, SimOptions};
 use crate::quantity::{Acceleration, Angle, Distance, Length, Speed, Time};
@@ -51,7 +52,7 @@ pub struct Cli {
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
 pub struct Common {
-    /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600),
+    /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600, 19200 at least),
     /// tcp:HOST:PORT, or sim[:SCENARIO.toml].
     #[arg(
         long,
@@ -238,8 +239,8 @@ pub enum DriveCommand {
 /// `beeline watch`
 #[derive(Args, Clone, Debug)]
 pub struct WatchArgs {
-    /// Frames per second, 1 to 1000.
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    /// Frames per second, 1 to 1000: a divisor of 1000.
+    #[arg(long, default_value_t = 10, value_parser = rate)]
     pub rate: u16,
     /// Stop after this long; without it, at Ctrl-C (simulator: after 2 s of its time).
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
@@ -257,8 +258,8 @@ pub struct RecordArgs {
     /// Name of the run; its kind if not given. A number is put before it.
     #[arg(long, global = true)]
     pub name: Option<String>,
-    /// Samples per second.
-    #[arg(long, global = true, default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    /// Samples per second, 1 to 1000: a divisor of 1000.
+    #[arg(long, global = true, default_value_t = 100, value_parser = rate)]
     pub rate: u16,
     /// The motion.
     #[command(subcommand)]
@@ -296,15 +297,15 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = not_negative(angle))]
     pub start_heading: Angle,
     /// How well wheel radius and track width are known, one sigma, in percent.
-    #[arg(long, value_name = "PERCENT", default_value_t = 0.5, allow_hyphen_values = true, value_parser = percent)]
-    pub tolerance: f64,
+    #[arg(long = "tolerance", value_name = "PERCENT", default_value_t = 0.5, allow_hyphen_values = true, value_parser = percent)]
+    pub tolerance_percent: f64,
     /// Noise of the measured track's positions, one sigma.
     #[arg(long, value_name = "LENGTH", default_value = "1mm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub position_sigma: Length,
     /// Noise of the measured track's headings, one sigma.
     #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Angle,
-    /// Also drive back each time, so that a pull is not taken for a radius.
+    /// Also drive back once, so that a pull is not taken for a radius.
     #[arg(long)]
     pub out_and_back: bool,
     /// Drive this many runs before deciding, and take their mean.
@@ -363,10 +364,10 @@ pub struct WheelWeightArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 8.0)]
     pub revolutions: f64,
     /// Counts of the left wheel, if the wheels turned differently.
-    #[arg(long, value_name = "N", requires = "right_counts")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "right_counts")]
     pub left_counts: Option<f64>,
     /// Counts of the right wheel.
-    #[arg(long, value_name = "N", requires = "left_counts")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "left_counts")]
     pub right_counts: Option<f64>,
     /// How well the robot was lined up with its start line, one sigma.
     #[arg(long, value_name = "ANGLE", default_value = "0rad", allow_hyphen_values = true, value_parser = not_negative(angle))]
@@ -378,16 +379,17 @@ pub struct WheelWeightArgs {
 #[command(after_help = "\
 Examples:
   beeline sim --listen tcp:127.0.0.1:7700 --camera track.csv
-  beeline sim --listen pty --port sim:scenarios/lossy_link.toml
+  beeline sim --listen pty --port sim:sim-target/scenarios/lossy_link.toml
   beeline sim --scenario > my-robot.toml         a scenario to start from")]
 pub struct SimArgs {
     /// tcp:HOST:PORT (port 0: any that is free), or pty.
     #[arg(long, value_name = "WHERE", required_unless_present = "scenario")]
     pub listen: Option<Listen>,
-    /// Append what the overhead camera sees to this file, as a track that `calibrate` can read.
+    /// Write what the overhead camera sees to this new file, as a track that `calibrate` can read.
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
-    /// Put the robot back at its start line whenever it stands still and a client connects.
+    /// Put the robot back at its start line whenever a client connects and it stands still
+    /// (TCP only: on a pseudo-terminal nobody sees a client come).
     #[arg(long)]
     pub reset_on_connect: bool,
     /// Stop after this long.

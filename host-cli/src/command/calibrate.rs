@@ -16,7 +16,7 @@ use crate::calibrate::{
 use crate::cli::{CalibrateArgs, Common, Measure};
 use crate::error::{Error, Result};
 use crate::file::{check_writable, write_whole};
-use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
+use crate::picture::{Basis, CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::port::with_robot;
 use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, Progress, WARN, note, paint, say, warn};
@@ -29,24 +29,21 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
     check_writable(&args.output)
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
+    let forgets = common.port.is_sim() && common.flash.is_none();
+    let undo_folder = if forgets { None } else { Some(state_folder()?) };
     let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
         let settings = Settings {
             motion: straight(args.distance, &args.profile, &config),
-            tolerance: args.tolerance / 100.0,
+            tolerance_share: args.tolerance_percent / 100.0,
             start_heading_sigma_rad: args.start_heading.rad,
             out_and_back: args.out_and_back,
             runs: args.runs,
+            undo_folder,
         };
-        let remembers = !common.port.is_sim() || common.flash.is_some();
         let mut instrument = instrument(args, lab)?;
         let mut teller = Teller::new(common, &settings, args);
-        let outcome =
-            calibrate(session, &mut instrument, &settings, &mut |step| teller.tell(step)).await?;
-        if let (Decision::Corrected(_), true) = (&outcome.decision, remembers) {
-            remember(&outcome)?;
-        }
-        Ok(outcome)
+        calibrate(session, &mut instrument, &settings, &mut |step| teller.tell(step)).await
     })?;
     finish(common, args, outcome)
 }
@@ -84,21 +81,6 @@ fn undo(common: &Common) -> Result<()> {
         say(json!({"undone": {"wheel_weight": undone.before, "was": undone.after}}));
     } else {
         say(format_args!("W_T is {} again, as before the last calibration; saved", undone.before));
-    }
-    Ok(())
-}
-
-fn remember(outcome: &Outcome) -> Result<()> {
-    let Decision::Corrected(after) = &outcome.decision else { return Ok(()) };
-    let undo = Undo {
-        robot: display_name(&outcome.checks.identity),
-        before: outcome.before.run.driven_with,
-        after: after.run.driven_with,
-    };
-    let kept = state_folder().and_then(|folder| undo.remember(&folder, &outcome.checks.identity));
-    if let Err(error) = kept {
-        // The calibration itself is good and saved.
-        warn(format_args!("--undo will not know of this calibration: {error}"));
     }
     Ok(())
 }
@@ -141,11 +123,7 @@ struct Teller {
 
 impl Teller {
     fn new(common: &Common, settings: &Settings, args: &CalibrateArgs) -> Self {
-        let radius_free = match args.distance {
-            crate::quantity::Distance::Wheel(rad) => format!("{} rev", rad / std::f64::consts::TAU),
-            crate::quantity::Distance::Ground(m) => format!("{m} m"),
-        };
-        let distance = format!("{radius_free}, {:.1} s", settings.motion.duration_s());
+        let distance = format!("{}, {:.1} s", args.distance, settings.motion.duration_s());
         let forgets = common.port.is_sim() && common.flash.is_none();
         Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
     }
@@ -169,8 +147,11 @@ impl Teller {
                 self.drives += u32::from(which == Drive::Before);
                 self.measured(which, measurement);
             }
-            Step::OutAndBack(both, back) => {
-                note(format_args!("  way back   turned by {:+.1} mrad", -back.alpha_rad * 1e3));
+            Step::OutAndBack(both) => {
+                note(format_args!(
+                    "  way back   turned by {:+.1} mrad",
+                    -both.back_alpha_rad * 1e3
+                ));
                 note(format_args!("  verdict    {}", both.verdict.sentence()));
                 note(format_args!(
                     "  W_T        {}",
@@ -194,8 +175,8 @@ impl Teller {
         let config = &checks.config;
         note(paint(BOLD, format_args!("Calibrating {}", display_name(&checks.identity))));
         note(format_args!(
-            "  link       {} of {} answered, {} asked again",
-            checks.asked, checks.asked, checks.repeated
+            "  link       {} questions answered, {} asked again",
+            checks.asked, checks.repeated
         ));
         note(format_args!("  supply     {:.2} V", checks.supply_v));
         if checks.identity.unsaved {
@@ -253,30 +234,35 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
             return Err(Error::said_no(format_args!(
                 "the new W_T made it no better ({change}); the old one is back"
             ))
-            .hint("is the start line-up good enough? --out-and-back tells a pull from a radius"));
+            .hint("is the start line-up good enough? --out-and-back tells a pull from a radius")
+            .details(to_json(&outcome, None)));
         }
         Decision::CannotTell => return Err(cannot_tell(&outcome)),
         Decision::AlreadyStraight | Decision::NotARadius => None,
     };
-    if let Some(after) = after {
-        let report = report(common, args, &outcome, after);
-        write_whole(&args.output, draw(&report, &args.output).as_bytes()).map_err(|error| {
+    let report = after.map(|after| report(common, args, &outcome, after));
+    if let Some(report) = &report {
+        write_whole(&args.output, draw(report, &args.output).as_bytes()).map_err(|error| {
             cannot_draw(&args.output, error).hint("the calibration itself is done and saved")
         })?;
     }
     if common.json {
-        say(to_json(&outcome, after, &args.output));
+        say(to_json(&outcome, Some(&args.output)));
         return Ok(());
     }
     let weight = outcome.wheel_weight;
-    match after {
-        Some(after) => {
+    match after.zip(report) {
+        Some((after, report)) => {
             let (before_m, after_m) =
                 (outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
             say("");
             say(table(&outcome, after));
             say("");
-            say(format_args!("{} {}", paint(GOOD, "Drives straight:"), mm(before_m, after_m)));
+            say(format_args!(
+                "{} {}",
+                paint(GOOD, format_args!("{}:", report.claim())),
+                mm(before_m, after_m)
+            ));
             say(format_args!("  W_T      {}", plus_minus(weight.value, weight.sigma)));
             advise(&outcome);
             say(format_args!("  picture  {}", paint(BOLD, args.output.display())));
@@ -304,8 +290,9 @@ fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()>
 
 /// What would make W_T more certain, one thought a line.
 fn advise(outcome: &Outcome) {
-    if outcome.wheel_weight.sigma != outcome.before.wheel_weight.sigma {
-        // The advice is about one run by itself; this came of several, or of both ways.
+    if outcome.basis != Basis::OneRun {
+        // The advice is about one run by itself.
+        say(format_args!("           {}", outcome.basis));
         return;
     }
     for thought in outcome.before.wheel_weight.what_would_reduce_it_most().to_string().split("; ") {
@@ -325,6 +312,7 @@ fn cannot_tell(outcome: &Outcome) -> Error {
         outcome.before.run.driven_with
     ))
     .hint(outcome.before.wheel_weight.what_would_reduce_it_most())
+    .details(to_json(outcome, None))
 }
 
 /// The drawing alone for a file whose name ends in .svg, else the whole page.
@@ -366,7 +354,10 @@ fn next_steps(common: &Common) {
         if common.port.is_sim() { String::new() } else { format!(" --port {}", common.port) };
     let suggestions = if common.port.is_sim() {
         [
-            ("calibrate --seed 7 --measure ruler", "another robot, measured with a ruler"),
+            (
+                "calibrate --seed 7 --measure ruler",
+                "other noise, and a ruler instead of the camera",
+            ),
             ("calibrate --out-and-back", "is it the radius at all?"),
             ("calibrate --port /dev/ttyACM0", "a real one"),
         ]
@@ -396,7 +387,6 @@ fn report(
     CalibrationReport {
         robot_name: display_name(&outcome.checks.identity),
         port: common.port.to_string(),
-        date: None,
         geometry: outcome.geometry,
         profile: ProfileNumbers {
             acceleration_rev_per_s2: args.profile.acceleration.rev_per_s2(radius_m),
@@ -407,10 +397,14 @@ fn report(
         before: outcome.before.run.clone(),
         after: after.run.clone(),
         out_and_back: outcome.out_and_back,
+        wheel_weight: outcome.wheel_weight,
+        basis: outcome.basis,
+        drives: outcome.drives,
     }
 }
 
-fn to_json(outcome: &Outcome, after: Option<&Measurement>, picture: &Path) -> Value {
+/// What came of it, for machines; with the picture if one was drawn.
+fn to_json(outcome: &Outcome, picture: Option<&Path>) -> Value {
     let run = |measurement: &Measurement| {
         let end = measurement.run.end;
         let mut value = wheel_weight::to_json(&measurement.wheel_weight, &outcome.geometry);
@@ -419,20 +413,23 @@ fn to_json(outcome: &Outcome, after: Option<&Measurement>, picture: &Path) -> Va
         value["heading_rad"] = json!(end.heading_rad);
         value
     };
-    let decision = match &outcome.decision {
-        Decision::Corrected(_) => "corrected",
-        Decision::AlreadyStraight => "already_straight",
-        Decision::CannotTell => "cannot_tell",
-        Decision::NotARadius => "not_a_radius",
-        Decision::NotBetter(_) => "not_better",
+    let (decision, after) = match &outcome.decision {
+        Decision::Corrected(after) => ("corrected", Some(after)),
+        Decision::AlreadyStraight => ("already_straight", None),
+        Decision::CannotTell => ("cannot_tell", None),
+        Decision::NotARadius => ("not_a_radius", None),
+        Decision::NotBetter(after) => ("not_better", Some(after)),
     };
     json!({
         "robot": outcome.checks.identity.name.as_str(),
         "decision": decision,
+        "unsaved_changes_dropped": outcome.checks.identity.unsaved,
         "wheel_weight": {
             "value": outcome.wheel_weight.value,
             "sigma": outcome.wheel_weight.sigma,
+            "from": outcome.basis.to_string(),
         },
+        "drives": outcome.drives,
         "before": run(&outcome.before),
         "after": after.map(run),
         "out_and_back": outcome.out_and_back.map(|both| json!({
@@ -442,6 +439,6 @@ fn to_json(outcome: &Outcome, after: Option<&Measurement>, picture: &Path) -> Va
             "pull_rad_per_m": both.pull_rad_per_m,
             "pull_sigma_rad_per_m": both.pull_sigma_rad_per_m,
         })),
-        "picture": after.map(|_| picture),
+        "picture": after.and(picture),
     })
 }

@@ -101,9 +101,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
     let changed = || before.iter().zip(&after).filter(|(old, new)| old != new);
     if common.json {
         let changed: serde_json::Map<_, _> = changed()
-            .map(|((path, old), (_, new))| {
-                (path.clone(), json!({"before": to_json(old), "after": to_json(new)}))
-            })
+            .map(|((path, old), (_, new))| (path.clone(), json!({"before": old, "after": new})))
             .collect();
         say(json!({"changed": changed, "saved": save}));
         return Ok(());
@@ -117,11 +115,6 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         (_, true) => "written, read back and saved",
     });
     Ok(())
-}
-
-/// A leaf as JSON: numbers, truth values and quoted text read the same in TOML.
-fn to_json(leaf: &str) -> serde_json::Value {
-    serde_json::from_str(leaf).unwrap_or_else(|_| leaf.into())
 }
 
 fn warn_if_it_forgets(common: &Common) {
@@ -178,11 +171,11 @@ fn to_value(config: &Config) -> Result<Value> {
     Value::try_from(config).context("the configuration")
 }
 
-fn flatten(config: &Config) -> Result<Vec<(String, String)>> {
+fn flatten(config: &Config) -> Result<Vec<(String, Value)>> {
     Ok(leaves(&to_value(config)?))
 }
 
-fn leaves(value: &Value) -> Vec<(String, String)> {
+fn leaves(value: &Value) -> Vec<(String, Value)> {
     match value {
         Value::Table(table) => table
             .iter()
@@ -193,7 +186,7 @@ fn leaves(value: &Value) -> Vec<(String, String)> {
                 })
             })
             .collect(),
-        leaf => vec![(String::new(), leaf.to_string())],
+        leaf => vec![(String::new(), leaf.clone())],
     }
 }
 
@@ -272,18 +265,8 @@ mod tests {
     fn every_field_can_be_set_by_the_name_that_get_shows() {
         let config = Config::default();
         for (path, leaf) in flatten(&config).unwrap() {
-            let text = leaf.trim_matches('"');
-            assert_eq!(set(&config, &path, text).unwrap(), config, "{path}");
-        }
-    }
-
-    #[test]
-    fn every_field_out_of_range_is_refused_by_its_name() {
-        for field in Config::FIELDS {
-            for bad in [field.min - 1.0, field.max * 1.01 + 1.0, f64::NAN, f64::INFINITY] {
-                let error = set(&Config::default(), field.path, &bad.to_string()).unwrap_err();
-                assert!(error.to_string().contains(field.path), "{error}");
-            }
+            let text = leaf.as_str().map_or_else(|| leaf.to_string(), str::to_owned);
+            assert_eq!(set(&config, &path, &text).unwrap(), config, "{path}");
         }
     }
 

@@ -1,12 +1,11 @@
 //! `beeline identify`
 
-use std::fmt::Write;
-
 use serde_json::json;
 use shared_proto::{ConfigOrigin, Identity, Status};
 
 use crate::cli::Common;
 use crate::error::Result;
+use crate::hex::hex;
 use crate::port::with_robot;
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, say};
 
@@ -112,12 +111,4 @@ fn reset_cause(identity: &Identity) -> &'static str {
         Panic => "its firmware panicked",
         BrownOut => "its supply dipped",
     }
-}
-
-/// Bytes as hexadecimal digits.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

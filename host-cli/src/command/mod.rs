@@ -2,7 +2,6 @@
 
 mod calibrate;
 mod campaign;
-pub(crate) use identify::hex;
 mod config;
 mod drive;
 mod identify;

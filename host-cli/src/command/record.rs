@@ -4,11 +4,13 @@ use serde_json::json;
 use sim_target::Lab;
 
 use super::drive::{kind, motion_of};
-use crate::campaign::{CampaignWriter, RunFacts};
-use crate::cli::{Common, RecordArgs};
+use crate::campaign::{Campaign, CampaignWriter, RunFacts};
+use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
+use crate::hex::hex;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
+use crate::survey::clock::LastRun;
 use crate::survey::samples::{camera_track, columns, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 
@@ -17,13 +19,23 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         // Before the robot moves: a folder that cannot be written must not cost a run.
-        let robot = robot_file(&config, lab.as_ref());
+        let mut robot = robot_file(&config, lab.as_ref());
+        // In the simulator, whoever asks for other noise asks for another seed, and so for another uid.
+        if lab.is_none() {
+            robot.uid = Some(hex(&session.identify().await?.uid));
+        }
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
+        // The robot's own clock begins anew at every power-on. In the simulator each run is a new robot, and
+        // the same seed gives the same bytes.
+        let last = Campaign::read_if_any(&args.campaign)?
+            .and_then(|campaign| LastRun::of(&args.campaign, &campaign));
+        let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
+        let started_s = lab.is_none().then_some((now_s * 1e3).round() / 1e3);
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
         let mut run = writer.start_run(name, &columns(lab.is_some()))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
-        let period_ms = (1000 / args.rate).max(1);
+        let period_ms = period_ms(args.rate);
         let options = RecordOptions { period_ms, camera: lab.clone(), ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
         let dropped = session.status().await?.link.telemetry_dropped;
@@ -42,9 +54,6 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         for row in &rows {
             run.push(row)?;
         }
-        // Time since power-on is one clock for all runs, except in the simulator, where each run is a new robot.
-        let started_s =
-            telemetry.first().filter(|_| lab.is_none()).map(|frame| frame.t_us as f64 * 1e-6);
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         if let Err(error) = driven {
             note(format_args!(

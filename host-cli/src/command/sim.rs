@@ -18,10 +18,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         ))
         .hint("--port sim:SCENARIO.toml says which robot to simulate"));
     }
-    let mut scenario = common.port.scenario()?;
-    if let Some(seed) = common.seed {
-        scenario.seed = seed;
-    }
+    let scenario = common.sim().scenario(&common.port)?;
     if args.scenario {
         say(scenario.to_toml().trim_end());
         return Ok(());

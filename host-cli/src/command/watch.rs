@@ -5,17 +5,17 @@ use std::time::Duration;
 use serde_json::json;
 use shared_proto::{Command, Event, Telemetry};
 
-use crate::cli::{Common, WatchArgs};
+use crate::cli::{Common, WatchArgs, period_ms};
 use crate::error::Result;
 use crate::interrupt;
 use crate::port::with_robot;
-use crate::ui::{BAD, DIM, note, paint, say};
+use crate::ui::{BAD, DIM, is_heard, note, paint, say};
 
 /// A simulated robot lives as long as the command; this much of its time is shown.
 const SIM_S: f64 = 2.0;
 
 pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
-    let period_ms = (1000 / args.rate).max(1);
+    let period_ms = period_ms(args.rate);
     let duration_s = args.duration.map(|time| time.s).or(common.port.is_sim().then_some(SIM_S));
     with_robot(&common.port, &common.sim(), async |session, _| {
         session.request(Command::Subscribe { period_ms }).await?;
@@ -26,21 +26,14 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
         let mut asked_us = start_us;
         loop {
             session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
-            let events: Vec<_> = session.take_events().collect();
-            for event in events {
-                show_event(common, &event);
-            }
-            let telemetry: Vec<_> = session.take_telemetry().collect();
-            for frame in telemetry {
-                if common.json {
-                    say(json!(frame));
-                } else {
-                    say(line(&frame));
-                }
-            }
+            let mut heard = session.take_events().all(|event| show_event(common, &event));
+            let json = common.json;
+            heard &= session
+                .take_telemetry()
+                .all(|frame| if json { is_heard(json!(frame)) } else { is_heard(line(&frame)) });
             let now_us = session.clock().now_us();
             let elapsed_s = (now_us - start_us) as f64 * 1e-6;
-            if interrupt::requested() || duration_s.is_some_and(|end| elapsed_s >= end) {
+            if !heard || interrupt::requested() || duration_s.is_some_and(|end| elapsed_s >= end) {
                 break;
             }
             // Nothing moves and nothing is said for a while: is it still there?
@@ -80,10 +73,10 @@ fn line(frame: &Telemetry) -> String {
     )
 }
 
-fn show_event(common: &Common, event: &Event) {
+/// False if nobody reads the results any more.
+fn show_event(common: &Common, event: &Event) -> bool {
     if common.json {
-        say(json!(event));
-        return;
+        return is_heard(json!(event));
     }
     match event {
         Event::Fault(report) => note(paint(
@@ -102,4 +95,5 @@ fn show_event(common: &Common, event: &Event) {
             note(paint(DIM, format_args!("{:>9.3}  motion ended: {end:?}", *t_us as f64 * 1e-6)));
         }
     }
+    true
 }

@@ -139,7 +139,7 @@ fn panel(svg: &mut String, frame: &Frame, top: f64, run: &RunReport, which: Whic
         number(run.driven_with, 4)
     );
     let mm = (frame.lateral_m.0 * 1e3, frame.lateral_m.1 * 1e3);
-    // Labels take 22 units of height each.
+    // Labels take 26 units of height each.
     let most = ((frame.panel - 44.0) / 26.0).max(1.0);
     let (lateral, decimals) = ticks(mm, nice_step(mm.1 - mm.0, most));
     for tick_mm in lateral {

@@ -9,7 +9,7 @@ mod scale;
 #[cfg(test)]
 mod tests;
 
-pub use report::{CalibrationReport, EndReading, PathSource, ProfileNumbers, RunReport};
+pub use report::{Basis, CalibrationReport, EndReading, PathSource, ProfileNumbers, RunReport};
 
 /// The whole report as one HTML file that needs nothing else: no network, no script.
 pub fn to_html(report: &CalibrationReport) -> String {

@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use robot_model::WheelWeight;
+use robot_model::track_fit::Estimate;
 use robot_model::wheel_weight::SIGMAS_95;
 
 use super::drawing::{COLOURS, STYLE, path_data, plan_view};
-use super::report::{CalibrationReport, RunReport};
+use super::report::{Basis, CalibrationReport, RunReport};
 use super::scale::{Px, Scale, escape, nice_step, number, ticks};
 use crate::quantity::{decimals, plus_minus};
 
@@ -54,6 +55,7 @@ pub(super) fn page(report: &CalibrationReport) -> String {
     html.push_str(&intervals(report));
     budget(&mut html, &report.before.wheel_weight);
     formula(&mut html, report);
+    decided(&mut html, report);
     if let Some(out_and_back) = &report.out_and_back {
         let _ = write!(
             html,
@@ -72,25 +74,31 @@ pub(super) fn page(report: &CalibrationReport) -> String {
 fn header(html: &mut String, report: &CalibrationReport, name: &str) {
     let off_mm = |run: &RunReport| run.end.lateral_offset_m.abs() * 1e3;
     let (before, after) = (off_mm(&report.before), off_mm(&report.after));
-    let claim = if after < before / 2.0 { "Drives straight" } else { "Not straighter yet" };
+    let claim = report.claim();
     let gain = gain(before, after, report.after.end.lateral_offset_sigma_m * 1e3);
     let gain = gain.map_or_else(String::new, |gain| format!("<p class=\"factor\">{gain}</p>"));
-    let date =
-        report.date.as_ref().map_or_else(String::new, |date| format!(" \u{b7} {}", escape(date)));
     let profile = &report.profile;
     let _ = write!(
         html,
-        "<p class=\"sub\">{name} \u{b7} {}{date}</p>\n<h1>{claim}: <span class=\"before\">{} mm</span> off before, \
-         <span class=\"after\">{} mm</span> after</h1>\n{gain}<p class=\"sub\">Driven twice: {} m in {} s, \
+        "<p class=\"sub\">{name} \u{b7} {}</p>\n<h1>{claim}: <span class=\"before\">{} mm</span> off before, \
+         <span class=\"after\">{} mm</span> after</h1>\n{gain}<p class=\"sub\">{}: {} m in {} s, \
          ramps of {} rev/s\u{b2}, cruise at {} rev/s.</p>\n",
         escape(&report.port),
         number(before, 1),
         number(after, 1),
+        driven(report.drives),
         number(profile.distance_m, 4),
         number(profile.duration_s, 3),
         number(profile.acceleration_rev_per_s2, 3),
         number(profile.cruise_rev_per_s, 3)
     );
+}
+
+fn driven(drives: u32) -> String {
+    match drives {
+        2 => "Driven twice".into(),
+        drives => format!("Driven {drives} times"),
+    }
 }
 
 /// How much closer to the line the robot ends, in words; `None` if not even twice as close.
@@ -122,7 +130,6 @@ fn deviations(report: &CalibrationReport) -> String {
         }
     }
     let (x, y) = (Scale::over(along, (64.0, 866.0)), Scale::over(aside, (150.0, 14.0)));
-    let y = Scale::new(aside.1, y.at(aside.1).0, -(136.0 / (aside.1 - aside.0)));
     let mut svg =
         "<svg class=\"d\" viewBox=\"0 0 960 190\" role=\"img\" aria-label=\"Lateral deviation against distance\">"
             .to_owned();
@@ -306,6 +313,21 @@ fn formula(html: &mut String, report: &CalibrationReport) {
         number(right, 3),
         plus_minus(weight.value, weight.sigma),
         number(weight.right_radius_m(&report.geometry) * 100.0, 4)
+    );
+}
+
+/// What was written, where that is not what the first run says by itself.
+fn decided(html: &mut String, report: &CalibrationReport) {
+    if report.basis == Basis::OneRun {
+        return;
+    }
+    let Estimate { value, sigma } = report.wheel_weight;
+    let _ = write!(
+        html,
+        "\n<p><b>Written: W<sub>T</sub> = {}</b>, from {}; R<sub>R</sub>\u{a0}=\u{a0}{}\u{a0}cm.</p>",
+        plus_minus(value, sigma),
+        report.basis,
+        number(value * report.geometry.wheel_radius_m * 100.0, 4)
     );
 }
 

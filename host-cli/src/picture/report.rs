@@ -1,6 +1,10 @@
 //! What the picture shows.
 
-use robot_model::{Geometry, OutAndBack, Pose, WheelWeight};
+use std::fmt;
+
+use robot_model::track_fit::Estimate;
+use robot_model::wheel_weight::SIGMAS_95;
+use robot_model::{Geometry, OutAndBack, Pose, Verdict, WheelWeight};
 
 /// A calibration, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,11 +13,9 @@ pub struct CalibrationReport {
     pub robot_name: String,
     /// Where it was found: `sim`, a serial device, an address.
     pub port: String,
-    /// When, in words; `None` leaves it out, so that the same run gives the same bytes.
-    pub date: Option<String>,
     /// The nominal robot.
     pub geometry: Geometry,
-    /// The run that was driven twice.
+    /// The motion of every drive.
     pub profile: ProfileNumbers,
     /// The run with the old wheel weight.
     pub before: RunReport,
@@ -21,6 +23,46 @@ pub struct CalibrationReport {
     pub after: RunReport,
     /// What an out-and-back run said, if there was one.
     pub out_and_back: Option<OutAndBack>,
+    /// W_T as decided on and written.
+    pub wheel_weight: Estimate,
+    /// What it was decided on.
+    pub basis: Basis,
+    /// How often the robot drove.
+    pub drives: u32,
+}
+
+impl CalibrationReport {
+    /// What came of it, in a few words.
+    pub(crate) fn claim(&self) -> &'static str {
+        if self.after.is_straighter_than(&self.before, 0.0) {
+            "Drives straight"
+        } else if self.out_and_back.is_some_and(|both| both.verdict == Verdict::Both) {
+            "Wheels corrected, a pull is left"
+        } else {
+            "Not straighter yet"
+        }
+    }
+}
+
+/// What a W_T was decided on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// One run.
+    OneRun,
+    /// The mean of so many.
+    Mean(u16),
+    /// A run and the way back.
+    BothWays,
+}
+
+impl fmt::Display for Basis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OneRun => f.write_str("one run"),
+            Self::Mean(runs) => write!(f, "the mean of {runs} runs"),
+            Self::BothWays => f.write_str("the part that flips between out and back"),
+        }
+    }
 }
 
 /// The commanded run.
@@ -51,6 +93,24 @@ pub struct RunReport {
     pub end: EndReading,
     /// What this run says W_T is.
     pub wheel_weight: WheelWeight,
+}
+
+impl RunReport {
+    /// How far it went, as the crow flies \[m\].
+    pub fn length_m(&self) -> f64 {
+        let ends = self.path.first().zip(self.path.last());
+        ends.map_or(0.0, |(start, end)| (end.x_m - start.x_m).hypot(end.y_m - start.y_m))
+    }
+
+    /// Whether this run was straighter than one before it: it turned at most half as far, or its turn
+    /// cannot be told from none (95 %). `pull_alpha_rad` is what neither could help.
+    pub fn is_straighter_than(&self, before: &Self, pull_alpha_rad: f64) -> bool {
+        let turn_rad = |run: &Self| (run.wheel_weight.alpha_rad - pull_alpha_rad).abs();
+        let noise_rad = SIGMAS_95 * self.wheel_weight.alpha_sigma_rad;
+        // What cannot be told from none may still be more than there was.
+        turn_rad(self) < turn_rad(before)
+            && turn_rad(self) <= (turn_rad(before) / 2.0).max(noise_rad)
+    }
 }
 
 /// Where a drawn path comes from.

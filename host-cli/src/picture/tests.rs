@@ -1,6 +1,7 @@
 use std::f64::consts::TAU;
 
 use robot_model::path::dead_reckon;
+use robot_model::track_fit::Estimate;
 use robot_model::{Deviation, Experiment, Geometry, OutAndBack, Pose, Turns, Verdict};
 
 use super::*;
@@ -38,7 +39,6 @@ fn report(name: &str) -> CalibrationReport {
     CalibrationReport {
         robot_name: name.into(),
         port: "sim".into(),
-        date: None,
         geometry: Geometry::PAPER,
         profile: ProfileNumbers {
             acceleration_rev_per_s2: 0.101,
@@ -55,9 +55,43 @@ fn report(name: &str) -> CalibrationReport {
             radius_alpha_sigma_rad: 0.001,
             pull_rad_per_m: 0.0002,
             pull_sigma_rad_per_m: 0.0005,
+            back_alpha_rad: -0.04,
             verdict: Verdict::Radius,
         }),
+        wheel_weight: Estimate { value: 0.991_823, sigma: 0.0003 },
+        basis: Basis::BothWays,
+        drives: 3,
     }
+}
+
+#[test]
+fn the_page_states_the_wheel_weight_that_was_written_and_how_often_the_robot_drove() {
+    let both = report("Bee");
+    let html = to_html(&both);
+    assert!(html.contains("<b>Written: W<sub>T</sub> = 0.99182 \u{b1} 0.00030</b>"), "{html}");
+    assert!(html.contains("from the part that flips") && html.contains("Driven 3 times:"));
+    let html = to_html(&CalibrationReport { basis: Basis::Mean(4), drives: 5, ..both.clone() });
+    assert!(html.contains("from the mean of 4 runs") && html.contains("Driven 5 times:"));
+    let html = to_html(&CalibrationReport { basis: Basis::OneRun, drives: 2, ..both });
+    assert!(!html.contains("Written:") && html.contains("Driven twice:"));
+}
+
+#[test]
+fn straighter_is_half_as_far_or_on_the_line_and_nothing_less() {
+    let turned = |alpha_rad: f64| {
+        let mut run = run(0.9918, 1.0);
+        run.wheel_weight.alpha_rad = alpha_rad;
+        run.wheel_weight.alpha_sigma_rad = 0.001;
+        run
+    };
+    let straighter = |before, after| turned(after).is_straighter_than(&turned(before), 0.0);
+    assert!(straighter(0.04, 0.019) && straighter(0.04, -0.019) && straighter(-0.04, 0.0));
+    assert!(!straighter(0.04, 0.039) && !straighter(0.04, 0.021) && !straighter(0.04, -0.05));
+    // Within 1.96 mrad of straight, and still no worse than before.
+    assert!(straighter(0.003, 0.0019) && !straighter(0.003, 0.0021) && !straighter(0.001, 0.0015));
+    // A pull of 0.02 is in both runs: 0.04 of radius went down to 0.001.
+    assert!(turned(0.021).is_straighter_than(&turned(0.06), 0.02));
+    assert!(!turned(0.021).is_straighter_than(&turned(0.04), 0.0));
 }
 
 #[test]

@@ -1,5 +1,10 @@
 //! From quantities to text with as many digits as have meaning.
 
+use std::f64::consts::TAU;
+use std::fmt;
+
+use super::Distance;
+
 /// Decimals that show a sigma with two significant digits; six at most without one.
 pub fn decimals(sigma: f64) -> usize {
     if !(sigma > 0.0 && sigma.is_finite()) {
@@ -17,6 +22,18 @@ pub fn plus_minus(value: f64, sigma: f64) -> String {
     format!("{value:.decimals$} ± {sigma:.decimals$}")
 }
 
+impl fmt::Display for Distance {
+    /// As a person would have typed it: a unit's rounding (33.3 x 0.01 is not quite 0.333) is not shown.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (value, unit) = match self {
+            Self::Ground(m) => (*m, "m"),
+            Self::Wheel(rad) => (rad / TAU, "rev"),
+        };
+        let rounded = format!("{value:.11e}").parse().unwrap_or(value);
+        write!(f, "{rounded} {unit}")
+    }
+}
+
 /// A unit of length to print in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {
@@ -29,15 +46,6 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// The unit in which a length reads best: mm below 10 cm, m from 1 m on.
-    pub fn of(value_m: f64) -> Self {
-        match value_m.abs() {
-            m if m < 0.1 => Self::Mm,
-            m if m < 1.0 => Self::Cm,
-            _ => Self::M,
-        }
-    }
-
     /// `"mm"`, `"cm"` or `"m"`.
     pub const fn name(self) -> &'static str {
         match self {
@@ -59,11 +67,5 @@ impl LengthUnit {
     /// `3.5707 cm`.
     pub fn format(self, value_m: f64, decimals: usize) -> String {
         format!("{:.decimals$} {}", value_m * self.per_m(), self.name())
-    }
-
-    /// `3.571 ± 0.015 cm`.
-    pub fn format_plus_minus(self, value_m: f64, sigma_m: f64) -> String {
-        let text = plus_minus(value_m * self.per_m(), sigma_m * self.per_m());
-        format!("{text} {}", self.name())
     }
 }

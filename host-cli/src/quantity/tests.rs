@@ -64,7 +64,18 @@ fn values_show_as_many_digits_as_their_sigma_has_meaning() {
     assert_eq!(plus_minus(1.0, 0.0996), "1.00 ± 0.10");
     assert_eq!(plus_minus(1234.5, 120.0), "1234 ± 120");
     assert_eq!(LengthUnit::Cm.format(0.035_706_9, 4), "3.5707 cm");
-    assert_eq!(LengthUnit::Mm.format_plus_minus(0.0361, 0.0005), "36.10 ± 0.50 mm");
+}
+
+#[test]
+fn a_distance_is_printed_as_it_was_typed() {
+    for (text, printed) in [
+        ("33.3cm", "0.333 m"),
+        ("8rev", "8 rev"),
+        ("33.3rev", "33.3 rev"),
+        ("-1.8096 m", "-1.8096 m"),
+    ] {
+        assert_eq!(text.parse::<Distance>().unwrap().to_string(), printed);
+    }
 }
 
 proptest! {

@@ -22,6 +22,7 @@ pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
         position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
         heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
         supply_v: None,
+        uid: None,
         runs: Vec::new(),
     }
 }

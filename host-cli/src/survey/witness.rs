@@ -106,7 +106,7 @@ impl Witness {
         match self {
             Witness::Camera { lab, seen } => *seen = lab.camera_len(),
             Witness::TrackFile { path, seen, .. } => {
-                check_header(path)?;
+                check_header(path)?.iter().for_each(ui::warn);
                 *seen = track_so_far(path)?.len();
             }
             Witness::Person { .. } | Witness::Nobody { .. } => {}

@@ -23,14 +23,14 @@ pub(super) struct Averaged {
 pub(super) fn average_over_variance(
     model: &MixedModel,
     heading_sigma_rad: f64,
-    place: usize,
+    unknown: usize,
 ) -> Option<Averaged> {
     // A factor of sqrt 2 in sigma is one of 2 in variance.
     let variance =
-        |place: usize| heading_sigma_rad.powi(2) * 2_f64.powi(place as i32) / PIECES as f64;
+        |doublings: usize| heading_sigma_rad.powi(2) * 2_f64.powi(doublings as i32) / PIECES as f64;
     let mut solutions = Vec::new();
-    for place in 0..=14 {
-        solutions.push(model.solve(variance(place))?);
+    for doublings in 0..=14 {
+        solutions.push(model.solve(variance(doublings))?);
     }
     let best = (0..solutions.len())
         .max_by(|&a, &b| solutions[a].log_likelihood.total_cmp(&solutions[b].log_likelihood))?;
@@ -42,7 +42,7 @@ pub(super) fn average_over_variance(
         .iter()
         .zip(weights)
         .map(|(it, weight)| {
-            (weight / total, it.values[place], it.covariance[(place, place)].sqrt())
+            (weight / total, it.values[unknown], it.covariance[(unknown, unknown)].sqrt())
         })
         .collect();
     let value: f64 = answers.iter().map(|(weight, value, _)| weight * value).sum();

@@ -31,7 +31,7 @@ const CAMERA: World = World {
 };
 
 /// Eight turns at a smooth speed, wheels that wobble a little, counts that are whole; a camera at
-/// 25 Hz that stands anywhere. Returns the distance along which the wandering took place, too.
+/// 25 Hz that stands anywhere.
 fn drive(world: World, seed: u64) -> (Track, Vec<WheelAngles>) {
     let mut noise = Noise::new(seed);
     let geometry = Geometry::PAPER;

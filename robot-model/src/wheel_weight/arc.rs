@@ -35,7 +35,7 @@ impl Arc {
     ///
     /// From straight ahead the offset grows up to a largest one, near a third of a circle; the arc
     /// looked for lies before that.
-    pub(super) fn alpha_rad(&self, y_m: f64) -> Result<f64, WheelWeightError> {
+    pub(crate) fn alpha_rad(&self, y_m: f64) -> Result<f64, WheelWeightError> {
         if y_m == 0.0 {
             return Ok(0.0);
         }

@@ -75,35 +75,69 @@ fn the_contributions_add_up_to_the_sigma_and_stand_in_order() {
 
 #[test]
 fn each_sigma_is_the_change_that_its_source_makes() {
+    let step = 1e-6;
     let geometry =
-        Geometry { track_width_sigma_m: 1e-6, wheel_radius_sigma_m: 1e-7, ..Geometry::PAPER };
+        Geometry { track_width_sigma_m: step, wheel_radius_sigma_m: step, ..Geometry::PAPER };
     let turns = Turns { phi_left_rad: 50.0, phi_right_rad: 50.4 };
-    let base = Experiment {
-        deviation: Deviation::LateralOffset { y_m: -0.09, sigma_m: 1e-6 },
-        turns,
-        geometry,
-        start_heading_sigma_rad: 0.0,
-    };
-    let weight = base.wheel_weight().unwrap();
-    let shifted = [
-        (Source::Reading, {
-            let deviation = Deviation::LateralOffset { y_m: -0.09 + 1e-6, sigma_m: 1e-6 };
-            Experiment { deviation, ..base }
-        }),
-        (Source::TrackWidth, {
-            let geometry = Geometry { track_width_m: 0.372 + 1e-6, ..geometry };
-            Experiment { geometry, ..base }
-        }),
-        (Source::WheelRadius, {
-            let geometry = Geometry { wheel_radius_m: 0.036 + 1e-7, ..geometry };
-            Experiment { geometry, ..base }
-        }),
+    let value = |it: Experiment| it.wheel_weight().unwrap().value;
+    let deviations = [
+        Deviation::LateralOffset { y_m: -0.09, sigma_m: step },
+        Deviation::Tangent { dx_m: 0.3, dy_m: 0.03, sigma_m: step },
+        Deviation::Heading { heading_rad: -0.1, sigma_rad: step },
     ];
-    for (source, experiment) in shifted {
-        let change = (experiment.wheel_weight().unwrap().value - weight.value).abs();
-        let part = weight.contributions.iter().find(|part| part.source == source).unwrap();
-        // The second-order term left out is below a thousandth at these steps.
-        assert!((change / part.sigma - 1.0).abs() < 1e-3, "{source:?}: {change} {part:?}");
+    for deviation in deviations {
+        let base = Experiment { deviation, turns, geometry, start_heading_sigma_rad: step };
+        let weight = base.wheel_weight().unwrap();
+        let change = |it: Experiment| value(it) - weight.value;
+        let with = |deviation| Experiment { deviation, ..base };
+        // A robot put down askew ends where the whole path is turned to; the person does not know.
+        let (readings, askew) = match deviation {
+            Deviation::LateralOffset { y_m, sigma_m } => {
+                let path_m = arc_end(&geometry, weight.value, turns).x_m;
+                let read = |y_m| with(Deviation::LateralOffset { y_m, sigma_m });
+                (vec![read(y_m + step)], read(y_m + step * path_m))
+            }
+            Deviation::Tangent { dx_m, dy_m, sigma_m } => {
+                let read = |dx_m, dy_m| with(Deviation::Tangent { dx_m, dy_m, sigma_m });
+                let turned_rad = dy_m.atan2(dx_m) - step;
+                let askew = read(dx_m, dx_m * turned_rad.tan());
+                (vec![read(dx_m + step, dy_m), read(dx_m, dy_m + step)], askew)
+            }
+            Deviation::Heading { heading_rad, sigma_rad } => {
+                let askew = with(Deviation::Heading { heading_rad: heading_rad + step, sigma_rad });
+                (vec![askew], askew)
+            }
+        };
+        let one_count = |left: f64, right: f64| {
+            // Of a count's variance of 1/12 at either end: 1/6.
+            let rad = geometry.rad_per_count() / 6_f64.sqrt();
+            let phi_left_rad = turns.phi_left_rad + left * rad;
+            let phi_right_rad = turns.phi_right_rad + right * rad;
+            change(Experiment { turns: Turns { phi_left_rad, phi_right_rad }, ..base })
+        };
+        let radius_m = geometry.wheel_radius_m + step;
+        let expected = [
+            (Source::Reading, readings.into_iter().map(change).fold(0.0, f64::hypot)),
+            (Source::StartHeading, change(askew)),
+            (Source::TrackWidth, {
+                let track_width_m = geometry.track_width_m + step;
+                change(Experiment { geometry: Geometry { track_width_m, ..geometry }, ..base })
+            }),
+            (Source::WheelRadius, {
+                let geometry = Geometry { wheel_radius_m: radius_m, ..geometry };
+                change(Experiment { geometry, ..base })
+            }),
+            (Source::EncoderQuantisation, one_count(1.0, 0.0).hypot(one_count(0.0, 1.0))),
+        ];
+        assert_eq!(weight.contributions.len(), expected.len(), "{deviation:?}");
+        for (source, change) in expected {
+            let part = weight.contributions.iter().find(|part| part.source == source).unwrap();
+            // The second-order term left out is below a thousandth at these steps.
+            assert!(
+                (change.abs() / part.sigma - 1.0).abs() < 1e-3,
+                "{deviation:?}, {source:?}: {change} {part:?}"
+            );
+        }
     }
 }
 

@@ -126,12 +126,17 @@ pub fn table(bars: &[Bar]) -> String {
     head + &bars.iter().map(|bar| bar.line() + "\n").collect::<String>()
 }
 
+/// What a case hides, by name.
+pub fn ids(it: &Verdict) -> Vec<&'static str> {
+    it.case.effects.iter().map(|it| it.id()).collect()
+}
+
 /// What was found where what was hidden, most frequent first; classes by their first member.
 pub fn confusion(verdicts: &[Verdict]) -> String {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     let hidden = |it: &Verdict| match it.case.effects.len() {
         0 => "(nothing)".to_owned(),
-        _ => it.case.effects.join(" + "),
+        _ => ids(it).join(" + "),
     };
     for it in verdicts.iter().filter(|it| it.case.kind != Kind::Two) {
         let row = rows.entry(hidden(it)).or_default();
@@ -140,7 +145,7 @@ pub fn confusion(verdicts: &[Verdict]) -> String {
             add("nothing".into());
         }
         for class in &it.found {
-            let right = class.iter().find(|id| it.case.effects.contains(&id.as_str()));
+            let right = class.iter().find(|id| ids(it).contains(&id.as_str()));
             match (right, class.len()) {
                 (Some(_), 1) => add("itself".into()),
                 (Some(_), n) => add(format!("a class of {n}")),
@@ -179,7 +184,7 @@ pub fn misses(verdicts: &[Verdict]) -> String {
             "  case {:<4} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
             it.case.index,
             it.case.kind.name(),
-            it.case.effects.join(", "),
+            ids(it).join(", "),
             reached.join(", "),
             found.join(", "),
             if it.flagged {

@@ -78,9 +78,11 @@ impl Verdict {
 pub fn judge(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
     let plan = plan();
-    let truth: Vec<&'static dyn Effect> = case.effects.iter().filter_map(|id| find(id)).collect();
+    let truth: Vec<&'static dyn Effect> =
+        case.effects.iter().filter_map(|it| find(it.id())).collect();
+    let sound = sound(case.seed, case.kind, &case.effects);
     let run = |hidden: &[Hidden]| {
-        let mut scenario = sound(case.seed, case.kind);
+        let mut scenario = sound.clone();
         for it in hidden {
             it.hide(&mut scenario);
         }
@@ -95,14 +97,19 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
         .effects
         .iter()
         .enumerate()
-        .map(|(k, id)| Hidden { id, strength: REFERENCE, seed: case.seed ^ (k as u64 + 1) << 40 })
+        .map(|(k, effect)| Hidden {
+            effect: *effect,
+            strength: REFERENCE,
+            seed: case.seed ^ (k as u64 + 1) << 40,
+        })
         .collect();
     if let Some(wanted) = case.kind.sigmas() {
         for k in 0..hidden.len() {
             let (_, _, believed) = run(&hidden[k..=k])?;
             let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
-            let reached = sigmas(&model, hidden[k].id);
+            let reached = sigmas(&model, hidden[k].effect.id());
             hidden[k].strength = scaled(REFERENCE, wanted, reached);
+            hidden[k] = hidden[k].possible_in(&sound);
         }
     }
     let (scenario, campaign, believed) = run(&hidden)?;
@@ -133,12 +140,19 @@ fn verdict(
     let holds = |class: &[String], id: &str| class.iter().any(|it| it == id);
     let after = answer.steps.last().map_or(answer.baseline.heldout, |step| step.heldout);
     Verdict {
-        reached: case.effects.iter().map(|id| sigmas(oracle, id)).collect(),
-        named: case.effects.iter().map(|id| found.iter().any(|class| holds(class, id))).collect(),
-        extra: found.iter().filter(|class| !case.effects.iter().any(|id| holds(class, id))).count(),
+        reached: case.effects.iter().map(|it| sigmas(oracle, it.id())).collect(),
+        named: case
+            .effects
+            .iter()
+            .map(|it| found.iter().any(|class| holds(class, it.id())))
+            .collect(),
+        extra: found
+            .iter()
+            .filter(|class| !case.effects.iter().any(|it| holds(class, it.id())))
+            .count(),
         flagged: answer.unexplained.structure,
         depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
-        regressors: case.effects.iter().flat_map(|id| regressors(id).iter().copied()).collect(),
+        regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
         held_out_ratio: after.position_rms_m / oracle.errors.heldout.position_rms_m,
         found,
         covered,
@@ -157,7 +171,7 @@ fn covered(
 ) -> Vec<(String, bool)> {
     let mut covered = Vec::new();
     for step in &answer.steps {
-        if !hidden.iter().any(|it| it.id == step.effect) {
+        if !hidden.iter().any(|it| it.effect.id() == step.effect) {
             continue;
         }
         for (name, value) in super::hide::true_parameters(&step.effect, scenario) {

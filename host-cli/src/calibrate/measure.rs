@@ -248,7 +248,7 @@ fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Deviation, Str
 }
 
 /// `2.5 cm 1mm` is two lengths, not three.
-fn join_units(text: &str) -> Vec<String> {
+pub(super) fn join_units(text: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
         match parts.last_mut() {

@@ -10,6 +10,7 @@
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
 mod measure;
+pub mod umbmark;
 mod undo;
 
 pub use measure::{Instrument, Measurement};

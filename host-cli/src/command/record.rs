@@ -20,7 +20,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let robot = robot_file(&config, lab.as_ref());
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
-        let mut run = writer.start_run(name, &columns(lab.is_some()))?;
+        let mut run = writer.start_run(name, &columns(lab.is_some(), false))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = (1000 / args.rate).max(1);
@@ -34,7 +34,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         .await;
         drop(progress);
         let track = lab.as_ref().map(|lab| camera_track(lab, seen)).unwrap_or_default();
-        let rows = rows(&telemetry, &track);
+        let rows = rows(&telemetry, &track, &[]);
         if rows.len() < 2 {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));

@@ -29,6 +29,7 @@
 mod draw;
 mod error;
 mod fault;
+mod hidden;
 mod link;
 mod placement;
 mod setup;
@@ -39,6 +40,7 @@ use serde::{Deserialize, Serialize};
 
 pub use error::ScenarioError;
 pub use fault::{FaultClock, ScheduledFault};
+pub use hidden::{HiddenEffect, ShownBy};
 pub use link::LinkParameters;
 pub use placement::PlacementParameters;
 pub use setup::{FaultEvent, Setup};

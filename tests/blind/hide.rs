@@ -88,6 +88,16 @@ pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, 
         }
         "measurement_delay" => vec![("tau", camera.delay_s)],
         "marker_offset" => vec![("l_x", camera.marker.forward_m), ("l_y", camera.marker.left_m)],
+        "speed_growth" => {
+            // R (1 + g w^2) with w = v/R.
+            let growth = scenario.plant.wheel.left.centrifugal_growth_s2;
+            vec![("k", growth / nominal.wheel_radius_m.left.powi(2))]
+        }
+        "carpet_drift" => {
+            let floor = &scenario.plant.floor;
+            let (sin, cos) = floor.pile_direction_rad.sin_cos();
+            vec![("d_x", floor.pile_drift * cos), ("d_y", floor.pile_drift * sin)]
+        }
         "gyro_bias" => vec![("bias", gyro.bias_rad_s)],
         "gyro_scale" => vec![("k", gyro.scale)],
         _ => Vec::new(),

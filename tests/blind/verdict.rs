@@ -45,6 +45,13 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// Whether every hidden effect stands out by at least half of what its kind asks for: some cannot be
+    /// made that strong on this robot, or the model's equation fits so little of what the plant does.
+    pub fn as_strong_as_asked(&self) -> bool {
+        let wanted = self.case.kind.sigmas().unwrap_or(0.0);
+        self.reached.iter().all(|reached| *reached >= wanted / 2.0)
+    }
+
     /// Whether the answer is what the bar of its kind asks for.
     pub fn good(&self) -> bool {
         match self.case.kind {
@@ -69,6 +76,28 @@ impl Verdict {
         (self.case.kind == Kind::Outside && self.flagged && !self.regressors.is_empty())
             .then(|| self.depends_on.iter().any(|it| self.regressors.contains(&it.as_str())))
     }
+}
+
+/// How often a strength is tried and scaled before the campaign is recorded.
+const TRIALS: usize = 2;
+/// A strength that is right to this factor is not tried again, in e-folds: effects are not linear.
+const NEAR: f64 = 0.7;
+
+/// Records what is hidden, weaker where the robot could not drive its campaign with it.
+fn drivable<T>(
+    hidden: &mut [Hidden],
+    run: &impl Fn(&[Hidden]) -> Result<T, String>,
+) -> Result<T, String> {
+    const TIMES: usize = 8;
+    let mut outcome = run(hidden);
+    for _ in 0..TIMES {
+        if outcome.is_ok() {
+            break;
+        }
+        hidden.iter_mut().for_each(|it| it.strength *= 0.7);
+        outcome = run(hidden);
+    }
+    outcome
 }
 
 /// Records a case, has it explained, and judges the answer.
@@ -105,14 +134,20 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
         .collect();
     if let Some(wanted) = case.kind.sigmas() {
         for k in 0..hidden.len() {
-            let (_, _, believed) = run(&hidden[k..=k])?;
-            let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
-            let reached = sigmas(&model, hidden[k].effect.id());
-            hidden[k].strength = scaled(REFERENCE, wanted, reached);
+            for _ in 0..TRIALS {
+                let mut alone = [hidden[k].possible_in(&sound)];
+                let (_, _, believed) = drivable(&mut alone, &run)?;
+                let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
+                let reached = sigmas(&model, hidden[k].effect.id());
+                hidden[k].strength = scaled(alone[0].strength, wanted, reached);
+                if (reached / wanted).ln().abs() < NEAR {
+                    break;
+                }
+            }
             hidden[k] = hidden[k].possible_in(&sound);
         }
     }
-    let (scenario, campaign, believed) = run(&hidden)?;
+    let (scenario, campaign, believed) = drivable(&mut hidden, &run)?;
 
     // From here to the answer nobody knows what is hidden.
     let began = Instant::now();

@@ -6,6 +6,7 @@
 //! | [`link`] | its bytes, and the time they go by |
 //! | [`session`] | handshake, requests with retries, telemetry |
 //! | [`motion`] | drives a motion to its end, safely |
+//! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`campaign`] | recorded runs on disk |
 //! | [`survey`] | plans and records whole campaigns |
@@ -16,6 +17,7 @@
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 
+pub mod apply;
 pub mod calibrate;
 pub mod campaign;
 pub mod cli;

@@ -115,5 +115,5 @@ fn the_defaults_of_the_command_line_are_those_of_the_procedure() {
     assert_eq!(settings.motion, Motion::PAPER);
     assert_eq!(args.tolerance_percent / 100.0, settings.tolerance_share);
     assert_eq!(args.start_heading.rad, settings.start_heading_sigma_rad);
-    assert_eq!((args.out_and_back, args.runs), (settings.out_and_back, settings.runs));
+    assert_eq!((args.out_and_back, args.runs.unwrap_or(1)), (settings.out_and_back, settings.runs));
 }

@@ -4,7 +4,9 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::hide::{INSIDE, OUTSIDE};
+use sim_target::scenario::HiddenEffect;
+
+use super::hide::{inside, outside};
 
 /// What a campaign hides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -72,7 +74,7 @@ pub struct Case {
     /// What it hides.
     pub kind: Kind,
     /// The hidden effects.
-    pub effects: Vec<&'static str>,
+    pub effects: Vec<HiddenEffect>,
 }
 
 /// The cases of a benchmark: effects take turns, the seed draws the rest.
@@ -89,12 +91,13 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // Which effect comes first is drawn, so that a small benchmark is not always about the same ones.
     let mut turn: usize = rng.random_range(0..1000);
+    let (inside, outside) = (inside(), outside());
     let each = kinds.into_iter().enumerate().map(|(index, kind)| {
         turn += 1;
         let effects = match kind {
-            Kind::Strong | Kind::Medium | Kind::Weak => vec![INSIDE[turn % INSIDE.len()]],
-            Kind::Two => pair(turn, &mut rng),
-            Kind::Outside => vec![OUTSIDE[turn % OUTSIDE.len()]],
+            Kind::Strong | Kind::Medium | Kind::Weak => vec![inside[turn % inside.len()]],
+            Kind::Two => pair(&inside, turn, &mut rng),
+            Kind::Outside => vec![outside[turn % outside.len()]],
             Kind::Nothing | Kind::Nuisance => Vec::new(),
         };
         Case { index, seed: seed.wrapping_mul(1_000_003).wrapping_add(index as u64), kind, effects }
@@ -103,16 +106,16 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
 }
 
 /// Two effects that are not one and the same on this robot.
-fn pair(turn: usize, rng: &mut ChaCha8Rng) -> Vec<&'static str> {
-    let first = INSIDE[turn % INSIDE.len()];
-    let others: Vec<&'static str> =
-        INSIDE.iter().copied().filter(|it| *it != first && !same(first, it)).collect();
+fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
+    let first = inside[turn % inside.len()];
+    let differs = |it: &&HiddenEffect| **it != first && !same(first, **it);
+    let others: Vec<HiddenEffect> = inside.iter().filter(differs).copied().collect();
     vec![first, others.choose(rng).copied().unwrap_or(first)]
 }
 
 /// At a gear reduction of one, wheel and encoder turn together.
-fn same(a: &str, b: &str) -> bool {
-    a.ends_with("_eccentricity") && b.ends_with("_eccentricity")
+fn same(a: HiddenEffect, b: HiddenEffect) -> bool {
+    a.id().ends_with("_eccentricity") && b.id().ends_with("_eccentricity")
 }
 
 #[cfg(test)]
@@ -126,8 +129,11 @@ mod tests {
         let count = |kind: Kind| cases.iter().filter(|it| it.kind == kind).count();
         assert_eq!(count(Kind::Nothing) + count(Kind::Nuisance), 200);
         for kind in [Kind::Strong, Kind::Medium, Kind::Weak] {
-            for id in INSIDE {
-                assert!(cases.iter().any(|it| it.kind == kind && it.effects == [*id]), "{id}");
+            for effect in inside() {
+                assert!(
+                    cases.iter().any(|it| it.kind == kind && it.effects == [effect]),
+                    "{effect}"
+                );
             }
         }
         assert!(cases.iter().filter(|it| it.kind == Kind::Two).all(|it| it.effects.len() == 2));

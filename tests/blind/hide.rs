@@ -1,24 +1,28 @@
-//! The effects that can be hidden in a robot.
+//! What is hidden in a robot, and what of it the model has in so many words.
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sim_target::Scenario;
+use sim_target::scenario::HiddenEffect;
 
-/// The strength at which an effect's detectability is measured first.
+/// The strength at which an effect's detectability is measured first: typical in the field.
 pub const REFERENCE: f64 = 1.0;
 
 /// Effects of the catalogue.
-pub const INSIDE: &[&str] =
-    &["wheel_radius_ratio", "wheel_radius_scale", "track_width", "measurement_delay"];
+pub fn inside() -> Vec<HiddenEffect> {
+    HiddenEffect::ALL.iter().copied().filter(|it| it.is_in_catalogue()).collect()
+}
 
 /// Effects outside the catalogue.
-pub const OUTSIDE: &[&str] = &["slippery_floor"];
+pub fn outside() -> Vec<HiddenEffect> {
+    HiddenEffect::ALL.iter().copied().filter(|it| !it.is_in_catalogue()).collect()
+}
 
 /// One effect to be hidden.
 #[derive(Clone, Copy, Debug)]
 pub struct Hidden {
-    /// Its id.
-    pub id: &'static str,
+    /// Which.
+    pub effect: HiddenEffect,
     /// Its strength; 1 is typical in the field.
     pub strength: f64,
     /// Draws signs and directions.
@@ -28,50 +32,74 @@ pub struct Hidden {
 impl Hidden {
     /// Puts it into the robot or what is round it.
     pub fn hide(&self, scenario: &mut Scenario) {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-        let geometry = &mut scenario.plant.geometry;
-        match self.id {
-            "wheel_radius_ratio" => {
-                let rho = 0.01 * sign * self.strength;
-                geometry.wheel_radius_m.left *= 1.0 - rho / 2.0;
-                geometry.wheel_radius_m.right *= 1.0 + rho / 2.0;
+        self.effect.apply(scenario, self.strength, &mut ChaCha8Rng::seed_from_u64(self.seed));
+    }
+
+    /// The same, weakened until it is physical.
+    pub fn possible_in(mut self, sound: &Scenario) -> Self {
+        for _ in 0..20 {
+            let mut scenario = sound.clone();
+            self.hide(&mut scenario);
+            if scenario.validate().is_ok() {
+                break;
             }
-            "wheel_radius_scale" => {
-                geometry.wheel_radius_m =
-                    geometry.wheel_radius_m.map(|it| it * (1.0 + 0.005 * sign * self.strength));
-            }
-            "track_width" => geometry.track_width_m *= 1.0 + 0.02 * sign * self.strength,
-            "measurement_delay" => {
-                scenario.camera.delay_known = false;
-                scenario.camera.delay_s = 0.04 * self.strength;
-            }
-            "slippery_floor" => scenario.plant.floor.friction = 0.1,
-            _ => {}
+            self.strength *= 0.8;
         }
+        self
     }
 }
 
-/// What the unexplained part of an effect outside the catalogue depends on, in the words of `explain`.
-pub fn regressors(id: &str) -> &'static [&'static str] {
-    match id {
-        "slippery_floor" => &["acceleration"],
+/// What the unexplained part of an effect outside the catalogue depends on by its physics, in the words
+/// of `explain`; any of them is right.
+pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
+    use HiddenEffect as E;
+    match effect {
+        // A force builds up along the way after each change of motion.
+        E::RelaxationLength => {
+            &["distance since reversal", "acceleration", "turn rate", "time in the run"]
+        }
+        // Beyond a torque: when it accelerates.
+        E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run"],
+        E::WetPatch | E::FloorBump | E::LensDistortion => &["place", "heading"],
+        E::BentAxle | E::MagneticEncoder | E::GearRipple | E::FlatSpot => &["wheel angle"],
+        // Against the motion, whatever its speed: what it turns depends on the way and its sign.
+        E::DraggingBrush => &["direction of travel", "turn rate", "speed"],
+        E::StaleFrames => &["speed", "wheel speed", "turn rate", "time in the run"],
+        E::StickyCaster => &["distance since reversal", "turn rate", "direction of travel"],
+        // Side force: speed times turn rate.
+        E::SoftSidewalls => &["turn rate", "speed", "wheel speed"],
+        E::TetherPull => &["direction of travel", "time in the run", "heading", "speed"],
         _ => &[],
     }
 }
 
-/// Parameters of an effect as the plant has them, by the names of the model.
-pub fn true_parameters(id: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
+/// Parameters of an effect as the plant has them, by the names of the model: where one of the plant's
+/// numbers is a parameter of the model, not where it merely causes one.
+pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
     let share = super::field::radius_shares(scenario);
     let nominal = sim_target::plant::PlantParameters::default().geometry;
     let mean = (share.left + share.right) / 2.0;
-    match id {
+    let (camera, gyro) = (&scenario.camera, scenario.gyro.unwrap_or_default());
+    match effect {
         "wheel_radius_ratio" => vec![("rho", (share.right - share.left) / mean)],
         "wheel_radius_scale" => vec![("s", mean - 1.0)],
         "track_width" => {
             vec![("delta", scenario.plant.geometry.track_width_m / nominal.track_width_m - 1.0)]
         }
-        "measurement_delay" => vec![("tau", scenario.camera.delay_s)],
+        "measurement_delay" => vec![("tau", camera.delay_s)],
+        "marker_offset" => vec![("l_x", camera.marker.forward_m), ("l_y", camera.marker.left_m)],
+        "speed_growth" => {
+            // R (1 + g w^2) with w = v/R.
+            let growth = scenario.plant.wheel.left.centrifugal_growth_s2;
+            vec![("k", growth / nominal.wheel_radius_m.left.powi(2))]
+        }
+        "carpet_drift" => {
+            let floor = &scenario.plant.floor;
+            let (sin, cos) = floor.pile_direction_rad.sin_cos();
+            vec![("d_x", floor.pile_drift * cos), ("d_y", floor.pile_drift * sin)]
+        }
+        "gyro_bias" => vec![("bias", gyro.bias_rad_s)],
+        "gyro_scale" => vec![("k", gyro.scale)],
         _ => Vec::new(),
     }
 }

@@ -15,10 +15,12 @@
 //! | [`strength`] | how strong an effect must be to stand out by so many sigma |
 //! | [`verdict`] | the answer against the truth |
 //! | [`score`] | many verdicts against the bars |
+//! | [`mystery`] | one such campaign to try oneself, its answer sealed |
 
 pub mod case;
 pub mod field;
 pub mod hide;
+pub mod mystery;
 pub mod score;
 pub mod strength;
 pub mod verdict;

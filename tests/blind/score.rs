@@ -60,7 +60,12 @@ fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> boo
 }
 
 /// The bars of the benchmark.
+///
+/// A campaign whose effect stands out by less than half of what was asked for counts in none of them; it is
+/// listed ([`too_weak`]).
 pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
+    let verdicts: &Vec<Verdict> =
+        &verdicts.iter().filter(|it| it.as_strong_as_asked()).cloned().collect();
     let of =
         |kinds: &'static [Kind]| verdicts.iter().filter(move |it| kinds.contains(&it.case.kind));
     let bar = |claim, (measured, of): (f64, usize), within| Bar {
@@ -126,12 +131,17 @@ pub fn table(bars: &[Bar]) -> String {
     head + &bars.iter().map(|bar| bar.line() + "\n").collect::<String>()
 }
 
+/// What a case hides, by name.
+pub fn ids(it: &Verdict) -> Vec<&'static str> {
+    it.case.effects.iter().map(|it| it.id()).collect()
+}
+
 /// What was found where what was hidden, most frequent first; classes by their first member.
 pub fn confusion(verdicts: &[Verdict]) -> String {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     let hidden = |it: &Verdict| match it.case.effects.len() {
         0 => "(nothing)".to_owned(),
-        _ => it.case.effects.join(" + "),
+        _ => ids(it).join(" + "),
     };
     for it in verdicts.iter().filter(|it| it.case.kind != Kind::Two) {
         let row = rows.entry(hidden(it)).or_default();
@@ -140,7 +150,7 @@ pub fn confusion(verdicts: &[Verdict]) -> String {
             add("nothing".into());
         }
         for class in &it.found {
-            let right = class.iter().find(|id| it.case.effects.contains(&id.as_str()));
+            let right = class.iter().find(|id| ids(it).contains(&id.as_str()));
             match (right, class.len()) {
                 (Some(_), 1) => add("itself".into()),
                 (Some(_), n) => add(format!("a class of {n}")),
@@ -161,10 +171,26 @@ pub fn confusion(verdicts: &[Verdict]) -> String {
     text
 }
 
+/// Cases whose effect does not stand out as it should, a line each.
+pub fn too_weak(verdicts: &[Verdict]) -> String {
+    let mut text = String::new();
+    for it in verdicts.iter().filter(|it| !it.as_strong_as_asked()) {
+        let reached: Vec<String> = it.reached.iter().map(|it| format!("{it:.1}")).collect();
+        let (ids, wanted) = (ids(it).join(", "), it.case.kind.sigmas().unwrap_or(0.0));
+        let _ = writeln!(
+            text,
+            "  case {:<4} [{ids}] at [{}] of {wanted} sigma",
+            it.case.index,
+            reached.join(", ")
+        );
+    }
+    text
+}
+
 /// Every case that is not as it should be, a line each.
 pub fn misses(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for it in verdicts {
+    for it in verdicts.iter().filter(|it| it.as_strong_as_asked()) {
         let ratio_bad = it.case.kind != Kind::Outside && it.held_out_ratio > 1.15;
         let uncovered: Vec<&str> =
             it.covered.iter().filter(|it| !it.1).map(|it| it.0.as_str()).collect();
@@ -179,7 +205,7 @@ pub fn misses(verdicts: &[Verdict]) -> String {
             "  case {:<4} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
             it.case.index,
             it.case.kind.name(),
-            it.case.effects.join(", "),
+            ids(it).join(", "),
             reached.join(", "),
             found.join(", "),
             if it.flagged {

@@ -45,6 +45,13 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// Whether every hidden effect stands out by at least half of what its kind asks for: some cannot be
+    /// made that strong on this robot, or the model's equation fits so little of what the plant does.
+    pub fn as_strong_as_asked(&self) -> bool {
+        let wanted = self.case.kind.sigmas().unwrap_or(0.0);
+        self.reached.iter().all(|reached| *reached >= wanted / 2.0)
+    }
+
     /// Whether the answer is what the bar of its kind asks for.
     pub fn good(&self) -> bool {
         match self.case.kind {
@@ -71,6 +78,28 @@ impl Verdict {
     }
 }
 
+/// How often a strength is tried and scaled before the campaign is recorded.
+const TRIALS: usize = 2;
+/// A strength that is right to this factor is not tried again, in e-folds: effects are not linear.
+const NEAR: f64 = 0.7;
+
+/// Records what is hidden, weaker where the robot could not drive its campaign with it.
+fn drivable<T>(
+    hidden: &mut [Hidden],
+    run: &impl Fn(&[Hidden]) -> Result<T, String>,
+) -> Result<T, String> {
+    const TIMES: usize = 8;
+    let mut outcome = run(hidden);
+    for _ in 0..TIMES {
+        if outcome.is_ok() {
+            break;
+        }
+        hidden.iter_mut().for_each(|it| it.strength *= 0.7);
+        outcome = run(hidden);
+    }
+    outcome
+}
+
 /// Records a case, has it explained, and judges the answer.
 ///
 /// # Errors
@@ -78,9 +107,11 @@ impl Verdict {
 pub fn judge(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
     let plan = plan();
-    let truth: Vec<&'static dyn Effect> = case.effects.iter().filter_map(|id| find(id)).collect();
+    let truth: Vec<&'static dyn Effect> =
+        case.effects.iter().filter_map(|it| find(it.id())).collect();
+    let sound = sound(case.seed, case.kind, &case.effects);
     let run = |hidden: &[Hidden]| {
-        let mut scenario = sound(case.seed, case.kind);
+        let mut scenario = sound.clone();
         for it in hidden {
             it.hide(&mut scenario);
         }
@@ -95,17 +126,28 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
         .effects
         .iter()
         .enumerate()
-        .map(|(k, id)| Hidden { id, strength: REFERENCE, seed: case.seed ^ (k as u64 + 1) << 40 })
+        .map(|(k, effect)| Hidden {
+            effect: *effect,
+            strength: REFERENCE,
+            seed: case.seed ^ (k as u64 + 1) << 40,
+        })
         .collect();
     if let Some(wanted) = case.kind.sigmas() {
         for k in 0..hidden.len() {
-            let (_, _, believed) = run(&hidden[k..=k])?;
-            let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
-            let reached = sigmas(&model, hidden[k].id);
-            hidden[k].strength = scaled(REFERENCE, wanted, reached);
+            for _ in 0..TRIALS {
+                let mut alone = [hidden[k].possible_in(&sound)];
+                let (_, _, believed) = drivable(&mut alone, &run)?;
+                let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
+                let reached = sigmas(&model, hidden[k].effect.id());
+                hidden[k].strength = scaled(alone[0].strength, wanted, reached);
+                if (reached / wanted).ln().abs() < NEAR {
+                    break;
+                }
+            }
+            hidden[k] = hidden[k].possible_in(&sound);
         }
     }
-    let (scenario, campaign, believed) = run(&hidden)?;
+    let (scenario, campaign, believed) = drivable(&mut hidden, &run)?;
 
     // From here to the answer nobody knows what is hidden.
     let began = Instant::now();
@@ -133,12 +175,19 @@ fn verdict(
     let holds = |class: &[String], id: &str| class.iter().any(|it| it == id);
     let after = answer.steps.last().map_or(answer.baseline.heldout, |step| step.heldout);
     Verdict {
-        reached: case.effects.iter().map(|id| sigmas(oracle, id)).collect(),
-        named: case.effects.iter().map(|id| found.iter().any(|class| holds(class, id))).collect(),
-        extra: found.iter().filter(|class| !case.effects.iter().any(|id| holds(class, id))).count(),
+        reached: case.effects.iter().map(|it| sigmas(oracle, it.id())).collect(),
+        named: case
+            .effects
+            .iter()
+            .map(|it| found.iter().any(|class| holds(class, it.id())))
+            .collect(),
+        extra: found
+            .iter()
+            .filter(|class| !case.effects.iter().any(|it| holds(class, it.id())))
+            .count(),
         flagged: answer.unexplained.structure,
         depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
-        regressors: case.effects.iter().flat_map(|id| regressors(id).iter().copied()).collect(),
+        regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
         held_out_ratio: after.position_rms_m / oracle.errors.heldout.position_rms_m,
         found,
         covered,
@@ -157,7 +206,7 @@ fn covered(
 ) -> Vec<(String, bool)> {
     let mut covered = Vec::new();
     for step in &answer.steps {
-        if !hidden.iter().any(|it| it.id == step.effect) {
+        if !hidden.iter().any(|it| it.effect.id() == step.effect) {
             continue;
         }
         for (name, value) in super::hide::true_parameters(&step.effect, scenario) {

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use beeline_tests::blind::case::{Case, Kind, cases};
-use beeline_tests::blind::score::{bars, confusion, misses, table};
+use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
 use beeline_tests::blind::{field, judge_all};
 use host_cli::ui::Progress;
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
             println!(
                 "case {} ({}) could not be judged: {why}",
                 case.index,
-                case.effects.join(" + ")
+                format!("{:?}", case.effects)
             );
         }
     }
@@ -84,6 +84,11 @@ fn main() -> ExitCode {
     print!("{}", confusion(&verdicts));
     println!("\nnot as they should be, by case (--case I shows one):");
     print!("{}", misses(&verdicts));
+    let too_weak = too_weak(&verdicts);
+    if !too_weak.is_empty() {
+        println!("\ncould not be made as strong as asked for, and are not counted:");
+        print!("{too_weak}");
+    }
     println!();
     let bars = bars(&verdicts);
     print!("{}", table(&bars));
@@ -127,7 +132,7 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
             "{}\t{}\t{}\t{}\n",
             it.case.index,
             it.case.kind.name(),
-            it.case.effects.join(","),
+            ids(it).join(","),
             it.good()
         );
     }

@@ -12,6 +12,7 @@
 mod measure;
 mod reading;
 mod track_file;
+pub mod umbmark;
 mod undo;
 
 pub use measure::{Instrument, Measurement, Way};

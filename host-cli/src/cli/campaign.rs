@@ -121,6 +121,27 @@ pub struct CampaignRecordArgs {
     pub yes: bool,
 }
 
+/// `beeline apply`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+The firmware knows both wheels' radii (R_L and W_T) and the track width. Whatever else a campaign says is
+listed with what can be done about it.
+
+Examples:
+  beeline apply my-robot --port /dev/ttyACM0
+  beeline apply --undo --port /dev/ttyACM0")]
+pub struct ApplyArgs {
+    /// The campaign folder.
+    #[arg(required_unless_present = "undo")]
+    pub campaign: Option<PathBuf>,
+    /// Do not ask before it is written.
+    #[arg(long, short)]
+    pub yes: bool,
+    /// Put back what was there before.
+    #[arg(long, conflicts_with = "campaign")]
+    pub undo: bool,
+}
+
 /// Free floor, `3mx2.5m` or `3m` \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorSize(pub [f64; 2]);

@@ -37,6 +37,27 @@ impl FromStr for Measure {
     }
 }
 
+/// How a robot is calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The paper's: one straight run.
+    Straight,
+    /// Squares both ways.
+    Umbmark,
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "straight" => Ok(Method::Straight),
+            "umbmark" => Ok(Method::Umbmark),
+            _ => Err("must be straight or umbmark".into()),
+        }
+    }
+}
+
 /// Where a simulated robot listens.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Listen {

@@ -13,7 +13,7 @@ use crate::calibrate::{
     Checks, Decision, Drive, Instrument, Measurement, Outcome, Settings, Step, Undo, calibrate,
     state_folder,
 };
-use crate::cli::{CalibrateArgs, Common, Measure};
+use crate::cli::{CalibrateArgs, Common, Measure, Method};
 use crate::error::{Error, Result};
 use crate::file::{check_writable, write_whole};
 use crate::picture::{Basis, CalibrationReport, ProfileNumbers, to_html, to_svg};
@@ -24,6 +24,9 @@ use crate::ui::{BOLD, DIM, GOOD, Progress, WARN, note, paint, say, warn};
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     if args.undo {
         return undo(common);
+    }
+    if args.method == Method::Umbmark {
+        return super::umbmark::run(common, args);
     }
     check_ending(&args.output)?;
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
@@ -38,7 +41,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             tolerance_share: args.tolerance_percent / 100.0,
             start_heading_sigma_rad: args.start_heading.rad,
             out_and_back: args.out_and_back,
-            runs: args.runs,
+            runs: args.runs.unwrap_or(1),
             undo_folder,
         };
         let mut instrument = instrument(args, lab)?;
@@ -85,7 +88,7 @@ fn undo(common: &Common) -> Result<()> {
     Ok(())
 }
 
-fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
+pub(super) fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
     let measure = args.measure.clone().unwrap_or(match lab {
         Some(_) => Measure::Camera,
         None => Measure::Ask,

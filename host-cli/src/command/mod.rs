@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod apply;
 mod calibrate;
 mod campaign;
 mod config;
@@ -8,6 +9,7 @@ mod identify;
 mod ports;
 mod record;
 mod sim;
+mod umbmark;
 mod watch;
 mod wheel_weight;
 
@@ -54,6 +56,10 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Calibrate(args) => {
                 interrupt::listen();
                 calibrate::run(common, args)
+            }
+            Command::Apply(args) => {
+                interrupt::listen();
+                apply::run(common, args)
             }
             Command::WheelWeight(args) => wheel_weight::run(common, args),
             Command::Sim(args) => {

@@ -32,7 +32,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
         let started_s = lab.is_none().then_some((now_s * 1e3).round() / 1e3);
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
-        let mut run = writer.start_run(name, &columns(lab.is_some()))?;
+        let mut run = writer.start_run(name, &columns(lab.is_some(), false))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = period_ms(args.rate);
@@ -46,7 +46,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         .await;
         drop(progress);
         let track = lab.as_ref().map(|lab| camera_track(lab, seen)).unwrap_or_default();
-        let rows = rows(&telemetry, &track);
+        let rows = rows(&telemetry, &track, &[]);
         if rows.len() < 2 {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));

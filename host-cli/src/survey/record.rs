@@ -86,6 +86,11 @@ impl RecordedRun {
     pub fn poses(&self) -> usize {
         self.rows.iter().filter(|row| row.x_m.is_some()).count()
     }
+
+    /// Whether a yaw rate was measured.
+    pub fn has_gyro(&self) -> bool {
+        self.rows.iter().any(|row| row.gyro_z_rad_s.is_some())
+    }
 }
 
 /// What came of it.
@@ -153,7 +158,7 @@ pub async fn record_campaign(
             })
             .await?;
         let poses = recorded.poses();
-        let mut file = writer.start_run(&run.name, &columns(poses > 0))?;
+        let mut file = writer.start_run(&run.name, &columns(poses > 0, recorded.has_gyro()))?;
         recorded.rows.iter().try_for_each(|row| file.push(row))?;
         let path = file.finish(RunFacts {
             started_s: Some((clock.at(recorded.started_us) * 1e3).round() / 1e3),
@@ -208,7 +213,7 @@ pub async fn record_run(
     }
     telemetry.sort_by_key(|frame| frame.t_us);
     let track = witness.track(session, run, config, &telemetry).await?;
-    let rows = rows(&telemetry, &track);
+    let rows = rows(&telemetry, &track, &witness.gyro());
     if rows.len() < 2 {
         return Err(Error::new("the robot sent no telemetry during the run")
             .hint("`beeline watch` shows whether it sends any"));

@@ -27,11 +27,14 @@ pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
     }
 }
 
-/// The columns of a run, with or without measured poses.
-pub fn columns(poses: bool) -> Vec<Column> {
+/// The columns of a run, with or without measured poses and yaw rates.
+pub fn columns(poses: bool, gyro: bool) -> Vec<Column> {
     let mut columns = vec![Column::LeftDuty, Column::RightDuty, Column::BusV];
     if poses {
         columns.extend([Column::X, Column::Y, Column::Heading]);
+    }
+    if gyro {
+        columns.push(Column::GyroZ);
     }
     columns
 }
@@ -48,9 +51,9 @@ pub fn camera_track(lab: &Lab, seen: usize) -> Vec<TrackSample> {
     sample.collect()
 }
 
-/// Telemetry and measured poses, both on the robot's clock, in order of time; a pose gets a row of its
-/// own. Poses from before and after the telemetry are left out.
-pub fn rows(telemetry: &[Telemetry], track: &[TrackSample]) -> Vec<Row> {
+/// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose gets a row
+/// of its own. What is from before and after the telemetry is left out.
+pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)]) -> Vec<Row> {
     let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else {
         return Vec::new();
     };
@@ -76,6 +79,12 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample]) -> Vec<Row> {
             rows.push(Row { t_s, x_m, y_m, heading_rad, ..Row::default() });
         }
     }
+    for (t_s, rate_rad_s) in gyro {
+        let t_s = t_s - start_us as f64 * 1e-6;
+        if (0.0..=end_s).contains(&t_s) {
+            rows.push(Row { t_s, gyro_z_rad_s: Some(*rate_rad_s), ..Row::default() });
+        }
+    }
     rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     merge_equal_times(rows)
 }
@@ -94,6 +103,7 @@ fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
                 last.x_m = last.x_m.or(row.x_m);
                 last.y_m = last.y_m.or(row.y_m);
                 last.heading_rad = last.heading_rad.or(row.heading_rad);
+                last.gyro_z_rad_s = last.gyro_z_rad_s.or(row.gyro_z_rad_s);
             }
             _ => merged.push(row),
         }

@@ -24,6 +24,8 @@ pub enum Witness {
         lab: Lab,
         /// Camera samples before the run.
         seen: usize,
+        /// Readings of the yaw rate sensor before the run.
+        gyro_seen: usize,
     },
     /// A tracking system that appends to a file.
     TrackFile {
@@ -61,7 +63,7 @@ const CARRY_S: u64 = 10;
 impl Witness {
     /// The simulator's camera.
     pub fn camera(lab: Lab) -> Self {
-        Witness::Camera { lab, seen: 0 }
+        Witness::Camera { lab, seen: 0, gyro_seen: 0 }
     }
 
     /// Whether runs have measured poses without anybody being asked.
@@ -74,6 +76,7 @@ impl Witness {
         let confirm = match self {
             Witness::Camera { lab, .. } => {
                 session.clock().sleep(std::time::Duration::from_secs(CARRY_S)).await;
+                lab.set_payload(run.payload_kg);
                 lab.place_on(sim_target::plant::Pose {
                     heading_rad: run.heading_rad,
                     ..sim_target::plant::Pose::default()
@@ -104,7 +107,10 @@ impl Witness {
     /// Notes where the track stands before a run.
     pub fn begin(&mut self) -> Result<()> {
         match self {
-            Witness::Camera { lab, seen } => *seen = lab.camera_len(),
+            Witness::Camera { lab, seen, gyro_seen } => {
+                *seen = lab.camera_len();
+                *gyro_seen = lab.gyro_len();
+            }
             Witness::TrackFile { path, seen, .. } => {
                 check_header(path)?.iter().for_each(ui::warn);
                 *seen = track_so_far(path)?.len();
@@ -123,7 +129,7 @@ impl Witness {
         telemetry: &[Telemetry],
     ) -> Result<Vec<TrackSample>> {
         match self {
-            Witness::Camera { lab, seen } => Ok(camera_track(lab, *seen)),
+            Witness::Camera { lab, seen, .. } => Ok(camera_track(lab, *seen)),
             Witness::TrackFile { path, seen, .. } => {
                 let samples = track_so_far(path)?.get(*seen..).unwrap_or_default().to_vec();
                 if samples.len() < 10 {
@@ -154,6 +160,20 @@ impl Witness {
                 }
             },
             Witness::Nobody { .. } => Ok(Vec::new()),
+        }
+    }
+}
+
+impl Witness {
+    /// What a yaw rate sensor read during the run: time on the robot's clock, rate \[s, rad/s\].
+    pub fn gyro(&self) -> Vec<(f64, f64)> {
+        match self {
+            Witness::Camera { lab, gyro_seen, .. } => lab
+                .gyro_samples_from(*gyro_seen)
+                .into_iter()
+                .map(|sample| (sample.t_s, sample.yaw_rate_rad_s))
+                .collect(),
+            _ => Vec::new(),
         }
     }
 }
@@ -202,7 +222,8 @@ fn on_robot_clock(
     Some(samples)
 }
 
-fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
+/// The robot by its wheels, from anywhere, with the configuration in use.
+pub(crate) fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
     let angle = |counts: i64, encoder: shared_proto::EncoderConfig| {
         counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
     };

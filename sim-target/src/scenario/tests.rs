@@ -179,3 +179,58 @@ fn drawn_robots_fill_their_ranges_and_stay_inside() {
     assert!((mean - 1.0).abs() < 0.0011, "{mean}");
     assert_eq!(Scenario::draw(9), Scenario::draw(9));
 }
+
+#[test]
+fn worn_parts_that_nothing_physical_has_are_refused_where_they_stand() {
+    for (text, expected) in [
+        ("[plant]\nwheel.left.bend_rad = 2.0", "robot.toml:3:23: plant.wheel.left.bend_rad = 2"),
+        ("[plant]\nwheel.middle.bend_rad = 0.1", "robot.toml:3:7: unknown field `middle`"),
+        ("[plant]\ngear.left.backlash = 0.1", "robot.toml:3:11: unknown field `backlash`"),
+        ("[plant.floor.wet]\nx_m = 1.0", "missing field"),
+        (
+            "[plant.floor]\nbump = { x_m = 0, y_m = 0, radius_m = 0.1, height_m = 0.1 }",
+            "robot.toml:3:55: plant.floor.bump.height_m = 0.1",
+        ),
+        ("[plant.encoder.left.error]\nmesh_teeth = 0", "robot.toml:3:14: plant.encoder.left.error"),
+        ("[camera]\nlens.distortion_per_m2 = 5", "robot.toml:3:26: camera.lens.distortion_per_m2"),
+        ("[camera]\nmarker.forward_m = nan", "robot.toml:3:20: camera.marker.forward_m"),
+        ("[camera.stale]\nshare = 0.9", "robot.toml:3:9: camera.stale.share"),
+        ("[gyro]\nscale = 3", "robot.toml:3:9: gyro.scale = 3"),
+        ("[gyro]\nbias = 3", "robot.toml:3:1: unknown field `bias`"),
+    ] {
+        let complaint = complaint(&format!("name = 'x'\n{text}\n"));
+        assert!(complaint.contains(expected), "{text}: {complaint}");
+    }
+}
+
+#[test]
+fn the_page_on_scenarios_lists_every_key_and_its_example_is_valid() {
+    let page = include_str!("../../../docs/scenarios.md");
+    let example = page.split("```").nth(1).and_then(|block| block.strip_prefix("toml"));
+    let example = Scenario::parse("the page's example", example.expect("an example"));
+    assert_eq!(example.map(|scenario| scenario.plant.gear.left.backlash_rad), Ok(0.03));
+    let everything = "name = 'x'
+        [gyro]
+        [plant]
+        gear.left.set_screw_nm = 1
+        floor.wet = { x_m = 0, y_m = 0, radius_m = 1, friction = 1 }
+        floor.bump = { x_m = 0, y_m = 0, radius_m = 1, height_m = 0 }";
+    let text = Scenario::parse("everything", everything).expect("valid").to_toml();
+    let of_worn_parts = |section: &str| {
+        ["wheel", "gear", "tether", "drag", "warming", "error", "floor", "gyro", "stale", "lens"]
+            .iter()
+            .any(|part| section.contains(part))
+    };
+    let mut section = String::new();
+    for line in text.lines() {
+        if line.starts_with('[') {
+            section = line.into();
+        } else if let Some((key, _)) = line.split_once(" = ")
+            && of_worn_parts(&section)
+            // What every robot has: gravity is not worn.
+            && !["left", "right", "gravity_mps2"].contains(&key)
+        {
+            assert!(page.contains(key), "{section} {key} is not on the page");
+        }
+    }
+}

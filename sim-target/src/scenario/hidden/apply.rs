@@ -60,7 +60,10 @@ impl HiddenEffect {
             }
             Self::TrackWidth => plant.geometry.track_width_m *= 1.0 + 0.02 * s * draw.sign(),
             Self::Scrub => {
+                // The track as gentle arcs show it stays: there, all ribs hold and cost w^2/(2 b^2).
+                let share = 0.06 * s / plant.geometry.track_width_m;
                 plant.tyre.contact_width_m = 0.06 * s;
+                plant.geometry.track_width_m /= 1.0 + 0.5 * share * share;
                 plant.caster.rolling_resistance += 0.03 * s;
             }
             Self::SideSlip => {

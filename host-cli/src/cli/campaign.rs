@@ -36,7 +36,7 @@ Kinds of single runs (--run), as `explain` suggests them:
 Examples:
   beeline campaign record my-robot
   beeline campaign record my-robot --plan plan.toml --port /dev/ttyACM0 --measure track:track.csv
-  beeline campaign record my-robot --run \"spins both ways\"")]
+  beeline campaign record my-robot --run spin")]
     Record(CampaignRecordArgs),
 }
 

@@ -179,12 +179,6 @@ impl<'a> Look<'a> {
         worse(self.held_out_positions(prepared, &[], None), with)
     }
 
-    /// The same of an effect of the model, with it against without it.
-    pub fn tracks_get_worse_by(&self, prepared: &Prepared, index: usize) -> bool {
-        let without = self.held_out_positions(prepared, &[index], None);
-        worse(without, self.held_out_positions(prepared, &[], None))
-    }
-
     fn held_out_positions(
         &self,
         prepared: &Prepared,
@@ -220,9 +214,20 @@ impl<'a> Look<'a> {
 
     /// -2 log likelihood and penalty of the model without these effects of it, the rest fitted anew.
     pub fn cost_without(&self, left_out: &[usize]) -> f64 {
+        self.cost(left_out, None)
+    }
+
+    /// The same with a candidate in it.
+    pub fn cost(&self, left_out: &[usize], candidate: Option<&Term<'a>>) -> f64 {
         let evidence = self.evidence_without(left_out);
-        let model = self.model_columns(left_out);
-        let delta = evidence.solve(&evidence.total, &model).delta;
-        evidence.total.chi_squared(&model, &delta) + 2.0 * model.len() as f64
+        let mut columns = self.model_columns(left_out);
+        let kept = self.terms[..self.in_model].iter().enumerate();
+        let kept = kept.filter(|(index, _)| !left_out.contains(index)).map(|(_, term)| term);
+        let price: f64 = kept.chain(candidate).map(penalty).sum();
+        if let Some(term) = candidate {
+            columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
+        }
+        let delta = evidence.solve(&evidence.total, &columns).delta;
+        evidence.total.chi_squared(&columns, &delta) + price
     }
 }

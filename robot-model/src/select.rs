@@ -41,7 +41,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     let mut best: Option<(f64, Fitted<'a>)> = None;
     loop {
         let look = Look::new(prepared, &fitted, catalogue);
-        let falls = removal(prepared, &look, &fitted);
+        let falls = removal(&look, &fitted);
         if falls.is_none() {
             let cost = cost(prepared, &fitted);
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
@@ -115,6 +115,11 @@ fn exchange<'a>(
             .into_iter()
             .filter(|it| it.judgement.passes_held_out())
             .filter(|it| !seen.contains(&ids(&exchanged(fitted, &left_out, it))))
+            // What is wanted beside the candidate as well is not exchanged for it: that is an addition.
+            .filter(|it| {
+                let both = look.cost(&[], Some(&it.term));
+                look.cost(&left_out, Some(&it.term)) - both < RIVAL_MARGIN
+            })
             .max_by(|a, b| net_gain(a).total_cmp(&net_gain(b)));
         if let Some(it) = better
             && !look.tracks_get_worse(prepared, &left_out, &it.term)
@@ -172,14 +177,18 @@ fn addition<'a>(
 }
 
 /// The model without the effect that stands least, given all others.
-fn removal<'a>(prepared: &Prepared, look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
+///
+/// Radii and track width are what kinds of runs disagree about whenever anything else is missing, so
+/// that disagreement is no evidence against them.
+fn removal<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
     let kept = look.kept();
     let worst = (0..kept.len())
         // Bonferroni: one is asked about all that might be there.
         .filter(|i| {
-            kept[*i].p_value * look.asked() as f64 > FALSE_ALARM
-                || !kept[*i].passes_held_out()
-                || look.tracks_get_worse_by(prepared, *i)
+            let it = &kept[*i];
+            let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
+            it.p_value * look.asked() as f64 > FALSE_ALARM
+                || !(if is_geometry { it.is_sound() } else { it.passes_held_out() })
         })
         .min_by(|a, b| kept[*a].held_out_gain.total_cmp(&kept[*b].held_out_gain))?;
     let mut terms = fitted.terms.clone();

@@ -1,4 +1,5 @@
 //! End to end.
 
+pub mod blind;
 pub mod judge;
 pub mod robot;

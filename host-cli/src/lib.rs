@@ -6,14 +6,17 @@
 //! | [`link`] | its bytes, and the time they go by |
 //! | [`session`] | handshake, requests with retries, telemetry |
 //! | [`motion`] | drives a motion to its end, safely |
+//! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`campaign`] | recorded runs on disk |
+//! | [`survey`] | plans and records whole campaigns |
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
 //! | [`mod@file`] | files that appear whole or not at all |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 
+pub mod apply;
 pub mod calibrate;
 pub mod campaign;
 pub mod cli;
@@ -28,5 +31,6 @@ pub mod port;
 pub mod quantity;
 pub mod serve;
 pub mod session;
+pub mod survey;
 pub mod track;
 pub mod ui;

@@ -22,6 +22,7 @@
 //! | [`predict`], [`motion`], [`jet`] | where does a model put the robot, and how does that depend on its parameters? |
 //! | [`odometry_noise`] | what is noise? |
 //! | [`model`] | the parameters of chosen effects |
+//! | [`next_run`] | which run would tell more? |
 //! | [`explain`], [`answer`], [`structure`] | what is missing, what cannot be told apart, what stays unexplained? |
 
 pub mod advice;
@@ -53,7 +54,7 @@ mod judge;
 mod look;
 mod mixed_model;
 pub mod model;
-mod next_run;
+pub mod next_run;
 #[cfg(test)]
 mod noise;
 pub mod odometry_noise;

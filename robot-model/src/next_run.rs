@@ -25,16 +25,19 @@ use crate::recording::{Recording, Sight};
 /// To be told apart for sure, rivals are to differ by this in -2 log likelihood: five sigma.
 const TOLD_APART: f64 = 25.0;
 
-/// Runs that could be made, cheapest first: what each is called, and its pieces from several starts.
-struct Plan {
-    kind: &'static str,
-    /// Heading at the start, load, pieces.
-    runs: Vec<(f64, f64, Vec<Piece>)>,
+/// Runs that could be made: what they are called, and the pieces of each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// What they are called together.
+    pub kind: &'static str,
+    /// Heading at the start \[rad\], load \[kg\], pieces.
+    pub runs: Vec<(f64, f64, Vec<Piece>)>,
     /// Seconds after the campaign at which they start.
-    later_s: f64,
+    pub later_s: f64,
 }
 
-fn plans(speed_mps: f64) -> Vec<Plan> {
+/// Everything that may be suggested, cheapest first, for a robot that drives at most this fast.
+pub fn plans(speed_mps: f64) -> Vec<Plan> {
     let slow = 0.4 * speed_mps;
     let straight = |travel_m: f64, speed_mps: f64| Piece::Straight { travel_m, speed_mps };
     let back = |speed: f64| vec![straight(1.5, speed), straight(-1.5, speed)];

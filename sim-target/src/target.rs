@@ -19,7 +19,9 @@ use shared_proto::{Config, Name, ResetCause};
 use crate::board::{Flash, Hardware, Pin};
 use crate::clock;
 use crate::executor::Executor;
-use crate::instruments::{Camera, CameraParameters, CameraSample, EndReading, Ruler};
+use crate::instruments::{
+    Camera, CameraParameters, CameraSample, EndReading, Gyro, GyroSample, Ruler,
+};
 use crate::plant::{Plant, PlantFault, Pose};
 use crate::scenario::{FaultEvent, Scenario, Setup};
 use crate::wire::Wire;
@@ -50,6 +52,8 @@ pub(crate) struct World {
     camera: Camera,
     camera_samples: Vec<CameraSample>,
     ruler: Ruler,
+    gyro: Option<Gyro>,
+    gyro_samples: Vec<GyroSample>,
     /// In order of time.
     schedule: Vec<Scheduled>,
     /// What waits for the motors to be driven for the first time.
@@ -98,6 +102,8 @@ impl World {
             camera: setup.camera,
             camera_samples: Vec::new(),
             ruler: setup.ruler,
+            gyro: setup.gyro,
+            gyro_samples: Vec::new(),
             schedule: schedule(&setup.faults, 0),
             motion_faults: setup.motion_faults,
             emergency_stop,
@@ -120,7 +126,8 @@ impl World {
     /// When something happens to the robot next \[us\].
     pub(crate) fn next_event_us(&self) -> u64 {
         let scheduled = self.schedule.first().map_or(u64::MAX, |event| event.at_us);
-        scheduled.min(self.camera.next_t_us())
+        let gyro = self.gyro.as_ref().map_or(u64::MAX, Gyro::next_t_us);
+        scheduled.min(self.camera.next_t_us()).min(gyro)
     }
 
     /// Does what is due now.
@@ -143,6 +150,12 @@ impl World {
         if self.camera.next_t_us() <= now {
             self.plant.advance_to(now);
             self.camera_samples.extend(self.camera.observe(&self.plant));
+        }
+        if let Some(gyro) = &mut self.gyro
+            && gyro.next_t_us() <= now
+        {
+            self.plant.advance_to(now);
+            self.gyro_samples.extend(gyro.observe(&self.plant));
         }
     }
 
@@ -197,6 +210,21 @@ impl Lab {
         *self.world.borrow().camera.parameters()
     }
 
+    /// What the gyro has read since the sample with this number; nothing if there is none.
+    pub fn gyro_samples_from(&self, first: usize) -> Vec<GyroSample> {
+        self.world.borrow().gyro_samples[first..].to_vec()
+    }
+
+    /// How often the gyro has been read so far.
+    pub fn gyro_len(&self) -> usize {
+        self.world.borrow().gyro_samples.len()
+    }
+
+    /// Puts another load on the robot \[kg\].
+    pub fn set_payload(&self, payload_kg: f64) {
+        self.world.borrow_mut().plant_now().set_payload(payload_kg);
+    }
+
     /// Measures with the ruler how far the robot is along the start line, and off it.
     pub fn read_offset(&self) -> EndReading {
         let mut world = self.world.borrow_mut();
@@ -213,9 +241,14 @@ impl Lab {
     ///
     /// The line is the x axis. The wheels stand still; the encoders count on.
     pub fn place_at_start(&self) {
+        self.place_on(Pose::default());
+    }
+
+    /// Picks the robot up and puts it on a line that begins here, as well as the scenario's person can.
+    pub fn place_on(&self, line: Pose) {
         let mut world = self.world.borrow_mut();
         world.placements += 1;
-        let pose = world.scenario.placement(Pose::default(), world.placements);
+        let pose = world.scenario.placement(line, world.placements);
         world.plant_now().place(pose);
     }
 

@@ -1,9 +1,11 @@
 //! The `beeline` executable itself, as a user would run it: arguments in; exit code, output and
 //! files out. In its own folder each time, and with nothing remembered from before.
 
+mod apply;
 mod bad_input;
 mod bad_port;
 mod calculator;
+mod campaign;
 mod desk;
 mod drive;
 mod first_run;

@@ -196,7 +196,7 @@ impl Instrument {
 }
 
 /// Refuses a file that is no track before the robot moves; one that has only been created is fine.
-fn check_header(path: &Path) -> Result<()> {
+pub(crate) fn check_header(path: &Path) -> Result<()> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         Error::new(format_args!("cannot read the track {}: {error}", path.display()))
             .hint("start the tracking system first, so that the file is there")
@@ -216,7 +216,7 @@ fn check_header(path: &Path) -> Result<()> {
 
 /// A track file as far as it has come: a tracking system may create it, or begin it, only when the
 /// robot first moves.
-fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
+pub(crate) fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
     const HEADER_AND_TWO_ROWS: usize = 3;
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
@@ -248,7 +248,7 @@ fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Deviation, Str
 }
 
 /// `2.5 cm 1mm` is two lengths, not three.
-fn join_units(text: &str) -> Vec<String> {
+pub(super) fn join_units(text: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
         match parts.last_mut() {

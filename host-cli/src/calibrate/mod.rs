@@ -10,9 +10,11 @@
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
 mod measure;
+pub mod umbmark;
 mod undo;
 
 pub use measure::{Instrument, Measurement};
+pub(crate) use measure::{check_header, track_so_far};
 pub use undo::{Undo, state_folder};
 
 use robot_model::track_fit::Estimate;
@@ -315,7 +317,7 @@ impl Bench<'_> {
 }
 
 /// The nominal robot of a configuration.
-fn geometry(config: &Config, tolerance: f64) -> Geometry {
+pub(crate) fn geometry(config: &Config, tolerance: f64) -> Geometry {
     let shared_proto::GeometryConfig { wheel_radius_m, track_width_m, .. } = config.geometry;
     let encoder = config.encoder.left;
     Geometry {

@@ -6,6 +6,7 @@
 //!   runs/01_straight.csv  one row per sample, SI units in the column names  -> [`Row`]
 //! ```
 
+mod believe;
 mod error;
 mod read;
 mod robot_toml;

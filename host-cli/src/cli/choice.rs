@@ -16,6 +16,8 @@ pub enum Measure {
     Ask,
     /// A file to which another program writes the track.
     Track(PathBuf),
+    /// Not at all.
+    Nobody,
 }
 
 impl FromStr for Measure {
@@ -26,10 +28,32 @@ impl FromStr for Measure {
             "camera" => Ok(Measure::Camera),
             "ruler" => Ok(Measure::Ruler),
             "ask" => Ok(Measure::Ask),
+            "none" => Ok(Measure::Nobody),
             _ => match text.strip_prefix("track:") {
                 Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
                 _ => Err("must be camera, ruler, ask or track:FILE".into()),
             },
+        }
+    }
+}
+
+/// How a robot is calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The paper's: one straight run.
+    Straight,
+    /// Squares both ways.
+    Umbmark,
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "straight" => Ok(Method::Straight),
+            "umbmark" => Ok(Method::Umbmark),
+            _ => Err("must be straight or umbmark".into()),
         }
     }
 }

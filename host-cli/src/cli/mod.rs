@@ -1,9 +1,13 @@
 //! The command line.
 
+mod campaign;
 mod check;
 mod choice;
 
-pub use choice::{Listen, Measure};
+pub use campaign::{
+    ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
+};
+pub use choice::{Listen, Measure, Method};
 
 use std::path::PathBuf;
 
@@ -102,8 +106,13 @@ pub enum Command {
     Watch(WatchArgs),
     /// Drive a motion and record it as a run of a campaign folder.
     Record(RecordArgs),
+    /// Plan a whole campaign of runs, and record it.
+    #[command(subcommand)]
+    Campaign(CampaignCommand),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
+    /// Write what a campaign says, and the firmware can compensate, to the robot.
+    Apply(ApplyArgs),
     /// The paper's calculation on numbers typed in.
     WheelWeight(WheelWeightArgs),
     /// Run a simulated robot in real time, behind TCP or a pseudo-terminal.
@@ -271,8 +280,15 @@ Examples:
   beeline calibrate
   beeline calibrate --measure ruler --out-and-back
   beeline calibrate --port /dev/ttyACM0 --ruler 1mm
+  beeline calibrate --method umbmark --side 2m --port /dev/ttyACM0
   beeline calibrate --undo --port /dev/ttyACM0")]
 pub struct CalibrateArgs {
+    /// straight: the paper's, W_T from a straight line; umbmark: squares both ways, W_T and track width.
+    #[arg(long, value_name = "METHOD", default_value = "straight")]
+    pub method: Method,
+    /// Side of the squares of UMBmark.
+    #[arg(long, value_name = "LENGTH", default_value = "1m", allow_hyphen_values = true, value_parser = above_zero(length))]
+    pub side: Length,
     /// How far to drive: 8rev, 2m.
     #[arg(long, value_name = "DISTANCE", default_value = "8rev", allow_hyphen_values = true, value_parser = above_zero(distance))]
     pub distance: Distance,
@@ -300,9 +316,9 @@ pub struct CalibrateArgs {
     /// Also drive back each time, so that a pull is not taken for a radius.
     #[arg(long)]
     pub out_and_back: bool,
-    /// Drive this many runs before deciding, and take their mean.
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "out_and_back", value_parser = clap::value_parser!(u16).range(1..=100))]
-    pub runs: u16,
+    /// Drive this many runs before deciding, and take their mean [default: 1; umbmark: 5 each way].
+    #[arg(long, value_name = "N", conflicts_with = "out_and_back", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub runs: Option<u16>,
     /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
     pub output: PathBuf,

@@ -13,7 +13,7 @@ use crate::calibrate::{
     Checks, Decision, Drive, Instrument, Measurement, Outcome, Settings, Step, Undo, calibrate,
     state_folder,
 };
-use crate::cli::{CalibrateArgs, Common, Measure};
+use crate::cli::{CalibrateArgs, Common, Measure, Method};
 use crate::error::{Error, Result};
 use crate::file::{check_writable, write_whole};
 use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
@@ -24,6 +24,9 @@ use crate::ui::{BOLD, DIM, GOOD, Progress, WARN, note, paint, say, warn};
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     if args.undo {
         return undo(common);
+    }
+    if args.method == Method::Umbmark {
+        return super::umbmark::run(common, args);
     }
     check_ending(&args.output)?;
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
@@ -36,7 +39,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             tolerance: args.tolerance / 100.0,
             start_heading_sigma_rad: args.start_heading.rad,
             out_and_back: args.out_and_back,
-            runs: args.runs,
+            runs: args.runs.unwrap_or(1),
         };
         let remembers = !common.port.is_sim() || common.flash.is_some();
         let mut instrument = instrument(args, lab)?;
@@ -103,7 +106,7 @@ fn remember(outcome: &Outcome) -> Result<()> {
     Ok(())
 }
 
-fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
+pub(super) fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
     let measure = args.measure.clone().unwrap_or(match lab {
         Some(_) => Measure::Camera,
         None => Measure::Ask,
@@ -116,6 +119,8 @@ fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
             Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
                 .hint("--measure ask, or --measure track:FILE"))
         }
+        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
+            .hint("--measure ask, or --measure track:FILE")),
         (Measure::Ask, _) => Ok(Instrument::Person { resolution_m: args.ruler.m, confirm }),
         (Measure::Track(path), _) => Ok(Instrument::TrackFile {
             path,

@@ -1,6 +1,8 @@
 //! One file a command.
 
+mod apply;
 mod calibrate;
+mod campaign;
 pub(crate) use identify::hex;
 mod config;
 mod drive;
@@ -8,6 +10,7 @@ mod identify;
 mod ports;
 mod record;
 mod sim;
+mod umbmark;
 mod watch;
 mod wheel_weight;
 
@@ -47,9 +50,17 @@ pub fn run(cli: &Cli) -> Result<()> {
                 interrupt::listen();
                 record::run(common, args)
             }
+            Command::Campaign(args) => {
+                interrupt::listen();
+                campaign::run(common, args)
+            }
             Command::Calibrate(args) => {
                 interrupt::listen();
                 calibrate::run(common, args)
+            }
+            Command::Apply(args) => {
+                interrupt::listen();
+                apply::run(common, args)
             }
             Command::WheelWeight(args) => wheel_weight::run(common, args),
             Command::Sim(args) => {

@@ -1,15 +1,15 @@
 //! `beeline record`
 
 use serde_json::json;
-use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
 use super::drive::{kind, motion_of};
-use crate::campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
+use crate::campaign::{CampaignWriter, RunFacts};
 use crate::cli::{Common, RecordArgs};
 use crate::error::{Error, Result};
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
+use crate::survey::samples::{camera_track, columns, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
@@ -20,7 +20,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let robot = robot_file(&config, lab.as_ref());
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
-        let mut run = writer.start_run(name, &columns(lab.is_some()))?;
+        let mut run = writer.start_run(name, &columns(lab.is_some(), false))?;
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = (1000 / args.rate).max(1);
@@ -33,7 +33,8 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         })
         .await;
         drop(progress);
-        let rows = rows(&telemetry, lab.as_ref(), seen);
+        let track = lab.as_ref().map(|lab| camera_track(lab, seen)).unwrap_or_default();
+        let rows = rows(&telemetry, &track, &[]);
         if rows.len() < 2 {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));
@@ -70,86 +71,4 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         say(format_args!("{}: {} samples", path.display(), rows.len()));
     }
     Ok(())
-}
-
-fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
-    let encoder = config.encoder.left;
-    let name = match config.name.as_str() {
-        "" => "unnamed robot",
-        name => name,
-    };
-    RobotFile {
-        name: name.into(),
-        wheel_radius_m: config.geometry.wheel_radius_m,
-        track_width_m: config.geometry.track_width_m,
-        counts_per_rev: encoder.counts_per_rev,
-        gear_reduction: encoder.gear_reduction,
-        position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
-        heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
-        supply_v: None,
-        runs: Vec::new(),
-    }
-}
-
-fn columns(poses: bool) -> Vec<Column> {
-    let mut columns = vec![Column::LeftDuty, Column::RightDuty, Column::BusV];
-    if poses {
-        columns.extend([Column::X, Column::Y, Column::Heading]);
-    }
-    columns
-}
-
-/// Telemetry and camera samples in order of time; a camera sample gets a row of its own.
-fn rows(telemetry: &[Telemetry], lab: Option<&Lab>, seen: usize) -> Vec<Row> {
-    let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else {
-        return Vec::new();
-    };
-    let start_us = first.t_us;
-    let mut rows: Vec<_> = telemetry
-        .iter()
-        .map(|frame| Row {
-            t_s: (frame.t_us - start_us) as f64 * 1e-6,
-            counts: frame.wheels.map(|wheel| Some(wheel.counts as f64)),
-            duty: frame.wheels.map(|wheel| Some(f64::from(wheel.duty) / 32767.0)),
-            bus_v: Some(f64::from(frame.supply_mv) * 1e-3),
-            ..Row::default()
-        })
-        .collect();
-    let end_s = (last.t_us - start_us) as f64 * 1e-6;
-    for sample in lab.map(|lab| lab.camera_samples_from(seen)).unwrap_or_default() {
-        let t_s = sample.t_s - start_us as f64 * 1e-6;
-        if (0.0..=end_s).contains(&t_s) {
-            let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
-            rows.push(Row {
-                t_s,
-                x_m,
-                y_m,
-                heading_rad: Some(sample.heading_rad),
-                ..Row::default()
-            });
-        }
-    }
-    rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    merge_equal_times(rows)
-}
-
-/// One row for each time: file times have microseconds, and increase.
-fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
-    let mut merged: Vec<Row> = Vec::with_capacity(rows.len());
-    for row in rows {
-        match merged.last_mut() {
-            Some(last) if (row.t_s - last.t_s) < 1e-6 => {
-                last.counts.left = last.counts.left.or(row.counts.left);
-                last.counts.right = last.counts.right.or(row.counts.right);
-                last.duty.left = last.duty.left.or(row.duty.left);
-                last.duty.right = last.duty.right.or(row.duty.right);
-                last.bus_v = last.bus_v.or(row.bus_v);
-                last.x_m = last.x_m.or(row.x_m);
-                last.y_m = last.y_m.or(row.y_m);
-                last.heading_rad = last.heading_rad.or(row.heading_rad);
-            }
-            _ => merged.push(row),
-        }
-    }
-    merged
 }

@@ -1,10 +1,12 @@
-//! An overhead camera that tracks a marker on the axle's midpoint.
+//! An overhead camera that tracks a marker on the robot.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::lens::{LensParameters, MarkerParameters};
+use super::stale::{Stale, StaleParameters};
 use crate::plant::{Check, ParameterError, Plant, Pose};
 
 /// How good the camera is.
@@ -21,6 +23,12 @@ pub struct CameraParameters {
     pub delay_s: f64,
     /// True if the camera knows its delay and stamps the exposure; otherwise it stamps the arrival.
     pub delay_known: bool,
+    /// Where the marker is; on the axle's midpoint if nothing is said.
+    pub marker: MarkerParameters,
+    /// The lens; true to scale if nothing is said.
+    pub lens: LensParameters,
+    /// Pictures that it drops.
+    pub stale: StaleParameters,
 }
 
 impl Default for CameraParameters {
@@ -32,6 +40,9 @@ impl Default for CameraParameters {
             heading_sigma_rad: 0.002,
             delay_s: 0.04,
             delay_known: true,
+            marker: MarkerParameters::default(),
+            lens: LensParameters::default(),
+            stale: StaleParameters::default(),
         }
     }
 }
@@ -43,7 +54,10 @@ impl CameraParameters {
         check.within("rate_hz", self.rate_hz, 0.1, 1000.0)?;
         check.within("position_sigma_m", self.position_sigma_m, 0.0, 1.0)?;
         check.within("heading_sigma_rad", self.heading_sigma_rad, 0.0, 1.0)?;
-        check.within("delay_s", self.delay_s, 0.0, 2.0)
+        check.within("delay_s", self.delay_s, 0.0, 2.0)?;
+        self.marker.validate()?;
+        self.lens.validate()?;
+        self.stale.validate()
     }
 }
 
@@ -66,12 +80,14 @@ pub struct Camera {
     parameters: CameraParameters,
     rng: ChaCha8Rng,
     pictures: u64,
+    stale: Stale,
 }
 
 impl Camera {
     /// A camera that takes its first picture at time zero.
     pub fn new(parameters: CameraParameters, seed: u64) -> Self {
-        Self { parameters, rng: ChaCha8Rng::seed_from_u64(seed), pictures: 0 }
+        let stale = Stale::new(parameters.stale, seed);
+        Self { parameters, rng: ChaCha8Rng::seed_from_u64(seed), pictures: 0, stale }
     }
 
     /// When it takes its next picture \[us\].
@@ -95,12 +111,14 @@ impl Camera {
         let exposed_s = t_us as f64 * 1e-6;
         let lateness_s = if self.parameters.delay_known { 0.0 } else { self.parameters.delay_s };
         let CameraParameters { position_sigma_m, heading_sigma_rad, .. } = self.parameters;
-        CameraSample {
+        let pose = self.parameters.lens.bend(self.parameters.marker.seen_on(pose));
+        let sample = CameraSample {
             t_s: exposed_s + lateness_s,
             x_m: pose.x_m + position_sigma_m * self.normal(),
             y_m: pose.y_m + position_sigma_m * self.normal(),
             heading_rad: pose.heading_rad + heading_sigma_rad * self.normal(),
-        }
+        };
+        self.stale.pass(sample)
     }
 
     /// How good it is.

@@ -20,6 +20,8 @@ pub struct BodyParameters {
     pub center_of_mass_left_m: f64,
     /// Centre of mass above the floor, h \[m\].
     pub center_of_mass_height_m: f64,
+    /// What it carries, set down on the centre of mass; adds no yaw inertia \[kg\].
+    pub payload_kg: f64,
 }
 
 impl Default for BodyParameters {
@@ -30,6 +32,7 @@ impl Default for BodyParameters {
             center_of_mass_forward_m: -0.05,
             center_of_mass_left_m: 0.0,
             center_of_mass_height_m: 0.06,
+            payload_kg: 0.0,
         }
     }
 }
@@ -40,7 +43,13 @@ impl BodyParameters {
         check.within("yaw_inertia_kgm2", self.yaw_inertia_kgm2, 1e-5, 500.0)?;
         check.within("center_of_mass_forward_m", self.center_of_mass_forward_m, -5.0, 0.0)?;
         check.within("center_of_mass_left_m", self.center_of_mass_left_m, -2.5, 2.5)?;
-        check.within("center_of_mass_height_m", self.center_of_mass_height_m, 0.0, 2.0)
+        check.within("center_of_mass_height_m", self.center_of_mass_height_m, 0.0, 2.0)?;
+        check.within("payload_kg", self.payload_kg, 0.0, 500.0)
+    }
+
+    /// Mass with what it carries \[kg\].
+    pub(super) fn laden_mass_kg(&self) -> f64 {
+        self.mass_kg + self.payload_kg
     }
 }
 
@@ -87,7 +96,7 @@ impl Body {
             (parameters.center_of_mass_forward_m, parameters.center_of_mass_left_m);
         let (offset_x, offset_y) = rotation.apply(center_x_m, center_y_m);
         Self {
-            mass_inverse: 1.0 / parameters.mass_kg,
+            mass_inverse: 1.0 / parameters.laden_mass_kg(),
             inertia_inverse: 1.0 / parameters.yaw_inertia_kgm2,
             center_x_m,
             center_y_m,
@@ -100,6 +109,25 @@ impl Body {
             yaw_rate_rad_s: 0.0,
             acceleration_mps2: (0.0, 0.0),
         }
+    }
+
+    /// Carries another load from now on, and goes on as it moved.
+    pub fn set_mass(&mut self, parameters: &BodyParameters) {
+        self.mass_inverse = 1.0 / parameters.laden_mass_kg();
+    }
+
+    /// How the body's axes stand in the fixed frame.
+    #[inline]
+    pub fn rotation(&self) -> Rotation {
+        self.rotation
+    }
+
+    /// A point of the body, from the axle's midpoint, in the fixed frame \[m\].
+    #[inline]
+    pub fn point_m(&self, forward_m: f64, left_m: f64) -> (f64, f64) {
+        let (x, y) = (forward_m - self.center_x_m, left_m - self.center_y_m);
+        let (x, y) = self.rotation.apply(x, y);
+        (self.x_m + x, self.y_m + y)
     }
 
     pub fn pose(&self) -> Pose {

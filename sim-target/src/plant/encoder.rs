@@ -7,6 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp};
 use serde::{Deserialize, Serialize};
 
+use super::angle_error::{AngleError, AngleErrorParameters};
+use super::lost_lines::LostLines;
 use super::parameters::{Check, ParameterError};
 
 /// One wheel's encoder.
@@ -22,12 +24,26 @@ pub struct EncoderParameters {
     /// Where between two edges the wheel stands at the start, 0 to 1; drawn if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase: Option<f64>,
+    /// What its disc, its magnet and its gear do to the angle.
+    pub error: AngleErrorParameters,
+    /// Shortest level that the counter's input filter lets pass; 0 for no filter \[s\].
+    pub filter_s: f64,
+    /// Share of the disc's lines that are too thin.
+    pub thin_line_share: f64,
 }
 
 impl Default for EncoderParameters {
     /// The paper's: 900 counts per turn, no gear.
     fn default() -> Self {
-        Self { counts_per_rev: 900.0, gear_reduction: 1.0, reversed: false, phase: None }
+        Self {
+            counts_per_rev: 900.0,
+            gear_reduction: 1.0,
+            reversed: false,
+            phase: None,
+            error: AngleErrorParameters::default(),
+            filter_s: 0.0,
+            thin_line_share: 0.0,
+        }
     }
 }
 
@@ -35,7 +51,10 @@ impl EncoderParameters {
     pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
         check.within("counts_per_rev", self.counts_per_rev, 1.0, 1e6)?;
         check.within("gear_reduction", self.gear_reduction, 0.01, 1000.0)?;
-        check.within("phase", self.phase.unwrap_or(0.0), 0.0, 1.0)
+        check.within("phase", self.phase.unwrap_or(0.0), 0.0, 1.0)?;
+        self.error.check(&Check(&format!("{}error.", check.0)))?;
+        check.within("filter_s", self.filter_s, 0.0, 1.0)?;
+        check.within("thin_line_share", self.thin_line_share, 0.0, 1.0)
     }
 }
 
@@ -55,6 +74,8 @@ pub(super) struct Encoder {
     swapped: bool,
     unplugged: bool,
     noise: Option<FalseCounts>,
+    angle_error: Option<AngleError>,
+    lost_lines: Option<LostLines>,
     count: i64,
     offset: i64,
     step: EncoderStep,
@@ -92,6 +113,8 @@ impl Encoder {
             swapped: false,
             unplugged: false,
             noise: None,
+            angle_error: AngleError::new(&parameters.error, parameters.gear_reduction),
+            lost_lines: LostLines::new(parameters),
             count: 0,
             offset: 0,
             step,
@@ -143,14 +166,25 @@ impl Encoder {
     /// Reads the wheel's angle at the end of a step.
     #[inline]
     pub fn advance(&mut self, angle_rad: f64, start_us: u64, end_us: u64, rng: &mut ChaCha8Rng) {
-        let position = angle_rad * self.counts_per_rad + self.phase; // (1)
+        let seen_rad = match &self.angle_error {
+            None => angle_rad,
+            Some(error) => angle_rad + error.at(angle_rad),
+        };
+        let position = seen_rad * self.counts_per_rad + self.phase; // (1)
         let count_before = self.count;
         let sign = self.sign();
         if !self.unplugged {
             self.count = self.offset + sign * position.floor() as i64; // (2)
         }
         let offset = self.offset;
-        let false_counts = self.false_counts(end_us, rng);
+        let mut false_counts = self.false_counts(end_us, rng);
+        if let Some(lost) = &self.lost_lines
+            && !self.unplugged
+        {
+            // What the filter swallows is missing in the direction of travel.
+            let span_s = (end_us - start_us) as f64 * 1e-6;
+            false_counts -= sign * lost.between(self.step.position_after, position, span_s);
+        }
         self.count += false_counts;
         self.offset += false_counts;
         self.step = EncoderStep {

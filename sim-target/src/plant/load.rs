@@ -33,10 +33,20 @@ pub(super) struct LoadModel {
 }
 
 impl LoadModel {
+    /// The robot with its payload.
     pub fn new(parameters: &PlantParameters) -> Self {
+        Self::of_mass(parameters, parameters.body.laden_mass_kg())
+    }
+
+    /// The robot without it.
+    pub fn unladen(parameters: &PlantParameters) -> Self {
+        Self::of_mass(parameters, parameters.body.mass_kg)
+    }
+
+    fn of_mass(parameters: &PlantParameters, mass_kg: f64) -> Self {
         let body = &parameters.body;
-        let weight_n = body.mass_kg * parameters.floor.gravity_mps2;
-        let moment_kgm = body.mass_kg * body.center_of_mass_height_m;
+        let weight_n = mass_kg * parameters.floor.gravity_mps2;
+        let moment_kgm = mass_kg * body.center_of_mass_height_m;
         let to_caster = 1.0 / parameters.caster.pivot_behind_m;
         let to_wheels = 2.0 / parameters.geometry.track_width_m;
         Self {

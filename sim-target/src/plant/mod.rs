@@ -14,6 +14,11 @@
 //! Every arrow is a force, a torque or a velocity: the path follows from the wheels' true radii only as
 //! far as the tyres grip. One noun a file; the equations stand next to the code.
 //!
+//! What can be wrong with a robot is a mechanism of its own: its wheels (`wobble`), what joins them to
+//! their motors (`gear`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
+//! `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them together. All are off
+//! unless their parameters say otherwise, and then cost nothing and change no bit.
+//!
 //! # Integration
 //!
 //! Leapfrog: a *kick* changes all momenta by the forces of the present deflections, then a *drift* moves
@@ -22,42 +27,54 @@
 //! limited to what stops the part exactly (Moreau), so that a robot at rest stays at rest.
 //! Steps end on multiples of [`PlantParameters::substep_us`] and wherever the caller wants to look.
 
+mod angle_error;
 mod body;
 mod caster;
 mod encoder;
 mod fault;
 mod floor;
+mod gear;
 mod load;
+mod lost_lines;
 mod motor;
+mod odd;
 mod parameters;
 mod pose;
+mod ribs;
 mod rotation;
 mod step;
 mod supply;
+mod surroundings;
 #[cfg(test)]
 mod tests;
 mod tyre;
 mod wheel;
+mod wobble;
 
+pub use angle_error::AngleErrorParameters;
 pub use body::BodyParameters;
 pub use caster::CasterParameters;
 pub use encoder::{EncoderEdge, EncoderParameters, EncoderStep};
 pub use fault::{CLAMP_NM, CLAMP_RAMP_US, PlantFault};
-pub use floor::FloorParameters;
+pub use floor::{Bump, FloorParameters, WetPatch};
+pub use gear::GearParameters;
 pub use load::Loads;
 pub use motor::MotorParameters;
 pub(crate) use parameters::Check;
 pub use parameters::{ParameterError, PlantParameters};
 pub use pose::{Pose, Twist};
 pub use supply::SupplyParameters;
+pub use surroundings::{DragParameters, TetherParameters, WarmingParameters};
 pub use tyre::TyreParameters;
 pub use wheel::GeometryParameters;
+pub use wobble::WheelParameters;
 
 use body::Body;
 use caster::Caster;
 use encoder::Encoder;
 use fault::Faults;
 use load::LoadModel;
+use odd::Odd;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -78,6 +95,8 @@ pub struct Plant {
     body: Body,
     wheel: WheelPair<DrivenWheel>,
     caster: Caster,
+    /// None for a robot with sound parts on an even floor.
+    odd: Option<Box<Odd>>,
     load_model: LoadModel,
     loads: Loads,
     bus_v: f64,
@@ -118,6 +137,7 @@ impl Plant {
                 right: wheel_of(&parameters.motor.right, radius_m.right, -half_m),
             },
             caster: Caster::new(&parameters.caster),
+            odd: Odd::new(&parameters),
             loads: load_model.loads((0.0, 0.0)),
             load_model,
             bus_v: parameters.supply.bus_v(0.0, 0.0, 0.0),
@@ -163,6 +183,27 @@ impl Plant {
         let WheelPair { left, right } = self.wheel.as_mut();
         left.lift();
         right.lift();
+        if let Some(odd) = &mut self.odd {
+            odd.lift();
+        }
+    }
+
+    /// Puts another load on the robot \[kg\].
+    ///
+    /// # Panics
+    ///
+    /// If no robot can carry it: less than nothing, or more than half a ton.
+    pub fn set_payload(&mut self, payload_kg: f64) {
+        self.parameters.body.payload_kg = payload_kg;
+        if let Err(error) = self.parameters.validate() {
+            panic!("a plant needs valid parameters: {error}");
+        }
+        self.body.set_mass(&self.parameters.body);
+        self.load_model = LoadModel::new(&self.parameters);
+        self.loads = self.load_model.loads((0.0, 0.0));
+        if self.odd.is_none() {
+            self.odd = Odd::new(&self.parameters);
+        }
     }
 
     /// Advances from the present time to `t_us`; a time that has passed already changes nothing.
@@ -179,9 +220,10 @@ impl Plant {
             self.t_us += h_us;
             to_grid_us = substep_us;
         }
+        let angle_rad = self.shaft_angles_rad();
         let rng = &mut self.encoder_rng;
-        self.encoder.left.advance(self.wheel.left.angle_rad, start_us, t_us, rng);
-        self.encoder.right.advance(self.wheel.right.angle_rad, start_us, t_us, rng);
+        self.encoder.left.advance(angle_rad.left, start_us, t_us, rng);
+        self.encoder.right.advance(angle_rad.right, start_us, t_us, rng);
     }
 
     /// The present time \[us\].
@@ -230,6 +272,16 @@ impl Plant {
         self.wheel.as_ref().map(|w| w.angle_rad)
     }
 
+    /// How far the shaft that each encoder sits on has turned: the wheel's, or the motor's side of a
+    /// joint that is not rigid, as wheel angle \[rad\].
+    pub fn shaft_angles_rad(&self) -> WheelPair<f64> {
+        let angle_rad = self.wheel_angles_rad();
+        match &self.odd {
+            None => angle_rad,
+            Some(odd) => angle_rad.zip(odd.ahead_rad()).map(|(wheel, ahead)| wheel + ahead),
+        }
+    }
+
     /// How fast each wheel turns, forward positive \[rad/s\].
     pub fn wheel_speeds_rad_s(&self) -> WheelPair<f64> {
         self.wheel.as_ref().map(|w| w.spin_rad_s)
@@ -250,7 +302,8 @@ impl Plant {
         let wheels =
             self.wheel.as_ref().map(|w| w.energy_j() + w.contact.energy_j(&self.parameters.tyre));
         let caster = self.caster.energy_j(&self.parameters.caster, self.body.yaw_rate_rad_s);
-        self.body.energy_j() + wheels.left + wheels.right + caster
+        let ribs_j = self.odd.as_ref().map_or(0.0, |odd| odd.energy_j());
+        self.body.energy_j() + wheels.left + wheels.right + caster + ribs_j
     }
 
     /// What the robot is made of.

@@ -9,10 +9,13 @@ use super::body::BodyParameters;
 use super::caster::CasterParameters;
 use super::encoder::EncoderParameters;
 use super::floor::FloorParameters;
+use super::gear::GearParameters;
 use super::motor::MotorParameters;
 use super::supply::SupplyParameters;
+use super::surroundings::{DragParameters, TetherParameters, WarmingParameters};
 use super::tyre::TyreParameters;
 use super::wheel::GeometryParameters;
+use super::wobble::WheelParameters;
 
 /// The physical robot and its floor. [`Default`] is the standard robot: the paper's geometry with
 /// two equal wheels.
@@ -31,12 +34,24 @@ pub struct PlantParameters {
     /// Encoders.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub encoder: WheelPair<EncoderParameters>,
+    /// What joins motors and wheels.
+    #[serde(deserialize_with = "pair_of_overrides")]
+    pub gear: WheelPair<GearParameters>,
+    /// What is wrong with the driven wheels.
+    #[serde(deserialize_with = "pair_of_overrides")]
+    pub wheel: WheelPair<WheelParameters>,
     /// Tyres of the driven wheels.
     pub tyre: TyreParameters,
+    /// Cold wheels in a warm room.
+    pub warming: WarmingParameters,
     /// The trailing caster.
     pub caster: CasterParameters,
     /// The battery.
     pub supply: SupplyParameters,
+    /// A cable that holds the robot.
+    pub tether: TetherParameters,
+    /// Something that drags over the floor.
+    pub drag: DragParameters,
     /// The floor.
     pub floor: FloorParameters,
 }
@@ -49,9 +64,14 @@ impl Default for PlantParameters {
             body: BodyParameters::default(),
             motor: WheelPair::both(MotorParameters::default()),
             encoder: WheelPair::both(EncoderParameters::default()),
+            gear: WheelPair::both(GearParameters::default()),
+            wheel: WheelPair::both(WheelParameters::default()),
             tyre: TyreParameters::default(),
+            warming: WarmingParameters::default(),
             caster: CasterParameters::default(),
             supply: SupplyParameters::default(),
+            tether: TetherParameters::default(),
+            drag: DragParameters::default(),
             floor: FloorParameters::default(),
         }
     }
@@ -67,12 +87,31 @@ impl PlantParameters {
         self.motor.right.check(&Check("motor.right."))?;
         self.encoder.left.check(&Check("encoder.left."))?;
         self.encoder.right.check(&Check("encoder.right."))?;
+        self.gear.left.check(&Check("gear.left."))?;
+        self.gear.right.check(&Check("gear.right."))?;
+        self.wheel.left.check(&Check("wheel.left."))?;
+        self.wheel.right.check(&Check("wheel.right."))?;
         self.tyre.check(&Check("tyre."))?;
+        self.warming.check(&Check("warming."))?;
         self.caster.check(&Check("caster."))?;
         self.supply.check(&Check("supply."))?;
+        self.tether.check(&Check("tether."))?;
+        self.drag.check(&Check("drag."))?;
         self.floor.check(&Check("floor."))?;
         self.check_stance()?;
         self.check_substep()
+    }
+
+    /// True for a robot with sound parts on an even floor: it takes the short way through a step.
+    pub(super) fn is_plain(&self) -> bool {
+        self.gear.all(|gear| gear.is_plain())
+            && self.wheel.all(|wheel| wheel.is_plain())
+            && self.body.payload_kg == 0.0
+            && self.tyre.is_plain()
+            && self.warming.is_plain()
+            && self.tether.is_plain()
+            && self.drag.is_plain()
+            && self.floor.is_plain()
     }
 
     /// The centre of mass must stand between the three wheels.
@@ -95,10 +134,12 @@ impl PlantParameters {
         let (tyre, body, caster) = (&self.tyre, &self.body, &self.caster);
         let half_track_m = 0.5 * self.geometry.track_width_m;
         let per_mass = 2.0 / body.mass_kg + half_track_m * half_track_m / body.yaw_inertia_kgm2;
-        let rim_per_mass = self
-            .motor
-            .zip(self.geometry.wheel_radius_m)
-            .map(|(m, r)| r * r / (self.geometry.wheel_inertia_kgm2 + m.rotor()));
+        let rim_per_mass =
+            self.motor.zip(self.geometry.wheel_radius_m).zip(self.gear).map(|((m, r), gear)| {
+                // Behind a loose joint the wheel vibrates without its rotor.
+                let rotor = if gear.is_plain() { m.rotor() } else { 0.0 };
+                r * r / (self.geometry.wheel_inertia_kgm2 + rotor)
+            });
         let rim = rim_per_mass.left.max(rim_per_mass.right);
         let trail2 = caster.trail_m * caster.trail_m;
         let squares = [

@@ -6,6 +6,7 @@ use super::Plant;
 use super::body::Wrench;
 use super::fault::WheelFaults;
 use super::motor::{Motor, Terminals};
+use super::odd::Odd;
 use super::pose::Twist;
 use super::wheel::DrivenWheel;
 
@@ -13,8 +14,18 @@ impl Plant {
     /// Advances everything but the encoders by h.
     #[inline]
     pub(super) fn step(&mut self, h_s: f64) {
-        self.kick(h_s);
-        self.drift(h_s);
+        // Out and in again: what is odd about the robot looks at the robot.
+        match self.odd.take() {
+            None => {
+                self.kick(h_s);
+                self.drift(h_s);
+            }
+            Some(mut odd) => {
+                self.kick_odd(&mut odd, h_s);
+                self.drift_odd(&mut odd, h_s);
+                self.odd = Some(odd);
+            }
+        }
     }
 
     /// What each motor's terminals are connected to, and the bus voltage that results.
@@ -54,7 +65,28 @@ impl Plant {
         };
         spin(&mut self.wheel.left, terminals.left, &faults.left);
         spin(&mut self.wheel.right, terminals.right, &faults.right);
+        self.kick_body(wrench, h_s);
+    }
 
+    /// As [`kick`](Self::kick), for a robot that is not plain.
+    fn kick_odd(&mut self, odd: &mut Odd, h_s: f64) {
+        let (terminals, bus_v) = self.power();
+        self.bus_v = bus_v;
+        let (wrench, extra) = (self.wrench(), odd.extra());
+        let wrench = Wrench {
+            forward_n: wrench.forward_n + extra.forward_n,
+            left_n: wrench.left_n + extra.left_n,
+            yaw_nm: wrench.yaw_nm + extra.yaw_nm,
+        };
+        let clamp_nm = self.faults.wheel.map(|faults| faults.clamp_nm(self.t_us));
+        let WheelPair { left, right } = odd.wheels();
+        left.kick(&mut self.wheel.left, terminals.left, bus_v, clamp_nm.left, h_s);
+        right.kick(&mut self.wheel.right, terminals.right, bus_v, clamp_nm.right, h_s);
+        self.kick_body(wrench, h_s);
+    }
+
+    #[inline]
+    fn kick_body(&mut self, wrench: Wrench, h_s: f64) {
         let yaw_before = self.body.yaw_rate_rad_s;
         self.body.kick(wrench, h_s);
         self.caster.kick(&self.parameters.caster, self.body.yaw_rate_rad_s - yaw_before, h_s);

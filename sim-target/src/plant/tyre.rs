@@ -18,6 +18,11 @@ pub struct TyreParameters {
     pub damping_ns_per_m: f64,
     /// Rolling resistance as a share of the load.
     pub rolling_resistance: f64,
+    /// Width over which the tread touches the floor; 0 for a point \[m\].
+    pub contact_width_m: f64,
+    /// Speed at which the contact creeps sideways under a force, rolling or not, as on a film of
+    /// oil \[(m/s)/N\].
+    pub lateral_creep_mps_per_n: f64,
 }
 
 impl Default for TyreParameters {
@@ -29,6 +34,8 @@ impl Default for TyreParameters {
             relaxation_length_m: 0.012,
             damping_ns_per_m: 40.0,
             rolling_resistance: 0.012,
+            contact_width_m: 0.0,
+            lateral_creep_mps_per_n: 0.0,
         }
     }
 }
@@ -40,7 +47,14 @@ impl TyreParameters {
         check.within("lateral_stiffness_n_per_m", lat, 100.0, 1e7)?;
         check.within("relaxation_length_m", self.relaxation_length_m, 1e-4, 1.0)?;
         check.within("damping_ns_per_m", self.damping_ns_per_m, 0.0, 1e4)?;
-        check.within("rolling_resistance", self.rolling_resistance, 0.0, 0.3)
+        check.within("rolling_resistance", self.rolling_resistance, 0.0, 0.3)?;
+        check.within("contact_width_m", self.contact_width_m, 0.0, 0.5)?;
+        check.within("lateral_creep_mps_per_n", self.lateral_creep_mps_per_n, 0.0, 1.0)
+    }
+
+    /// True for a contact that is a point and does not creep.
+    pub(super) fn is_plain(&self) -> bool {
+        self.contact_width_m == 0.0 && self.lateral_creep_mps_per_n == 0.0
     }
 }
 
@@ -76,13 +90,26 @@ impl Contact {
         grip_n: f64,
         h_s: f64,
     ) {
+        let fade = 0.5 * h_s * rolling_mps / tyre.relaxation_length_m;
+        self.advance_fading(tyre, slip_mps, (fade, fade), grip_n, h_s);
+    }
+
+    /// As [`advance`](Self::advance), with half the share of the deflection that fades in this step,
+    /// forward and to the left.
+    #[inline]
+    pub fn advance_fading(
+        &mut self,
+        tyre: &TyreParameters,
+        slip_mps: (f64, f64),
+        (fade_x, fade_y): (f64, f64),
+        grip_n: f64,
+        h_s: f64,
+    ) {
         let (kx, ky) = (tyre.longitudinal_stiffness_n_per_m, tyre.lateral_stiffness_n_per_m);
         let before = self.deflection_m;
         // (1), by the trapezoidal rule.
-        let fade = 0.5 * h_s * rolling_mps / tyre.relaxation_length_m;
-        let (keep, scale) = (1.0 - fade, 1.0 / (1.0 + fade));
-        let zx = (before.0 * keep + slip_mps.0 * h_s) * scale;
-        let zy = (before.1 * keep + slip_mps.1 * h_s) * scale;
+        let zx = (before.0 * (1.0 - fade_x) + slip_mps.0 * h_s) * (1.0 / (1.0 + fade_x));
+        let zy = (before.1 * (1.0 - fade_y) + slip_mps.1 * h_s) * (1.0 / (1.0 + fade_y));
         let slide = grip_share(kx * zx, ky * zy, grip_n);
         if slide < 1.0 {
             // (3). No damping here: the bristles' ends follow the grip, not the slip.

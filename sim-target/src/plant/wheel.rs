@@ -50,9 +50,9 @@ pub(super) struct DrivenWheel {
     pub motor: Motor,
     pub radius_m: f64,
     inertia_inverse: f64,
-    viscous: f64,
-    coulomb_nm: f64,
-    rolling_nm: f64,
+    pub viscous: f64,
+    pub coulomb_nm: f64,
+    pub rolling_nm: f64,
     /// Contact point to the left of the midline \[m\].
     pub left_m: f64,
     pub angle_rad: f64,

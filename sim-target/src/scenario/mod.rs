@@ -13,6 +13,7 @@
 //!
 //! [camera]                       # crate::instruments::CameraParameters
 //! [ruler]                        # crate::instruments::RulerParameters
+//! [gyro]                         # crate::instruments::GyroParameters; without it there is none
 //! [link]                         # the serial line
 //!
 //! [[fault]]
@@ -28,6 +29,7 @@
 mod draw;
 mod error;
 mod fault;
+mod hidden;
 mod link;
 mod placement;
 mod setup;
@@ -38,11 +40,12 @@ use serde::{Deserialize, Serialize};
 
 pub use error::ScenarioError;
 pub use fault::{FaultClock, ScheduledFault};
+pub use hidden::{HiddenEffect, ShownBy};
 pub use link::LinkParameters;
 pub use placement::PlacementParameters;
 pub use setup::{FaultEvent, Setup};
 
-use crate::instruments::{CameraParameters, RulerParameters};
+use crate::instruments::{CameraParameters, GyroParameters, RulerParameters};
 use crate::plant::{ParameterError, PlantParameters};
 
 /// One simulated robot and its surroundings.
@@ -66,6 +69,9 @@ pub struct Scenario {
     /// The ruler.
     #[serde(default)]
     pub ruler: RulerParameters,
+    /// The gyro, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gyro: Option<GyroParameters>,
     /// The serial line.
     #[serde(default)]
     pub link: LinkParameters,
@@ -117,6 +123,9 @@ impl Scenario {
         within("placement", self.placement.validate())?;
         within("camera", self.camera.validate())?;
         within("ruler", self.ruler.validate())?;
+        if let Some(gyro) = &self.gyro {
+            within("gyro", gyro.validate())?;
+        }
         within("link", self.link.validate())?;
         self.faults.iter().try_for_each(|fault| within("fault", fault.validate()))
     }

@@ -4,7 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{FaultClock, Scenario};
-use crate::instruments::{Camera, Ruler};
+use crate::instruments::{Camera, Gyro, Ruler};
 use crate::plant::{Plant, PlantFault, Pose};
 use crate::wire::WireParameters;
 
@@ -19,6 +19,8 @@ pub struct Setup {
     pub camera: Camera,
     /// The ruler.
     pub ruler: Ruler,
+    /// The gyro, if there is one.
+    pub gyro: Option<Gyro>,
     /// The line from host to robot.
     pub to_robot: WireParameters,
     /// The line from robot to host.
@@ -48,6 +50,7 @@ enum Stream {
     Camera = 2,
     Ruler = 3,
     Placement = 4,
+    Gyro = 5,
 }
 
 impl Scenario {
@@ -63,6 +66,7 @@ impl Scenario {
             start,
             camera: Camera::new(self.camera, self.seed_of(Stream::Camera)),
             ruler: Ruler::new(self.ruler, self.seed_of(Stream::Ruler)),
+            gyro: self.gyro.map(|gyro| Gyro::new(gyro, self.seed_of(Stream::Gyro))),
             to_robot: self.link.to_robot(),
             to_host: self.link.to_host(),
             faults: self.events(FaultClock::Simulated),

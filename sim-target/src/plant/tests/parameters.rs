@@ -23,6 +23,17 @@ fn what_no_robot_has_is_refused_by_name() {
     assert!(refusal(|p| p.supply.open_circuit_v = -1.0).starts_with("supply.open_circuit_v"));
     assert!(refusal(|p| p.floor.friction = -0.1).starts_with("floor.friction"));
     assert!(refusal(|p| p.substep_us = 0).starts_with("substep_us"));
+    assert!(refusal(|p| p.body.payload_kg = -1.0).starts_with("body.payload_kg"));
+    assert!(refusal(|p| p.wheel.left.bend_rad = 2.0).starts_with("wheel.left.bend_rad"));
+    assert!(refusal(|p| p.gear.right.backlash_rad = -0.1).starts_with("gear.right.backlash_rad"));
+    assert!(refusal(|p| p.gear.left.set_screw_nm = Some(0.0)).starts_with("gear.left.set_screw"));
+    assert!(refusal(|p| p.encoder.left.error.mesh_rad = 1.0).starts_with("encoder.left.error.mes"));
+    assert!(refusal(|p| p.encoder.right.filter_s = -1.0).starts_with("encoder.right.filter_s"));
+    assert!(refusal(|p| p.tyre.contact_width_m = f64::NAN).starts_with("tyre.contact_width_m"));
+    assert!(refusal(|p| p.warming.time_constant_s = 0.0).starts_with("warming.time_constant_s"));
+    assert!(refusal(|p| p.tether.left_n = 1e4).starts_with("tether.left_n"));
+    assert!(refusal(|p| p.drag.force_n = -1.0).starts_with("drag.force_n"));
+    assert!(refusal(|p| p.floor.slope_rad = 1.0).starts_with("floor.slope_rad"));
 }
 
 #[test]

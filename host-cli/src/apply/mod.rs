@@ -1,0 +1,218 @@
+//! What the firmware can compensate, from what a campaign says.
+//!
+//! ```text
+//! R_L = R (1 + s) (1 - rho/2),   W_T = (1 + rho/2) / (1 - rho/2),   b' = b (1 + delta)     (1)
+//! ```
+//!
+//! R and b are the nominal robot of the campaign (`robot.toml`), rho of wheel_radius_ratio, s of
+//! wheel_radius_scale, delta of track_width. Encoder counts are recorded raw, so (1) is absolute: applying
+//! it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
+
+mod undo;
+
+pub use undo::Undo;
+
+use robot_model::answer::{Answer, ParameterFound};
+use shared_proto::{Config, GeometryConfig};
+
+use crate::campaign::RobotFile;
+use crate::error::{Error, Result};
+
+/// An effect that is believed, and its parameters.
+#[derive(Clone, Debug)]
+pub struct Believed {
+    /// Its id.
+    pub effect: String,
+    /// All that the campaign cannot tell from it, itself included.
+    pub class: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterFound>,
+}
+
+/// What is to be done about an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Remedy {
+    /// It goes into the configuration.
+    Compensated,
+    /// The campaign does not say whether it is this or one of these.
+    Ambiguous(Vec<String>),
+    /// It is about the measurement: nothing is wrong with the robot.
+    Measurement,
+    /// The firmware cannot compensate it; what can be done instead.
+    Uncompensated(String),
+}
+
+/// A new configuration and why.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// The geometry in use.
+    pub before: GeometryConfig,
+    /// The geometry to be written.
+    pub after: GeometryConfig,
+    /// Every believed effect, and what is done about it.
+    pub remedies: Vec<(String, Remedy)>,
+}
+
+/// The effects that a campaign's explanation names.
+pub fn believed(answer: &Answer) -> Vec<Believed> {
+    let step = |step: &robot_model::answer::StepFound| Believed {
+        effect: step.effect.clone(),
+        class: step.class.clone(),
+        parameters: step.parameters.clone(),
+    };
+    answer.steps.iter().map(step).collect()
+}
+
+const COMPENSABLE: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
+
+impl Change {
+    /// What these effects ask for on the robot with this configuration.
+    pub fn new(effects: &[Believed], nominal: &RobotFile, config: &Config) -> Result<Self> {
+        same_robot(nominal, config)?;
+        let mut after = config.geometry;
+        let (mut rho, mut s, mut delta) = (None, None, None);
+        let mut remedies = Vec::new();
+        for it in effects {
+            let remedy = remedy(it);
+            if remedy == Remedy::Compensated {
+                let value = it.parameters.first().map(|it| it.value);
+                match it.effect.as_str() {
+                    "wheel_radius_ratio" => rho = value,
+                    "wheel_radius_scale" => s = value,
+                    _ => delta = value,
+                }
+            }
+            remedies.push((it.effect.clone(), remedy));
+        }
+        // (1); what nobody believes in stays as it is.
+        if rho.is_some() || s.is_some() {
+            let (rho, s) = (rho.unwrap_or(0.0), s.unwrap_or(0.0));
+            after.wheel_radius_m = nominal.wheel_radius_m * (1.0 + s) * (1.0 - rho / 2.0);
+            after.wheel_weight = (1.0 + rho / 2.0) / (1.0 - rho / 2.0);
+        }
+        if let Some(delta) = delta {
+            after.track_width_m = nominal.track_width_m * (1.0 + delta);
+        }
+        Ok(Self { before: config.geometry, after, remedies })
+    }
+
+    /// Whether the configuration would be another one.
+    pub fn changes(&self) -> bool {
+        // To less than what any campaign can tell.
+        let differs = |a: f64, b: f64| (a - b).abs() > 1e-7 * a.abs();
+        differs(self.before.wheel_radius_m, self.after.wheel_radius_m)
+            || differs(self.before.track_width_m, self.after.track_width_m)
+            || differs(self.before.wheel_weight, self.after.wheel_weight)
+    }
+}
+
+fn remedy(it: &Believed) -> Remedy {
+    let facts = robot_model::effect::find(&it.effect).map(|it| it.facts());
+    let acts_on = facts.map(|it| it.acts_on);
+    if acts_on.is_some_and(|it| it != robot_model::effect::ActsOn::Motion) {
+        return Remedy::Measurement;
+    }
+    if !COMPENSABLE.contains(&it.effect.as_str()) {
+        let what = facts.map_or("a term of your own", |it| it.compensation);
+        return Remedy::Uncompensated(what.to_owned());
+    }
+    if it.class.len() > 1 {
+        let others = it.class.iter().filter(|other| **other != it.effect);
+        return Remedy::Ambiguous(others.cloned().collect());
+    }
+    Remedy::Compensated
+}
+
+/// Refuses the campaign of another robot.
+fn same_robot(nominal: &RobotFile, config: &Config) -> Result<()> {
+    /// No wheel, and no calibration, is off by more.
+    const FAR: f64 = 0.1;
+    let encoder = config.encoder.left;
+    for (name, there, here, far) in [
+        ("counts_per_rev", nominal.counts_per_rev, encoder.counts_per_rev, 1e-9),
+        ("gear_reduction", nominal.gear_reduction, encoder.gear_reduction, 1e-9),
+        ("wheel_radius_m", nominal.wheel_radius_m, config.geometry.wheel_radius_m, FAR),
+        ("track_width_m", nominal.track_width_m, config.geometry.track_width_m, FAR),
+    ] {
+        if (there - here).abs() > far * there.abs() {
+            return Err(Error::new(format_args!(
+                "this campaign is another robot's: its {name} is {there}, this robot has {here}"
+            ))
+            .hint("choose the robot's own campaign, or correct its configuration"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nominal(config: &Config) -> RobotFile {
+        crate::survey::samples::robot_file(config, None)
+    }
+
+    fn effect(id: &str, value: f64, class: &[&str]) -> Believed {
+        let parameter = ParameterFound {
+            name: "p".into(),
+            unit: "1".into(),
+            value,
+            sigma: 1e-4,
+            low95: value - 2e-4,
+            high95: value + 2e-4,
+        };
+        let class = class.iter().map(|it| (*it).to_owned()).collect();
+        Believed { effect: id.into(), class, parameters: vec![parameter] }
+    }
+
+    #[test]
+    fn radii_and_track_go_into_the_configuration_whatever_is_in_use() {
+        let effects = [
+            effect("wheel_radius_ratio", -0.008, &["wheel_radius_ratio"]),
+            effect("wheel_radius_scale", 0.002, &["wheel_radius_scale"]),
+            effect("track_width", 0.01, &["track_width"]),
+        ];
+        let mut config = Config::default();
+        let nominal = nominal(&config);
+        let once = Change::new(&effects, &nominal, &config).unwrap();
+        let g = once.after;
+        assert!((g.wheel_radius_m - 0.036 * 1.002 * 1.004).abs() < 1e-12);
+        assert!((g.wheel_weight - 0.996 / 1.004).abs() < 1e-12);
+        assert!((g.track_width_m - 0.372 * 1.01).abs() < 1e-12);
+        assert!(once.changes());
+        config.geometry = g;
+        let twice = Change::new(&effects, &nominal, &config).unwrap();
+        assert_eq!(twice.after, g);
+        assert!(!twice.changes());
+    }
+
+    #[test]
+    fn what_cannot_be_told_from_something_else_is_not_written() {
+        let config = Config::default();
+        let effects = [effect("wheel_radius_ratio", 0.01, &["wheel_radius_ratio", "heading_pull"])];
+        let change = Change::new(&effects, &nominal(&config), &config).unwrap();
+        assert!(!change.changes());
+        assert_eq!(change.remedies[0].1, Remedy::Ambiguous(vec!["heading_pull".into()]));
+    }
+
+    #[test]
+    fn slip_is_said_to_stay_and_a_late_camera_is_not_the_robots_fault() {
+        let config = Config::default();
+        let effects = [
+            effect("side_slip", 0.02, &["side_slip"]),
+            effect("measurement_delay", 0.04, &["measurement_delay"]),
+        ];
+        let change = Change::new(&effects, &nominal(&config), &config).unwrap();
+        assert!(matches!(change.remedies[0].1, Remedy::Uncompensated(_)));
+        assert_eq!(change.remedies[1].1, Remedy::Measurement);
+        assert!(!change.changes());
+    }
+
+    #[test]
+    fn the_campaign_of_another_robot_is_refused() {
+        let config = Config::default();
+        let other = RobotFile { counts_per_rev: 1000.0, ..nominal(&config) };
+        let error = Change::new(&[], &other, &config).unwrap_err().to_string();
+        assert!(error.contains("counts_per_rev"), "{error}");
+    }
+}

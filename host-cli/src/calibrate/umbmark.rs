@@ -1,0 +1,389 @@
+//! UMBmark: squares driven both ways, and what their ends say about wheels and track.
+//!
+//! # Equations
+//!
+//! A square of side L begins along x. Its end, measured less reckoned by the wheels, is e, the mean of
+//! several. If every leg bends by beta to the left and every turn is too wide by a, then to first order
+//!
+//! ```text
+//! left turns:  e = 2 L (a + beta) ( 1, -1)              (1)
+//! right turns: e = 2 L (a - beta) ( 1,  1)              (2)
+//! ```
+//!
+//! so a and beta follow by least squares over x and y. Then, with b the track width in use:
+//!
+//! ```text
+//! b'  = b E_b,     E_b = (pi/2) / (pi/2 + a)                                            (3)
+//! W_T' = W_T E_d,  E_d = (R + b/2) / (R - b/2),  R = (L/2) / sin(beta/2)                (4)
+//! E_max,syst = max |e| of the two ways                                                  (5)
+//! ```
+//!
+//! The mean of both radii stays: a closed path says nothing about it. Source: Borenstein and Feng, UMBmark:
+//! a benchmark test for measuring odometry errors in mobile robots, 1995; (1) and (2) are derived anew
+//! for turns to the left positive, and use both coordinates.
+
+use std::f64::consts::FRAC_PI_2;
+use std::time::Duration;
+
+use robot_model::Pose;
+use robot_model::plan::Piece;
+use shared_proto::{Config, ConfigOrigin, GeometryConfig};
+
+use super::measure::{Instrument, track_so_far};
+use super::{Checks, check};
+use crate::campaign::{Campaign, Run, RunFacts};
+use crate::error::{Error, Result};
+use crate::motion::{self, RecordOptions};
+use crate::quantity::Length;
+use crate::session::Session;
+use crate::survey::piece;
+use crate::survey::samples::{camera_track, robot_file, rows};
+use crate::survey::witness::reckoned;
+use crate::ui;
+
+/// How to drive the squares.
+#[derive(Clone, Copy, Debug)]
+pub struct UmbmarkSettings {
+    /// Side of the square \[m\].
+    pub side_m: f64,
+    /// Squares each way.
+    pub runs: u16,
+    /// Speed of the wheels, on the sides and in the turns \[m/s\].
+    pub speed_mps: f64,
+    /// Their acceleration \[m/s^2\].
+    pub acceleration_mps2: f64,
+}
+
+/// Which way round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Turns to the left.
+    Left,
+    /// Turns to the right.
+    Right,
+}
+
+/// Where the procedure is.
+#[derive(Debug)]
+pub enum UmbmarkStep<'a> {
+    /// Link, supply and state are good.
+    Checked(&'a Checks),
+    /// A square is under way: after the correction or before, its number from 1, of how many; the share.
+    Driving(bool, u16, u16, f64),
+    /// All squares of a set are measured.
+    Measured(bool, &'a Systematic),
+    /// The correction is in use and was read back.
+    Written(&'a GeometryConfig),
+    /// It survives power-off.
+    Saved,
+}
+
+/// What two sets of squares say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Systematic {
+    /// Ends less reckoned ends of each square to the left \[m\].
+    pub left_m: Vec<[f64; 2]>,
+    /// Of each square to the right \[m\].
+    pub right_m: Vec<[f64; 2]>,
+    /// E_max,syst (5) \[m\].
+    pub error_m: f64,
+    /// E_d (4).
+    pub wheel_ratio: f64,
+    /// E_b (3).
+    pub track_ratio: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct UmbmarkOutcome {
+    /// Before.
+    pub before: Systematic,
+    /// With the correction.
+    pub after: Systematic,
+    /// The geometry before and as corrected.
+    pub geometry: [GeometryConfig; 2],
+    /// Whether the correction is saved; if not it made it no better, and the old one is back.
+    pub saved: bool,
+    /// The first set as a campaign, where tracks were measured.
+    pub campaign: Option<Campaign>,
+}
+
+impl Systematic {
+    /// What these errors say.
+    pub fn new(left_m: Vec<[f64; 2]>, right_m: Vec<[f64; 2]>, side_m: f64, track_m: f64) -> Self {
+        let mean = |errors: &[[f64; 2]]| {
+            let n = errors.len().max(1) as f64;
+            let sum = |k: usize| errors.iter().map(|it| it[k]).sum::<f64>() / n;
+            [sum(0), sum(1)]
+        };
+        let (left, right) = (mean(&left_m), mean(&right_m));
+        // (1) and (2) along (1, -1) and (1, 1): 2 L (a + beta) and 2 L (a - beta).
+        let sum = (left[0] - left[1]) / 2.0 / (2.0 * side_m);
+        let difference = (right[0] + right[1]) / 2.0 / (2.0 * side_m);
+        let (a, beta) = ((sum + difference) / 2.0, (sum - difference) / 2.0);
+        let half = side_m / 2.0;
+        // (4), with the fraction cleared of the infinite radius of a straight leg.
+        let bend = track_m / 2.0 * (beta / 2.0).sin();
+        Self {
+            error_m: left[0].hypot(left[1]).max(right[0].hypot(right[1])),
+            wheel_ratio: (half + bend) / (half - bend),
+            track_ratio: FRAC_PI_2 / (FRAC_PI_2 + a),
+            left_m,
+            right_m,
+        }
+    }
+
+    /// The geometry with (3) and (4) in it, the mean radius as it was.
+    pub fn corrected(&self, in_use: &GeometryConfig) -> GeometryConfig {
+        let wheel_weight = in_use.wheel_weight * self.wheel_ratio;
+        GeometryConfig {
+            wheel_radius_m: in_use.wheel_radius_m * (1.0 + in_use.wheel_weight)
+                / (1.0 + wheel_weight),
+            wheel_weight,
+            track_width_m: in_use.track_width_m * self.track_ratio,
+        }
+    }
+}
+
+/// Drives squares both ways, corrects radii and track, drives them again, and keeps what is better.
+pub async fn umbmark(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &UmbmarkSettings,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<UmbmarkOutcome> {
+    instrument.begin()?;
+    let checks = check(session).await?;
+    tell(UmbmarkStep::Checked(&checks));
+    let config = checks.config;
+    let outcome = experiment(session, instrument, settings, &config, tell).await;
+    let saved = matches!(&outcome, Ok(outcome) if outcome.saved);
+    if !saved && session.read_config().await.is_ok_and(|now| now != config) {
+        // Without a link this fails; what is saved is untouched all the same.
+        let _ = session.restore_config(ConfigOrigin::Saved).await;
+    }
+    outcome
+}
+
+async fn experiment(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &UmbmarkSettings,
+    config: &Config,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<UmbmarkOutcome> {
+    let (before, runs) = squares(session, instrument, settings, config, false, tell).await?;
+    tell(UmbmarkStep::Measured(false, &before));
+    let mut new = config.clone();
+    new.geometry = before.corrected(&config.geometry);
+    new.validate().map_err(|error| {
+        Error::new(format_args!("the measured geometry is not believable: {error}"))
+            .hint("check the readings and their signs")
+    })?;
+    session.write_config(&new).await?;
+    tell(UmbmarkStep::Written(&new.geometry));
+    let (after, _) = squares(session, instrument, settings, &new, true, tell).await?;
+    tell(UmbmarkStep::Measured(true, &after));
+    let saved = after.error_m < before.error_m;
+    if saved {
+        session.save_config().await?;
+        tell(UmbmarkStep::Saved);
+    }
+    let lab = match instrument {
+        Instrument::Camera(lab, _) => Some(&*lab),
+        _ => None,
+    };
+    let robot = robot_file(config, lab);
+    let campaign = (!runs.is_empty()).then_some(Campaign { robot, runs, warnings: Vec::new() });
+    let geometry = [config.geometry, new.geometry];
+    Ok(UmbmarkOutcome { before, after, geometry, saved, campaign })
+}
+
+async fn squares(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &UmbmarkSettings,
+    config: &Config,
+    again: bool,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<(Systematic, Vec<Run>)> {
+    let (mut left_m, mut right_m, mut runs) = (Vec::new(), Vec::new(), Vec::new());
+    let all = 2 * settings.runs;
+    for number in 0..all {
+        let way = if number < settings.runs { Way::Left } else { Way::Right };
+        instrument.prepare(session, "at its mark, along its line").await?;
+        let square = square(session, instrument, settings, config, way, &mut |share| {
+            tell(UmbmarkStep::Driving(again, number + 1, all, share));
+        })
+        .await?;
+        match way {
+            Way::Left => left_m.push(square.error_m),
+            Way::Right => right_m.push(square.error_m),
+        }
+        if let Some(mut run) = square.run {
+            run.name = format!("{:02}_square_{way:?}", number + 1).to_lowercase();
+            run.facts.name.clone_from(&run.name);
+            runs.push(run);
+        }
+    }
+    let track_m = config.geometry.track_width_m;
+    Ok((Systematic::new(left_m, right_m, settings.side_m, track_m), runs))
+}
+
+/// One square.
+struct Square {
+    /// Its end, measured less reckoned, as seen from its start \[m\].
+    error_m: [f64; 2],
+    /// Its track, where there is one.
+    run: Option<Run>,
+}
+
+async fn square(
+    session: &mut Session,
+    instrument: &mut Instrument,
+    settings: &UmbmarkSettings,
+    config: &Config,
+    way: Way,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Square> {
+    /// The robot stands; long enough for a camera to average.
+    const STAND: Duration = Duration::from_millis(500);
+    let turn_rad = if way == Way::Left { FRAC_PI_2 } else { -FRAC_PI_2 };
+    let speed_mps = settings.speed_mps;
+    let side = [
+        Piece::Straight { travel_m: settings.side_m, speed_mps },
+        Piece::Spin { turn_rad, speed_mps: speed_mps / 2.0 },
+    ];
+    let first = if let Instrument::Camera(lab, _) = instrument { lab.camera_len() } else { 0 };
+    session.listen(STAND).await?;
+    let start = standing_pose(instrument)?;
+    let started_us = session.clock().now_us();
+    let mut telemetry = Vec::new();
+    let pieces = side.repeat(4);
+    for (done, it) in pieces.iter().enumerate() {
+        let motion = piece::motion(it, config.geometry.track_width_m, settings.acceleration_mps2);
+        let Some(motion) = motion else { continue };
+        let options = RecordOptions { period_ms: 20, rest: STAND / 2 };
+        motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
+            progress((done as f64 + share) / pieces.len() as f64);
+        })
+        .await?;
+    }
+    session.listen(STAND).await?;
+    let poses = reckoned(config, &telemetry);
+    let reckoned = poses.last().map_or(Pose::ORIGIN, |it| it.pose);
+    let end_m = end_m(session, instrument, start).await?;
+    let run = match instrument {
+        Instrument::Camera(lab, _) => Some(Run {
+            name: String::new(),
+            facts: RunFacts { started_s: Some(started_us as f64 * 1e-6), ..RunFacts::default() },
+            rows: rows(&telemetry, &camera_track(lab, first), &[]),
+        }),
+        _ => None,
+    };
+    Ok(Square { error_m: [end_m[0] - reckoned.x_m, end_m[1] - reckoned.y_m], run })
+}
+
+/// Mean of the last poses that were seen of a robot that stands; `None` where nobody sees it now.
+fn standing_pose(instrument: &Instrument) -> Result<Option<Pose>> {
+    const POSES: usize = 10;
+    let track = match instrument {
+        Instrument::Camera(lab, _) => camera_track(lab, lab.camera_len().saturating_sub(POSES)),
+        Instrument::TrackFile { path, .. } => {
+            let mut track = track_so_far(path)?;
+            track.split_off(track.len().saturating_sub(POSES))
+        }
+        Instrument::Ruler(_) | Instrument::Person { .. } => return Ok(None),
+    };
+    let headings: Option<Vec<f64>> = track.iter().map(|it| it.heading_rad).collect();
+    let Some(headings) = headings.filter(|it| !it.is_empty()) else {
+        return Err(Error::new("the track has no pose with a heading of the robot at its mark")
+            .hint("UMBmark needs heading_rad, and a tracking system that is running; or --measure ask"));
+    };
+    let n = headings.len() as f64;
+    // Headings of a robot that stands differ by noise alone: about the first, unwrapped.
+    let about = headings[0];
+    let off = headings.iter().map(|it| (it - about).sin().atan2((it - about).cos()));
+    Ok(Some(Pose {
+        x_m: track.iter().map(|it| it.x_m).sum::<f64>() / n,
+        y_m: track.iter().map(|it| it.y_m).sum::<f64>() / n,
+        heading_rad: about + off.sum::<f64>() / n,
+    }))
+}
+
+/// Where the robot is, as seen from where it started \[m\].
+async fn end_m(
+    session: &mut Session,
+    instrument: &Instrument,
+    start: Option<Pose>,
+) -> Result<[f64; 2]> {
+    if let Instrument::Ruler(lab) = instrument {
+        let reading = lab.read_offset();
+        return Ok([reading.forward_m, reading.left_m]);
+    }
+    if let (Some(start), Some(end)) = (start, standing_pose(instrument)?) {
+        let end = end.seen_from(start);
+        return Ok([end.x_m, end.y_m]);
+    }
+    loop {
+        let question = "How far is it ahead of its mark, and to the left of it (-12mm 5mm)?";
+        let answer = ui::ask(question, session.clock()).await?;
+        let lengths: std::result::Result<Vec<Length>, _> =
+            super::measure::join_units(&answer).iter().map(|it| it.parse()).collect();
+        match lengths.as_deref() {
+            Ok([ahead, left]) => return Ok([ahead.m, left.m]),
+            _ => ui::warn("give two lengths with their units: ahead and left, -12mm 5mm"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a robot ends whose wheels and track are not as its odometry has them, less where it thinks
+    /// it ends: its exact path.
+    fn error_m(way: f64, side_m: f64, track_m: f64, true_track_m: f64, ratio: f64) -> [f64; 2] {
+        let (mut x, mut y, mut h) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let mut roll = |left_m: f64, right_m: f64| {
+            // The mean of both wheels' true radii is as it should be.
+            let (left_m, right_m) =
+                (left_m * 2.0 / (1.0 + ratio), right_m * 2.0 * ratio / (1.0 + ratio));
+            let (s, turn) = ((left_m + right_m) / 2.0, (right_m - left_m) / true_track_m);
+            let chord = if turn == 0.0 { s } else { s * (turn / 2.0).sin() / (turn / 2.0) };
+            x += chord * (h + turn / 2.0).cos();
+            y += chord * (h + turn / 2.0).sin();
+            h += turn;
+        };
+        for _ in 0..4 {
+            roll(side_m, side_m);
+            let rim_m = way * FRAC_PI_2 * track_m / 2.0;
+            roll(-rim_m, rim_m);
+        }
+        [x, y]
+    }
+
+    #[test]
+    fn squares_both_ways_tell_the_wheels_from_the_track() {
+        let in_use =
+            GeometryConfig { wheel_radius_m: 0.036, track_width_m: 0.372, wheel_weight: 1.0 };
+        for (true_track_m, ratio) in [(0.380, 1.0), (0.372, 1.005), (0.368, 0.994)] {
+            let errors = |way: f64| vec![error_m(way, 1.0, 0.372, true_track_m, ratio); 2];
+            let it = Systematic::new(errors(1.0), errors(-1.0), 1.0, 0.372);
+            let corrected = it.corrected(&in_use);
+            // First order: what is left is of the order of the error squared, 5 % of a 2 % error.
+            let (track, weight) =
+                (corrected.track_width_m / true_track_m, corrected.wheel_weight / ratio);
+            assert!((track - 1.0).abs() < 1e-3, "{track} {it:?}");
+            assert!((weight - 1.0).abs() < 3e-4, "{weight} {it:?}");
+            let mean = corrected.wheel_radius_m * (1.0 + corrected.wheel_weight) / 2.0;
+            assert!((mean / 0.036 - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_perfect_robot_has_no_systematic_error_and_is_left_alone() {
+        let it = Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
+        assert_eq!((it.error_m, it.wheel_ratio, it.track_ratio), (0.0, 1.0, 1.0));
+    }
+}

@@ -1,0 +1,200 @@
+//! `beeline campaign ...`
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Subcommand};
+
+use super::Measure;
+use super::check::{above_zero, acceleration, angle, length, speed};
+use crate::quantity::{Acceleration, Angle, Length, Speed};
+
+/// `beeline campaign ...`
+#[derive(Clone, Debug, Subcommand)]
+pub enum CampaignCommand {
+    /// Show the runs of a campaign, or write them to a file to be edited. No robot is needed.
+    #[command(after_help = "\
+Examples:
+  beeline campaign plan
+  beeline campaign plan --floor 2mx4m --payload 3kg -o plan.toml
+  beeline campaign plan --plan plan.toml        what an edited plan comes to")]
+    Plan(PlanCommandArgs),
+    /// Drive a whole campaign and record it; the same command goes on after an interruption.
+    #[command(after_help = "\
+How the robot is measured (--measure):
+  camera      the simulator's overhead camera (default on the simulator)
+  ask         after each run you name its track file, or have none (default elsewhere)
+  track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
+  none        nobody: poses are added to the files later
+
+Kinds of single runs (--run), as `explain` suggests them:
+  rest, straight, out-and-back, spin, \"spins both ways\", arc, \"arcs both ways\",
+  \"straights at three speeds\", \"arcs of two radii\", \"arcs at two speeds\", square,
+  \"square both ways\", \"out-and-back in four headings\",
+  \"out-and-back with and without a load\", \"out-and-back, an hour later\"
+
+Examples:
+  beeline campaign record my-robot
+  beeline campaign record my-robot --plan plan.toml --port /dev/ttyACM0 --measure track:track.csv
+  beeline campaign record my-robot --run \"spins both ways\"")]
+    Record(CampaignRecordArgs),
+}
+
+/// `beeline campaign plan`
+#[derive(Args, Clone, Debug)]
+pub struct PlanCommandArgs {
+    /// What to plan for.
+    #[command(flatten)]
+    pub plan: PlanArgs,
+    /// Distance between the wheels.
+    #[arg(long, value_name = "LENGTH", default_value = "37.2cm", allow_hyphen_values = true, value_parser = above_zero(length))]
+    pub track_width: Length,
+    /// Write it as TOML; `-` for standard output.
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// What a campaign is planned for.
+#[derive(Args, Clone, Debug, Default)]
+pub struct PlanArgs {
+    /// A plan in a file, instead of the usual one.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["floor", "slow", "fast", "acceleration", "repeats", "payload"])]
+    pub plan: Option<PathBuf>,
+    /// Free floor [default: 3mx3m].
+    #[arg(long, value_name = "LENGTHxLENGTH")]
+    pub floor: Option<FloorSize>,
+    /// The slow speed, of the faster wheel [default: 0.12 m/s].
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = above_zero(speed))]
+    pub slow: Option<Speed>,
+    /// The fast speed, of the faster wheel [default: 0.35 m/s, or what the robot may drive].
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = above_zero(speed))]
+    pub fast: Option<Speed>,
+    /// Steepness of the ramps [default: 0.3 m/s^2].
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
+    pub acceleration: Option<Acceleration>,
+    /// Drive everything so many times [default: 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=20))]
+    pub repeats: Option<u16>,
+    /// One more out-and-back with this load on board.
+    #[arg(long, value_name = "MASS")]
+    pub payload: Option<Mass>,
+}
+
+impl PlanArgs {
+    /// Whether any of them was given.
+    pub fn any(&self) -> bool {
+        self.plan.is_some()
+            || self.floor.is_some()
+            || self.slow.is_some()
+            || self.fast.is_some()
+            || self.acceleration.is_some()
+            || self.repeats.is_some()
+            || self.payload.is_some()
+    }
+}
+
+/// `beeline campaign record`
+#[derive(Args, Clone, Debug)]
+pub struct CampaignRecordArgs {
+    /// The campaign folder; made if it does not exist.
+    pub campaign: PathBuf,
+    /// What to plan for.
+    #[command(flatten)]
+    pub plan: PlanArgs,
+    /// Record these runs alone and add them.
+    #[arg(long, value_name = "KIND", conflicts_with = "plan")]
+    pub run: Option<String>,
+    /// camera, ask, track:FILE or none.
+    #[arg(long, value_name = "HOW")]
+    pub measure: Option<Measure>,
+    /// Noise of the measured track's positions, one sigma; if not given, it is found in the data.
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = above_zero(length))]
+    pub position_sigma: Option<Length>,
+    /// Noise of the measured track's headings, one sigma; if not given, it is found in the data.
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = above_zero(angle))]
+    pub heading_sigma: Option<Angle>,
+    /// Samples per second.
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub rate: u16,
+    /// No questions: somebody else sees to it that the robot stands at its mark.
+    #[arg(long, short)]
+    pub yes: bool,
+}
+
+/// `beeline apply`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+The firmware knows both wheels' radii (R_L and W_T) and the track width. Whatever else a campaign says is
+listed with what can be done about it.
+
+Examples:
+  beeline apply my-robot --port /dev/ttyACM0
+  beeline apply --undo --port /dev/ttyACM0")]
+pub struct ApplyArgs {
+    /// The campaign folder.
+    #[arg(required_unless_present = "undo")]
+    pub campaign: Option<PathBuf>,
+    /// Do not ask before it is written.
+    #[arg(long, short)]
+    pub yes: bool,
+    /// Put back what was there before.
+    #[arg(long, conflicts_with = "campaign")]
+    pub undo: bool,
+}
+
+/// Free floor, `3mx2.5m` or `3m` \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloorSize(pub [f64; 2]);
+
+impl FromStr for FloorSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| -> Result<f64, String> {
+            let length: Length = text.trim().parse().map_err(|error| format!("{error}"))?;
+            if length.m > 0.0 { Ok(length.m) } else { Err("must be above zero".into()) }
+        };
+        match text.split_once('x') {
+            Some((a, b)) => Ok(Self([side(a)?, side(b)?])),
+            None => side(text).map(|side| Self([side; 2])),
+        }
+    }
+}
+
+/// A mass \[kg\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mass(pub f64);
+
+impl FromStr for Mass {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, kg) = match (text.strip_suffix("kg"), text.strip_suffix('g')) {
+            (Some(number), _) => (number, 1.0),
+            (None, Some(number)) => (number, 1e-3),
+            (None, None) => return Err("no unit: 3kg or 500g".into()),
+        };
+        match number.trim().parse::<f64>() {
+            Ok(value) if value > 0.0 && value.is_finite() => Ok(Self(value * kg)),
+            _ => Err("must be a number above zero, and kg or g".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floors_and_masses_take_units_and_refuse_nonsense() {
+        assert_eq!("3mx250cm".parse(), Ok(FloorSize([3.0, 2.5])));
+        assert_eq!("2m".parse(), Ok(FloorSize([2.0, 2.0])));
+        assert_eq!("500g".parse(), Ok(Mass(0.5)));
+        for bad in ["", "3", "x", "3mx", "-1m", "3m x -2m"] {
+            assert!(bad.parse::<FloorSize>().is_err(), "{bad}");
+        }
+        for bad in ["", "3", "kg", "-1kg", "nankg", "infkg"] {
+            assert!(bad.parse::<Mass>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! `beeline apply`
+
+use serde_json::json;
+use shared_proto::{ConfigOrigin, GeometryConfig};
+
+use super::identify::display_name;
+use crate::apply::{Believed, Change, Remedy, Undo, believed};
+use crate::calibrate::state_folder;
+use crate::campaign::Campaign;
+use crate::cli::{ApplyArgs, Common};
+use crate::error::{Error, Result};
+use crate::port::with_robot;
+use crate::quantity::LengthUnit;
+use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
+
+pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
+    if args.undo {
+        return undo(common);
+    }
+    let Some(folder) = &args.campaign else {
+        return Err(Error::new("which campaign?").hint("beeline apply FOLDER --port PORT"));
+    };
+    let campaign = Campaign::read(folder)?;
+    for warning in &campaign.warnings {
+        warn(warning);
+    }
+    let effects = effects_of(folder, &campaign)?;
+    let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
+        let identity = session.identify().await?;
+        if identity.unsaved {
+            warn("what was changed on the robot and not saved is dropped");
+            session.restore_config(ConfigOrigin::Saved).await?;
+        }
+        let config = session.read_config().await?;
+        let change = Change::new(&effects, &campaign.robot, &config)?;
+        if !common.json {
+            note(paint(BOLD, format_args!("For {}", display_name(&identity))));
+            note(table(&change));
+        }
+        if !change.changes() {
+            return Ok((change, false));
+        }
+        if !args.yes {
+            let question = "Write and save this? y or n:";
+            let answer = ui::ask(question, session.clock()).await?.to_lowercase();
+            if !matches!(answer.as_str(), "y" | "yes") {
+                return Err(Error::interrupted("not written; the robot is as it was"));
+            }
+        }
+        let mut new = config.clone();
+        new.geometry = change.after;
+        new.validate().map_err(|error| {
+            Error::new(format_args!("what the campaign says is not believable: {error}"))
+                .hint("check robot.toml, and what `explain` says")
+        })?;
+        session.write_config(&new).await?;
+        session.save_config().await?;
+        if !common.port.is_sim() || common.flash.is_some() {
+            let undo = Undo {
+                robot: display_name(&identity),
+                before: config.geometry,
+                after: new.geometry,
+            };
+            let kept = state_folder().and_then(|folder| undo.remember(&folder, &identity));
+            if let Err(error) = kept {
+                warn(format_args!("--undo will not know of this: {error}"));
+            }
+        }
+        Ok((change, true))
+    })?;
+    finish(common, &change, written);
+    Ok(())
+}
+
+/// What is believed of the robot: what the campaign's explanation names.
+fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Believed>> {
+    let answer = robot_model::explain::explain(&campaign.to_model(folder)?).map_err(|error| {
+        Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
+    })?;
+    Ok(believed(&answer))
+}
+
+fn undo(common: &Common) -> Result<()> {
+    if common.port.is_sim() && common.flash.is_none() {
+        return Err(Error::new(
+            "this simulated robot forgets when the command ends: nothing to undo",
+        )
+        .hint("give it a memory with --flash FILE"));
+    }
+    let folder = state_folder()?;
+    let undone = with_robot(&common.port, &common.sim(), async |session, _| {
+        let identity = session.identify().await?;
+        let undo = Undo::recall(&folder, &identity)?;
+        undo.carry_out(session, &folder, &identity).await?;
+        Ok(undo)
+    })?;
+    if common.json {
+        say(json!({"undone": undone.before, "was": undone.after}));
+    } else {
+        say("the geometry is as it was before; saved");
+    }
+    Ok(())
+}
+
+fn table(change: &Change) -> String {
+    let (before, after) = (&change.before, &change.after);
+    let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "then"))];
+    let cm = |value: f64| LengthUnit::Cm.format(value, 4);
+    let rows: [(&str, fn(&GeometryConfig) -> f64, &dyn Fn(f64) -> String); 4] = [
+        ("R_L", |g| g.wheel_radius_m, &cm),
+        ("R_R", |g| g.wheel_radius_m * g.wheel_weight, &cm),
+        ("W_T", |g| g.wheel_weight, &|value| format!("{value:.6}")),
+        ("track width", |g| g.track_width_m, &cm),
+    ];
+    for (name, read, show) in rows {
+        lines.push(format!("  {name:<22} {:>14} {:>14}", show(read(before)), show(read(after))));
+    }
+    for (effect, remedy) in &change.remedies {
+        let text = match remedy {
+            Remedy::Compensated => "compensated by the above".to_owned(),
+            Remedy::Ambiguous(others) => format!(
+                "not written: these runs cannot tell it from {}; `explain` names the run that can",
+                others.join(", ")
+            ),
+            Remedy::Measurement => "is about the measurement: nothing to compensate".to_owned(),
+            Remedy::Uncompensated(what) => {
+                format!("not compensated: the firmware has no term for it; what helps: {what}")
+            }
+        };
+        lines.push(format!("  {effect:<22} {text}"));
+    }
+    lines.join("\n")
+}
+
+fn finish(common: &Common, change: &Change, written: bool) {
+    if common.json {
+        let remedies = change.remedies.iter().map(|(effect, remedy)| {
+            let (what, more) = match remedy {
+                Remedy::Compensated => ("compensated", json!(null)),
+                Remedy::Ambiguous(others) => ("ambiguous", json!(others)),
+                Remedy::Measurement => ("measurement", json!(null)),
+                Remedy::Uncompensated(what) => ("uncompensated", json!(what)),
+            };
+            json!({"effect": effect, "remedy": what, "detail": more})
+        });
+        say(json!({
+            "written": written,
+            "before": change.before,
+            "after": change.after,
+            "effects": remedies.collect::<Vec<_>>(),
+        }));
+    } else if written {
+        say(paint(GOOD, "written, read back and saved"));
+        if !common.port.is_sim() || common.flash.is_some() {
+            say(format_args!(
+                "  beeline apply --undo --port {} puts the old values back",
+                common.port
+            ));
+        }
+    } else {
+        say(
+            "nothing to write: what the campaign says and what is in use agree, or cannot be compensated",
+        );
+    }
+}

@@ -1,0 +1,344 @@
+//! `beeline campaign plan` and `beeline campaign record`
+
+use std::path::Path;
+
+use serde_json::json;
+use shared_proto::Config;
+use sim_target::Lab;
+
+use crate::campaign::Campaign;
+use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, Measure, PlanArgs, PlanCommandArgs};
+use crate::error::{Error, Result};
+use crate::file::{check_writable, write_whole};
+use crate::port::with_robot;
+use crate::survey::extra::{Extra, runs_of};
+use crate::survey::record::plan_path;
+use crate::survey::{
+    Floor, Plan, PlanSettings, PlannedRun, RecordSettings, Step, Summary, Witness, record_campaign,
+};
+use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+
+pub(super) fn run(common: &Common, command: &CampaignCommand) -> Result<()> {
+    match command {
+        CampaignCommand::Plan(args) => plan(common, args),
+        CampaignCommand::Record(args) => record(common, args),
+    }
+}
+
+fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
+    let mut config = Config::default();
+    config.geometry.track_width_m = args.track_width.m;
+    let plan = plan_of(&args.plan, &config)?;
+    let track_width_m = args.track_width.m;
+    match &args.output {
+        Some(file) if file.as_os_str() == "-" => {
+            say(plan.to_toml().trim_end());
+            return Ok(());
+        }
+        Some(file) => {
+            check_writable(file).map_err(|error| {
+                Error::new(format_args!("cannot write {}: {error}", file.display()))
+                    .hint("check the path")
+            })?;
+            write_whole(file, plan.to_toml().as_bytes()).map_err(|error| {
+                Error::new(format_args!("cannot write {}: {error}", file.display()))
+                    .hint("check the path")
+            })?;
+        }
+        None => {}
+    }
+    if common.json {
+        say(json!({
+            "runs": plan.runs.iter().map(|run| to_json(run, &plan, track_width_m)).collect::<Vec<_>>(),
+            "duration_s": plan.duration_s(track_width_m),
+            "file": args.output,
+        }));
+        return Ok(());
+    }
+    say(table(&plan, track_width_m));
+    match &args.output {
+        Some(file) => note(format_args!(
+            "written to {0}: edit it, then `beeline campaign record FOLDER --plan {0}`",
+            file.display()
+        )),
+        None => note(
+            "`-o plan.toml` writes it to be edited; `beeline campaign record FOLDER` drives it",
+        ),
+    }
+    Ok(())
+}
+
+/// The plan that the options ask for, for a robot with this configuration.
+fn plan_of(args: &PlanArgs, config: &Config) -> Result<Plan> {
+    match &args.plan {
+        Some(file) => Ok(Plan::read(file)?),
+        None => Plan::usual(&settings_of(args, config)),
+    }
+}
+
+fn settings_of(args: &PlanArgs, config: &Config) -> PlanSettings {
+    /// Share of the speed limit that leaves the loop room.
+    const SPEED_SHARE: f64 = 0.875;
+    let (usual, radius_m, limits) =
+        (PlanSettings::default(), config.geometry.wheel_radius_m, config.limits);
+    let [slow_mps, fast_mps] = usual.speeds_mps;
+    let fast_mps = args
+        .fast
+        .map_or(fast_mps.min(SPEED_SHARE * limits.speed_mps_max), |speed| speed.mps(radius_m));
+    let slow_mps = args.slow.map_or(slow_mps.min(0.5 * fast_mps), |speed| speed.mps(radius_m));
+    PlanSettings {
+        floor_m: args.floor.map_or(usual.floor_m, |floor| floor.0),
+        speeds_mps: [slow_mps, fast_mps],
+        acceleration_mps2: args
+            .acceleration
+            .map_or(usual.acceleration_mps2.min(limits.acceleration_mps2_max), |acceleration| {
+                acceleration.mps2(radius_m)
+            }),
+        repeats: args.repeats.unwrap_or(usual.repeats),
+        payload_kg: args.payload.map_or(usual.payload_kg, |mass| mass.0),
+        track_width_m: config.geometry.track_width_m,
+    }
+}
+
+fn to_json(run: &PlannedRun, plan: &Plan, track_width_m: f64) -> serde_json::Value {
+    json!({
+        "name": run.name,
+        "kind": run.kind,
+        "heading_rad": run.heading_rad,
+        "payload_kg": run.payload_kg,
+        "floor_m": Floor::of(&run.pieces, track_width_m).size_m(),
+        "duration_s": run.duration_s(track_width_m, plan.acceleration_mps2),
+        "shows": run.shows,
+    })
+}
+
+fn table(plan: &Plan, track_width_m: f64) -> String {
+    let line = |name: &str, way: &str, speed: &str, floor: &str, time: &str, shows: &str| {
+        format!("{name:<24} {way:<22} {speed:>9} {floor:>11} {time:>6}  {shows}")
+    };
+    let head = line("run", "what it drives", "speed", "floor", "time", "what it shows");
+    let mut lines = vec![paint(DIM, head.trim_end())];
+    for run in &plan.runs {
+        let [length_m, width_m] = Floor::of(&run.pieces, track_width_m).size_m();
+        lines.push(line(
+            &run.name,
+            &way(run),
+            &speed(run),
+            &format!("{length_m:.1} x {width_m:.1} m"),
+            &format!("{:.0} s", run.duration_s(track_width_m, plan.acceleration_mps2)),
+            &run.shows,
+        ));
+    }
+    let floor = plan.floor(track_width_m);
+    let minutes = plan.duration_s(track_width_m) / 60.0;
+    lines.push(format!(
+        "{} runs, {minutes:.0} minutes of driving; from its mark {:.1} m ahead, {:.1} m behind, {:.1} m to each side",
+        plan.runs.len(),
+        floor.ahead_m,
+        floor.behind_m,
+        floor.left_m.max(floor.right_m)
+    ));
+    lines.join("\n")
+}
+
+/// The first pieces of a run in words.
+fn way(run: &PlannedRun) -> String {
+    use robot_model::plan::Piece;
+    let word = |piece: &Piece| match *piece {
+        Piece::Straight { travel_m, .. } => format!("{travel_m:+.2} m"),
+        Piece::Spin { turn_rad, .. } => format!("{:+.0} deg", turn_rad.to_degrees()),
+        Piece::Arc { radius_m, turn_rad, .. } => {
+            format!("{:+.0} deg, r {radius_m:.2} m", turn_rad.to_degrees())
+        }
+        Piece::Rest { duration_s } => format!("{duration_s} s"),
+    };
+    let mut words: Vec<String> = run.pieces.iter().take(2).map(word).collect();
+    let repeats = run.pieces.chunks(2).all(|it| *it == run.pieces[..2.min(run.pieces.len())]);
+    match run.pieces.len() {
+        0..=2 => words.join(", "),
+        n if repeats && n % 2 == 0 => format!("{}x ({})", n / 2, words.join(", ")),
+        _ => {
+            words.push("...".into());
+            words.join(", ")
+        }
+    }
+}
+
+fn speed(run: &PlannedRun) -> String {
+    use robot_model::plan::Piece;
+    let speeds = run.pieces.iter().filter_map(|piece| match *piece {
+        Piece::Straight { speed_mps, .. }
+        | Piece::Spin { speed_mps, .. }
+        | Piece::Arc { speed_mps, .. } => Some(speed_mps),
+        Piece::Rest { .. } => None,
+    });
+    match speeds.reduce(f64::max) {
+        Some(fastest) => format!("{fastest:.2} m/s"),
+        None => String::new(),
+    }
+}
+
+fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
+    let folder = args.campaign.as_path();
+    let summary = with_robot(&common.port, &common.sim(), async |session, lab| {
+        let config = session.read_config().await?;
+        let mut witness = witness(args, lab)?;
+        let (plan, settings) = what_to_record(args, &config, folder)?;
+        let mut teller = Teller { quiet: common.json, progress: None };
+        record_campaign(session, &mut witness, &plan, folder, &settings, &mut |step| {
+            teller.tell(step);
+        })
+        .await
+    })
+    .map_err(|error| goes_on(error, folder))?;
+    finish(common, folder, &summary);
+    Ok(())
+}
+
+/// What is kept of a campaign that ended early.
+fn goes_on(error: Error, folder: &Path) -> Error {
+    let runs = Campaign::read_if_any(folder).ok().flatten().map_or(0, |it| it.runs.len());
+    if runs > 0 {
+        note(format_args!(
+            "{}: {runs} runs are complete and stay; the same command goes on with the next",
+            folder.display()
+        ));
+    }
+    error
+}
+
+fn what_to_record(
+    args: &CampaignRecordArgs,
+    config: &Config,
+    folder: &Path,
+) -> Result<(Plan, RecordSettings)> {
+    let settings = RecordSettings {
+        period_ms: (1000 / args.rate).max(1),
+        position_sigma_m: args.position_sigma.map(|sigma| sigma.m),
+        heading_sigma_rad: args.heading_sigma.map(|sigma| sigma.rad),
+        ..RecordSettings::default()
+    };
+    if let Some(kind) = &args.run {
+        let taken = match folder.exists() {
+            true => Campaign::read_if_any(folder)?.map(|it| it.plain_names()).unwrap_or_default(),
+            false => Vec::new(),
+        };
+        let Extra { plan, later_s } = runs_of(kind, &settings_of(&args.plan, config), &taken)?;
+        return Ok((plan, RecordSettings { whole: false, later_s, ..settings }));
+    }
+    let begun = plan_path(folder);
+    let plan = if !args.plan.any() && begun.exists() {
+        Plan::read(&begun)?
+    } else {
+        plan_of(&args.plan, config)?
+    };
+    Ok((plan, settings))
+}
+
+fn witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> {
+    let measure = args.measure.clone().unwrap_or(match lab {
+        Some(_) => Measure::Camera,
+        None => Measure::Ask,
+    });
+    let confirm = !args.yes;
+    match (measure, lab) {
+        (Measure::Camera, Some(lab)) => Ok(Witness::camera(lab)),
+        (Measure::Camera, None) => {
+            Err(Error::new("the camera belongs to the simulator in this process (--port sim)")
+                .hint("--measure track:FILE, ask or none"))
+        }
+        (Measure::Ruler, _) => {
+            Err(Error::new("a ruler at the end of a run is too little for a campaign")
+                .hint("--measure camera, track:FILE, ask or none"))
+        }
+        (Measure::Ask, _) => Ok(Witness::Person { confirm }),
+        (Measure::Nobody, _) => Ok(Witness::Nobody { confirm }),
+        (Measure::Track(path), _) => Ok(Witness::TrackFile { path, confirm, seen: 0 }),
+    }
+}
+
+/// Tells the user what is going on.
+struct Teller {
+    quiet: bool,
+    progress: Option<(String, Progress)>,
+}
+
+impl Teller {
+    fn tell(&mut self, step: Step<'_>) {
+        match step {
+            Step::GoesOn(runs) if !self.quiet => {
+                note(format_args!("{runs} runs of the plan are there already"));
+            }
+            Step::Begins(index, of, run) => {
+                let title = format!("{index:>2}/{of} {}", run.name);
+                self.progress = Some((title.clone(), Progress::new(title, self.quiet)));
+            }
+            Step::Driving(share) => {
+                if let Some((_, progress)) = &self.progress {
+                    progress.set(share);
+                }
+            }
+            Step::Recorded { samples, poses, dropped, .. } => {
+                let title = self.progress.take().map(|(title, _)| title).unwrap_or_default();
+                if !self.quiet {
+                    note(format_args!("  {title:<32} {samples:>6} samples, {poses:>5} poses"));
+                }
+                if dropped > 0 {
+                    warn(format_args!(
+                        "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+                    ));
+                }
+            }
+            Step::Skipped(run) => {
+                self.progress = None;
+                if !self.quiet {
+                    note(format_args!("  {} skipped", run.name));
+                }
+            }
+            Step::GoesOn(_) => {}
+        }
+    }
+}
+
+fn finish(common: &Common, folder: &Path, summary: &Summary) {
+    if summary.without_poses > 0 {
+        warn(format_args!(
+            "{} runs have no measured poses: add x_m, y_m and heading_rad to the files before you compare them",
+            summary.without_poses
+        ));
+    }
+    if common.json {
+        say(json!({
+            "campaign": folder,
+            "before": summary.before,
+            "recorded": summary.recorded,
+            "skipped": summary.skipped,
+            "without_poses": summary.without_poses,
+        }));
+        return;
+    }
+    let runs = summary.recorded.len();
+    if runs == 0 && summary.skipped.is_empty() {
+        say(format_args!(
+            "{} is complete: all {} runs are there",
+            folder.display(),
+            summary.before
+        ));
+        return;
+    }
+    say(format_args!(
+        "{} {runs} runs{}",
+        paint(GOOD, format_args!("{}:", folder.display())),
+        match summary.before {
+            0 => String::new(),
+            before => format!(", {before} were there before"),
+        }
+    ));
+    if !summary.skipped.is_empty() {
+        say(format_args!(
+            "  {} left out: {}; the same command asks again",
+            paint(BOLD, summary.skipped.len()),
+            summary.skipped.join(", ")
+        ));
+    }
+}

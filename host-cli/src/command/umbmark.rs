@@ -1,0 +1,169 @@
+//! `beeline calibrate --method umbmark`
+
+use serde_json::json;
+use shared_proto::GeometryConfig;
+
+use super::identify::display_name;
+use crate::apply::Undo;
+use crate::calibrate::state_folder;
+use crate::calibrate::umbmark::{
+    Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
+};
+use crate::cli::{CalibrateArgs, Common};
+use crate::error::{Error, Result};
+use crate::port::with_robot;
+use crate::quantity::LengthUnit;
+use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+
+pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
+    let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
+        let config = session.read_config().await?;
+        let radius_m = config.geometry.wheel_radius_m;
+        let settings = UmbmarkSettings {
+            side_m: args.side.m,
+            runs: args.runs.unwrap_or(5),
+            speed_mps: args.profile.cruise.mps(radius_m),
+            acceleration_mps2: args.profile.acceleration.mps2(radius_m),
+        };
+        let mut instrument = super::calibrate::instrument(args, lab)?;
+        let mut progress = None;
+        let quiet = common.json;
+        let outcome = umbmark(session, &mut instrument, &settings, &mut |step| match step {
+            UmbmarkStep::Checked(checks) if !quiet => {
+                note(paint(BOLD, format_args!("UMBmark of {}", display_name(&checks.identity))));
+                note(format_args!(
+                    "  squares    {} each way, side {}",
+                    settings.runs,
+                    LengthUnit::Cm.format(settings.side_m, 0)
+                ));
+            }
+            UmbmarkStep::Driving(again, number, of, share) => {
+                let title = match again {
+                    false => format!("square {number} of {of}"),
+                    true => format!("again, square {number} of {of}"),
+                };
+                if share == 0.0 || progress.is_none() {
+                    progress = Some(Progress::new(title, quiet));
+                }
+                if let Some(progress) = &progress {
+                    progress.set(share);
+                }
+            }
+            UmbmarkStep::Measured(again, systematic) => {
+                progress = None;
+                if !quiet {
+                    let when = if again { "after" } else { "before" };
+                    let error = LengthUnit::Mm.format(systematic.error_m, 1);
+                    note(format_args!("  {when:<10} E_max,syst {error}"));
+                }
+            }
+            UmbmarkStep::Written(_) if !quiet => note("  written    read back; driving again"),
+            UmbmarkStep::Saved if !quiet => note("  saved"),
+            _ => {}
+        })
+        .await?;
+        if outcome.saved && (!common.port.is_sim() || common.flash.is_some()) {
+            let identity = session.identify().await?;
+            let [before, after] = outcome.geometry;
+            let undo = Undo { robot: display_name(&identity), before, after };
+            if let Err(error) = state_folder().and_then(|folder| undo.remember(&folder, &identity))
+            {
+                warn(format_args!("`apply --undo` will not know of this: {error}"));
+            }
+        }
+        Ok(outcome)
+    })?;
+    finish(common, &outcome)
+}
+
+/// What `explain` says about the first set of squares.
+fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<(Vec<String>, String)>> {
+    let Some(campaign) = &outcome.campaign else { return Ok(Vec::new()) };
+    let answer =
+        robot_model::explain::explain(&campaign.to_model(std::path::Path::new("squares"))?)
+            .map_err(Error::new)?;
+    Ok(answer.steps.into_iter().map(|step| (step.class, step.why)).collect())
+}
+
+fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
+    let explained = explained(outcome)?;
+    let (before, after) = (&outcome.before, &outcome.after);
+    if common.json {
+        let set = |it: &Systematic, geometry: &GeometryConfig| {
+            json!({
+                "e_max_syst_m": it.error_m,
+                "e_d": it.wheel_ratio,
+                "e_b": it.track_ratio,
+                "left_m": it.left_m,
+                "right_m": it.right_m,
+                "geometry": geometry,
+            })
+        };
+        let explained: Vec<_> =
+            explained.iter().map(|(class, why)| json!({"class": class, "why": why})).collect();
+        say(json!({
+            "saved": outcome.saved,
+            "before": set(before, &outcome.geometry[0]),
+            "after": set(after, &outcome.geometry[1]),
+            "explained": explained,
+        }));
+    } else {
+        say(table(outcome));
+        if outcome.campaign.is_some() {
+            say("");
+            say(paint(BOLD, "What `explain` says about the first squares, tracks and all"));
+            if explained.is_empty() {
+                say("  nothing beyond noise");
+            }
+            for (class, why) in &explained {
+                say(format_args!("  {:<28} {why}", class.join(" or ")));
+            }
+        }
+    }
+    if !outcome.saved {
+        return Err(Error::said_no(format_args!(
+            "the correction made it no better ({:.1} mm before, {:.1} mm after); the old one is back",
+            before.error_m * 1e3,
+            after.error_m * 1e3
+        ))
+        .hint("more squares (--runs), larger ones (--side), or a better start"));
+    }
+    if !common.json {
+        say(format_args!(
+            "\n{} E_max,syst {:.1} mm before, {:.1} mm after",
+            paint(GOOD, "Square again:"),
+            before.error_m * 1e3,
+            after.error_m * 1e3
+        ));
+    }
+    Ok(())
+}
+
+fn table(outcome: &UmbmarkOutcome) -> String {
+    let (before, after) = (&outcome.before, &outcome.after);
+    let mean = |errors: &[[f64; 2]]| {
+        let n = errors.len().max(1) as f64;
+        let sum = |k: usize| errors.iter().map(|it| it[k]).sum::<f64>() / n * 1e3;
+        format!("{:+.1}, {:+.1} mm", sum(0), sum(1))
+    };
+    let row =
+        |name: &str, before: String, after: String| format!("{name:<28} {before:>18} {after:>18}");
+    let both = |read: &dyn Fn(&Systematic) -> String| (read(before), read(after));
+    let in_use = |read: &dyn Fn(&GeometryConfig) -> String| {
+        (read(&outcome.geometry[0]), read(&outcome.geometry[1]))
+    };
+    let mut lines = vec![paint(DIM, row("", "before".into(), "after".into()))];
+    for (name, (a, b)) in [
+        ("E_max,syst", both(&|it| format!("{:.1} mm", it.error_m * 1e3))),
+        ("centre, squares to the left", both(&|it| mean(&it.left_m))),
+        ("centre, squares to the right", both(&|it| mean(&it.right_m))),
+        ("E_d, of what is in use", both(&|it| format!("{:.6}", it.wheel_ratio))),
+        ("E_b, of what is in use", both(&|it| format!("{:.6}", it.track_ratio))),
+        ("W_T in use", in_use(&|g| format!("{:.6}", g.wheel_weight))),
+        ("R_L in use", in_use(&|g| LengthUnit::Cm.format(g.wheel_radius_m, 4))),
+        ("track width in use", in_use(&|g| LengthUnit::Cm.format(g.track_width_m, 3))),
+    ] {
+        lines.push(row(name, a, b));
+    }
+    lines.join("\n")
+}

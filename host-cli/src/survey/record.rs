@@ -1,0 +1,350 @@
+//! The procedure: drives the runs of a plan that a campaign does not have yet.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use robot_model::plan::Piece;
+use shared_proto::{Command, Config, Telemetry};
+
+use super::clock::{CampaignClock, LastRun};
+use super::piece;
+use super::plan::{PAUSE_S, Plan, PlannedRun};
+use super::samples::{columns, robot_file, rows};
+use super::witness::{Go, Witness};
+use crate::campaign::{Campaign, CampaignError, CampaignWriter, Place, Row, RunFacts};
+use crate::error::{Error, Result};
+use crate::file::write_whole;
+use crate::interrupt;
+use crate::motion::{self, RecordOptions};
+use crate::session::{Session, faulted};
+
+/// How to record.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordSettings {
+    /// Time between two telemetry frames \[ms\].
+    pub period_ms: u16,
+    /// The plan is that of the whole campaign and is kept in its folder; else the runs are extra.
+    pub whole: bool,
+    /// Start at least this long after the last run that is there \[s\].
+    pub later_s: f64,
+    /// Noise of the measured positions, where it is known \[m\].
+    pub position_sigma_m: Option<f64>,
+    /// Noise of the measured headings, where it is known \[rad\].
+    pub heading_sigma_rad: Option<f64>,
+}
+
+impl Default for RecordSettings {
+    /// 50 samples a second: a wheel at 0.4 m/s turns by 30 counts of 900 between two.
+    fn default() -> Self {
+        Self {
+            period_ms: 20,
+            whole: true,
+            later_s: 0.0,
+            position_sigma_m: None,
+            heading_sigma_rad: None,
+        }
+    }
+}
+
+/// Where the procedure is; told to whoever looks on.
+#[derive(Debug)]
+pub enum Step<'a> {
+    /// So many runs of the plan are there already.
+    GoesOn(usize),
+    /// A run begins: its place in the plan, from 1, and how many there are.
+    Begins(usize, usize, &'a PlannedRun),
+    /// It is under way; the share that is done.
+    Driving(f64),
+    /// It is in the folder.
+    Recorded {
+        /// Where.
+        path: &'a Path,
+        /// Its samples.
+        samples: usize,
+        /// Samples with a measured pose.
+        poses: usize,
+        /// Samples that the line was too slow for.
+        dropped: u32,
+    },
+    /// It was left out.
+    Skipped(&'a PlannedRun),
+}
+
+/// One run as recorded.
+#[derive(Clone, Debug)]
+pub struct RecordedRun {
+    /// Its samples.
+    pub rows: Vec<Row>,
+    /// When it began, on the session's clock \[us\].
+    pub started_us: u64,
+    /// Samples that the line was too slow for.
+    pub dropped: u32,
+}
+
+impl RecordedRun {
+    /// Samples with a measured pose.
+    pub fn poses(&self) -> usize {
+        self.rows.iter().filter(|row| row.x_m.is_some()).count()
+    }
+
+    /// Whether a yaw rate was measured.
+    pub fn has_gyro(&self) -> bool {
+        self.rows.iter().any(|row| row.gyro_z_rad_s.is_some())
+    }
+}
+
+/// What came of it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Runs that were there before.
+    pub before: usize,
+    /// Files of this call.
+    pub recorded: Vec<PathBuf>,
+    /// Names of the runs left out.
+    pub skipped: Vec<String>,
+    /// Runs of this call without any measured pose.
+    pub without_poses: usize,
+}
+
+/// Drives every run of the plan that the folder does not have, and puts each there as soon as it is
+/// complete. An error leaves all complete runs; the same call goes on with the rest.
+pub async fn record_campaign(
+    session: &mut Session,
+    witness: &mut Witness,
+    plan: &Plan,
+    folder: &Path,
+    settings: &RecordSettings,
+    tell: &mut dyn FnMut(Step<'_>),
+) -> Result<Summary> {
+    let config = session.read_config().await?;
+    check_limits(plan, &config)?;
+    let lab = match witness {
+        Witness::Camera { lab, .. } => Some(&*lab),
+        _ => None,
+    };
+    let mut robot = robot_file(&config, lab);
+    robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
+    robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
+    let writer = CampaignWriter::open(folder, &robot)?;
+    let there = Campaign::read_if_any(folder)?;
+    if settings.whole {
+        keep_plan(folder, plan, there.is_some())?;
+    }
+    let mut summary = Summary::default();
+    let names: Vec<&str> =
+        there.iter().flat_map(|it| &it.runs).map(|run| plain(&run.name)).collect();
+    let is_there = |run: &PlannedRun| names.contains(&run.name.as_str());
+    summary.before = plan.runs.iter().filter(|run| is_there(run)).count();
+    if summary.before > 0 {
+        tell(Step::GoesOn(summary.before));
+    }
+    let last = there.as_ref().and_then(|there| LastRun::of(folder, there));
+    let clock = start_clock(session, witness, last, settings.later_s).await?;
+    for (index, run) in plan.runs.iter().enumerate() {
+        if is_there(run) {
+            continue;
+        }
+        tell(Step::Begins(index + 1, plan.runs.len(), run));
+        if witness.place(session, run).await? == Go::Skip {
+            tell(Step::Skipped(run));
+            summary.skipped.push(run.name.clone());
+            continue;
+        }
+        // Before the robot moves: a folder that cannot be written must not cost a run.
+        drop(writer.start_run(&run.name, &[])?);
+        let recorded =
+            record_run(session, witness, &config, plan, run, settings.period_ms, &mut |share| {
+                tell(Step::Driving(share));
+            })
+            .await?;
+        let poses = recorded.poses();
+        let mut file = writer.start_run(&run.name, &columns(poses > 0, recorded.has_gyro()))?;
+        recorded.rows.iter().try_for_each(|row| file.push(row))?;
+        let path = file.finish(RunFacts {
+            started_s: Some((clock.at(recorded.started_us) * 1e3).round() / 1e3),
+            payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
+            ..RunFacts::default()
+        })?;
+        let (samples, dropped) = (recorded.rows.len(), recorded.dropped);
+        tell(Step::Recorded { path: &path, samples, poses, dropped });
+        summary.without_poses += usize::from(poses == 0);
+        summary.recorded.push(path);
+    }
+    Ok(summary)
+}
+
+/// Drives one run, has it measured, and leaves the robot standing still with its motors off.
+pub async fn record_run(
+    session: &mut Session,
+    witness: &mut Witness,
+    config: &Config,
+    plan: &Plan,
+    run: &PlannedRun,
+    period_ms: u16,
+    progress: &mut dyn FnMut(f64),
+) -> Result<RecordedRun> {
+    let dropped_before = session.status().await?.link.telemetry_dropped;
+    witness.begin()?;
+    let started_us = session.clock().now_us();
+    let track_m = config.geometry.track_width_m;
+    let options = RecordOptions { period_ms, rest: Duration::from_secs_f64(PAUSE_S) };
+    let whole_s = run.duration_s(track_m, plan.acceleration_mps2);
+    let mut telemetry = Vec::new();
+    let mut done_s = 0.0;
+    for it in &run.pieces {
+        let piece_s = piece::duration_s(it, track_m, plan.acceleration_mps2);
+        let mut at = |share: f64| progress(((done_s + share * piece_s) / whole_s).min(1.0));
+        match (it, piece::motion(it, track_m, plan.acceleration_mps2)) {
+            (Piece::Rest { duration_s }, _) => {
+                rest(session, *duration_s, period_ms, &mut telemetry, &mut at).await?;
+            }
+            (_, Some(motion)) => {
+                motion::drive_into(session, &motion, options, &mut telemetry, &mut at).await?;
+            }
+            (_, None) => {}
+        }
+        done_s += piece_s + 2.0 * PAUSE_S;
+    }
+    telemetry.sort_by_key(|frame| frame.t_us);
+    let track = witness.track(session, run, config, &telemetry).await?;
+    let rows = rows(&telemetry, &track, &witness.gyro());
+    if rows.len() < 2 {
+        return Err(Error::new("the robot sent no telemetry during the run")
+            .hint("`beeline watch` shows whether it sends any"));
+    }
+    let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
+    Ok(RecordedRun { rows, started_us, dropped })
+}
+
+/// Stands still and records.
+async fn rest(
+    session: &mut Session,
+    duration_s: f64,
+    period_ms: u16,
+    telemetry: &mut Vec<Telemetry>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<()> {
+    const LOOK_EVERY: Duration = Duration::from_millis(100);
+    let _stale = session.take_telemetry().count();
+    session.request(Command::Subscribe { period_ms }).await?;
+    let start_us = session.clock().now_us();
+    loop {
+        session.listen(LOOK_EVERY).await?;
+        telemetry.extend(session.take_telemetry());
+        let rested_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
+        progress((rested_s / duration_s).min(1.0));
+        if interrupt::requested() {
+            let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
+            return Err(Error::interrupted("stopped by Ctrl-C; the robot stands still"));
+        }
+        if rested_s >= duration_s {
+            break;
+        }
+    }
+    session.request(Command::Subscribe { period_ms: 0 }).await?;
+    match session.status().await?.fault {
+        Some(report) => Err(faulted(&report)),
+        None => Ok(()),
+    }
+}
+
+/// Refuses, before anything moves, what this robot may not do.
+fn check_limits(plan: &Plan, config: &Config) -> Result<()> {
+    let limits = config.limits;
+    if plan.acceleration_mps2 > limits.acceleration_mps2_max {
+        return Err(Error::new(format_args!(
+            "the plan accelerates by {} m/s^2, limits.acceleration_mps2_max is {}",
+            plan.acceleration_mps2, limits.acceleration_mps2_max
+        ))
+        .hint("lower acceleration_mps2 in the plan, or --acceleration"));
+    }
+    for run in &plan.runs {
+        for it in &run.pieces {
+            let motion = piece::motion(it, config.geometry.track_width_m, plan.acceleration_mps2);
+            // To rounding: a plan may go right up to the limit.
+            if let Some(motion) = motion
+                && motion.cruise > limits.speed_mps_max * (1.0 + 1e-9)
+            {
+                return Err(Error::new(format_args!(
+                    "the run {} takes a wheel to {:.3} m/s, limits.speed_mps_max is {}",
+                    run.name, motion.cruise, limits.speed_mps_max
+                ))
+                .hint("lower its speed in the plan, or --speeds"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The campaign's plan, in its folder: whoever goes on goes on with the same one.
+pub fn plan_path(folder: &Path) -> PathBuf {
+    folder.join("plan.toml")
+}
+
+fn keep_plan(folder: &Path, plan: &Plan, has_runs: bool) -> Result<()> {
+    let path = plan_path(folder);
+    if path.exists() && has_runs {
+        if Plan::read(&path)?.to_toml() != plan.to_toml() {
+            return Err(Error::new(format_args!(
+                "{} was begun with another plan than this one",
+                folder.display()
+            ))
+            .hint("leave the plan's options out to go on with its own, or choose another folder"));
+        }
+        return Ok(());
+    }
+    write_whole(&path, plan.to_toml().as_bytes()).map_err(|error| {
+        Error::new(format_args!("cannot write {}: {error}", path.display()))
+            .hint("check who may write there")
+    })
+}
+
+/// The clock that goes on where the campaign's last run left it.
+///
+/// A simulated robot is a new one in each process, at time zero: it waits until it is as old as the
+/// campaign, so that clock and noise go on as if nobody had stopped.
+async fn start_clock(
+    session: &mut Session,
+    witness: &Witness,
+    last: Option<LastRun>,
+    later_s: f64,
+) -> Result<CampaignClock> {
+    let clock = session.clock();
+    let Some(last) = last else { return Ok(CampaignClock::new(0.0, clock.now_us())) };
+    if let Witness::Camera { .. } = witness {
+        let until_us = ((last.ended_s + later_s) * 1e6) as u64;
+        clock.sleep_until_us(until_us.max(clock.now_us())).await;
+        return Ok(CampaignClock::new(last.ended_s + later_s, clock.now_us()));
+    }
+    let missing_s = later_s - last.ago_s;
+    if missing_s > 0.0 {
+        return Err(Error::new(format_args!(
+            "this run is to start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",
+            later_s / 60.0,
+            last.ago_s / 60.0
+        ))
+        .hint(format_args!("come back in {:.0} minutes", (missing_s / 60.0).ceil())));
+    }
+    Ok(CampaignClock::new(last.ended_s + last.ago_s, clock.now_us()))
+}
+
+/// A run's name without its number.
+fn plain(name: &str) -> &str {
+    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
+}
+
+impl Campaign {
+    /// Reads a folder that may have no run yet.
+    pub fn read_if_any(folder: &Path) -> std::result::Result<Option<Self>, CampaignError> {
+        match Self::read(folder) {
+            Ok(campaign) => Ok(Some(campaign)),
+            Err(error) if error.place == Place::whole(folder) && error.cause.is_none() => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The names of its runs, without their numbers.
+    pub fn plain_names(&self) -> Vec<String> {
+        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
+    }
+}

@@ -1,0 +1,109 @@
+//! Telemetry and measured poses as rows of a run file.
+
+use robot_model::TrackSample;
+use shared_proto::{Config, Telemetry};
+use sim_target::Lab;
+
+use crate::campaign::{Column, RobotFile, Row};
+
+/// What `robot.toml` says of a robot with this configuration; a simulated camera's noise is known.
+pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
+    let encoder = config.encoder.left;
+    let name = match config.name.as_str() {
+        "" => "unnamed robot",
+        name => name,
+    };
+    RobotFile {
+        name: name.into(),
+        wheel_radius_m: config.geometry.wheel_radius_m,
+        track_width_m: config.geometry.track_width_m,
+        counts_per_rev: encoder.counts_per_rev,
+        gear_reduction: encoder.gear_reduction,
+        position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
+        heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
+        supply_v: None,
+        runs: Vec::new(),
+    }
+}
+
+/// The columns of a run, with or without measured poses and yaw rates.
+pub fn columns(poses: bool, gyro: bool) -> Vec<Column> {
+    let mut columns = vec![Column::LeftDuty, Column::RightDuty, Column::BusV];
+    if poses {
+        columns.extend([Column::X, Column::Y, Column::Heading]);
+    }
+    if gyro {
+        columns.push(Column::GyroZ);
+    }
+    columns
+}
+
+/// What the simulator's camera has seen since the sample with this number, on the robot's clock.
+pub fn camera_track(lab: &Lab, seen: usize) -> Vec<TrackSample> {
+    let samples = lab.camera_samples_from(seen).into_iter();
+    let sample = samples.map(|sample| TrackSample {
+        t_s: sample.t_s,
+        x_m: sample.x_m,
+        y_m: sample.y_m,
+        heading_rad: Some(sample.heading_rad),
+    });
+    sample.collect()
+}
+
+/// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose gets a row
+/// of its own. What is from before and after the telemetry is left out.
+pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)]) -> Vec<Row> {
+    let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else {
+        return Vec::new();
+    };
+    let start_us = first.t_us;
+    let mut rows: Vec<_> = telemetry
+        .iter()
+        .map(|frame| Row {
+            t_s: (frame.t_us - start_us) as f64 * 1e-6,
+            counts: frame.wheels.map(|wheel| Some(wheel.counts as f64)),
+            duty: frame.wheels.map(|wheel| Some(f64::from(wheel.duty) / 32767.0)),
+            bus_v: Some(f64::from(frame.supply_mv) * 1e-3),
+            ..Row::default()
+        })
+        .collect();
+    let end_s = (last.t_us - start_us) as f64 * 1e-6;
+    for sample in track {
+        let t_s = sample.t_s - start_us as f64 * 1e-6;
+        if (0.0..=end_s).contains(&t_s) {
+            let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
+            let heading_rad = sample.heading_rad;
+            rows.push(Row { t_s, x_m, y_m, heading_rad, ..Row::default() });
+        }
+    }
+    for (t_s, rate_rad_s) in gyro {
+        let t_s = t_s - start_us as f64 * 1e-6;
+        if (0.0..=end_s).contains(&t_s) {
+            rows.push(Row { t_s, gyro_z_rad_s: Some(*rate_rad_s), ..Row::default() });
+        }
+    }
+    rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    merge_equal_times(rows)
+}
+
+/// One row for each time: file times have microseconds, and increase.
+fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
+    let mut merged: Vec<Row> = Vec::with_capacity(rows.len());
+    for row in rows {
+        match merged.last_mut() {
+            Some(last) if (row.t_s - last.t_s) < 1e-6 => {
+                last.counts.left = last.counts.left.or(row.counts.left);
+                last.counts.right = last.counts.right.or(row.counts.right);
+                last.duty.left = last.duty.left.or(row.duty.left);
+                last.duty.right = last.duty.right.or(row.duty.right);
+                last.bus_v = last.bus_v.or(row.bus_v);
+                last.x_m = last.x_m.or(row.x_m);
+                last.y_m = last.y_m.or(row.y_m);
+                last.heading_rad = last.heading_rad.or(row.heading_rad);
+                last.gyro_z_rad_s = last.gyro_z_rad_s.or(row.gyro_z_rad_s);
+            }
+            _ => merged.push(row),
+        }
+    }
+    merged
+}

@@ -1,0 +1,96 @@
+//! Pictures that a camera drops without saying so.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::CameraSample;
+use crate::plant::{Check, ParameterError};
+
+/// Dropped pictures. In their place comes the last one again, under a fresh stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StaleParameters {
+    /// Share of pictures with which a drop begins.
+    pub share: f64,
+    /// How many pictures a drop lasts.
+    pub pictures: u32,
+}
+
+impl Default for StaleParameters {
+    fn default() -> Self {
+        Self { share: 0.0, pictures: 3 }
+    }
+}
+
+impl StaleParameters {
+    pub(super) fn validate(&self) -> Result<(), ParameterError> {
+        let check = Check("stale.");
+        check.within("share", self.share, 0.0, 0.5)?;
+        check.within("pictures", self.pictures.into(), 1.0, 1000.0)
+    }
+}
+
+/// Which pictures are dropped; draws from numbers of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Stale {
+    parameters: StaleParameters,
+    rng: ChaCha8Rng,
+    left: u32,
+    last: Option<CameraSample>,
+}
+
+impl Stale {
+    pub fn new(parameters: StaleParameters, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(1);
+        Self { parameters, rng, left: 0, last: None }
+    }
+
+    /// The sample that arrives when this one should.
+    pub fn pass(&mut self, sample: CameraSample) -> CameraSample {
+        if self.parameters.share == 0.0 {
+            return sample;
+        }
+        if self.left == 0 && self.rng.random::<f64>() < self.parameters.share {
+            self.left = self.parameters.pictures;
+        }
+        match self.last {
+            Some(last) if self.left > 0 => {
+                self.left -= 1;
+                CameraSample { t_s: sample.t_s, ..last }
+            }
+            _ => {
+                self.last = Some(sample);
+                sample
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(i: u32) -> CameraSample {
+        CameraSample { t_s: f64::from(i), x_m: f64::from(i), y_m: 0.0, heading_rad: 0.0 }
+    }
+
+    #[test]
+    fn drops_repeat_the_last_picture_under_a_fresh_stamp_as_often_as_declared() {
+        let mut stale = Stale::new(StaleParameters { share: 0.05, pictures: 3 }, 4);
+        let seen: Vec<_> = (0..20_000).map(|i| stale.pass(sample(i))).collect();
+        assert!(seen.iter().enumerate().all(|(i, s)| s.t_s == i as f64));
+        let late: Vec<f64> = seen.iter().map(|s| s.t_s - s.x_m).collect();
+        let share = late.iter().filter(|&&lag| lag > 0.0).count() as f64 / 20_000.0;
+        // Three in every 3 + 19 pictures; 870 drops give 3.4 % of sampling error, 4 of these.
+        assert!((share / (3.0 / 22.0) - 1.0).abs() < 0.14, "{share}");
+        assert!(late.iter().all(|&lag| lag >= 0.0));
+    }
+
+    #[test]
+    fn a_camera_that_drops_nothing_passes_everything() {
+        let mut stale = Stale::new(StaleParameters::default(), 4);
+        assert!((0..100).all(|i| stale.pass(sample(i)) == sample(i)));
+    }
+}

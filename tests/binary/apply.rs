@@ -1,0 +1,135 @@
+//! `beeline apply` and `beeline calibrate --method umbmark` on the simulator.
+
+use crate::desk::Desk;
+
+/// Wheels that differ by 1 %, a track 1 % too wide, hard tyres that do nothing else.
+const CROOKED: &str = "\
+name = \"crooked\"
+[plant]
+substep_us = 200
+geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
+geometry.track_width_m = 0.37572
+tyre.longitudinal_stiffness_n_per_m = 120000.0
+tyre.lateral_stiffness_n_per_m = 72000.0
+tyre.rolling_resistance = 0.003
+";
+
+/// Enough to tell a radius from a pull, and scale from track.
+const PLAN: &str = "\
+acceleration_mps2 = 0.3
+[[run]]
+name = \"out_and_back\"
+pieces = [{ straight_m = 1.2, speed_mps = 0.2 }, { straight_m = -1.2, speed_mps = 0.2 }]
+[[run]]
+name = \"north\"
+heading_deg = 90
+pieces = [{ straight_m = 1.2, speed_mps = 0.2 }, { straight_m = -1.2, speed_mps = 0.2 }]
+[[run]]
+name = \"spin_left\"
+pieces = [{ spin_deg = 720, speed_mps = 0.12 }]
+[[run]]
+name = \"spin_right\"
+pieces = [{ spin_deg = -720, speed_mps = 0.12 }]
+[[run]]
+name = \"arc_left\"
+pieces = [{ arc_deg = 300, radius_m = 0.5, speed_mps = 0.15 }]
+[[run]]
+name = \"arc_right\"
+pieces = [{ arc_deg = -300, radius_m = 0.5, speed_mps = 0.15 }]
+[[run]]
+name = \"arc_wide\"
+pieces = [{ arc_deg = 300, radius_m = 0.9, speed_mps = 0.15 }]
+[[run]]
+name = \"square\"
+pieces = [
+  { straight_m = 0.8, speed_mps = 0.2 }, { spin_deg = 90, speed_mps = 0.1 },
+  { straight_m = 0.8, speed_mps = 0.2 }, { spin_deg = 90, speed_mps = 0.1 },
+]
+";
+
+fn crooked() -> Desk {
+    let desk = Desk::new();
+    desk.write("crooked.toml", CROOKED);
+    desk.write("plan.toml", PLAN);
+    desk
+}
+
+fn geometry(desk: &Desk, field: &str) -> f64 {
+    let arguments = format!("config get geometry.{field} --json --flash flash");
+    desk.run(&arguments).ok().json().as_f64().unwrap()
+}
+
+#[test]
+fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone() {
+    let desk = crooked();
+    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
+    desk.run("config save --flash flash").ok();
+    let before = desk.read("flash");
+    let apply = ["apply", "robot", "--flash", "flash"];
+    let refused = desk.run_with(&apply, "n\n");
+    assert_eq!(refused.code, Some(130), "{refused:#?}");
+    assert!(refused.stderr.contains("W_T") && refused.stderr.contains("track width"));
+    assert_eq!(desk.read("flash"), before);
+
+    desk.run_with(&apply, "y\n").ok();
+    // To a tenth of what is wrong: a campaign of eight runs is good to some 1e-4.
+    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+    assert!((geometry(&desk, "track_width_m") / 0.37572 - 1.0).abs() < 1e-3);
+    // Once is enough.
+    let again = desk.run("apply robot --yes --flash flash --json").ok().json();
+    assert_eq!(again["written"], false, "{again}");
+
+    desk.run("apply --undo --flash flash").ok();
+    assert_eq!(geometry(&desk, "wheel_weight"), 1.0);
+    let message = desk.run("apply --undo --flash flash").refused();
+    assert!(message.contains("nothing was applied"), "{message}");
+}
+
+#[test]
+fn a_campaign_of_another_robot_or_none_is_not_applied() {
+    let desk = crooked();
+    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
+    let toml = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
+    desk.write("robot/robot.toml", &toml.replace("counts_per_rev = 900", "counts_per_rev = 1024"));
+    let message = desk.run("apply robot --yes").refused();
+    assert!(message.contains("another robot's"), "{message}");
+    let message = desk.run("apply nowhere --yes").refused();
+    assert!(message.contains("nowhere"), "{message}");
+    let message = desk.run("apply --undo").refused();
+    assert!(message.contains("forgets"), "{message}");
+}
+
+#[test]
+fn umbmark_corrects_wheels_and_track_and_its_squares_close() {
+    let desk = crooked();
+    let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
+                     --port sim:crooked.toml --flash flash --json";
+    let json = desk.run(arguments).ok().json();
+    assert_eq!(json["saved"], true);
+    let number = |set: &str, name: &str| json[set][name].as_f64().unwrap();
+    let (before, after) = (number("before", "e_max_syst_m"), number("after", "e_max_syst_m"));
+    // 2 L (a + beta), with a = 1 % of a quarter turn and beta = 1 % of L/b: 2 x (16 + 27) mm, times 1.4.
+    assert!((0.05..0.15).contains(&before), "{before}");
+    assert!(after < before / 5.0, "{before} {after}");
+    // First order in errors of 1 %, and two squares under a camera of 2 mrad.
+    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
+    assert!((geometry(&desk, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
+    assert!(!json["explained"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn umbmark_with_a_ruler_and_with_a_person_reads_ends_alone() {
+    let desk = crooked();
+    let common = "calibrate --method umbmark --runs 1 --side 50cm --cruise 0.2m/s \
+                  --acceleration 0.3m/s^2 --port sim:crooked.toml";
+    let outcome = desk.run(&format!("{common} --measure ruler")).ok();
+    assert!(outcome.stdout.contains("E_max,syst"), "{outcome:#?}");
+    assert!(!outcome.stdout.contains("explain"), "a ruler sees no tracks");
+    let mut arguments: Vec<&str> = common.split_whitespace().collect();
+    arguments.extend(["--measure", "ask"]);
+    // Left, right; then with the correction: no better.
+    let answers = "\n20mm -20mm\n\nwhat\n5mm 5mm\n\n40mm 0mm\n\n0mm 0mm\n";
+    let outcome = desk.run_with(&arguments, answers);
+    assert_eq!(outcome.code, Some(1), "{outcome:#?}");
+    assert!(outcome.stderr.contains("no better"), "{outcome:#?}");
+}

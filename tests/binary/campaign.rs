@@ -1,0 +1,222 @@
+//! `beeline campaign plan` and `beeline campaign record` on the simulator.
+
+use std::io::Read;
+
+use host_cli::campaign::Campaign;
+use host_cli::survey::Plan;
+
+use crate::desk::Desk;
+use crate::outcome::{collect, wait_for};
+
+/// Three short runs.
+const SHORT: &str = "\
+acceleration_mps2 = 0.3
+[[run]]
+name = \"a\"
+pieces = [{ rest_s = 1 }]
+[[run]]
+name = \"b\"
+heading_deg = 90
+pieces = [{ straight_m = 0.3, speed_mps = 0.2 }, { straight_m = -0.3, speed_mps = 0.2 }]
+[[run]]
+name = \"c\"
+pieces = [{ arc_deg = -90, radius_m = 0.3, speed_mps = 0.1 }]
+";
+
+fn runs(desk: &Desk) -> Vec<String> {
+    Campaign::read(&desk.path("robot")).unwrap().runs.into_iter().map(|run| run.name).collect()
+}
+
+#[test]
+fn the_usual_plan_is_shown_with_room_time_and_reason_and_can_be_edited_and_given_back() {
+    let desk = Desk::new();
+    let table = desk.run("campaign plan --floor 2mx2.5m --payload 2kg").ok().stdout;
+    for words in ["out_and_back_east", "square_right", "scrub", "21 runs", "minutes of driving"] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o plan.toml").ok();
+    let text = String::from_utf8(desk.read("plan.toml")).unwrap();
+    desk.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
+    let edited = Plan::read(&desk.path("plan.toml")).unwrap();
+    assert_eq!(edited.runs.len(), 21);
+    let json = desk.run("campaign plan --plan plan.toml --json").ok().json();
+    assert_eq!(json["runs"][0]["duration_s"], 7.0);
+    let printed = desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o -").ok().stdout;
+    assert_eq!(printed, text);
+}
+
+#[test]
+fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
+    let desk = Desk::new();
+    desk.write("short.toml", SHORT);
+    let json = desk.run("campaign record robot --plan short.toml --json").ok().json();
+    assert_eq!(json["recorded"].as_array().unwrap().len(), 3);
+    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    // The camera of the simulator.
+    assert_eq!(campaign.robot.position_sigma_m, Some(0.001));
+    assert_eq!(campaign.robot.heading_sigma_rad, Some(0.002));
+    let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
+    assert!(began.windows(2).all(|it| it[1] > it[0] + 1.0), "{began:?}");
+    let poses = |run: usize| campaign.runs[run].rows.iter().filter_map(|row| row.heading_rad);
+    let north = poses(1).next().unwrap();
+    // Ten sigma of the camera, put there to half a milliradian.
+    assert!((north - std::f64::consts::FRAC_PI_2).abs() < 0.02, "{north}");
+    let turned = poses(2).next_back().unwrap() - poses(2).next().unwrap();
+    assert!((turned + std::f64::consts::FRAC_PI_2).abs() < 0.05, "{turned}");
+}
+
+#[test]
+fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files() {
+    let desk = Desk::new();
+    let long = SHORT.replace("rest_s = 1", "rest_s = 200");
+    desk.write("plan.toml", &long);
+    let arguments = ["campaign", "record", "robot", "--plan", "plan.toml"];
+    let mut child = desk.spawn(&arguments);
+    let first = desk.path("robot/runs/01_a.csv");
+    wait_for("the first run", || first.exists().then_some(()));
+    interrupt(child.id());
+    let mut stderr = child.stderr.take().unwrap();
+    let outcome = collect(child);
+    let mut said = String::new();
+    stderr.read_to_string(&mut said).unwrap();
+    if outcome.code == Some(130) {
+        assert!(said.contains("are complete and stay"), "{said}");
+        assert!(runs(&desk).len() < 3, "{said}");
+    } else {
+        // It was faster than the signal.
+        assert_eq!(outcome.code, Some(0), "{said}");
+    }
+    let kept = desk.read("robot/runs/01_a.csv");
+    let left: Vec<_> = std::fs::read_dir(desk.path("robot/runs")).unwrap().collect();
+    assert_eq!(left.len(), runs(&desk).len(), "nothing half-written: {left:?}");
+
+    desk.run("campaign record robot").ok();
+    assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
+    assert_eq!(desk.read("robot/runs/01_a.csv"), kept);
+    let again = desk.run("campaign record robot").ok();
+    assert!(again.stdout.contains("complete: all 3 runs"), "{again:#?}");
+}
+
+#[test]
+fn a_fault_ends_the_campaign_with_the_complete_runs_kept_and_nothing_of_the_broken_one() {
+    let desk = Desk::new();
+    desk.write("plan.toml", SHORT);
+    desk.write(
+        "blocked.toml",
+        "name = \"blocked\"\n[[fault]]\nkind = \"wheel_blocked\"\nwheel = \"left\"\nat_motion_s = 1.0\n",
+    );
+    let message =
+        desk.run("campaign record robot --plan plan.toml --port sim:blocked.toml").refused();
+    assert!(message.contains("stopped with a fault"), "{message}");
+    assert!(message.contains("1 runs are complete"), "{message}");
+    assert_eq!(runs(&desk), ["01_a"]);
+    assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
+    // Mended.
+    let outcome = desk.run("campaign record robot").ok();
+    assert!(outcome.stderr.contains("1 runs of the plan are there already"), "{outcome:#?}");
+    assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
+    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
+    assert!(began.is_sorted(), "{began:?}");
+}
+
+#[test]
+fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
+    let desk = Desk::new();
+    desk.write("short.toml", SHORT);
+    desk.run("campaign record robot --plan short.toml").ok();
+    for _ in 0..2 {
+        let arguments = ["campaign", "record", "robot", "--run", "arcs both ways"];
+        desk.run_with(&arguments, "").ok();
+    }
+    let names = runs(&desk);
+    assert_eq!(
+        names[3..],
+        ["04_arcs_both_ways", "05_arcs_both_ways_2", "06_arcs_both_ways_3", "07_arcs_both_ways_4"]
+    );
+    // The campaign's own plan is as it was, and complete.
+    let again = desk.run("campaign record robot").ok();
+    assert!(again.stdout.contains("complete: all 3 runs"), "{again:#?}");
+    let message = desk.run("campaign record robot --run loop").refused();
+    assert!(message.contains("arcs of two radii"), "{message}");
+}
+
+#[test]
+fn what_cannot_be_recorded_is_refused_before_anything_moves() {
+    let desk = Desk::new();
+    desk.write("good.toml", SHORT);
+    desk.write("fast.toml", &SHORT.replace("speed_mps = 0.1", "speed_mps = 3"));
+    desk.write("bad.toml", &SHORT.replace("rest_s = 1", "rest_s = one"));
+    desk.write("worse.toml", &SHORT.replace("radius_m = 0.3, ", ""));
+    desk.write("file", "");
+    for (arguments, expected) in [
+        ("campaign record robot --plan bad.toml", "bad.toml, line 4, column 22"),
+        (
+            "campaign record robot --plan worse.toml",
+            "worse.toml, line 11, column 11: an arc needs radius_m",
+        ),
+        ("campaign record robot --plan none.toml", "none.toml"),
+        ("campaign record robot --plan fast.toml", "limits.speed_mps_max"),
+        ("campaign record /proc/robot --plan good.toml", "/proc/robot"),
+        ("campaign record file --plan good.toml", "file"),
+        ("campaign record robot --measure ruler", "too little"),
+        ("campaign record robot --floor 1mx3m", "too small"),
+        ("campaign plan --floor 1x3m", "unit"),
+        ("campaign plan -o /proc/plan.toml", "/proc/plan.toml"),
+        ("campaign record robot --measure track:none.csv --yes --plan good.toml", "none.csv"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    assert!(!desk.path("robot/runs").exists() || runs_in(&desk) == 0);
+}
+
+fn runs_in(desk: &Desk) -> usize {
+    std::fs::read_dir(desk.path("robot/runs")).unwrap().count()
+}
+
+#[test]
+fn another_plan_for_a_campaign_that_has_begun_is_refused() {
+    let desk = Desk::new();
+    desk.write("short.toml", SHORT);
+    desk.run("campaign record robot --plan short.toml").ok();
+    desk.write("other.toml", &SHORT.replace("rest_s = 1", "rest_s = 2"));
+    let message = desk.run("campaign record robot --plan other.toml").refused();
+    assert!(message.contains("begun with another plan"), "{message}");
+}
+
+#[test]
+fn a_person_skips_a_run_names_a_track_for_another_and_has_none_for_the_last() {
+    let desk = Desk::new();
+    desk.write("short.toml", SHORT);
+    // What a tracker saw of the robot on its way there and back, on a clock of its own.
+    desk.run("campaign record seen --plan short.toml").ok();
+    let seen = Campaign::read(&desk.path("seen")).unwrap();
+    let mut track = String::from("t_s,x_m,y_m,heading_rad\n");
+    for row in seen.runs[1].rows.iter().filter(|row| row.x_m.is_some()) {
+        let [x_m, y_m, heading_rad] = [row.x_m, row.y_m, row.heading_rad].map(Option::unwrap);
+        track += &format!("{},{x_m},{y_m},{heading_rad}\n", row.t_s + 1234.5);
+    }
+    desk.write("track.csv", &track);
+    let arguments = ["campaign", "record", "robot", "--plan", "short.toml", "--measure", "ask"];
+    let outcome = desk.run_with(&arguments, "s\n\nnone.csv\ntrack.csv\n\n\n").ok();
+    assert!(outcome.stdout.contains("left out: a"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("facing 90 degrees"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("1 runs have no measured poses"), "{outcome:#?}");
+    assert_eq!(runs(&desk), ["01_b", "02_c"]);
+    // The same robot drove: on the robot's clock its camera and this track agree to milliseconds.
+    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let at = |campaign: &Campaign, run: usize| {
+        let rows = campaign.runs[run].rows.iter();
+        let seen: Vec<_> = rows.filter_map(|row| Some((row.t_s, row.y_m?))).collect();
+        seen.iter().find(|(_, y_m)| *y_m > 0.15).unwrap().0
+    };
+    // The camera takes thirty pictures a second.
+    assert!((at(&campaign, 0) - at(&seen, 1)).abs() < 0.05);
+}
+
+#[cfg(unix)]
+fn interrupt(id: u32) {
+    let status = std::process::Command::new("kill").args(["-INT", &id.to_string()]).status();
+    assert!(status.unwrap().success());
+}

@@ -1,0 +1,149 @@
+//! What is hidden, drawn by seed.
+
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use sim_target::scenario::HiddenEffect;
+
+use super::hide::{inside, outside};
+
+/// What a campaign hides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// One effect of the catalogue, at 30 sigma.
+    Strong,
+    /// One effect of the catalogue, at 10 sigma.
+    Medium,
+    /// One effect of the catalogue, at 4 sigma.
+    Weak,
+    /// Two effects of the catalogue, at 15 sigma each.
+    Two,
+    /// Nothing: a sound robot on an even floor.
+    Nothing,
+    /// Nothing but crooked starts, another camera, other motors.
+    Nuisance,
+    /// Something that the catalogue does not have, as strong as it is in the field.
+    Outside,
+}
+
+impl Kind {
+    /// All of them, with their share of a benchmark.
+    const SHARES: [(Kind, f64); 7] = [
+        (Kind::Nothing, 100.0),
+        (Kind::Nuisance, 100.0),
+        (Kind::Strong, 44.0),
+        (Kind::Medium, 44.0),
+        (Kind::Weak, 44.0),
+        (Kind::Two, 44.0),
+        (Kind::Outside, 44.0),
+    ];
+
+    /// By how many sigma each effect is to stand out, where that is given.
+    pub fn sigmas(self) -> Option<f64> {
+        match self {
+            Kind::Strong => Some(30.0),
+            Kind::Medium => Some(10.0),
+            Kind::Weak => Some(4.0),
+            Kind::Two => Some(15.0),
+            Kind::Nothing | Kind::Nuisance | Kind::Outside => None,
+        }
+    }
+
+    /// In a table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Strong => "one, strong",
+            Kind::Medium => "one, medium",
+            Kind::Weak => "one, weak",
+            Kind::Two => "two",
+            Kind::Nothing => "nothing",
+            Kind::Nuisance => "nuisances",
+            Kind::Outside => "outside",
+        }
+    }
+}
+
+/// One campaign to be recorded and explained.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Its place in the benchmark.
+    pub index: usize,
+    /// Draws everything about it.
+    pub seed: u64,
+    /// What it hides.
+    pub kind: Kind,
+    /// The hidden effects.
+    pub effects: Vec<HiddenEffect>,
+}
+
+/// The cases of a benchmark: effects take turns, the seed draws the rest.
+pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
+    let whole: f64 = Kind::SHARES.iter().map(|it| it.1).sum();
+    let mut kinds = Vec::new();
+    let mut upto = 0.0;
+    for (kind, share) in Kind::SHARES {
+        upto += share / whole * campaigns as f64;
+        while kinds.len() < upto.round() as usize {
+            kinds.push(kind);
+        }
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Which effect comes first is drawn, so that a small benchmark is not always about the same ones.
+    let mut turn: usize = rng.random_range(0..1000);
+    let (inside, outside) = (inside(), outside());
+    let each = kinds.into_iter().enumerate().map(|(index, kind)| {
+        turn += 1;
+        let effects = match kind {
+            Kind::Strong | Kind::Medium | Kind::Weak => vec![inside[turn % inside.len()]],
+            Kind::Two => pair(&inside, turn, &mut rng),
+            Kind::Outside => vec![outside[turn % outside.len()]],
+            Kind::Nothing | Kind::Nuisance => Vec::new(),
+        };
+        Case { index, seed: seed.wrapping_mul(1_000_003).wrapping_add(index as u64), kind, effects }
+    });
+    each.collect()
+}
+
+/// Two effects that are not one and the same on this robot.
+fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
+    let first = inside[turn % inside.len()];
+    let differs = |it: &&HiddenEffect| **it != first && !same(first, **it);
+    let others: Vec<HiddenEffect> = inside.iter().filter(differs).copied().collect();
+    vec![first, others.choose(rng).copied().unwrap_or(first)]
+}
+
+/// At a gear reduction of one, wheel and encoder turn together.
+fn same(a: HiddenEffect, b: HiddenEffect) -> bool {
+    a.id().ends_with("_eccentricity") && b.id().ends_with("_eccentricity")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_benchmark_has_two_hundred_sound_robots_and_every_effect_in_every_strength() {
+        let cases = cases(1, 420);
+        assert_eq!(cases.len(), 420);
+        let count = |kind: Kind| cases.iter().filter(|it| it.kind == kind).count();
+        assert_eq!(count(Kind::Nothing) + count(Kind::Nuisance), 200);
+        for kind in [Kind::Strong, Kind::Medium, Kind::Weak] {
+            for effect in inside() {
+                assert!(
+                    cases.iter().any(|it| it.kind == kind && it.effects == [effect]),
+                    "{effect}"
+                );
+            }
+        }
+        assert!(cases.iter().filter(|it| it.kind == Kind::Two).all(|it| it.effects.len() == 2));
+    }
+
+    #[test]
+    fn the_same_seed_hides_the_same_and_another_one_something_else() {
+        let effects =
+            |seed| cases(seed, 100).into_iter().flat_map(|it| it.effects).collect::<Vec<_>>();
+        assert_eq!(effects(7), effects(7));
+        assert_ne!(effects(7), effects(8));
+    }
+}

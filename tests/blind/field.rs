@@ -1,0 +1,151 @@
+//! The robot recorded: the procedure of `beeline campaign record`, in this process.
+
+use futures_lite::future;
+use host_cli::campaign::{Campaign, CampaignWriter, Run, RunFacts};
+use host_cli::error::Error;
+use host_cli::link::{Clock, Wire};
+use host_cli::session::Session;
+use host_cli::survey::samples::{columns, robot_file};
+use host_cli::survey::witness::Go;
+use host_cli::survey::{Plan, PlanSettings, Witness, record_run};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use shared_proto::WheelPair;
+use sim_target::instruments::GyroParameters;
+use sim_target::plant::{MotorParameters, PlantParameters};
+use sim_target::scenario::{HiddenEffect, PlacementParameters};
+use sim_target::{Options, Scenario, SimTarget};
+
+use super::case::Kind;
+
+/// Telemetry of the benchmark's campaigns \[ms\]: a wheel at 0.35 m/s turns by a tenth of a turn.
+pub const PERIOD_MS: u16 = 50;
+/// Pictures of its camera \[Hz\].
+const CAMERA_HZ: f64 = 10.0;
+
+/// Tyres of a sound robot, times as hard as the standard robot's.
+const HARD: f64 = 6.0;
+/// Their rolling resistance, of the standard robot's.
+const EASY: f64 = 0.25;
+/// Hard tyres vibrate faster \[us\].
+const SUBSTEP_US: u32 = 200;
+/// Readings of the gyro, where there is one \[Hz\].
+const GYRO_HZ: f64 = 20.0;
+
+/// The usual campaign with one load, on a floor of 3 m.
+pub fn plan() -> Plan {
+    let settings = PlanSettings { payload_kg: 3.0, ..PlanSettings::default() };
+    Plan::usual(&settings).expect("the usual floor is large enough")
+}
+
+/// A sound robot of nominal size, no two alike: what its own tyres and caster do stays below what its
+/// campaign can see.
+///
+/// The standard robot's do not: its narrow rubber rings slip by 0.8 % per m/s^2, which is an effect
+/// of the catalogue (traction_slip), and their rolling resistance makes the wheels look 0.05 % too small.
+/// So a sound robot has hard tyres that roll easily.
+pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut plant = PlantParameters::default();
+    plant.substep_us = SUBSTEP_US;
+    plant.tyre.longitudinal_stiffness_n_per_m *= HARD;
+    plant.tyre.lateral_stiffness_n_per_m *= HARD;
+    plant.tyre.rolling_resistance *= EASY;
+    plant.caster.rolling_resistance *= EASY;
+    let mut vary = |value: &mut f64| *value *= 1.0 + rng.random_range(-0.1..=0.1);
+    vary(&mut plant.body.mass_kg);
+    vary(&mut plant.body.yaw_inertia_kgm2);
+    let mut vary_motor = |motor: &mut MotorParameters| {
+        vary(&mut motor.resistance_ohm);
+        vary(&mut motor.torque_constant_nm_per_a);
+        vary(&mut motor.coulomb_torque_nm);
+        vary(&mut motor.viscous_torque_nms);
+    };
+    vary_motor(&mut plant.motor.left);
+    vary_motor(&mut plant.motor.right);
+    vary(&mut plant.floor.friction);
+    plant.encoder = plant
+        .encoder
+        .map(|encoder| sim_target::plant::EncoderParameters { phase: None, ..encoder });
+    let mut scenario = Scenario { name: "sound".into(), seed, plant, ..Scenario::default() };
+    scenario.camera.rate_hz = CAMERA_HZ;
+    // By hand on a mark: a centimetre, a degree.
+    scenario.placement = PlacementParameters { heading_sigma_rad: 0.02, position_sigma_m: 0.01 };
+    // Every other robot has a gyro, and those have one whose gyro is the matter.
+    let gyro_is_hidden = effects.iter().any(|it| it.id().starts_with("gyro_"));
+    if rng.random_bool(0.5) || gyro_is_hidden {
+        scenario.gyro = Some(GyroParameters { rate_hz: GYRO_HZ, ..GyroParameters::default() });
+    }
+    if kind == Kind::Nuisance {
+        scenario.placement = PlacementParameters { heading_sigma_rad: 0.1, position_sigma_m: 0.05 };
+        scenario.camera.position_sigma_m = 0.001 * rng.random_range(0.5..=2.0);
+        scenario.camera.heading_sigma_rad = 0.002 * rng.random_range(0.5..=2.0);
+        scenario.camera.delay_s = rng.random_range(0.01..=0.12);
+    }
+    scenario
+}
+
+/// Records a campaign.
+pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campaign, Error> {
+    let mut target = SimTarget::new(scenario, Options::default())
+        .map_err(|error| Error::new(format_args!("no flash: {error}")))?;
+    let lab = target.lab();
+    let wire = Wire::Sim(target.host_wire());
+    let mut session = Session::new(wire, Clock::Virtual, 1, "sim".into());
+    target.run(future::or(
+        async {
+            session.open().await?;
+            let config = session.read_config().await?;
+            let robot = robot_file(&config, Some(&lab));
+            let mut witness = Witness::camera(lab.clone());
+            let mut campaign = Campaign { robot, runs: Vec::new(), warnings: Vec::new() };
+            for (index, run) in plan.runs.iter().enumerate() {
+                if witness.place(&mut session, run).await? == Go::Skip {
+                    continue;
+                }
+                let recorded = record_run(
+                    &mut session,
+                    &mut witness,
+                    &config,
+                    plan,
+                    run,
+                    period_ms,
+                    &mut |_| (),
+                )
+                .await?;
+                let name = format!("{:02}_{}", index + 1, run.name);
+                let facts = RunFacts {
+                    name: name.clone(),
+                    started_s: Some(recorded.started_us as f64 * 1e-6),
+                    payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
+                };
+                campaign.robot.runs.push(facts.clone());
+                campaign.runs.push(Run { name, facts, rows: recorded.rows });
+            }
+            Ok(campaign)
+        },
+        std::future::pending(),
+    ))
+}
+
+/// Leaves a campaign in a folder, as `beeline campaign record` would.
+pub fn keep(campaign: &Campaign, folder: &std::path::Path) -> Result<(), Error> {
+    let robot = host_cli::campaign::RobotFile { runs: Vec::new(), ..campaign.robot.clone() };
+    let writer = CampaignWriter::open(folder, &robot)?;
+    for run in &campaign.runs {
+        let name = run.name.trim_start_matches(|c: char| c.is_ascii_digit() || c == '_');
+        let gyro = run.rows.iter().any(|row| row.gyro_z_rad_s.is_some());
+        let mut file = writer.start_run(name, &columns(true, gyro))?;
+        for row in &run.rows {
+            file.push(row)?;
+        }
+        file.finish(run.facts.clone())?;
+    }
+    Ok(())
+}
+
+/// Both wheels' true radius over the nominal one.
+pub fn radius_shares(scenario: &Scenario) -> WheelPair<f64> {
+    let nominal_m = PlantParameters::default().geometry.wheel_radius_m;
+    scenario.plant.geometry.wheel_radius_m.zip(nominal_m).map(|(is, nominal)| is / nominal)
+}

@@ -1,0 +1,95 @@
+//! What is hidden in a robot, and what of it the model has in so many words.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sim_target::Scenario;
+use sim_target::scenario::HiddenEffect;
+
+/// The strength at which an effect's detectability is measured first: typical in the field.
+pub const REFERENCE: f64 = 1.0;
+
+/// Effects of the catalogue.
+pub fn inside() -> Vec<HiddenEffect> {
+    HiddenEffect::ALL.iter().copied().filter(|it| it.is_in_catalogue()).collect()
+}
+
+/// Effects outside the catalogue.
+pub fn outside() -> Vec<HiddenEffect> {
+    HiddenEffect::ALL.iter().copied().filter(|it| !it.is_in_catalogue()).collect()
+}
+
+/// One effect to be hidden.
+#[derive(Clone, Copy, Debug)]
+pub struct Hidden {
+    /// Which.
+    pub effect: HiddenEffect,
+    /// Its strength; 1 is typical in the field.
+    pub strength: f64,
+    /// Draws signs and directions.
+    pub seed: u64,
+}
+
+impl Hidden {
+    /// Puts it into the robot or what is round it.
+    pub fn hide(&self, scenario: &mut Scenario) {
+        self.effect.apply(scenario, self.strength, &mut ChaCha8Rng::seed_from_u64(self.seed));
+    }
+
+    /// The same, weakened until it is physical.
+    pub fn possible_in(mut self, sound: &Scenario) -> Self {
+        for _ in 0..20 {
+            let mut scenario = sound.clone();
+            self.hide(&mut scenario);
+            if scenario.validate().is_ok() {
+                break;
+            }
+            self.strength *= 0.8;
+        }
+        self
+    }
+}
+
+/// What the unexplained part of an effect outside the catalogue depends on by its physics, in the words
+/// of `explain`; any of them is right.
+pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
+    use HiddenEffect as E;
+    match effect {
+        // A force builds up along the way after each change of motion.
+        E::RelaxationLength => {
+            &["distance since reversal", "acceleration", "turn rate", "time in the run"]
+        }
+        // Beyond a torque: when it accelerates.
+        E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run"],
+        E::WetPatch | E::FloorBump | E::LensDistortion => &["place", "heading"],
+        E::BentAxle | E::MagneticEncoder | E::GearRipple | E::FlatSpot => &["wheel angle"],
+        // Against the motion, whatever its speed: what it turns depends on the way and its sign.
+        E::DraggingBrush => &["direction of travel", "turn rate", "speed"],
+        E::StaleFrames => &["speed", "wheel speed", "turn rate", "time in the run"],
+        E::StickyCaster => &["distance since reversal", "turn rate", "direction of travel"],
+        // Side force: speed times turn rate.
+        E::SoftSidewalls => &["turn rate", "speed", "wheel speed"],
+        E::TetherPull => &["direction of travel", "time in the run", "heading", "speed"],
+        _ => &[],
+    }
+}
+
+/// Parameters of an effect as the plant has them, by the names of the model: where one of the plant's
+/// numbers is a parameter of the model, not where it merely causes one.
+pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
+    let share = super::field::radius_shares(scenario);
+    let nominal = sim_target::plant::PlantParameters::default().geometry;
+    let mean = (share.left + share.right) / 2.0;
+    let (camera, gyro) = (&scenario.camera, scenario.gyro.unwrap_or_default());
+    match effect {
+        "wheel_radius_ratio" => vec![("rho", (share.right - share.left) / mean)],
+        "wheel_radius_scale" => vec![("s", mean - 1.0)],
+        "track_width" => {
+            vec![("delta", scenario.plant.geometry.track_width_m / nominal.track_width_m - 1.0)]
+        }
+        "measurement_delay" => vec![("tau", camera.delay_s)],
+        "marker_offset" => vec![("l_x", camera.marker.forward_m), ("l_y", camera.marker.left_m)],
+        "gyro_bias" => vec![("bias", gyro.bias_rad_s)],
+        "gyro_scale" => vec![("k", gyro.scale)],
+        _ => Vec::new(),
+    }
+}

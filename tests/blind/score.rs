@@ -1,0 +1,225 @@
+//! Many verdicts against the bars.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::case::Kind;
+use super::verdict::Verdict;
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// What is asked for.
+    pub claim: &'static str,
+    /// What was measured, a share or a ratio.
+    pub measured: f64,
+    /// Of how many.
+    pub of: usize,
+    /// Lowest and highest value that will do.
+    pub within: [f64; 2],
+    /// Printed as it is, not in percent.
+    pub ratio: bool,
+}
+
+impl Bar {
+    /// Whether it is met; what was asked of nothing is.
+    pub fn holds(&self) -> bool {
+        self.of == 0 || (self.within[0]..=self.within[1]).contains(&self.measured)
+    }
+
+    fn number(&self, value: f64) -> String {
+        if self.ratio { format!("{value:.3}") } else { format!("{:.1} %", 100.0 * value) }
+    }
+
+    fn line(&self) -> String {
+        let wanted = match self.within {
+            [low, high] if low <= 0.0 => format!("<= {}", self.number(high)),
+            [low, high] if high >= 1.0 && !self.ratio => format!(">= {}", self.number(low)),
+            [low, high] => format!("{} to {}", self.number(low), self.number(high)),
+        };
+        let verdict = if self.of == 0 {
+            "-"
+        } else if self.holds() {
+            "holds"
+        } else {
+            "MISSED"
+        };
+        let measured = if self.of == 0 { "-".to_owned() } else { self.number(self.measured) };
+        format!("{:<52} {wanted:>18} {measured:>9} {:>5}  {verdict}", self.claim, self.of)
+    }
+}
+
+/// Share of `of` for which it is true.
+fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> bool) -> (f64, usize) {
+    let (mut all, mut hits) = (0, 0);
+    for it in of {
+        all += 1;
+        hits += usize::from(is(it));
+    }
+    (hits as f64 / f64::from(u32::try_from(all).unwrap_or(u32::MAX)).max(1.0), all)
+}
+
+/// The bars of the benchmark.
+pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
+    let of =
+        |kinds: &'static [Kind]| verdicts.iter().filter(move |it| kinds.contains(&it.case.kind));
+    let bar = |claim, (measured, of): (f64, usize), within| Bar {
+        claim,
+        measured,
+        of,
+        within,
+        ratio: false,
+    };
+    let covered: Vec<bool> =
+        verdicts.iter().flat_map(|it| it.covered.iter().map(|it| it.1)).collect();
+    let coverage = covered.iter().filter(|it| **it).count() as f64 / covered.len().max(1) as f64;
+    let named = of(&[Kind::Outside]).filter_map(Verdict::regressor_named).collect::<Vec<_>>();
+    let regressor = named.iter().filter(|it| **it).count() as f64 / named.len().max(1) as f64;
+    let ratios = ratios(verdicts);
+    vec![
+        bar(
+            "one effect, medium and strong: named, or in its class",
+            share(of(&[Kind::Medium, Kind::Strong]), Verdict::good),
+            [0.95, 1.0],
+        ),
+        bar("one effect, weak: the same", share(of(&[Kind::Weak]), Verdict::good), [0.80, 1.0]),
+        bar("two effects: both", share(of(&[Kind::Two]), Verdict::good), [0.85, 1.0]),
+        bar(
+            "nothing, or nuisances only: false alarm",
+            share(of(&[Kind::Nothing, Kind::Nuisance]), Verdict::false_alarm),
+            [0.0, 0.05],
+        ),
+        bar(
+            "outside the catalogue: flagged, or as good as the truth",
+            share(of(&[Kind::Outside]), Verdict::good),
+            [0.90, 1.0],
+        ),
+        bar("  flagged: a right regressor named", (regressor, named.len()), [0.80, 1.0]),
+        bar("95 % intervals: cover", (coverage, covered.len()), [0.90, 0.98]),
+        Bar {
+            claim: "held-out error over the truth's, 95 of 100 below",
+            measured: quantile(&ratios, 0.95),
+            of: ratios.len(),
+            within: [0.0, 1.15],
+            ratio: true,
+        },
+    ]
+}
+
+/// Held-out error over that of the fit that knows the truth, where there is one.
+fn ratios(verdicts: &[Verdict]) -> Vec<f64> {
+    let inside = verdicts.iter().filter(|it| it.case.kind != Kind::Outside);
+    let mut ratios: Vec<f64> =
+        inside.map(|it| it.held_out_ratio).filter(|it| it.is_finite()).collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    sorted[(share * last as f64).ceil() as usize]
+}
+
+/// The bars as a table.
+pub fn table(bars: &[Bar]) -> String {
+    let head = format!("{:<52} {:>18} {:>9} {:>5}\n", "", "bar", "measured", "of");
+    head + &bars.iter().map(|bar| bar.line() + "\n").collect::<String>()
+}
+
+/// What a case hides, by name.
+pub fn ids(it: &Verdict) -> Vec<&'static str> {
+    it.case.effects.iter().map(|it| it.id()).collect()
+}
+
+/// What was found where what was hidden, most frequent first; classes by their first member.
+pub fn confusion(verdicts: &[Verdict]) -> String {
+    let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+    let hidden = |it: &Verdict| match it.case.effects.len() {
+        0 => "(nothing)".to_owned(),
+        _ => ids(it).join(" + "),
+    };
+    for it in verdicts.iter().filter(|it| it.case.kind != Kind::Two) {
+        let row = rows.entry(hidden(it)).or_default();
+        let mut add = |name: String| *row.entry(name).or_default() += 1;
+        if it.found.is_empty() {
+            add("nothing".into());
+        }
+        for class in &it.found {
+            let right = class.iter().find(|id| ids(it).contains(&id.as_str()));
+            match (right, class.len()) {
+                (Some(_), 1) => add("itself".into()),
+                (Some(_), n) => add(format!("a class of {n}")),
+                (None, _) => add(class[0].clone()),
+            }
+        }
+        if it.flagged {
+            add("flag".into());
+        }
+    }
+    let mut text = format!("{:<26} what was found (times)\n", "hidden");
+    for (hidden, row) in rows {
+        let mut found: Vec<(String, usize)> = row.into_iter().collect();
+        found.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
+        let found: Vec<String> = found.iter().map(|(name, n)| format!("{name} {n}")).collect();
+        let _ = writeln!(text, "{hidden:<26} {}", found.join(", "));
+    }
+    text
+}
+
+/// Every case that is not as it should be, a line each.
+pub fn misses(verdicts: &[Verdict]) -> String {
+    let mut text = String::new();
+    for it in verdicts {
+        let ratio_bad = it.case.kind != Kind::Outside && it.held_out_ratio > 1.15;
+        let uncovered: Vec<&str> =
+            it.covered.iter().filter(|it| !it.1).map(|it| it.0.as_str()).collect();
+        let wrong_regressor = it.regressor_named() == Some(false);
+        if it.good() && !ratio_bad && uncovered.is_empty() && !wrong_regressor {
+            continue;
+        }
+        let found: Vec<String> = it.found.iter().map(|class| class.join("|")).collect();
+        let reached: Vec<String> = it.reached.iter().map(|it| format!("{it:.0}")).collect();
+        let _ = write!(
+            text,
+            "  case {:<4} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
+            it.case.index,
+            it.case.kind.name(),
+            ids(it).join(", "),
+            reached.join(", "),
+            found.join(", "),
+            if it.flagged {
+                format!(", flag on {}", it.depends_on.join(", "))
+            } else {
+                String::new()
+            },
+        );
+        if !it.good() {
+            text.push_str("; MISSED");
+        }
+        if ratio_bad || it.case.kind == Kind::Outside {
+            let _ = write!(text, "; held out {:.3} of the truth's", it.held_out_ratio);
+        }
+        if wrong_regressor {
+            let _ = write!(text, "; depends on {}", it.regressors.join(" or "));
+        }
+        if !uncovered.is_empty() {
+            let _ = write!(text, "; outside its interval: {}", uncovered.join(", "));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bar_holds_at_its_edges_and_not_beyond() {
+        let bar = |measured, within| Bar { claim: "", measured, of: 9, within, ratio: false };
+        assert!(bar(0.95, [0.95, 1.0]).holds() && !bar(0.94, [0.95, 1.0]).holds());
+        assert!(bar(0.05, [0.0, 0.05]).holds() && !bar(0.06, [0.0, 0.05]).holds());
+        assert!(!bar(f64::NAN, [0.0, 1.0]).holds());
+        assert!(Bar { of: 0, ..bar(f64::NAN, [0.0, 1.0]) }.holds());
+    }
+}

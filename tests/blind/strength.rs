@@ -1,0 +1,41 @@
+//! How strong an effect must be to stand out by so many sigma in a campaign.
+//!
+//! The effect is first hidden at a reference strength, far above the noise. The fit that knows what is
+//! hidden then says by how many of its own standard errors it stands out, every run's free start and the
+//! noise fitted along:
+//!
+//! ```text
+//! D_ref = sqrt( sum over amplitudes of (value / sigma)^2 ),    strength = reference D / D_ref       (1)
+//! ```
+//!
+//! (1) takes the effect to be linear in its strength; what was reached is measured again in the campaign
+//! itself and reported.
+
+use robot_model::model::Model;
+
+/// By how many sigma an effect of a fitted model stands out; its amplitudes taken to be independent.
+pub fn sigmas(model: &Model, id: &str) -> f64 {
+    let Some(fitted) = model.effects.iter().find(|it| it.effect == id) else { return 0.0 };
+    let facts = robot_model::effect::find(id).map(|it| it.facts());
+    let is_amplitude = |name: &str| {
+        facts.is_some_and(|facts| {
+            facts
+                .parameters
+                .iter()
+                .any(|it| it.name == name && it.role == robot_model::effect::Role::Amplitude)
+        })
+    };
+    let squares = fitted
+        .parameters
+        .iter()
+        .filter(|it| is_amplitude(&it.name))
+        .map(|it| if it.sigma > 0.0 { (it.value / it.sigma).powi(2) } else { 0.0 });
+    squares.sum::<f64>().sqrt()
+}
+
+/// The strength at which an effect stands out by `wanted` sigma, given what it does at a reference.
+pub fn scaled(reference: f64, wanted: f64, reached: f64) -> f64 {
+    /// An effect that hardly shows at its reference is not blown up without bounds.
+    const MOST: f64 = 10.0;
+    reference * (wanted / reached.max(1e-9)).min(MOST)
+}

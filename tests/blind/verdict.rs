@@ -1,0 +1,186 @@
+//! The answer against the truth.
+
+use std::time::Instant;
+
+use robot_model::answer::{Answer, ParameterFound};
+use robot_model::effect::{Effect, find};
+use robot_model::explain::explain;
+use robot_model::model::{Model, fit};
+
+use super::case::{Case, Kind};
+use super::field::{PERIOD_MS, plan, record, sound};
+use super::hide::{Hidden, REFERENCE, regressors};
+use super::strength::{scaled, sigmas};
+
+/// What the judge found out about one case.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The case.
+    pub case: Case,
+    /// By how many sigma each hidden effect stands out, as the fit that knows it says.
+    pub reached: Vec<f64>,
+    /// For each hidden effect, whether it or a class with it was named.
+    pub named: Vec<bool>,
+    /// The effects found, each with its class.
+    pub found: Vec<Vec<String>>,
+    /// Effects found whose class holds none that is hidden.
+    pub extra: usize,
+    /// Whether something unexplained was reported.
+    pub flagged: bool,
+    /// On what it was said to depend.
+    pub depends_on: Vec<String>,
+    /// What it does depend on, outside the catalogue.
+    pub regressors: Vec<&'static str>,
+    /// Held-out error of the answer's model over that of the fit that knows the truth; outside the
+    /// catalogue, over that of the same robot without the effect.
+    pub held_out_ratio: f64,
+    /// For each parameter that the plant has, too: its name, and whether the 95 % interval covers it.
+    pub covered: Vec<(String, bool)>,
+    /// How long the explanation took \[s\].
+    pub explain_s: f64,
+    /// The campaign itself, for whoever wants to look.
+    pub campaign: host_cli::campaign::Campaign,
+    /// The answer.
+    pub answer: Answer,
+}
+
+impl Verdict {
+    /// Whether the answer is what the bar of its kind asks for.
+    pub fn good(&self) -> bool {
+        match self.case.kind {
+            Kind::Strong | Kind::Medium | Kind::Weak | Kind::Two => self.named.iter().all(|it| *it),
+            Kind::Nothing | Kind::Nuisance => !self.false_alarm(),
+            Kind::Outside => self.owned_up(),
+        }
+    }
+
+    /// An effect, or structure, where there is none.
+    pub fn false_alarm(&self) -> bool {
+        self.case.effects.is_empty() && (!self.found.is_empty() || self.flagged)
+    }
+
+    /// Outside the catalogue: structure flagged, or a stand-in that is as good as the truth.
+    pub fn owned_up(&self) -> bool {
+        self.flagged || (!self.found.is_empty() && self.held_out_ratio <= 1.1)
+    }
+
+    /// Outside the catalogue and flagged: whether a right regressor was named.
+    pub fn regressor_named(&self) -> Option<bool> {
+        (self.case.kind == Kind::Outside && self.flagged && !self.regressors.is_empty())
+            .then(|| self.depends_on.iter().any(|it| self.regressors.contains(&it.as_str())))
+    }
+}
+
+/// Records a case, has it explained, and judges the answer.
+///
+/// # Errors
+/// What went wrong, for a person to read.
+pub fn judge(case: &Case) -> Result<Verdict, String> {
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    let plan = plan();
+    let truth: Vec<&'static dyn Effect> =
+        case.effects.iter().filter_map(|it| find(it.id())).collect();
+    let sound = sound(case.seed, case.kind, &case.effects);
+    let run = |hidden: &[Hidden]| {
+        let mut scenario = sound.clone();
+        for it in hidden {
+            it.hide(&mut scenario);
+        }
+        scenario.validate().map_err(|error| text(&error))?;
+        let campaign = record(&scenario, &plan, PERIOD_MS).map_err(|error| text(&error))?;
+        let believed =
+            campaign.to_model(std::path::Path::new("campaign")).map_err(|error| text(&error))?;
+        Ok::<_, String>((scenario, campaign, believed))
+    };
+
+    let mut hidden: Vec<Hidden> = case
+        .effects
+        .iter()
+        .enumerate()
+        .map(|(k, effect)| Hidden {
+            effect: *effect,
+            strength: REFERENCE,
+            seed: case.seed ^ (k as u64 + 1) << 40,
+        })
+        .collect();
+    if let Some(wanted) = case.kind.sigmas() {
+        for k in 0..hidden.len() {
+            let (_, _, believed) = run(&hidden[k..=k])?;
+            let model = fit(&believed, &truth[k..=k]).map_err(|error| text(&error))?;
+            let reached = sigmas(&model, hidden[k].effect.id());
+            hidden[k].strength = scaled(REFERENCE, wanted, reached);
+            hidden[k] = hidden[k].possible_in(&sound);
+        }
+    }
+    let (scenario, campaign, believed) = run(&hidden)?;
+
+    // From here to the answer nobody knows what is hidden.
+    let began = Instant::now();
+    let answer = explain(&believed).map_err(|error| text(&error))?;
+    let explain_s = began.elapsed().as_secs_f64();
+
+    let oracle = match case.kind {
+        Kind::Outside => fit(&run(&[])?.2, &[]),
+        _ => fit(&believed, &truth),
+    };
+    let oracle = oracle.map_err(|error| text(&error))?;
+    let covered = covered(&answer, &hidden, &scenario);
+    Ok(verdict(case, campaign, answer, &oracle, covered, explain_s))
+}
+
+fn verdict(
+    case: &Case,
+    campaign: host_cli::campaign::Campaign,
+    answer: Answer,
+    oracle: &Model,
+    covered: Vec<(String, bool)>,
+    explain_s: f64,
+) -> Verdict {
+    let found: Vec<Vec<String>> = answer.steps.iter().map(|step| step.class.clone()).collect();
+    let holds = |class: &[String], id: &str| class.iter().any(|it| it == id);
+    let after = answer.steps.last().map_or(answer.baseline.heldout, |step| step.heldout);
+    Verdict {
+        reached: case.effects.iter().map(|it| sigmas(oracle, it.id())).collect(),
+        named: case
+            .effects
+            .iter()
+            .map(|it| found.iter().any(|class| holds(class, it.id())))
+            .collect(),
+        extra: found
+            .iter()
+            .filter(|class| !case.effects.iter().any(|it| holds(class, it.id())))
+            .count(),
+        flagged: answer.unexplained.structure,
+        depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
+        regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
+        held_out_ratio: after.position_rms_m / oracle.errors.heldout.position_rms_m,
+        found,
+        covered,
+        explain_s,
+        case: case.clone(),
+        campaign,
+        answer,
+    }
+}
+
+/// The parameters of effects found that the plant has in so many words.
+fn covered(
+    answer: &Answer,
+    hidden: &[Hidden],
+    scenario: &sim_target::Scenario,
+) -> Vec<(String, bool)> {
+    let mut covered = Vec::new();
+    for step in &answer.steps {
+        if !hidden.iter().any(|it| it.effect.id() == step.effect) {
+            continue;
+        }
+        for (name, value) in super::hide::true_parameters(&step.effect, scenario) {
+            let holds = |it: &&ParameterFound| it.name == name;
+            if let Some(it) = step.parameters.iter().find(holds) {
+                let name = format!("{}.{name}", step.effect);
+                covered.push((name, it.low95 <= value && value <= it.high95));
+            }
+        }
+    }
+    covered
+}

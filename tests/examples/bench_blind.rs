@@ -1,0 +1,176 @@
+//! Robots with a hidden effect, explained without being told: `cargo xtask bench blind`.
+//!
+//! ```text
+//! cargo xtask bench blind [--seed S] [--campaigns N]    the whole of it; exit code 1 if a bar is missed
+//!     --case I        only this case, with its answer
+//!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
+//!     --keep DIR      leaves the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
+//! ```
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use beeline_tests::blind::case::{Case, Kind, cases};
+use beeline_tests::blind::score::{bars, confusion, ids, misses, table};
+use beeline_tests::blind::verdict::Verdict;
+use beeline_tests::blind::{field, judge_all};
+use host_cli::ui::Progress;
+
+/// What is reported; whoever tunes takes others.
+const SEED: u64 = 1;
+/// Half of them hide nothing.
+const CAMPAIGNS: usize = 420;
+
+struct Arguments {
+    seed: u64,
+    campaigns: usize,
+    case: Option<usize>,
+    only: Option<Kind>,
+    keep: Option<PathBuf>,
+    keep_all: bool,
+}
+
+fn main() -> ExitCode {
+    let arguments = match arguments() {
+        Ok(arguments) => arguments,
+        Err(why) => {
+            eprintln!(
+                "{why}\nusage: bench_blind [--seed S] [--campaigns N] [--case I] [--only KIND] [--keep DIR] [--keep-all]"
+            );
+            return ExitCode::from(2);
+        }
+    };
+    let chosen: Vec<Case> = cases(arguments.seed, arguments.campaigns)
+        .into_iter()
+        .filter(|it| arguments.case.is_none_or(|case| it.index == case))
+        .filter(|it| arguments.only.is_none_or(|kind| it.kind == kind))
+        .collect();
+    println!(
+        "{} campaigns of {} runs, seed {}",
+        chosen.len(),
+        field::plan().runs.len(),
+        arguments.seed
+    );
+    let began = Instant::now();
+    let progress = Progress::new("blind campaigns", false);
+    let done = AtomicUsize::new(0);
+    let results = judge_all(&chosen, &|_, _| {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress.set(done as f64 / chosen.len() as f64);
+    });
+    drop(progress);
+    let verdicts: Vec<Verdict> =
+        results.iter().filter_map(|it| it.as_ref().ok()).cloned().collect();
+    for (case, result) in chosen.iter().zip(&results) {
+        if let Err(why) = result {
+            println!(
+                "case {} ({}) could not be judged: {why}",
+                case.index,
+                format!("{:?}", case.effects)
+            );
+        }
+    }
+    if let Some(folder) = &arguments.keep
+        && let Err(why) = keep(folder, &verdicts, arguments.keep_all)
+    {
+        println!("cannot keep the campaigns: {why}");
+    }
+    if arguments.case.is_some() {
+        verdicts.iter().for_each(print_answer);
+    }
+    println!();
+    print!("{}", confusion(&verdicts));
+    println!("\nnot as they should be, by case (--case I shows one):");
+    print!("{}", misses(&verdicts));
+    println!();
+    let bars = bars(&verdicts);
+    print!("{}", table(&bars));
+    let extra = verdicts.iter().filter(|it| !it.case.effects.is_empty() && it.extra > 0).count();
+    let mut explain_s: Vec<f64> = verdicts.iter().map(|it| it.explain_s).collect();
+    explain_s.sort_by(f64::total_cmp);
+    println!(
+        "{extra} campaigns with an effect were given one more that is not there; explained in {:.1} s (median), {:.1} s (longest); {:.0} s in all",
+        explain_s.get(explain_s.len() / 2).copied().unwrap_or(f64::NAN),
+        explain_s.last().copied().unwrap_or(f64::NAN),
+        began.elapsed().as_secs_f64()
+    );
+    let all_judged = results.iter().all(Result::is_ok);
+    if all_judged && bars.iter().all(|bar| bar.holds()) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+fn print_answer(it: &Verdict) {
+    println!("\ncase {}: {} {:?}", it.case.index, it.case.kind.name(), it.case.effects);
+    let mm = |errors: robot_model::answer::Errors| errors.position_rms_m * 1e3;
+    println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.heldout));
+    for step in &it.answer.steps {
+        println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.heldout), step.why);
+    }
+    println!("  unexplained: {:?}", it.answer.unexplained);
+    println!("  held out over the truth's: {:.3}", it.held_out_ratio);
+}
+
+/// Leaves campaigns in folders, and what they hide in a file beside them.
+fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
+    std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
+    let mut truth = String::from("case\tkind\thidden\tgood\n");
+    for it in verdicts.iter().filter(|it| all || !it.good()) {
+        let place = folder.join(format!("case_{:04}", it.case.index));
+        let _ = std::fs::remove_dir_all(&place);
+        field::keep(&it.campaign, &place).map_err(|error| error.to_string())?;
+        truth += &format!(
+            "{}\t{}\t{}\t{}\n",
+            it.case.index,
+            it.case.kind.name(),
+            ids(it).join(","),
+            it.good()
+        );
+    }
+    std::fs::write(folder.join("truth.tsv"), truth).map_err(|error| error.to_string())
+}
+
+fn arguments() -> Result<Arguments, String> {
+    let mut arguments = Arguments {
+        seed: SEED,
+        campaigns: CAMPAIGNS,
+        case: None,
+        only: None,
+        keep: None,
+        keep_all: false,
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        let number = |text: String| -> Result<u64, String> {
+            text.parse().map_err(|_| format!("{text}: not a number"))
+        };
+        match word.as_str() {
+            "--seed" => arguments.seed = number(value()?)?,
+            "--campaigns" => arguments.campaigns = number(value()?)?.max(1) as usize,
+            "--case" => arguments.case = Some(number(value()?)? as usize),
+            "--keep" => arguments.keep = Some(value()?.into()),
+            "--keep-all" => arguments.keep_all = true,
+            "--only" => {
+                let name = value()?;
+                let kinds = [
+                    ("strong", Kind::Strong),
+                    ("medium", Kind::Medium),
+                    ("weak", Kind::Weak),
+                    ("two", Kind::Two),
+                    ("nothing", Kind::Nothing),
+                    ("nuisance", Kind::Nuisance),
+                    ("outside", Kind::Outside),
+                ];
+                let kind = kinds.iter().find(|it| it.0 == name);
+                arguments.only = Some(kind.ok_or(format!("no kind `{name}`"))?.1);
+            }
+            _ => return Err(format!("unknown argument {word}")),
+        }
+    }
+    Ok(arguments)
+}

@@ -39,15 +39,17 @@ impl Campaign {
         let runs: Vec<PreparedRun> = self
             .runs
             .iter()
-            .zip(&clocks)
-            .map(|(recording, clock_s)| {
-                let motion = Motion::new(&self.robot, recording, *clock_s);
+            .enumerate()
+            .map(|(index, recording)| {
+                let clock_s = clocks.as_ref().map(|it| it[index]);
+                let motion = Motion::new(&self.robot, recording, clock_s);
                 let kind = kind_of(&motion);
                 PreparedRun { recording: recording.clone(), motion, kind }
             })
             .collect();
         let mut survey = Survey::default();
-        for (run, clock_s) in runs.iter().zip(clocks) {
+        for (index, run) in runs.iter().enumerate() {
+            let clock_s = clocks.as_ref().map_or(0.0, |it| it[index]);
             let path_m: f64 = run.motion.steps.iter().map(|it| it.travel_m().abs()).sum();
             survey.path_max_m = survey.path_max_m.max(path_m);
             survey.span_s = survey.span_s.max(clock_s + run.recording.duration_s());
@@ -63,23 +65,9 @@ impl Campaign {
 
 /// When each run began, from the campaign's first moment \[s\].
 ///
-/// Where not every run says so, they are taken to follow one another in their order.
-fn clocks_s(runs: &[Recording]) -> Vec<f64> {
-    let told: Option<Vec<f64>> = runs.iter().map(|run| run.started_s).collect();
-    match told {
-        Some(told) => {
-            let first = told.iter().copied().fold(f64::INFINITY, f64::min);
-            told.into_iter().map(|it| it - first).collect()
-        }
-        None => {
-            let mut clock_s = 0.0;
-            runs.iter()
-                .map(|run| {
-                    let began = clock_s;
-                    clock_s += run.duration_s();
-                    began
-                })
-                .collect()
-        }
-    }
+/// `None` where not every run says so: nothing is read from the order in which files happen to be listed.
+fn clocks_s(runs: &[Recording]) -> Option<Vec<f64>> {
+    let told: Vec<f64> = runs.iter().map(|run| run.started_s).collect::<Option<_>>()?;
+    let first = told.iter().copied().fold(f64::INFINITY, f64::min);
+    Some(told.into_iter().map(|it| it - first).collect())
 }

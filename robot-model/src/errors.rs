@@ -87,6 +87,27 @@ pub(crate) fn train(
     total(each, evidence.total.chi_squared(columns, &delta), evidence.total.rows)
 }
 
+/// The squared position errors of each run, summed, with these columns fitted to all other runs
+/// \[m^2\].
+///
+/// `None` for a campaign of one run, which leaves nothing to fit to.
+pub(crate) fn held_out_positions(
+    prepared: &Prepared,
+    (evidence, terms): (&Evidence, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Option<Vec<f64>> {
+    if prepared.runs.len() < 2 {
+        return None;
+    }
+    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
+    Some(parallel::map(&runs, |run| {
+        let sums = evidence.without(|_, unit| unit.run == *run);
+        let delta = evidence.solve(&sums, columns).delta;
+        squares(&prepared.runs[*run], &moved(terms, columns, &delta), noise).position
+    }))
+}
+
 /// Errors with these columns fitted, for each run, to all others.
 ///
 /// Of a campaign of one run, its blocks are held out of chi in turn; its track is that of the fit to

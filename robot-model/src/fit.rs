@@ -8,8 +8,9 @@ use crate::effect::{Effect, Role};
 use crate::evidence::Evidence;
 use crate::gyro::whiten_gyro;
 use crate::increment::Term;
-use crate::odometry_noise::{NUMBERS, OdometryNoise, Search, most_likely};
+use crate::odometry_noise::{NUMBERS, OdometryNoise, Search, Whitened, most_likely};
 use crate::parallel;
+use crate::recording::Sight;
 use crate::whiten::{Innovation, Sink, whiten};
 
 /// Most rounds of Gauss-Newton.
@@ -57,8 +58,32 @@ pub(crate) fn minus_two_log_likelihood(
     each.iter().sum()
 }
 
-/// Steps that the noise is learnt from; of more, every so many runs are taken.
-const NOISE_STEPS_MAX: usize = 30_000;
+/// Collects what the noise is learnt from.
+impl Sink for Vec<Whitened> {
+    fn row(&mut self, innovation: Innovation, _: &[f64]) {
+        self.push((innovation.value, innovation.variance));
+    }
+}
+
+/// The whitened numbers of some runs, of these poses of each.
+fn whitened(
+    runs: &[(&PreparedRun, &[Sight])],
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Vec<Whitened> {
+    let each = parallel::map(runs, |(run, sights)| {
+        let mut rows: Vec<Whitened> = Vec::with_capacity(4 * sights.len());
+        whiten(&run.motion, sights, terms, 0, noise, &mut rows);
+        whiten_gyro(run, terms, 0, noise, &mut rows);
+        rows
+    });
+    each.concat()
+}
+
+/// Poses that the noise is learnt from; of more, bursts are taken.
+const NOISE_SIGHTS_MAX: usize = 8_000;
+/// So many poses in a row, so that what fades within a second is seen to fade.
+const BURST: usize = 10;
 
 /// The noise that fits best with these terms as they are.
 pub(crate) fn fit_noise(
@@ -69,20 +94,29 @@ pub(crate) fn fit_noise(
 ) -> OdometryNoise {
     let fixed: Vec<Term<'_>> =
         terms.iter().map(|term| Term { column: None, ..term.clone() }).collect();
-    let steps: usize = prepared.runs.iter().map(|run| run.motion.steps.len()).sum();
-    let every = steps.div_ceil(NOISE_STEPS_MAX).max(1);
-    let runs: Vec<&PreparedRun> = prepared.runs.iter().step_by(every).collect();
+    let sights: usize = prepared.runs.iter().map(|run| run.recording.sights.len()).sum();
+    let every = sights.div_ceil(NOISE_SIGHTS_MAX).max(1);
+    let thinned: Vec<Vec<Sight>> = prepared
+        .runs
+        .iter()
+        .map(|run| {
+            let bursts = run.recording.sights.chunks(BURST).step_by(every);
+            bursts.flatten().copied().collect()
+        })
+        .collect();
+    let runs: Vec<(&PreparedRun, &[Sight])> =
+        prepared.runs.iter().zip(thinned.iter().map(Vec::as_slice)).collect();
     let robot = &prepared.robot;
     let mut given = [false; NUMBERS];
     given[0] = robot.position_sigma_m.is_some();
     given[1] = robot.heading_sigma_rad.is_some();
-    given[7] = runs.iter().all(|run| run.recording.gyro.len() < 2);
+    given[7] = prepared.runs.iter().all(|run| run.recording.gyro.len() < 2);
     let told = |noise: OdometryNoise| OdometryNoise {
         position_sigma_m: robot.position_sigma_m.unwrap_or(noise.position_sigma_m),
         heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(noise.heading_sigma_rad),
         ..noise
     };
-    most_likely(told(start), given, search, |noise| minus_two_log_likelihood(&runs, &fixed, noise))
+    most_likely(told(start), given, search, |noise| whitened(&runs, &fixed, noise))
 }
 
 /// Fits the parameters of these terms, with the noise as given.
@@ -112,10 +146,11 @@ pub(crate) fn fit_parameters<'a>(
         let mut next = 0;
         for term in &mut terms {
             let effect: &dyn Effect = term.effect;
-            for (value, parameter) in term.values.iter_mut().zip(effect.facts().parameters) {
+            for (j, value) in term.values.iter_mut().enumerate() {
                 *value += solution.delta[next];
-                if parameter.role == Role::Shape {
-                    *value = value.clamp(parameter.low, parameter.high);
+                if effect.facts().parameters[j].role == Role::Shape {
+                    let (low, high) = effect.range(j, &prepared.survey);
+                    *value = value.clamp(low, high.max(low));
                 }
                 next += 1;
             }
@@ -124,7 +159,7 @@ pub(crate) fn fit_parameters<'a>(
 }
 
 /// Less change of chi^2 than this share leaves the noise as it is.
-const NOISE_CHANGE: f64 = 0.003;
+const NOISE_CHANGE: f64 = 0.005;
 
 /// Fits parameters, and the noise anew where that made a difference.
 pub(crate) fn fit<'a>(
@@ -137,13 +172,33 @@ pub(crate) fn fit<'a>(
     if (first.chi_squared / first.rows.max(1.0) - 1.0).abs() < NOISE_CHANGE {
         return first;
     }
-    let noise = fit_noise(prepared, &first.terms, start, Search::Near);
-    fit_parameters(prepared, first.terms, noise)
+    with_noise(prepared, first, Search::Near)
 }
 
 /// Fits from nothing known of the noise.
 pub(crate) fn fit_afresh<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
     let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
-    let noise = fit_noise(prepared, &first.terms, OdometryNoise::TYPICAL, Search::Wide);
-    fit_parameters(prepared, first.terms, noise)
+    with_noise(prepared, first, Search::Wide)
 }
+
+/// Learns the noise about a fit, and fits once more with it.
+fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fitted<'a> {
+    let noise = fit_noise(prepared, &about.terms, about.noise, search);
+    let fitted = fit_parameters(prepared, about.terms, noise);
+    // Its shape is learnt from some of the poses; its size is that of all of them.
+    let robot = &prepared.robot;
+    let told = robot.position_sigma_m.is_some() || robot.heading_sigma_rad.is_some();
+    if told || fitted.rows < ROWS_FOR_SIZE {
+        return fitted;
+    }
+    let size = (fitted.chi_squared / fitted.rows).sqrt();
+    Fitted {
+        noise: noise.times(size),
+        covariance: fitted.covariance * (size * size),
+        chi_squared: fitted.rows,
+        ..fitted
+    }
+}
+
+/// From so many rows on the size of the noise is their matter alone, not that of what is typical.
+const ROWS_FOR_SIZE: f64 = 1000.0;

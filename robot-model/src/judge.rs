@@ -62,12 +62,14 @@ pub(crate) struct Judgement {
 }
 
 impl Judgement {
-    /// Held-out runs get better, no kind gets worse, and the value is physical.
+    /// Held-out runs get better, and the value is physical.
+    pub fn is_sound(&self) -> bool {
+        self.held_out_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
+    }
+
+    /// It is sound, and no kind of run gets worse.
     pub fn passes_held_out(&self) -> bool {
-        self.held_out_gain > 0.0
-            && !self.implausible
-            && self.own_share > OWN_SHARE_MIN
-            && self.worse_kind.is_none()
+        self.is_sound() && self.worse_kind.is_none()
     }
 }
 

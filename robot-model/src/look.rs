@@ -3,10 +3,12 @@
 
 use crate::campaign::Prepared;
 use crate::effect::{Effect, Role};
+use crate::errors::held_out_positions;
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::Fitted;
 use crate::increment::Term;
 use crate::judge::{Judgement, Question, judge};
+use crate::odometry_noise::OdometryNoise;
 
 /// One effect as a candidate, at the best start of its shapes.
 #[derive(Clone, Debug)]
@@ -26,6 +28,20 @@ pub(crate) struct Look<'a> {
     terms: Vec<Term<'a>>,
     in_model: usize,
     evidence: Evidence,
+    noise: OdometryNoise,
+}
+
+/// Tracks get worse if their squared errors grow by more than so many sigmas of that growth, taken from
+/// how it differs from run to run: an effect that is there, but too weak for a track to show it, is
+/// refused once in six times at the most.
+const WORSE_SIGMAS: f64 = 1.0;
+
+/// Whether the squared errors of runs are greater `with` than `without`.
+fn worse(without: Option<Vec<f64>>, with: Option<Vec<f64>>) -> bool {
+    let Some((without, with)) = without.zip(with) else { return false };
+    let growth: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+    let squares: f64 = growth.iter().map(|it| it * it).sum();
+    growth.iter().sum::<f64>() > WORSE_SIGMAS * squares.sqrt()
 }
 
 /// What an effect's parameters, shapes included, cost in -2 log likelihood: Akaike's two each.
@@ -46,7 +62,7 @@ impl<'a> Look<'a> {
             }
         }
         let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
-        Self { terms, in_model, evidence }
+        Self { terms, in_model, evidence, noise: fitted.noise }
     }
 
     /// How many effects are asked about: those of the model and the candidates.
@@ -151,6 +167,36 @@ impl<'a> Look<'a> {
             .collect()
     }
 
+    /// Whether tracks of runs held out are predicted worse with a candidate in place of some effects of
+    /// the model than with the model as it is.
+    pub fn tracks_get_worse(
+        &self,
+        prepared: &Prepared,
+        left_out: &[usize],
+        candidate: &Term<'a>,
+    ) -> bool {
+        let with = self.held_out_positions(prepared, left_out, Some(candidate));
+        worse(self.held_out_positions(prepared, &[], None), with)
+    }
+
+    fn held_out_positions(
+        &self,
+        prepared: &Prepared,
+        left_out: &[usize],
+        candidate: Option<&Term<'a>>,
+    ) -> Option<Vec<f64>> {
+        let evidence = self.evidence_without(left_out);
+        let mut columns = self.model_columns(left_out);
+        let kept = self.terms[..self.in_model].iter().enumerate();
+        let mut terms: Vec<Term<'a>> =
+            kept.filter(|(i, _)| !left_out.contains(i)).map(|(_, it)| it.clone()).collect();
+        if let Some(term) = candidate {
+            columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
+            terms.push(term.clone());
+        }
+        held_out_positions(prepared, (&evidence, &terms), &columns, &self.noise)
+    }
+
     /// The share of what an effect of the model does that a candidate could do in its place.
     pub fn resemblance(&self, index: usize, candidate: &Term<'a>) -> f64 {
         let term = &self.terms[index];
@@ -168,9 +214,20 @@ impl<'a> Look<'a> {
 
     /// -2 log likelihood and penalty of the model without these effects of it, the rest fitted anew.
     pub fn cost_without(&self, left_out: &[usize]) -> f64 {
+        self.cost(left_out, None)
+    }
+
+    /// The same with a candidate in it.
+    pub fn cost(&self, left_out: &[usize], candidate: Option<&Term<'a>>) -> f64 {
         let evidence = self.evidence_without(left_out);
-        let model = self.model_columns(left_out);
-        let delta = evidence.solve(&evidence.total, &model).delta;
-        evidence.total.chi_squared(&model, &delta) + 2.0 * model.len() as f64
+        let mut columns = self.model_columns(left_out);
+        let kept = self.terms[..self.in_model].iter().enumerate();
+        let kept = kept.filter(|(index, _)| !left_out.contains(index)).map(|(_, term)| term);
+        let price: f64 = kept.chain(candidate).map(penalty).sum();
+        if let Some(term) = candidate {
+            columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
+        }
+        let delta = evidence.solve(&evidence.total, &columns).delta;
+        evidence.total.chi_squared(&columns, &delta) + price
     }
 }

@@ -20,7 +20,8 @@ pub struct Step {
     pub t_s: f64,
     /// Duration, dt \[s\].
     pub dt_s: f64,
-    /// The same middle on the campaign's clock, zero at its first run \[s\].
+    /// The same middle on the campaign's clock, zero at its first run; zero throughout if nobody knows
+    /// when the runs began \[s\].
     pub clock_s: f64,
     /// Wheel angles before the step \[rad\].
     pub phi_rad: Sides<f64>,
@@ -84,8 +85,9 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// The steps of a recording that began `clock_s` after the campaign.
-    pub fn new(robot: &Robot, recording: &Recording, clock_s: f64) -> Self {
+    /// The steps of a recording that began `clock_s` after the campaign; if nobody knows when, the
+    /// campaign's clock stands still.
+    pub fn new(robot: &Robot, recording: &Recording, clock_s: Option<f64>) -> Self {
         let radius_m = robot.wheel_radius_m;
         let start_s = recording.wheels[0].t_s;
         let spacing_s = recording.duration_s() / (recording.wheels.len() - 1) as f64;
@@ -109,7 +111,7 @@ impl Motion {
             let step = Step {
                 t_s: middle_s - start_s,
                 dt_s: after.t_s - before.t_s,
-                clock_s: clock_s + middle_s - start_s,
+                clock_s: clock_s.map_or(0.0, |it| it + middle_s - start_s),
                 phi_rad: before.phi_rad,
                 dphi_rad: before.phi_rad.zip(after.phi_rad).map(|(a, b)| b - a),
                 wheel_speed_mps: speed(middle_s),

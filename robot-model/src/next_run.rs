@@ -103,7 +103,7 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
     for (heading_rad, payload_kg, pieces) in &plan.runs {
         let mut run = drive(&prepared.robot, plan.kind, pieces, &settings);
         run.payload_kg = *payload_kg;
-        let motion = crate::motion::Motion::new(&prepared.robot, &run, clock_s);
+        let motion = crate::motion::Motion::new(&prepared.robot, &run, Some(clock_s));
         let start = Pose::new(0.0, 0.0, *heading_rad);
         let track = open_loop_from(start, &motion, &run.sights, terms);
         run.sights = track

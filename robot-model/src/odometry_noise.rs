@@ -4,11 +4,17 @@
 //! measured = pose + e + white noise                                                   (1)
 //! var(growth of the pose's error along d metres) = k^2 d                              (2)
 //! e: stationary, exp(-t/T) correlated                                                 (3)
+//! heading measured = heading + psi,  time measured = time + tau, of each run          (4)
 //! ```
 //!
 //! (3) is whatever makes neighbouring measurements err alike without adding up: jittering time
 //! stamps, a camera that is off in one place, counts that stand still. Without it, real recordings are
 //! read as if dead reckoning lost its way fast, and what a long way tells is thrown away.
+//!
+//! (4) is what is constant in a run and different in the next: a body frame that was drawn anew, a clock
+//! that was synchronised anew. Only its spread from run to run is noise; what all runs share is an effect.
+
+use nalgebra::{DMatrix, DVector};
 
 /// Noise of measured poses, and of the way between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +35,10 @@ pub struct OdometryNoise {
     pub wobble_s: f64,
     /// Wandering of the heading by the yaw rate sensor: sigma after one second \[rad/sqrt(s)\].
     pub gyro_walk: f64,
+    /// psi of (4), one sigma over the runs \[rad\].
+    pub heading_offset_rad: f64,
+    /// tau of (4), one sigma over the runs \[s\].
+    pub clock_offset_s: f64,
 }
 
 impl OdometryNoise {
@@ -42,6 +52,8 @@ impl OdometryNoise {
         heading_wobble_rad: 7e-4,
         wobble_s: 0.5,
         gyro_walk: 1e-3,
+        heading_offset_rad: 2e-3,
+        clock_offset_s: 2e-3,
     };
 
     /// k_s^2 d, with d the mean of both wheels' rolling \[m^2\].
@@ -59,6 +71,17 @@ impl OdometryNoise {
         (-t_s / self.wobble_s).exp()
     }
 
+    /// The same with all sigmas so many times as large.
+    pub(crate) fn times(self, size: f64) -> Self {
+        let mut it = self.to_array();
+        for (i, number) in it.iter_mut().enumerate() {
+            if i != WOBBLE_S {
+                *number *= size;
+            }
+        }
+        Self::from_array(it)
+    }
+
     /// As numbers, for a search.
     pub(crate) fn to_array(self) -> [f64; NUMBERS] {
         [
@@ -70,6 +93,8 @@ impl OdometryNoise {
             self.heading_wobble_rad,
             self.wobble_s,
             self.gyro_walk,
+            self.heading_offset_rad,
+            self.clock_offset_s,
         ]
     }
 
@@ -84,12 +109,17 @@ impl OdometryNoise {
             heading_wobble_rad: it[5],
             wobble_s: it[6],
             gyro_walk: it[7],
+            heading_offset_rad: it[8],
+            clock_offset_s: it[9],
         }
     }
 }
 
 /// How many numbers make up the noise.
-pub(crate) const NUMBERS: usize = 8;
+pub(crate) const NUMBERS: usize = 10;
+
+/// Of them, the one that is a time and no sigma.
+const WOBBLE_S: usize = 6;
 
 /// Which of them are given, in the order of [`OdometryNoise::to_array`].
 pub(crate) type Given = [bool; NUMBERS];
@@ -111,69 +141,121 @@ pub(crate) enum Search {
     Near,
 }
 
-/// The noise that makes `minus_two_log_likelihood` least, starting at `start`.
+/// A whitened number: its innovation nu and the innovation's variance s.
+pub(crate) type Whitened = (f64, f64);
+
+/// The noise that makes -2 log likelihood, sum ln s + nu^2 / s, least, starting at `start`.
 ///
-/// A search along each axis of the logarithms, with steps that halve. What is typical counts as
-/// much as one measurement would, so that four poses in all do not give a noise of zero.
+/// Fisher's scoring in the logarithms of the numbers: with the derivatives of every ln s and nu,
+///
+/// ```text
+/// g_i  = sum (1 - nu^2/s) dln s/di + 2 nu/s dnu/di                                    (5)
+/// H_ij = sum dln s/di dln s/dj + 2/s dnu/di dnu/dj                                    (6)
+/// ```
+///
+/// What is typical counts as much as one measurement would, so that four poses in all do not give a
+/// noise of zero.
 pub(crate) fn most_likely(
     start: OdometryNoise,
     given: Given,
     search: Search,
-    mut minus_two_log_likelihood: impl FnMut(&OdometryNoise) -> f64,
+    whitened: impl Fn(&OdometryNoise) -> Vec<Whitened>,
 ) -> OdometryNoise {
-    let typical = OdometryNoise::TYPICAL.to_array();
-    let mut cost = |noise: [f64; NUMBERS]| {
-        let prior: f64 = (0..NUMBERS)
-            .filter(|i| !given[*i])
-            .map(|i| ((noise[i] / typical[i]).ln() / PRIOR_EFOLDS).powi(2))
-            .sum();
-        prior + minus_two_log_likelihood(&OdometryNoise::from_array(noise))
-    };
-    match search {
-        Search::Near => descend(start.to_array(), &given, 0.2, &mut cost).0,
-        Search::Wide => {
-            let fading = OdometryNoise {
-                position_wobble_m: 2e-3,
-                heading_wobble_rad: 1e-2,
-                wobble_s: 3.0,
-                ..start
-            };
-            let (adds_up, cost_up) = descend(start.to_array(), &given, 0.8, &mut cost);
-            let (fades, cost_fades) = descend(fading.to_array(), &given, 0.8, &mut cost);
-            if cost_fades < cost_up { fades } else { adds_up }
-        }
+    let near = score(start, &given, &whitened);
+    if search == Search::Near {
+        return near.0;
     }
+    let fading =
+        OdometryNoise { position_wobble_m: 2e-3, heading_wobble_rad: 1e-2, wobble_s: 2.0, ..start };
+    let fades = score(fading, &given, &whitened);
+    if fades.1 < near.1 { fades.0 } else { near.0 }
 }
 
-fn descend(
-    start: [f64; NUMBERS],
+/// A difference of logarithms that gives a derivative.
+const DIFFERENCE: f64 = 0.02;
+/// Most rounds of scoring.
+const ROUNDS_MAX: usize = 12;
+/// Less fall of -2 log likelihood than this is the bottom.
+const FALL_MIN: f64 = 0.3;
+
+/// Equations (5) and (6) to the bottom; the noise and its -2 log likelihood, prior included.
+fn score(
+    start: OdometryNoise,
     given: &Given,
-    mut step: f64,
-    cost: &mut impl FnMut([f64; NUMBERS]) -> f64,
+    whitened: &impl Fn(&OdometryNoise) -> Vec<Whitened>,
 ) -> (OdometryNoise, f64) {
-    let mut best = start;
-    let mut least = cost(best);
-    // The way each number went last is tried first.
-    let mut way = [1.0; NUMBERS];
-    // To 5 % of a sigma: the chi of the residuals is then right to 5 % at worst.
-    while step > 0.05 {
-        let mut improved = false;
-        for i in (0..NUMBERS).filter(|i| !given[*i]) {
-            for _ in 0..2 {
-                let mut trial = best;
-                trial[i] *= f64::exp(way[i] * step);
-                trial[6] = trial[6].clamp(WOBBLE_S_MIN, WOBBLE_S_MAX);
-                let value = cost(trial);
-                if value < least - 0.1 {
-                    (best, least, improved) = (trial, value, true);
-                    break;
+    let typical = OdometryNoise::TYPICAL.to_array();
+    let free: Vec<usize> = (0..NUMBERS).filter(|i| !given[*i]).collect();
+    let prior = |noise: &[f64; NUMBERS], i: usize| (noise[i] / typical[i]).ln() / PRIOR_EFOLDS;
+    let cost = |noise: &[f64; NUMBERS], rows: &[Whitened]| -> f64 {
+        let data: f64 = rows.iter().map(|(nu, s)| s.ln() + nu * nu / s).sum();
+        data + free.iter().map(|i| prior(noise, *i).powi(2)).sum::<f64>()
+    };
+    let mut best = start.to_array();
+    let mut rows = whitened(&start);
+    let mut least = cost(&best, &rows);
+    let mut damping = 1e-3;
+    for _ in 0..ROUNDS_MAX {
+        let slopes: Vec<Vec<Whitened>> = free
+            .iter()
+            .map(|i| {
+                let mut there = best;
+                there[*i] *= DIFFERENCE.exp();
+                let mut moved = whitened(&OdometryNoise::from_array(there));
+                for (moved, here) in moved.iter_mut().zip(&rows) {
+                    *moved = (
+                        (moved.0 - here.0) / (DIFFERENCE * here.1.sqrt()),
+                        (moved.1 / here.1).ln() / DIFFERENCE,
+                    );
                 }
-                way[i] = -way[i];
+                moved
+            })
+            .collect();
+        let n = free.len();
+        let mut gradient = DVector::zeros(n);
+        let mut curvature = DMatrix::zeros(n, n);
+        for (i, a) in slopes.iter().enumerate() {
+            for ((nu, s), (dnu, dln)) in rows.iter().zip(a) {
+                let z = nu / s.sqrt();
+                gradient[i] += (1.0 - z * z) * dln + 2.0 * z * dnu;
             }
+            for (j, b) in slopes[..=i].iter().enumerate() {
+                let sum: f64 = a.iter().zip(b).map(|(a, b)| a.1 * b.1 + 2.0 * a.0 * b.0).sum();
+                curvature[(i, j)] = sum;
+                curvature[(j, i)] = sum;
+            }
+            gradient[i] += 2.0 * prior(&best, free[i]) / PRIOR_EFOLDS;
+            curvature[(i, i)] += 2.0 / (PRIOR_EFOLDS * PRIOR_EFOLDS);
         }
-        if !improved {
-            step /= 2.0;
+        let before = least;
+        // Damped more until it falls.
+        for _ in 0..4 {
+            let mut damped = curvature.clone();
+            for i in 0..n {
+                damped[(i, i)] *= 1.0 + damping;
+            }
+            let Some(factor) = damped.cholesky() else { break };
+            let step = factor.solve(&gradient);
+            let mut there = best;
+            for (i, step) in free.iter().zip(step.iter()) {
+                there[*i] *= (-step).clamp(-EFOLDS_MAX, EFOLDS_MAX).exp();
+            }
+            there[WOBBLE_S] = there[WOBBLE_S].clamp(WOBBLE_S_MIN, WOBBLE_S_MAX);
+            let moved = whitened(&OdometryNoise::from_array(there));
+            let value = cost(&there, &moved);
+            if value < least {
+                (best, rows, least) = (there, moved, value);
+                damping *= 0.1;
+                break;
+            }
+            damping = (damping * 10.0).max(0.01);
+        }
+        if before - least < FALL_MIN {
+            break;
         }
     }
     (OdometryNoise::from_array(best), least)
 }
+
+/// The furthest that one step of scoring goes.
+const EFOLDS_MAX: f64 = 1.5;

@@ -35,7 +35,7 @@ pub(crate) struct Selection<'a> {
 
 /// The model of a campaign: of all models tried in which every effect stands, the most likely one.
 pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> Selection<'a> {
-    let mut fitted = fit_afresh(prepared, Vec::new());
+    let mut fitted = fit_afresh(prepared, geometry(catalogue));
     // What was tried before is not gone to again, so that the search ends.
     let mut seen = BTreeSet::from([ids(&fitted.terms)]);
     let mut best: Option<(f64, Fitted<'a>)> = None;
@@ -48,8 +48,10 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
                 best = Some((cost, fitted.clone()));
             }
         }
-        let forward =
-            || exchange(&look, &fitted, &seen).or_else(|| addition(&look, &fitted, &seen));
+        let forward = || {
+            exchange(prepared, &look, &fitted, &seen)
+                .or_else(|| addition(prepared, &look, &fitted, &seen))
+        };
         let forward = if seen.len() < MODELS_MAX { forward() } else { None };
         let Some(next) = forward.or(falls) else { break };
         seen.insert(ids(&next));
@@ -60,6 +62,17 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     let look = Look::new(prepared, &fitted, catalogue);
     let (kept, rejected) = (look.kept(), look.candidates(&[]));
     Selection { fitted, kept, rejected, look }
+}
+
+/// What every robot is to be measured for first, and what everything else has to stand beside.
+const GEOMETRY: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
+
+/// Where the search starts: radii and track width free. What is left over is then nearer to noise than
+/// what a nominal robot leaves, so that the noise is not learnt from the errors that are looked for, and
+/// no stand-in gets a hearing before they had theirs. They have to stand in the end as all others do.
+fn geometry<'a>(catalogue: &[&'a dyn Effect]) -> Vec<Term<'a>> {
+    let wanted = catalogue.iter().filter(|it| GEOMETRY.contains(&it.facts().id));
+    wanted.map(|effect| Term { effect: *effect, values: vec![0.0], column: None }).collect()
 }
 
 /// -2 log likelihood with the noise as fitted, and the penalty: what standing models are compared by.
@@ -79,6 +92,7 @@ fn ids(terms: &[Term<'_>]) -> Vec<String> {
 
 /// The model with one effect, or two, exchanged for a single one that explains as much.
 fn exchange<'a>(
+    prepared: &Prepared,
     look: &Look<'a>,
     fitted: &Fitted<'a>,
     seen: &BTreeSet<Vec<String>>,
@@ -87,17 +101,29 @@ fn exchange<'a>(
     let singles = (0..count).map(|i| vec![i]);
     let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| vec![i, j]));
     let whole = look.cost_without(&[]);
+    // Where runs scatter more than their noise, sigmas are wider.
+    let kept = look.kept();
     for left_out in singles.chain(pairs) {
         let without = look.cost_without(&left_out);
         // One for one only where the data can tell them apart; one for two by parsimony.
-        let wanted = if left_out.len() == 1 { whole - RIVAL_MARGIN } else { whole };
+        let wanted = match left_out[..] {
+            [index] => whole - RIVAL_MARGIN * kept[index].dispersion,
+            _ => whole,
+        };
         let better = look
             .candidates_that_gain(&left_out, without - wanted)
             .into_iter()
             .filter(|it| it.judgement.passes_held_out())
             .filter(|it| !seen.contains(&ids(&exchanged(fitted, &left_out, it))))
+            // What is wanted beside the candidate as well is not exchanged for it: that is an addition.
+            .filter(|it| {
+                let both = look.cost(&[], Some(&it.term));
+                look.cost(&left_out, Some(&it.term)) - both < RIVAL_MARGIN
+            })
             .max_by(|a, b| net_gain(a).total_cmp(&net_gain(b)));
-        if let Some(it) = better {
+        if let Some(it) = better
+            && !look.tracks_get_worse(prepared, &left_out, &it.term)
+        {
             return Some(exchanged(fitted, &left_out, &it));
         }
     }
@@ -121,6 +147,7 @@ fn net_gain(it: &Candidate<'_>) -> f64 {
 
 /// The model with the candidate added that gains most on held-out runs; of near equals, the simplest.
 fn addition<'a>(
+    prepared: &Prepared,
     look: &Look<'a>,
     fitted: &Fitted<'a>,
     seen: &BTreeSet<Vec<String>>,
@@ -128,7 +155,7 @@ fn addition<'a>(
     if fitted.terms.len() == EFFECTS_MAX {
         return None;
     }
-    let passing: Vec<Candidate<'a>> = look
+    let mut passing: Vec<Candidate<'a>> = look
         .candidates(&[])
         .into_iter()
         .filter(|it| it.judgement.p_value < FIRST_LOOK_P && it.judgement.passes_held_out())
@@ -138,20 +165,30 @@ fn addition<'a>(
     let merit = |it: &Candidate<'_>| {
         (it.judgement.held_out_gain - penalty(&it.term)) / it.judgement.dispersion
     };
-    let most = passing.iter().map(merit).fold(f64::NEG_INFINITY, f64::max);
-    // Of those that the data cannot tell from the best, the one of fewest parameters, listed first.
-    let near = passing.into_iter().filter(|it| merit(it) > most - RIVAL_MARGIN);
-    let chosen = near.min_by_key(|it| it.term.values.len())?;
-    Some(exchanged(fitted, &[], &chosen))
+    loop {
+        let most = passing.iter().map(merit).fold(f64::NEG_INFINITY, f64::max);
+        // Of those that the data cannot tell from the best, the one of fewest parameters, listed first.
+        let near = (0..passing.len()).filter(|i| merit(&passing[*i]) > most - RIVAL_MARGIN);
+        let chosen = passing.remove(near.min_by_key(|i| passing[*i].term.values.len())?);
+        if !look.tracks_get_worse(prepared, &[], &chosen.term) {
+            return Some(exchanged(fitted, &[], &chosen));
+        }
+    }
 }
 
 /// The model without the effect that stands least, given all others.
+///
+/// Radii and track width are what kinds of runs disagree about whenever anything else is missing, so
+/// that disagreement is no evidence against them.
 fn removal<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
     let kept = look.kept();
     let worst = (0..kept.len())
         // Bonferroni: one is asked about all that might be there.
         .filter(|i| {
-            kept[*i].p_value * look.asked() as f64 > FALSE_ALARM || !kept[*i].passes_held_out()
+            let it = &kept[*i];
+            let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
+            it.p_value * look.asked() as f64 > FALSE_ALARM
+                || !(if is_geometry { it.is_sound() } else { it.passes_held_out() })
         })
         .min_by(|a, b| kept[*a].held_out_gain.total_cmp(&kept[*b].held_out_gain))?;
     let mut terms = fitted.terms.clone();

@@ -35,6 +35,8 @@ pub(crate) const NOISE: OdometryNoise = OdometryNoise {
     heading_wobble_rad: 0.0,
     wobble_s: 1.0,
     gyro_walk: 1e-3,
+    heading_offset_rad: 0.0,
+    clock_offset_s: 0.0,
 };
 
 /// 50 samples and 10 poses a second.
@@ -55,7 +57,7 @@ pub(crate) fn measure(
     random: &mut Noise,
 ) -> Recording {
     let mut recording = plan.clone();
-    let motion = Motion::new(robot, plan, plan.started_s.unwrap_or_default());
+    let motion = Motion::new(robot, plan, plan.started_s);
     let mut composer = Composer::new(truth, 0);
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|it| it.value);

@@ -12,8 +12,11 @@
 //!           x <- x + K nu,  P <- (1 - K H) P,       S <- S - K j                         (3)
 //! ```
 //!
-//! The state is x = (x, y, theta, e_x, e_y, e_theta), S = dx/dp, h = pose + e: e is an error of the
-//! measured pose that does not add up along the way but fades within a second or so ([`OdometryNoise`]).
+//! The state is x = (x, y, theta, e_x, e_y, e_theta, psi, tau), S = dx/dp, h = pose(t - tau) + e + psi:
+//! e is an error of the measured pose that does not add up along the way but fades within a second or
+//! so, psi how far the sensor's heading is turned against the way the robot rolls, tau by how much the
+//! clocks of sensor and encoders differ. Both are nuisances of a run, as its start is: drawn anew for
+//! every run with a spread that [`OdometryNoise`] holds, and never evidence of anything.
 //! The rows of (2) are an ordinary least squares problem in the parameters.
 //! The first pose measured starts the filter: a start is a nuisance, never evidence.
 //! The three numbers of a pose are measured one after the other, which is the same as together.
@@ -57,7 +60,11 @@ pub(crate) trait Sink {
 }
 
 /// Numbers of the filter's state.
-const STATES: usize = 6;
+const STATES: usize = 8;
+/// Of them, psi: the sensor's heading less that of the robot \[rad\].
+const PSI: usize = 6;
+/// Of them, tau: how late the sensor's clock is in this run \[s\].
+const TAU: usize = 7;
 
 /// The filter over one run.
 pub(crate) struct Filter<'a> {
@@ -68,6 +75,8 @@ pub(crate) struct Filter<'a> {
     pose: Pose,
     /// e.
     wobble: [f64; 3],
+    /// psi and tau.
+    run: [f64; 2],
     covariance: [[f64; STATES]; STATES],
     sensitivity: Vec<[f64; STATES]>,
     row: Vec<f64>,
@@ -94,6 +103,7 @@ pub(crate) fn whiten(
         noise,
         pose: start,
         wobble: [0.0; 3],
+        run: [0.0; 2],
         covariance: [[0.0; STATES]; STATES],
         sensitivity: vec![[0.0; STATES]; columns],
         row: vec![0.0; columns],
@@ -218,7 +228,7 @@ impl Filter<'_> {
             s[0] += gx * s[2] + moved[0];
             s[1] += gy * s[2] + moved[1];
             s[2] += moved[2];
-            s[3..].iter_mut().for_each(|it| *it *= fade);
+            s[3..PSI].iter_mut().for_each(|it| *it *= fade);
         }
         self.wobble = self.wobble.map(|it| it * fade);
         let p = &mut self.covariance;
@@ -226,44 +236,35 @@ impl Filter<'_> {
         for row in p.iter_mut() {
             row[0] += gx * row[2];
             row[1] += gy * row[2];
-            row[3..].iter_mut().for_each(|it| *it *= fade);
+            row[3] *= fade;
+            row[4] *= fade;
+            row[5] *= fade;
         }
-        let turned = p[2];
-        for (j, from_heading) in turned.into_iter().enumerate() {
-            p[0][j] += gx * from_heading;
-            p[1][j] += gy * from_heading;
+        for j in 0..STATES {
+            p[0][j] += gx * p[2][j];
+            p[1][j] += gy * p[2][j];
+            p[3][j] *= fade;
+            p[4][j] *= fade;
+            p[5][j] *= fade;
         }
-        p[3..].iter_mut().flatten().for_each(|it| *it *= fade);
         let renewed = 1.0 - fade * fade;
         p[3][3] += renewed * self.noise.position_wobble_m.powi(2);
         p[4][4] += renewed * self.noise.position_wobble_m.powi(2);
         p[5][5] += renewed * self.noise.heading_wobble_rad.powi(2);
-        let rolled_m = step.wheel_travel_m().map(f64::abs).mean() * share;
+        let rolled = step.wheel_travel_m();
+        let rolled_m = (rolled.left.abs() + rolled.right.abs()) / 2.0 * share;
         p[0][0] += self.noise.travel_variance_m2(rolled_m);
         p[1][1] += self.noise.travel_variance_m2(rolled_m);
         p[2][2] += self.noise.heading_variance_rad2(rolled_m);
         self.pose = there.pose;
     }
 
-    /// The measured point relative to the pose, and its derivative by the heading.
-    fn offset_m(&self) -> ([f64; 2], [f64; 2]) {
-        let [ahead, left] = self.view.offset_m.map(|it| it.value);
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
+    /// The measured point relative to the pose, and its derivative by the heading, whose sine and cosine
+    /// are given.
+    fn offset_at(&self, [sin, cos]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let [ahead, left] = [self.view.offset_m[0].value, self.view.offset_m[1].value];
         let offset = [cos * ahead - sin * left, sin * ahead + cos * left];
         (offset, [-offset[1], offset[0]])
-    }
-
-    /// dh/dp of one quantity by one column.
-    fn view_slope(&self, quantity: Quantity, column: usize, velocity: [f64; 3]) -> f64 {
-        let view = &self.view_by_column[column];
-        let [ahead, left] = view.offset_m.map(|it| it.value);
-        let delay = view.delay_s.value;
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
-        match quantity {
-            Quantity::X => cos * ahead - sin * left - velocity[0] * delay,
-            Quantity::Y => sin * ahead + cos * left - velocity[1] * delay,
-            Quantity::Heading => -velocity[2] * delay,
-        }
     }
 
     /// Velocity in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single step is a count
@@ -280,22 +281,38 @@ impl Filter<'_> {
         if let Some(heading_rad) = sight.heading_rad {
             self.pose.heading_rad = heading_rad;
         }
-        let (offset, by_heading) = self.offset_m();
+        let (sin, cos) = self.pose.heading_rad.sin_cos();
+        let (offset, by_heading) = self.offset_at([sin, cos]);
         self.pose.x_m = position_m[0] - offset[0];
         self.pose.y_m = position_m[1] - offset[1];
         let heading_var = heading_sigma_rad * heading_sigma_rad;
         let position_var = self.noise.position_sigma_m * self.noise.position_sigma_m;
         let wobble_var =
             [self.noise.position_wobble_m, self.noise.heading_wobble_rad].map(|it| it * it);
-        // pose = z - offset(theta) - e - noise, so what is known of e goes into the pose as well.
-        let independent = [position_var + wobble_var[0], heading_var + wobble_var[1]];
+        // pose = z - offset(theta) - e - psi - noise + tau velocity: what is not known of these goes
+        // into the pose as well.
+        let psi_var = self.noise.heading_offset_rad.powi(2);
+        let tau_var = self.noise.clock_offset_s.powi(2);
+        let independent = [position_var + wobble_var[0], heading_var + wobble_var[1] + psi_var];
         let lever = [-by_heading[0], -by_heading[1], 1.0];
+        let velocity = self.velocity(step);
+        let later: [f64; 3] = core::array::from_fn(|i| {
+            lever[i] * velocity[2] + if i < 2 { velocity[i] } else { 0.0 }
+        });
         for i in 0..3 {
             for j in 0..3 {
-                self.covariance[i][j] = lever[i] * lever[j] * independent[1];
+                self.covariance[i][j] =
+                    lever[i] * lever[j] * independent[1] + later[i] * later[j] * tau_var;
             }
-            self.covariance[i][5] = -lever[i] * wobble_var[1];
-            self.covariance[5][i] = self.covariance[i][5];
+            let shared = [
+                (5, -lever[i] * wobble_var[1]),
+                (PSI, -lever[i] * psi_var),
+                (TAU, later[i] * tau_var),
+            ];
+            for (state, covariance) in shared {
+                self.covariance[i][state] = covariance;
+                self.covariance[state][i] = covariance;
+            }
         }
         for i in 0..2 {
             self.covariance[i][i] += independent[0];
@@ -304,23 +321,22 @@ impl Filter<'_> {
             self.covariance[3 + i][i] = -wobble_var[0];
         }
         self.covariance[5][5] = wobble_var[1];
-        let velocity = self.velocity(step);
-        for column in 0..self.sensitivity.len() {
-            let turned = -self.view_slope(Quantity::Heading, column, velocity);
-            self.sensitivity[column] = [
-                -self.view_slope(Quantity::X, column, velocity) - by_heading[0] * turned,
-                -self.view_slope(Quantity::Y, column, velocity) - by_heading[1] * turned,
-                turned,
-                0.0,
-                0.0,
-                0.0,
-            ];
+        self.covariance[PSI][PSI] = psi_var;
+        self.covariance[TAU][TAU] = tau_var;
+        for (view, s) in self.view_by_column.iter().zip(&mut self.sensitivity) {
+            let slope = |quantity| view_slope(view, quantity, velocity, [sin, cos]);
+            let turned = -slope(Quantity::Heading);
+            *s = [0.0; STATES];
+            s[0] = -slope(Quantity::X) - by_heading[0] * turned;
+            s[1] = -slope(Quantity::Y) - by_heading[1] * turned;
+            s[2] = turned;
         }
     }
 
     /// Equations (2) and (3), for each number of a pose.
     fn measure(&mut self, sight: &Sight, step: &Step, index: usize, sink: &mut impl Sink) {
         let velocity = self.velocity(step);
+        let (sin, cos) = self.pose.heading_rad.sin_cos();
         let position_var = self.noise.position_sigma_m * self.noise.position_sigma_m;
         let heading_var = self.noise.heading_sigma_rad * self.noise.heading_sigma_rad;
         let quantities = [
@@ -330,34 +346,59 @@ impl Filter<'_> {
         ];
         for (quantity, measured, noise_var) in quantities {
             let Some(measured) = measured else { continue };
-            let (offset, by_heading) = self.offset_m();
+            let (offset, by_heading) = self.offset_at([sin, cos]);
             let [ex, ey, turned] = self.wobble;
-            // h = dh/dx has a one at the quantity and one at its e; a position has its lever, too.
-            let (axis, lever, nu) = match quantity {
-                Quantity::X => (0, by_heading[0], measured - self.pose.x_m - offset[0] - ex),
-                Quantity::Y => (1, by_heading[1], measured - self.pose.y_m - offset[1] - ey),
-                Quantity::Heading => (2, 0.0, wrap(measured - self.pose.heading_rad - turned)),
+            let [psi, tau] = self.run;
+            // dh/dx has a one at the quantity and one at its e; a position has its lever, a heading psi.
+            let (axis, lever, by_psi, nu) = match quantity {
+                Quantity::X => (0, by_heading[0], 0.0, measured - self.pose.x_m - offset[0] - ex),
+                Quantity::Y => (1, by_heading[1], 0.0, measured - self.pose.y_m - offset[1] - ey),
+                Quantity::Heading => {
+                    (2, 0.0, 1.0, wrap(measured - self.pose.heading_rad - turned - psi))
+                }
             };
-            let along = |row: &[f64; STATES]| row[axis] + row[axis + 3] + lever * row[2];
-            let ph: [f64; STATES] = self.covariance.map(|row| along(&row));
+            let by_tau = -velocity[axis];
+            let nu = nu - by_tau * tau;
+            let along = |row: &[f64; STATES]| {
+                row[axis] + row[axis + 3] + lever * row[2] + by_psi * row[PSI] + by_tau * row[TAU]
+            };
+            let ph: [f64; STATES] = core::array::from_fn(|i| along(&self.covariance[i]));
             let variance = along(&ph) + noise_var;
-            let gain = ph.map(|it| it / variance);
             let weight = 1.0 / variance.sqrt();
-            for column in 0..self.sensitivity.len() {
-                let s = self.sensitivity[column];
-                let j = along(&s) + self.view_slope(quantity, column, velocity);
+            let gain: [f64; STATES] = core::array::from_fn(|i| ph[i] * (weight * weight));
+            for (column, s) in self.sensitivity.iter_mut().enumerate() {
+                let view = &self.view_by_column[column];
+                let j = along(s) + view_slope(view, quantity, velocity, [sin, cos]);
                 self.row[column] = j * weight;
-                let s = &mut self.sensitivity[column];
-                s.iter_mut().zip(gain).for_each(|(s, k)| *s -= k * j);
+                for i in 0..STATES {
+                    s[i] -= gain[i] * j;
+                }
             }
             self.pose.x_m += gain[0] * nu;
             self.pose.y_m += gain[1] * nu;
             self.pose.heading_rad += gain[2] * nu;
-            self.wobble.iter_mut().zip(&gain[3..]).for_each(|(e, k)| *e += k * nu);
-            for (line, k) in self.covariance.iter_mut().zip(gain) {
-                line.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
+            for i in 0..3 {
+                self.wobble[i] += gain[3 + i] * nu;
+            }
+            self.run[0] += gain[PSI] * nu;
+            self.run[1] += gain[TAU] * nu;
+            for i in 0..STATES {
+                for j in 0..STATES {
+                    self.covariance[i][j] -= gain[i] * ph[j];
+                }
             }
             sink.row(Innovation { step: index, value: nu, variance }, &self.row);
         }
+    }
+}
+
+/// dh/dp of one quantity by one column's view, with the sine and cosine of the heading.
+fn view_slope(view: &View, quantity: Quantity, velocity: [f64; 3], [sin, cos]: [f64; 2]) -> f64 {
+    let [ahead, left] = [view.offset_m[0].value, view.offset_m[1].value];
+    let delay = view.delay_s.value;
+    match quantity {
+        Quantity::X => cos * ahead - sin * left - velocity[0] * delay,
+        Quantity::Y => sin * ahead + cos * left - velocity[1] * delay,
+        Quantity::Heading => -velocity[2] * delay,
     }
 }

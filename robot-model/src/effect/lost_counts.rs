@@ -6,7 +6,7 @@
 //!
 //! k > 0: the wheel turned further than was counted; w0 \[rad/s\] is the rate above which it happens.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Survey};
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role, Survey};
 use crate::jet::{Jet, PARAMETERS_MAX};
 use crate::motion::Step;
 
@@ -30,13 +30,26 @@ impl Effect for LostCounts {
     fn starts(&self, survey: &Survey) -> Vec<Vec<f64>> {
         [0.4, 0.6, 0.8].map(|share| vec![0.0, share * survey.wheel_rate_max_rad_s]).into()
     }
+
+    /// A rate that these runs go beyond by a fifth, and stay below for a while: without both, it is a
+    /// wheel radius, or nothing.
+    fn range(&self, parameter: usize, survey: &Survey) -> (f64, f64) {
+        let it = &FACTS.parameters[parameter];
+        match it.role {
+            Role::Amplitude => (it.low, it.high),
+            Role::Shape => {
+                let most = survey.wheel_rate_max_rad_s;
+                ((0.3 * most).max(it.low), (0.83 * most).clamp(it.low, it.high))
+            }
+        }
+    }
 }
 
 static FACTS: Facts = Facts {
     id: "lost_counts",
     name: "lost encoder counts",
     equation: "dphi_i (1 + k max(0, |dphi_i/dt| - w0) / w0)",
-    parameters: &[Parameter::amplitude("k", "1", 0.5), Parameter::shape("w0", "rad/s", 0.5, 200.0)],
+    parameters: &[Parameter::positive("k", "1", 0.5), Parameter::shape("w0", "rad/s", 0.5, 200.0)],
     acts_on: ActsOn::Motion,
     signature: "an error that sets in above a speed",
     shown_by: "straight runs at several speeds",

@@ -71,6 +71,13 @@ pub trait Effect: Sync + core::fmt::Debug {
     fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
         vec![vec![0.0; self.facts().parameters.len()]]
     }
+
+    /// Within what a parameter has to stay for these runs to show the effect at all: the plausible
+    /// range, or less of it.
+    fn range(&self, parameter: usize, _survey: &Survey) -> (f64, f64) {
+        let it = &self.facts().parameters[parameter];
+        (it.low, it.high)
+    }
 }
 
 /// What an effect changes in one step.

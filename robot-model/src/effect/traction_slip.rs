@@ -30,7 +30,7 @@ static FACTS: Facts = Facts {
     id: "traction_slip",
     name: "slip under traction",
     equation: "ds_i (1 - c a_i sgn v_i)",
-    parameters: &[Parameter::amplitude("c", "s^2/m", 0.2)],
+    parameters: &[Parameter::positive("c", "s^2/m", 0.2)],
     acts_on: ActsOn::Motion,
     signature: "an error that arises on ramps only",
     shown_by: "fast ramps against slow ones",

@@ -6,9 +6,10 @@
 //!   runs/01_straight.csv  one row per sample, SI units in the column names  -> [`Row`]
 //! ```
 
+mod believe;
 mod error;
 mod read;
-mod robot_toml;
+pub(crate) mod robot_toml;
 mod row;
 pub(crate) mod table;
 #[cfg(test)]

@@ -2,8 +2,12 @@
 
 mod check;
 mod choice;
+mod insight;
 
 pub use choice::{Listen, Measure};
+pub use insight::{
+    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
+};
 
 use std::path::PathBuf;
 
@@ -102,6 +106,15 @@ pub enum Command {
     Watch(WatchArgs),
     /// Drive a motion and record it as a run of a campaign folder.
     Record(RecordArgs),
+    /// Compare a campaign with a model: how far off, where, and what is noise.
+    Compare(CompareArgs),
+    /// Name the physical effects that a campaign shows and its model lacks.
+    Explain(ExplainArgs),
+    /// Show and change the model of a campaign: add an effect, and watch the error fall.
+    #[command(subcommand)]
+    Model(ModelCommand),
+    /// Put everything that a campaign says on one page.
+    Report(ReportArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
     /// The paper's calculation on numbers typed in.

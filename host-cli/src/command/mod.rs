@@ -1,12 +1,16 @@
 //! One file a command.
 
 mod calibrate;
+mod compare;
 pub(crate) use identify::hex;
 mod config;
 mod drive;
+mod explain;
 mod identify;
+mod model;
 mod ports;
 mod record;
+mod report;
 mod sim;
 mod watch;
 mod wheel_weight;
@@ -51,6 +55,10 @@ pub fn run(cli: &Cli) -> Result<()> {
                 interrupt::listen();
                 calibrate::run(common, args)
             }
+            Command::Compare(args) => compare::run(common, args),
+            Command::Explain(args) => explain::run(common, args),
+            Command::Model(args) => model::run(common, args),
+            Command::Report(args) => report::run(common, args),
             Command::WheelWeight(args) => wheel_weight::run(common, args),
             Command::Sim(args) => {
                 interrupt::listen();

@@ -1,0 +1,79 @@
+//! A campaign as read, as the model sees it: wheel angles, poses and the yaw rate, each on its own times.
+
+use std::path::Path;
+
+use robot_model::recording::{GyroSample, Recording, Robot, Sight, WheelSample};
+use robot_model::sides::Sides;
+
+use super::{Campaign, CampaignError, Place, RobotFile, Run};
+
+impl Campaign {
+    /// The campaign for `robot_model`. `folder` is only for the words of an error.
+    pub fn to_model(
+        &self,
+        folder: &Path,
+    ) -> Result<robot_model::campaign::Campaign, CampaignError> {
+        let robot = self.robot.to_model();
+        let runs = self
+            .runs
+            .iter()
+            .map(|run| {
+                let recording = run.to_model(&robot);
+                let file = folder.join("runs").join(format!("{}.csv", run.name));
+                recording.validate().map_err(|error| {
+                    let hint = "a run needs encoder counts of both wheels in at least two rows";
+                    CampaignError::new(Place::whole(&file), error.problem, hint)
+                })?;
+                Ok(recording)
+            })
+            .collect::<Result<Vec<_>, CampaignError>>()?;
+        let seen = runs.iter().any(|run| run.sights.len() > 1);
+        if !seen {
+            let problem = "no run of this campaign has measured poses";
+            let hint =
+                "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
+            return Err(CampaignError::new(Place::whole(folder), problem, hint));
+        }
+        Ok(robot_model::campaign::Campaign { robot, runs })
+    }
+}
+
+impl RobotFile {
+    /// The nominal robot for `robot_model`.
+    pub fn to_model(&self) -> Robot {
+        Robot {
+            wheel_radius_m: self.wheel_radius_m,
+            track_width_m: self.track_width_m,
+            gear_reduction: self.gear_reduction,
+            rad_per_count: std::f64::consts::TAU / (self.counts_per_rev * self.gear_reduction),
+            position_sigma_m: self.position_sigma_m,
+            heading_sigma_rad: self.heading_sigma_rad,
+        }
+    }
+}
+
+impl Run {
+    fn to_model(&self, robot: &Robot) -> Recording {
+        let mut recording = Recording {
+            name: self.name.clone(),
+            started_s: self.facts.started_s,
+            payload_kg: self.facts.payload_kg.unwrap_or(0.0),
+            ..Recording::default()
+        };
+        for row in &self.rows {
+            let t_s = row.t_s;
+            if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
+                let phi_rad = Sides::new(left, right).map(|counts| counts * robot.rad_per_count);
+                recording.wheels.push(WheelSample { t_s, phi_rad });
+            }
+            let position_m = row.x_m.zip(row.y_m).map(|(x_m, y_m)| [x_m, y_m]);
+            if position_m.is_some() || row.heading_rad.is_some() {
+                recording.sights.push(Sight { t_s, position_m, heading_rad: row.heading_rad });
+            }
+            if let Some(rate_rad_s) = row.gyro_z_rad_s {
+                recording.gyro.push(GyroSample { t_s, rate_rad_s });
+            }
+        }
+        recording
+    }
+}

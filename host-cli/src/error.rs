@@ -40,6 +40,11 @@ impl Error {
         Self { kind: Kind::SaidNo, ..Self::new(what) }
     }
 
+    /// The answer was given, and it is no: an exit code of 1 without a word more.
+    pub fn answered_no() -> Self {
+        Self::said_no("")
+    }
+
     /// The user stopped it.
     pub fn interrupted(what: impl fmt::Display) -> Self {
         Self { kind: Kind::Interrupted, ..Self::new(what) }

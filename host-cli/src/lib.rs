@@ -10,6 +10,8 @@
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`campaign`] | recorded runs on disk |
 //! | [`survey`] | plans and records whole campaigns |
+//! | [`model`] | `model.toml`: the effects that a user believes in |
+//! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`track`] | measured tracks from elsewhere |
 //! | [`picture`] | what a person sees at the end |
 //! | [`mod@file`] | files that appear whole or not at all |
@@ -22,18 +24,23 @@ pub mod calibrate;
 pub mod campaign;
 pub mod cli;
 pub mod command;
+pub mod compare;
 pub mod error;
+pub mod explain;
 pub mod file;
 pub mod hex;
 pub mod interrupt;
 pub mod link;
+pub mod model;
 pub mod motion;
 pub mod picture;
 pub mod port;
 pub mod quantity;
+pub mod report;
 pub mod serve;
 pub mod session;
 pub mod stream;
 pub mod survey;
+pub mod table;
 pub mod track;
 pub mod ui;

@@ -23,6 +23,8 @@ fn main() -> ExitCode {
 }
 
 fn fail(error: &Error, json: bool) -> ExitCode {
-    ui::print_error(error, json);
+    if !error.to_string().is_empty() {
+        ui::print_error(error, json);
+    }
     ExitCode::from(error.exit_code())
 }

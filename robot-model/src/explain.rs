@@ -10,6 +10,7 @@ use crate::fit::{Fitted, fit_parameters};
 use crate::increment::Term;
 use crate::judge::Judgement;
 use crate::look::{Candidate, Look};
+use crate::model::p_text;
 use crate::next_run::next_run;
 use crate::recording::RecordingError;
 use crate::select::{Selection, select};
@@ -98,21 +99,16 @@ fn step(
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
     let parameters = parameters(fitted, index, judgement.dispersion);
-    let values: Vec<String> = parameters
-        .iter()
-        .map(|it| format!("{} = {:.3e} +- {:.1e} {}", it.name, it.value, it.sigma, it.unit))
-        .collect();
     let mut members = vec![facts.id.to_owned()];
     members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
     let rivals = match members.len() {
-        1 => "nothing else in the catalogue explains it as well".to_owned(),
+        1 => "nothing else that was asked about explains it as well".to_owned(),
         _ => format!("these data cannot tell it from {}", members[1..].join(", ")),
     };
     let why = format!(
-        "{}: {}; on runs held out -2 log likelihood falls by {:.1}; {rivals}",
-        facts.name,
-        values.join(", "),
-        judgement.held_out_gain
+        "Without it there is left: {}; with it, runs held out are predicted better by {:.0} in -2 log \
+         likelihood; {rivals}",
+        facts.signature, judgement.held_out_gain
     );
     StepFound {
         effect: facts.id.to_owned(),
@@ -177,11 +173,16 @@ fn reject(
         format!("runs held out get no better: {:+.1}", -it.held_out_gain)
     } else if it.dispersion > 3.0 {
         format!(
-            "runs disagree about it {:.0} times more than their noise (p = {:.2})",
-            it.dispersion, it.p_value
+            "runs disagree about it {:.0} times more than their noise (p = {})",
+            it.dispersion,
+            p_text(it.p_value)
         )
     } else {
-        format!("no more than chance gives (p = {:.2})", it.p_value)
+        format!(
+            "no more than chance gives where {} effects are asked about (p = {})",
+            look.asked(),
+            p_text(it.p_value)
+        )
     };
     Rejected {
         effect: candidate.id().to_owned(),

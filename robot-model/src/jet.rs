@@ -44,7 +44,7 @@ impl Jet {
     }
 
     /// A function of it, from the function's value and slope here.
-    fn chain(self, value: f64, slope: f64) -> Self {
+    pub(crate) fn chain(self, value: f64, slope: f64) -> Self {
         Self { value, by: self.by.map(|d| slope * d) }
     }
 

@@ -13,14 +13,16 @@
 //! | [`track_fit`] | what is W_T, from a whole measured track? |
 //! | [`out_and_back`] | is it the radius at all, or a pull? |
 //!
-//! In progress, and not yet reached from `beeline`: which physical effect is missing from the model?
+//! And which physical effect is missing from the model?
 //!
 //! | module | what it answers |
 //! | --- | --- |
 //! | [`campaign`], [`recording`], [`run_kind`] | what was driven and measured? |
 //! | [`effect`] | which effects are known, and what does each do to a step? |
 //! | [`predict`], [`motion`], [`jet`] | where does a model put the robot, and how does that depend on its parameters? |
+//! | [`effect::custom`] | effects that a user writes as an expression |
 //! | [`odometry_noise`] | what is noise? |
+//! | [`compare`] | how far is a model off, where, and how much of it is noise? |
 //! | [`model`] | the parameters of chosen effects |
 //! | [`next_run`] | which run would tell more? |
 //! | [`explain`], [`answer`], [`structure`] | what is missing, what cannot be told apart, what stays unexplained? |
@@ -28,6 +30,8 @@
 pub mod advice;
 pub mod answer;
 pub mod campaign;
+mod combination;
+pub mod compare;
 pub mod effect;
 mod errors;
 pub mod explain;
@@ -55,7 +59,6 @@ mod look;
 mod mixed_model;
 pub mod model;
 pub mod next_run;
-#[cfg(test)]
 mod noise;
 pub mod odometry_noise;
 mod select;

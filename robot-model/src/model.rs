@@ -1,20 +1,25 @@
 //! A model that somebody chose: these effects and no others, fitted to a campaign.
 
 use crate::answer::{ErrorPair, ParameterFound};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Prepared};
 use crate::effect::Effect;
 use crate::explain::{errors, parameters};
-use crate::fit::fit_afresh;
+use crate::fit::{self, Fitted, fit_afresh};
 use crate::increment::Term;
 use crate::look::Look;
 use crate::odometry_noise::OdometryNoise;
 use crate::recording::RecordingError;
+
+/// A gain that chance gives more often than this is no gain.
+pub const CHANCE: f64 = 0.01;
 
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Its effects, in the order asked for.
     pub effects: Vec<ModelEffect>,
+    /// Errors of the nominal robot.
+    pub nominal: ErrorPair,
     /// Errors on the runs fitted to, and on runs held out.
     pub errors: ErrorPair,
     /// The noise that goes with it.
@@ -28,27 +33,106 @@ pub struct ModelEffect {
     pub effect: &'static str,
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
+    /// What speaks for it, given all others.
+    pub verdict: Verdict,
 }
 
-/// Fits these effects to a campaign. An effect with shapes starts at the middle one of its starts.
+/// What speaks for an effect, given all others of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// By chance at least as much gain.
+    pub p_value: f64,
+    /// By how much -2 log likelihood falls on runs that were held out.
+    pub held_out_gain: f64,
+    /// By what factor runs disagree about it more than their noise explains, in variance.
+    pub dispersion: f64,
+    /// No robot has such values.
+    pub implausible: bool,
+    /// A kind of run that it predicts worse when fitted to the others.
+    pub worse_kind: Option<String>,
+}
+
+impl Verdict {
+    /// Better than chance, on runs that it was not fitted to, and nothing speaks against it.
+    pub fn better(&self) -> bool {
+        self.p_value < CHANCE
+            && self.held_out_gain > 0.0
+            && !self.implausible
+            && self.worse_kind.is_none()
+    }
+
+    /// The same in words.
+    pub fn sentence(&self) -> String {
+        if self.implausible {
+            "not believable: no robot has such a value".to_owned()
+        } else if self.held_out_gain <= 0.0 {
+            "no better than chance: runs that were held out get no better".to_owned()
+        } else if let Some(kind) = &self.worse_kind {
+            format!("not to be trusted: fitted to the other kinds, it makes {kind} runs worse")
+        } else if self.p_value >= CHANCE {
+            format!("no better than chance: p = {}", p_text(self.p_value))
+        } else {
+            format!("better: chance gives as much with p = {}", p_text(self.p_value))
+        }
+    }
+}
+
+/// A probability as text: two digits, and no zeros without end.
+pub(crate) fn p_text(p: f64) -> String {
+    match p {
+        p if p >= 0.01 => format!("{p:.2}"),
+        p if p >= 0.001 => format!("{p:.3}"),
+        p if p > 1e-99 => format!("{p:.0e}"),
+        _ => "0 to a hundred digits".to_owned(),
+    }
+}
+
+/// Fits these effects to a campaign.
 pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model, RecordingError> {
     let prepared = campaign.prepare()?;
-    let terms = effects
+    let fitted = fit_from_best_starts(&prepared, effects);
+    let kept = Look::new(&prepared, &fitted, &[]).kept();
+    let effects = effects
         .iter()
         .map(|effect| {
-            let mut starts = effect.starts(&prepared.survey);
-            let middle = starts.len() / 2;
-            Term { effect: *effect, values: starts.swap_remove(middle), column: None }
+            let id = effect.facts().id;
+            let at = fitted.terms.iter().position(|it| it.effect.facts().id == id);
+            let index = at.expect("every effect asked for is in the model");
+            let it = &kept[index];
+            ModelEffect {
+                effect: id,
+                parameters: parameters(&fitted, index, it.dispersion),
+                verdict: Verdict {
+                    p_value: it.p_value,
+                    held_out_gain: it.held_out_gain,
+                    dispersion: it.dispersion,
+                    implausible: it.implausible,
+                    worse_kind: it.worse_kind.map(|(kind, _)| kind.to_string()),
+                },
+            }
         })
         .collect();
-    let fitted = fit_afresh(&prepared, terms);
-    let kept = Look::new(&prepared, &fitted, &[]).kept();
-    let effects = (0..fitted.terms.len())
-        .map(|index| ModelEffect {
-            effect: effects[index].facts().id,
-            parameters: parameters(&fitted, index, kept[index].dispersion),
-        })
-        .collect();
+    let nominal = errors(&prepared, &fitted, &[]);
     let errors = errors(&prepared, &fitted, &fitted.terms);
-    Ok(Model { effects, errors, noise: fitted.noise })
+    Ok(Model { effects, nominal, errors, noise: fitted.noise })
+}
+
+/// Effects without shapes first; those with shapes join one after the other, each at the start that
+/// gains most by then.
+fn fit_from_best_starts<'a>(prepared: &Prepared, effects: &[&'a dyn Effect]) -> Fitted<'a> {
+    let starts = |effect: &dyn Effect| effect.starts(&prepared.survey);
+    let (shaped, plain): (Vec<_>, Vec<_>) =
+        effects.iter().copied().partition(|effect| starts(*effect).len() > 1);
+    let terms = plain
+        .into_iter()
+        .map(|effect| Term { effect, values: starts(effect).swap_remove(0), column: None })
+        .collect();
+    let mut fitted = fit_afresh(prepared, terms);
+    for effect in shaped {
+        let look = Look::new(prepared, &fitted, &[effect]);
+        let mut terms = fitted.terms.clone();
+        terms.extend(look.candidates(&[]).into_iter().map(|it| it.term));
+        fitted = fit::fit(prepared, terms, fitted.noise);
+    }
+    fitted
 }

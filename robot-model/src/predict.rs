@@ -111,18 +111,24 @@ impl Track {
         Some(Pose::new(mean[0] - moved.x_m, mean[1] - moved.y_m, heading_rad))
     }
 
-    /// Measured less predicted at every measurement, from the start that leaves least.
+    /// The start that leaves least; `None` if too little was measured for any.
     ///
     /// Positions and headings are weighed by the scales given; three Gauss-Newton steps from the
     /// first measured pose are exact to far below either.
-    pub fn errors(&self, position_scale_m: f64, heading_scale_rad: f64) -> Vec<PoseError> {
-        let Some(mut start) = self.first_guess() else {
-            return Vec::new();
-        };
+    pub fn best_start(&self, position_scale_m: f64, heading_scale_rad: f64) -> Option<Pose> {
+        let mut start = self.first_guess()?;
         let weights = [position_scale_m.powi(-2), heading_scale_rad.powi(-2)];
         for _ in 0..3 {
             start = self.better_start(start, weights);
         }
+        Some(start)
+    }
+
+    /// Measured less predicted at every measurement, from the start that leaves least.
+    pub fn errors(&self, position_scale_m: f64, heading_scale_rad: f64) -> Vec<PoseError> {
+        let Some(start) = self.best_start(position_scale_m, heading_scale_rad) else {
+            return Vec::new();
+        };
         self.measured
             .iter()
             .zip(&self.predicted)

@@ -10,6 +10,7 @@ mod desk;
 mod drive;
 mod first_run;
 mod help;
+mod insight;
 mod memory;
 mod outcome;
 mod question;

@@ -9,7 +9,7 @@
 mod believe;
 mod error;
 mod read;
-mod robot_toml;
+pub(crate) mod robot_toml;
 mod row;
 pub(crate) mod table;
 #[cfg(test)]

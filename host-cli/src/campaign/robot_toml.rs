@@ -146,7 +146,7 @@ impl RobotFile {
 }
 
 /// Line and column of a byte.
-fn at(file: &Path, text: &str, byte: usize) -> Place {
+pub(crate) fn at(file: &Path, text: &str, byte: usize) -> Place {
     let before = &text[..byte.min(text.len())];
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     Place {

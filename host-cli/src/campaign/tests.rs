@@ -1,6 +1,7 @@
 use std::fs;
 use std::path::Path;
 
+use proptest::prelude::*;
 use shared_proto::WheelPair;
 
 use super::*;
@@ -205,4 +206,67 @@ fn unknown_columns_are_named_and_ignored() {
     assert_eq!(rows[1].counts, WheelPair::new(Some(4.0), Some(3.0)));
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].to_string().contains("line 1, column 2: the column `colour`"));
+}
+
+#[test]
+fn what_the_model_sees_is_what_was_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    fs::write(folder.path().join("robot.toml"), format!("{TOML}{FACTS}")).unwrap();
+    fs::write(folder.path().join("runs/01_a.csv"), POSES).unwrap();
+    let campaign = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap();
+    let run = &campaign.runs[0];
+    assert_eq!((run.started_s, run.payload_kg), (Some(5.0), 2.5));
+    // A row without counts is a camera sample of its own; one without a heading has its place.
+    assert_eq!((run.wheels.len(), run.sights.len(), run.gyro.len()), (3, 4, 3));
+    assert_eq!(run.sights[2].heading_rad, None);
+    let full_turn = std::f64::consts::TAU;
+    assert!((run.wheels[2].phi_rad.right - full_turn * 15.0 / 900.0).abs() < 1e-15);
+}
+
+/// A file with a piece cut out and another put in its place.
+fn mangled(text: &str, cut: usize, length: usize, put: &str) -> String {
+    let mut text: Vec<char> = text.chars().collect();
+    let from = cut.min(text.len());
+    let to = (from + length).min(text.len());
+    text.splice(from..to, put.chars());
+    text.into_iter().collect()
+}
+
+/// Either it is read, and then the model can use it or says why not; or there is an error with a hint.
+fn read_or_refused(toml: &str, csv: &[u8]) -> Result<(), TestCaseError> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    fs::write(folder.path().join("robot.toml"), toml).unwrap();
+    fs::write(folder.path().join("runs/01_a.csv"), csv).unwrap();
+    let model = Campaign::read(folder.path()).and_then(|it| it.to_model(folder.path()));
+    if let Err(error) = model {
+        prop_assert!(!error.hint.is_empty() && !error.problem.is_empty(), "{error:?}");
+    }
+    Ok(())
+}
+
+const POSES: &str = "t_s,left_counts,right_counts,x_m,y_m,heading_rad,gyro_z_rad_s\n\
+                     0,0,0,0,0,0,0.1\n0.1,5,5,0.01,0,0,\n0.2,,,0.02,0,,0.2\n0.3,15,15,0.03,0,0,0.1\n";
+const FACTS: &str = "\n[[run]]\nname = \"01_a\"\nstarted_s = 5\npayload_kg = 2.5\n";
+
+proptest! {
+    #[test]
+    fn mangled_runs_are_refused_or_read_but_never_panic(
+        cut in 0_usize..160, length in 0_usize..30, put in "[0-9eE.,\n\"+-]{0,10}|nan|inf|1e308|\u{feff}",
+    ) {
+        read_or_refused(TOML, mangled(POSES, cut, length, &put).as_bytes())?;
+    }
+
+    #[test]
+    fn mangled_robots_are_refused_or_read_but_never_panic(
+        cut in 0_usize..160, length in 0_usize..30, put in "[ -~\n]{0,10}|nan|inf|1e308|1e-308",
+    ) {
+        read_or_refused(&mangled(&format!("{TOML}{FACTS}"), cut, length, &put), POSES.as_bytes())?;
+    }
+
+    #[test]
+    fn any_bytes_are_refused_or_read_but_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        read_or_refused(TOML, &bytes)?;
+    }
 }

@@ -3,12 +3,16 @@
 mod campaign;
 mod check;
 mod choice;
+mod insight;
 
 pub use campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use check::period_ms;
 pub use choice::{Listen, Measure, Method};
+pub use insight::{
+    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
+};
 
 use std::path::PathBuf;
 
@@ -110,6 +114,15 @@ pub enum Command {
     /// Plan a whole campaign of runs, and record it.
     #[command(subcommand)]
     Campaign(CampaignCommand),
+    /// Compare a campaign with a model: how far off, where, and what is noise.
+    Compare(CompareArgs),
+    /// Name the physical effects that a campaign shows and its model lacks.
+    Explain(ExplainArgs),
+    /// Show and change the model of a campaign: add an effect, and watch the error fall.
+    #[command(subcommand)]
+    Model(ModelCommand),
+    /// Put everything that a campaign says on one page.
+    Report(ReportArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
     /// Write what a campaign says, and the firmware can compensate, to the robot.

@@ -3,11 +3,15 @@
 mod apply;
 mod calibrate;
 mod campaign;
+mod compare;
 mod config;
 mod drive;
+mod explain;
 mod identify;
+mod model;
 mod ports;
 mod record;
+mod report;
 mod sim;
 mod umbmark;
 mod watch;
@@ -61,6 +65,10 @@ pub fn run(cli: &Cli) -> Result<()> {
                 interrupt::listen();
                 apply::run(common, args)
             }
+            Command::Compare(args) => compare::run(common, args),
+            Command::Explain(args) => explain::run(common, args),
+            Command::Model(args) => model::run(common, args),
+            Command::Report(args) => report::run(common, args),
             Command::WheelWeight(args) => wheel_weight::run(common, args),
             Command::Sim(args) => {
                 interrupt::listen();

@@ -20,14 +20,14 @@ const PANEL_MOST: f64 = 190.0;
 
 /// Colours for light and dark; before and after differ in lightness as well as in hue
 /// (vermillion and blue of Okabe and Ito, made for every kind of colour vision).
-pub(super) const COLOURS: &str = "\
+pub(crate) const COLOURS: &str = "\
 :root{--ink:#1b1f24;--soft:#5b6470;--faint:#d9dee4;--paper:#ffffff;--before:#c2410c;--after:#0369a1;--line:#8a94a0}\
 @media (prefers-color-scheme:dark){:root{--ink:#e8ebef;--soft:#a3adb8;--faint:#333b45;--paper:#14181d;\
 --before:#ff9a5c;--after:#5cc1f5;--line:#76818d}}\
 @media print{:root{--ink:#000;--soft:#444;--faint:#ccc;--paper:#fff;--before:#c2410c;--after:#0369a1;--line:#777}}";
 
 /// How the drawing's parts look.
-pub(super) const STYLE: &str = "\
+pub(crate) const STYLE: &str = "\
 .d text{font:13px system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;fill:var(--soft);font-variant-numeric:tabular-nums}\
 .d .t{font-size:16px;font-weight:650;fill:var(--ink)}.d .v{font-size:17px;font-weight:650}\
 .d .g{stroke:var(--faint);fill:none}.d .r{stroke:var(--line);stroke-dasharray:7 5;stroke-width:1.4;fill:none}\

@@ -2,10 +2,10 @@
 //!
 //! Nothing in it comes from the network, and nothing in it runs. The same report gives the same bytes.
 
-mod drawing;
-mod page;
+pub(crate) mod drawing;
+pub(crate) mod page;
 mod report;
-mod scale;
+pub(crate) mod scale;
 #[cfg(test)]
 mod tests;
 

@@ -11,7 +11,8 @@ use super::report::{Basis, CalibrationReport, RunReport};
 use super::scale::{Px, Scale, escape, nice_step, number, ticks};
 use crate::quantity::{decimals, plus_minus};
 
-const PAGE_STYLE: &str = "\
+/// How a page looks.
+pub(crate) const PAGE_STYLE: &str = "\
 *{box-sizing:border-box}html{color-scheme:light dark;background:var(--paper)}\
 body{margin:0 auto;max-width:1000px;padding:44px 20px 60px;color:var(--ink);\
 font:16px/1.5 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;font-variant-numeric:tabular-nums}\

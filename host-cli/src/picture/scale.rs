@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A straight scale.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     from: f64,
     at: f64,
     per_unit: f64,
@@ -12,23 +12,23 @@ pub(super) struct Scale {
 
 impl Scale {
     /// `from` lies at `at`; each unit more lies `per_unit` further.
-    pub(super) fn new(from: f64, at: f64, per_unit: f64) -> Self {
+    pub(crate) fn new(from: f64, at: f64, per_unit: f64) -> Self {
         Self { from, at, per_unit }
     }
 
     /// The range laid over the coordinates.
-    pub(super) fn over(range: (f64, f64), at: (f64, f64)) -> Self {
+    pub(crate) fn over(range: (f64, f64), at: (f64, f64)) -> Self {
         Self::new(range.0, at.0, (at.1 - at.0) / (range.1 - range.0))
     }
 
-    pub(super) fn at(&self, value: f64) -> Px {
+    pub(crate) fn at(&self, value: f64) -> Px {
         Px(self.at + (value - self.from) * self.per_unit)
     }
 }
 
 /// A coordinate, written with two decimals and no "-0.00"; a number that is none is drawn at 0.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub(super) struct Px(pub(super) f64);
+pub(crate) struct Px(pub(crate) f64);
 
 impl fmt::Display for Px {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -38,7 +38,7 @@ impl fmt::Display for Px {
 }
 
 /// The step of 1, 2 or 5 times a power of ten that gives at most `most` steps in `span`.
-pub(super) fn nice_step(span: f64, most: f64) -> f64 {
+pub(crate) fn nice_step(span: f64, most: f64) -> f64 {
     let rough = (span / most).max(1e-12);
     let power = 10_f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough * (1.0 - 1e-9));
@@ -46,7 +46,7 @@ pub(super) fn nice_step(span: f64, most: f64) -> f64 {
 }
 
 /// The multiples of `step` within the range, and the decimals that they need.
-pub(super) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
+pub(crate) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
     let first = (range.0 / step - 1e-6).ceil() as i64;
     let last = (range.1 / step + 1e-6).floor() as i64;
     let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
@@ -54,7 +54,7 @@ pub(super) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
 }
 
 /// Text made safe inside HTML and SVG.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -72,7 +72,7 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// A number with a real minus sign and fixed decimals, never "-0".
-pub(super) fn number(value: f64, decimals: usize) -> String {
+pub(crate) fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),

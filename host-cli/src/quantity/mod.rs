@@ -3,6 +3,7 @@
 //! A bare number is refused: `--dx 2.5` could be anything, `--dx 2.5cm` cannot.
 
 mod error;
+mod friendly;
 mod parse;
 mod print;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod units;
 use std::f64::consts::TAU;
 
 pub use error::QuantityError;
+pub use friendly::{friendly, friendly_interval, probability, scaled_unit};
 pub use print::{LengthUnit, decimals, plus_minus};
 
 /// A length \[m\].

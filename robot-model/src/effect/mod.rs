@@ -16,6 +16,7 @@
 mod backlash;
 mod carpet_drift;
 mod caster_kick;
+pub mod custom;
 mod encoder_eccentricity;
 mod gyro_bias;
 mod gyro_scale;
@@ -46,6 +47,7 @@ use crate::motion::Step;
 use crate::sides::Sides;
 
 pub use catalogue::{CATALOGUE, find};
+pub use custom::{Custom, CustomEffect};
 
 /// What an effect does, by one formula a method. Methods that are left out change nothing.
 pub trait Effect: Sync + core::fmt::Debug {

@@ -1,0 +1,171 @@
+//! The commands that compare a campaign with a model, and explain it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use robot_model::effect::custom::Per;
+
+/// How a result is printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON value, as --json does.
+    Json,
+}
+
+impl Format {
+    /// For machines.
+    pub fn is_json(self) -> bool {
+        self == Self::Json
+    }
+}
+
+/// `beeline compare`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+Compares with the campaign's model.toml, or with the nominal robot where there is none.
+
+Examples:
+  beeline compare my-robot
+  beeline compare my-robot --format json")]
+pub struct CompareArgs {
+    /// The campaign folder.
+    pub campaign: PathBuf,
+    /// Another model than the campaign's own.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Text for people, or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// `beeline explain`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+Effects of your own that the campaign's model.toml declares are asked about too.
+
+Examples:
+  beeline explain my-robot
+  beeline explain my-robot --format json")]
+pub struct ExplainArgs {
+    /// The campaign folder.
+    pub campaign: PathBuf,
+    /// Text for people, or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Exit with 1 if something is missing, as `git diff` does.
+    #[arg(long)]
+    pub exit_code: bool,
+}
+
+/// `beeline model ...`
+#[derive(Clone, Debug, Subcommand)]
+pub enum ModelCommand {
+    /// Show the model: its effects, their values, what the error is with them.
+    #[command(after_help = "Example:\n  beeline model show my-robot")]
+    Show {
+        /// The campaign folder, or a model.toml.
+        campaign: PathBuf,
+    },
+    /// Add effects, fit the model anew, and say whether it got better.
+    Add(AddArgs),
+    /// Remove effects, fit the model anew, and say what that costs.
+    Remove(RemoveArgs),
+    /// Fit the model's effects to the campaign as it is now.
+    #[command(after_help = "Example:\n  beeline model fit my-robot")]
+    Fit {
+        /// The campaign folder.
+        campaign: PathBuf,
+        /// Another model than the campaign's own.
+        #[arg(long, value_name = "FILE")]
+        model: Option<PathBuf>,
+    },
+}
+
+/// `beeline model add`
+#[derive(Args, Clone, Debug)]
+#[command(
+    override_usage = "beeline model add [OPTIONS] [EFFECT]... <CAMPAIGN>",
+    after_help = "\
+An effect of your own is an equation. On its left: ds_left, ds_right, dtheta or dn (sideways), with
+/dt, /ds or /dtheta behind it for per second, metre or radian. On its right: v, v_left, v_right,
+omega, a, a_left, a_right, theta, phi_left, phi_right, s, t, t_run, payload; sin, cos, tan, exp, ln,
+sqrt, tanh, abs, sign, min, max; numbers, with a unit if need be: 0.3[m/s]. Every other name is a
+parameter to be fitted; its unit follows, or is checked if you give it.
+
+Examples:
+  beeline model add wheel_radius_ratio my-robot
+  beeline model add --custom \"dtheta = k * v^2 * omega\" my-robot"
+)]
+pub struct AddArgs {
+    /// Effects of the catalogue, and last the campaign folder.
+    #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
+    pub what: Vec<PathBuf>,
+    /// An effect of your own.
+    #[arg(long, value_name = "EQUATION")]
+    pub custom: Vec<String>,
+    /// Its name in model.toml.
+    #[arg(long, value_name = "ID", requires = "custom")]
+    pub name: Vec<String>,
+    /// Per what it is meant, where the equation's left side does not say.
+    #[arg(long, requires = "custom", value_parser = per)]
+    pub per: Option<Per>,
+    /// Unit of a parameter, to be checked: k=s^2/m^2.
+    #[arg(long, value_name = "NAME=UNIT", requires = "custom", value_parser = unit)]
+    pub unit: Vec<(String, String)>,
+    /// Plausible range of a parameter: k=-0.1..0.1.
+    #[arg(long, value_name = "NAME=LOW..HIGH", requires = "custom", value_parser = range)]
+    pub range: Vec<(String, [f64; 2])>,
+    /// Another model than the campaign's own.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+}
+
+/// `beeline model remove`
+#[derive(Args, Clone, Debug)]
+#[command(
+    override_usage = "beeline model remove [OPTIONS] <EFFECT>... <CAMPAIGN>",
+    after_help = "Example:\n  beeline model remove wheel_radius_ratio my-robot"
+)]
+pub struct RemoveArgs {
+    /// Effects, and last the campaign folder.
+    #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
+    pub what: Vec<PathBuf>,
+    /// Another model than the campaign's own.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+}
+
+/// `beeline report`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  beeline report my-robot -o report.html")]
+pub struct ReportArgs {
+    /// The campaign folder.
+    pub campaign: PathBuf,
+    /// Where the page goes; it needs nothing else, no network.
+    #[arg(long, short, value_name = "FILE", default_value = "report.html")]
+    pub output: PathBuf,
+}
+
+fn per(text: &str) -> Result<Per, String> {
+    let known = Per::ALL.into_iter().find(|it| it.name() == text);
+    known.ok_or_else(|| format!("must be {}", Per::ALL.map(Per::name).join(", ")))
+}
+
+fn unit(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, unit)) => Ok((name.trim().to_owned(), unit.trim().to_owned())),
+        None => Err("must be NAME=UNIT, for example k=s/m".to_owned()),
+    }
+}
+
+fn range(text: &str) -> Result<(String, [f64; 2]), String> {
+    let parse = || {
+        let (name, range) = text.split_once('=')?;
+        let (low, high) = range.split_once("..")?;
+        Some((name.trim().to_owned(), [low.trim().parse().ok()?, high.trim().parse().ok()?]))
+    };
+    parse().ok_or_else(|| "must be NAME=LOW..HIGH, for example k=-0.1..0.1".to_owned())
+}

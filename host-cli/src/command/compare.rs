@@ -1,0 +1,54 @@
+//! `beeline compare`
+
+use std::path::Path;
+
+use robot_model::compare::Comparer;
+use serde_json::json;
+
+use crate::campaign::Campaign;
+use crate::cli::{Common, CompareArgs};
+use crate::compare::show;
+use crate::error::{Error, Result};
+use crate::model::ModelFile;
+use crate::ui::{say, warn};
+
+pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
+    let (_, campaign) = read(&args.campaign)?;
+    let default = ModelFile::place(&args.campaign);
+    let (file, model) = match &args.model {
+        Some(file) => (file, ModelFile::read(file)?),
+        None => (&default, ModelFile::read_or_empty(&default)?),
+    };
+    let assumed = model.assumed().map_err(|id| {
+        let campaign = args.campaign.display();
+        Error::new(format_args!("{}: {id} has no values yet", file.display()))
+            .hint(format_args!("`beeline model fit {campaign}`"))
+    })?;
+    let own: Vec<_> = model.catalogue().split_off(robot_model::effect::CATALOGUE.len());
+    let comparer = Comparer::new(&campaign, &own).map_err(Error::new)?;
+    let comparison = comparer.compare(&assumed);
+    let nominal = (!assumed.is_empty()).then(|| comparer.compare(&[]));
+    if common.json || args.format.is_json() {
+        let effects: Vec<&str> = assumed.iter().map(|it| it.effect.facts().id).collect();
+        say(json!({
+            "schema": 1,
+            "model": effects,
+            "comparison": comparison,
+            "nominal": nominal.as_ref().map(|it| json!({
+                "position_m": it.position_m,
+                "heading_rad": it.heading_rad,
+            })),
+        }));
+    } else {
+        show(&comparison, nominal.as_ref());
+    }
+    Ok(())
+}
+
+/// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
+pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Campaign)> {
+    let read = Campaign::read(folder)?;
+    read.warnings.iter().for_each(warn);
+    let campaign = read.to_model(folder)?;
+    Ok((read, campaign))
+}

@@ -1,0 +1,50 @@
+//! `beeline explain`
+
+use robot_model::compare::Comparer;
+use robot_model::explain::explain_by;
+
+use super::compare::read;
+use crate::cli::{Common, ExplainArgs};
+use crate::error::{Error, Result};
+use crate::explain::{Subject, assumed, show};
+use crate::model::ModelFile;
+use crate::ui::say;
+
+pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
+    let (read, campaign) = read(&args.campaign)?;
+    let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
+    let catalogue = model.catalogue();
+    let asked: Vec<_> = catalogue.iter().map(|it| *it as _).collect();
+    let answer = explain_by(&campaign, &asked).map_err(Error::new)?;
+    if common.json || args.format.is_json() {
+        let json = serde_json::to_value(&answer).map_err(Error::new)?;
+        say(json);
+    } else {
+        let combinations: Vec<Option<String>> = if answer.steps.is_empty() {
+            Vec::new()
+        } else {
+            let comparer = Comparer::with_noise(
+                &campaign,
+                robot_model::odometry_noise::OdometryNoise::TYPICAL,
+            )
+            .map_err(Error::new)?;
+            assumed(&answer, |id| model.find(id))
+                .iter()
+                .map(|it| comparer.combination(it))
+                .collect()
+        };
+        show(
+            &answer,
+            &Subject {
+                robot: &read.robot.name,
+                campaign: &args.campaign.to_string_lossy(),
+                port: &common.port.to_string(),
+                runs: campaign.runs.len(),
+                catalogue: &catalogue,
+                combinations: &combinations,
+            },
+        );
+    }
+    let missing = !answer.steps.is_empty() || answer.unexplained.structure;
+    if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
+}

@@ -1,0 +1,311 @@
+//! `beeline model`: the effects that a user believes in, one by one.
+
+use std::path::{Path, PathBuf};
+
+use robot_model::answer::{ErrorPair, Errors};
+use robot_model::campaign::Campaign;
+use robot_model::effect::Effect;
+use robot_model::model::{Model, fit};
+use serde_json::json;
+
+use super::compare::read;
+use crate::cli::{Common, ModelCommand};
+use crate::compare::LINE;
+use crate::error::{Error, Result};
+use crate::explain::text;
+use crate::model::{
+    EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
+};
+use crate::quantity::{friendly, friendly_interval};
+use crate::table::{Cell, Table, wrapped};
+use crate::ui::{BAD, BOLD, DIM, GOOD, paint, say};
+
+pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
+    match command {
+        ModelCommand::Show { campaign } => show(common, campaign),
+        ModelCommand::Add(args) => {
+            let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add")?;
+            let mut task = Task::new(campaign, args.model.as_deref())?;
+            for (index, equation) in args.custom.iter().enumerate() {
+                let mut custom = custom_from_equation(equation)?;
+                if let Some(name) = args.name.get(index) {
+                    custom.id.clone_from(name);
+                }
+                if let Some(per) = args.per {
+                    custom.per = per;
+                }
+                custom.units.extend(args.unit.iter().cloned());
+                custom.ranges.extend(args.range.iter().cloned());
+                let effect = task
+                    .model
+                    .declare(&custom)
+                    .map_err(|error| equation_error(&custom.expression, &error))?;
+                task.model.effects.push(EffectEntry { effect, parameters: Vec::new() });
+            }
+            for id in &effects {
+                let effect = task.find(id)?;
+                if task.model.effects.iter().any(|it| it.effect.facts().id == id) {
+                    return Err(Error::new(format_args!("{id} is in the model already")).hint(
+                        format_args!("`beeline model fit {}` fits it again", campaign.display()),
+                    ));
+                }
+                task.model.effects.push(EffectEntry { effect, parameters: Vec::new() });
+            }
+            task.change(common)
+        }
+        ModelCommand::Remove(args) => {
+            let (effects, campaign) = split(&args.what, true, "remove")?;
+            let mut task = Task::new(campaign, args.model.as_deref())?;
+            for id in &effects {
+                let before = task.model.effects.len();
+                task.model.effects.retain(|it| it.effect.facts().id != id);
+                let declared = task.model.customs.len();
+                task.model.customs.retain(|it| it.facts().id != id);
+                if task.model.effects.len() == before && task.model.customs.len() == declared {
+                    let there: Vec<&str> = task.before.iter().map(|it| it.facts().id).collect();
+                    let there =
+                        if there.is_empty() { "no effects".into() } else { there.join(", ") };
+                    return Err(Error::new(format_args!("{id} is not in the model"))
+                        .hint(format_args!("it has {there}")));
+                }
+            }
+            task.change(common)
+        }
+        ModelCommand::Fit { campaign, model } => {
+            let mut task = Task::new(campaign, model.as_deref())?;
+            task.before.clear();
+            if task.model.effects.is_empty() {
+                return Err(Error::new(format_args!(
+                    "{}: there is nothing to fit",
+                    task.file.display()
+                ))
+                .hint(format_args!(
+                    "`beeline explain {0}`, then `beeline model add EFFECT {0}`",
+                    campaign.display()
+                )));
+            }
+            task.change(common)
+        }
+    }
+}
+
+/// Effects and, last, the campaign.
+fn split<'a>(
+    what: &'a [PathBuf],
+    effects_needed: bool,
+    verb: &str,
+) -> Result<(Vec<String>, &'a Path)> {
+    let (campaign, effects) = what.split_last().ok_or_else(|| Error::new("which campaign?"))?;
+    if effects.is_empty() && effects_needed {
+        return Err(Error::new(format_args!(
+            "which effect, and which campaign? There is only {}",
+            campaign.display()
+        ))
+        .hint(format_args!("`beeline model {verb} side_slip my-robot`")));
+    }
+    Ok((effects.iter().map(|it| it.to_string_lossy().into_owned()).collect(), campaign))
+}
+
+/// A campaign with its model, about to be changed.
+struct Task {
+    robot: String,
+    campaign: Campaign,
+    file: PathBuf,
+    model: ModelFile,
+    /// The effects before the change.
+    before: Vec<&'static dyn Effect>,
+}
+
+impl Task {
+    fn new(folder: &Path, model: Option<&Path>) -> Result<Self> {
+        let (read, campaign) = read(folder)?;
+        let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
+        let model = ModelFile::read_or_empty(&file)?;
+        let before = model.chosen();
+        Ok(Self { robot: read.robot.name, campaign, file, model, before })
+    }
+
+    fn find(&self, id: &str) -> Result<&'static dyn Effect> {
+        self.model.find(id).ok_or_else(|| {
+            Error::new(format_args!("there is no effect `{id}`")).hint(hint_for(id, &self.model))
+        })
+    }
+
+    /// Fits before and after, writes the model, and says what it came to.
+    fn change(mut self, common: &Common) -> Result<()> {
+        let fitted =
+            |effects: &[&'static dyn Effect]| fit(&self.campaign, effects).map_err(Error::new);
+        let before = fitted(&self.before)?;
+        let after = fitted(&self.model.chosen())?;
+        for (entry, fitted) in self.model.effects.iter_mut().zip(&after.effects) {
+            entry.parameters.clone_from(&fitted.parameters);
+        }
+        self.model.fit = Some(FitEntry {
+            runs: self.campaign.runs.len(),
+            nominal: after.nominal,
+            errors: after.errors,
+            noise: after.noise,
+        });
+        self.model.write(&self.file, &self.robot)?;
+        let old: Vec<&str> = self.before.iter().map(|it| it.facts().id).collect();
+        let new = |id: &str| !old.contains(&id);
+        if common.json {
+            say(to_json(&before, &after, &self.file));
+        } else {
+            changed(&self, &before, &after, &new);
+        }
+        Ok(())
+    }
+}
+
+fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> bool) {
+    let names = |model: &Model| match model.effects.as_slice() {
+        [] => "nominal".to_owned(),
+        effects => format!("{} effect{}", effects.len(), if effects.len() == 1 { "" } else { "s" }),
+    };
+    let mut table = Table::new("lrrr");
+    let dim = |text: String| Cell::styled(DIM, text);
+    table.row([
+        dim("error, root mean square".into()),
+        dim(format!("before ({})", names(before))),
+        dim(format!("after ({})", names(after))),
+        dim("change".into()),
+    ]);
+    let mut row = |name: &str, of: &dyn Fn(&ErrorPair) -> f64, unit: &str, held_out: bool| {
+        let (a, b) = (of(&before.errors), of(&after.errors));
+        let change = if a > 0.0 { 100.0 * (b / a - 1.0) } else { 0.0 };
+        let style = match held_out {
+            true if change < -1.0 => GOOD,
+            true if change > 1.0 => BAD,
+            _ => DIM,
+        };
+        table.row([
+            name.into(),
+            format!("{:.1} {unit}", a * 1e3).into(),
+            format!("{:.1} {unit}", b * 1e3).into(),
+            Cell::styled(style, format!("{change:+.0} %")),
+        ]);
+    };
+    row("on the runs fitted to", &|it| it.train.position_rms_m, "mm", false);
+    row("", &|it| it.train.heading_rms_rad, "mrad", false);
+    row("on runs held out", &|it| it.heldout.position_rms_m, "mm", true);
+    row("", &|it| it.heldout.heading_rms_rad, "mrad", true);
+    table.say(0);
+    say("");
+    effects(after, &|id| new(id));
+    say("");
+    say(paint(DIM, format_args!("{} written", task.file.display())));
+}
+
+/// Each effect with its parameters and its verdict.
+fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
+    for it in &model.effects {
+        let mark = if new(it.effect) { "+ " } else { "  " };
+        say(format_args!("{mark}{}", paint(BOLD, it.effect)));
+        parameters(&it.parameters);
+        let style = if it.verdict.better() { GOOD } else { BAD };
+        for line in wrapped(&it.verdict.sentence(), LINE - 4) {
+            say(format_args!("    {}", paint(style, line)));
+        }
+    }
+}
+
+fn parameters(parameters: &[robot_model::answer::ParameterFound]) {
+    let mut table = Table::new("lll");
+    for it in parameters {
+        table.row([
+            Cell::styled(DIM, &it.name),
+            friendly(it.value, it.sigma, &it.unit).into(),
+            Cell::styled(
+                DIM,
+                format!(
+                    "95 %: {}",
+                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
+                ),
+            ),
+        ]);
+    }
+    table.say(4);
+}
+
+fn errors_json(it: &Errors) -> serde_json::Value {
+    json!({"position_rms_m": it.position_rms_m, "heading_rms_rad": it.heading_rms_rad, "chi": it.chi})
+}
+
+fn pair_json(it: &ErrorPair) -> serde_json::Value {
+    json!({"train": errors_json(&it.train), "heldout": errors_json(&it.heldout)})
+}
+
+fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
+    let effects: Vec<_> = after
+        .effects
+        .iter()
+        .map(|it| {
+            json!({
+                "effect": it.effect,
+                "parameters": it.parameters,
+                "p_value": it.verdict.p_value,
+                "better": it.verdict.better(),
+                "verdict": it.verdict.sentence(),
+            })
+        })
+        .collect();
+    json!({
+        "schema": 1,
+        "model": file,
+        "before": pair_json(&before.errors),
+        "after": pair_json(&after.errors),
+        "effects": effects,
+    })
+}
+
+fn show(common: &Common, campaign: &Path) -> Result<()> {
+    // A model file, or a campaign folder with one in it.
+    let file = if campaign.is_dir() { ModelFile::place(campaign) } else { campaign.to_owned() };
+    let model = ModelFile::read_or_empty(&file)?;
+    if common.json {
+        let effects: Vec<_> = model
+            .effects
+            .iter()
+            .map(|it| json!({"effect": it.effect.facts().id, "parameters": it.parameters}))
+            .collect();
+        let errors = model.fit.as_ref().map(|it| pair_json(&it.errors));
+        say(json!({"schema": 1, "model": file, "effects": effects, "errors": errors}));
+        return Ok(());
+    }
+    if model.effects.is_empty() {
+        say(format_args!("{}: the nominal robot, no effects", campaign.display()));
+    }
+    for it in &model.effects {
+        let facts = it.effect.facts();
+        say(format_args!("{}  {}", paint(BOLD, facts.id), facts.name));
+        say(format_args!("    {}", paint(DIM, facts.equation)));
+        if it.parameters.is_empty() {
+            say("    not fitted yet: `beeline model fit CAMPAIGN`");
+        }
+        parameters(&it.parameters);
+    }
+    let unused = model
+        .customs
+        .iter()
+        .filter(|own| model.effects.iter().all(|it| it.effect.facts().id != own.facts().id));
+    for own in unused {
+        say(format_args!(
+            "{}  {} (declared, not in the model)",
+            paint(BOLD, own.facts().id),
+            own.facts().equation
+        ));
+    }
+    if let Some(fit) = &model.fit {
+        say("");
+        let mut table = Table::new("lrr");
+        table.row(["", "nominal", "with this model"].map(|it| Cell::styled(DIM, it)));
+        let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
+            table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
+        };
+        row(format!("on the {} runs fitted to", fit.runs), &|it| it.train);
+        row("on runs held out".into(), &|it| it.heldout);
+        table.say(0);
+    }
+    Ok(())
+}

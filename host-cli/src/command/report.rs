@@ -1,0 +1,54 @@
+//! `beeline report`
+
+use robot_model::compare::Comparer;
+use robot_model::effect::{CATALOGUE, Effect};
+use robot_model::explain::explain_by;
+use serde_json::json;
+
+use super::compare::read;
+use crate::cli::{Common, ReportArgs};
+use crate::error::{Error, Result};
+use crate::explain::{Subject, assumed};
+use crate::file::{check_writable, write_whole};
+use crate::model::ModelFile;
+use crate::report::{CampaignReport, to_html};
+use crate::ui::tell;
+
+pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
+    let (read, campaign) = read(&args.campaign)?;
+    let output = args.output.display();
+    let cannot = |error: &dyn std::fmt::Display| {
+        Error::new(format_args!("cannot write {output}: {error}"))
+            .hint("choose another file with -o")
+    };
+    // Before the work: what cannot be written must not cost the time.
+    check_writable(&args.output).map_err(|error| cannot(&error))?;
+    let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
+    let catalogue = model.catalogue();
+    let asked: Vec<&dyn Effect> = catalogue.iter().map(|it| *it as _).collect();
+    let answer = explain_by(&campaign, &asked).map_err(Error::new)?;
+    let comparer = Comparer::new(&campaign, &catalogue[CATALOGUE.len()..]).map_err(Error::new)?;
+    let found = assumed(&answer, |id| model.find(id));
+    let combinations: Vec<_> = found.iter().map(|it| comparer.combination(it)).collect();
+    let subject = Subject {
+        robot: &read.robot.name,
+        campaign: &args.campaign.to_string_lossy(),
+        port: &common.port.to_string(),
+        runs: campaign.runs.len(),
+        catalogue: &catalogue,
+        combinations: &combinations,
+    };
+    let comparisons = [comparer.compare(&[]), comparer.compare(&found)];
+    let paths = [comparer.paths(&[]), comparer.paths(&found)];
+    let curves = [comparer.curves(&[]), comparer.curves(&found)];
+    let html = to_html(&CampaignReport {
+        subject: &subject,
+        answer: &answer,
+        comparisons: comparisons.each_ref(),
+        paths: paths.each_ref().map(Vec::as_slice),
+        curves: curves.each_ref().map(Vec::as_slice),
+    });
+    write_whole(&args.output, html.as_bytes()).map_err(|error| cannot(&error))?;
+    tell(common, json!({"report": args.output}), format_args!("{output} written"));
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! `beeline compare` in words and tables. What is compared, and how, is in [`robot_model::compare`].
+
+use anstyle::Style;
+use robot_model::compare::{Aspect, Comparison, Drift, Rms};
+
+use crate::table::{Cell, Table, wrapped};
+use crate::ui::{BAD, BOLD, DIM, paint, say};
+
+/// A systematic error surer than this is shown in full strength.
+const SURE_SIGMAS: f64 = 4.0;
+/// Lines of words are no longer than this.
+pub const LINE: usize = 96;
+
+/// Prints a comparison; `nominal` is that of the nominal robot, if the model is not it.
+pub fn show(comparison: &Comparison, nominal: Option<&Comparison>) {
+    for line in wrapped(&comparison.finding, LINE) {
+        say(paint(BOLD, line));
+    }
+    say("");
+    runs(comparison, nominal);
+    say("");
+    say(paint(BOLD, "Where it fails"));
+    let words = "Each run is cut where the regime changes, and at the latest after half a metre. Over each \
+                 stretch: the predicted against the measured move, root mean square, beside what noise \
+                 alone gives. Last: what is the same in all stretches, per metre that the rims roll; it can be sure (drift) \
+                 where each stretch alone looks like noise.";
+    wrapped(words, LINE).iter().for_each(|line| say(paint(DIM, line)));
+    say("");
+    regimes(comparison);
+}
+
+fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
+    let mut table = Table::new("llrrrrrrrr");
+    let dim = |text: &str| Cell::styled(DIM, text);
+    let heads =
+        ["run", "kind", "path", "off by", "noise", "", "at the end", "heading", "noise", ""];
+    table.row(heads.map(dim));
+    for run in &comparison.runs {
+        let mut row: Vec<Cell> = vec![
+            run.name.clone().into(),
+            run.kind.clone().into(),
+            format!("{:.1} m", run.path_m).into(),
+        ];
+        row.extend(cells(run.position_m.as_ref(), "mm"));
+        row.push(run.end_m.map_or_else(|| dim("-"), |it| format!("{:.1} mm", it * 1e3).into()));
+        row.extend(cells(run.heading_rad.as_ref(), "mrad"));
+        table.row(row);
+    }
+    let mut total = |name: &str, it: &Comparison| {
+        let path_m: f64 = it.runs.iter().map(|run| run.path_m).sum();
+        let name = Cell::styled(BOLD, format!("{name} {} runs", it.runs.len()));
+        let mut row = vec![name, "".into(), format!("{path_m:.1} m").into()];
+        row.extend(cells(Some(&it.position_m), "mm"));
+        row.push("".into());
+        row.extend(cells(Some(&it.heading_rad), "mrad"));
+        table.row(row);
+    };
+    total("all", comparison);
+    if let Some(nominal) = nominal {
+        total("nominal, all", nominal);
+    }
+    table.say(0);
+}
+
+/// Error, noise, and how many times noise it is.
+fn cells(rms: Option<&Rms>, unit: &str) -> [Cell; 3] {
+    let Some(rms) = rms.filter(|it| it.rms > 0.0) else {
+        return [Cell::styled(DIM, "-"), "".into(), "".into()];
+    };
+    [
+        format!("{:.1} {unit}", rms.rms * 1e3).into(),
+        Cell::styled(DIM, format!("{:.1}", rms.noise * 1e3)),
+        times(rms.rms / rms.noise, rms.beyond_noise()),
+    ]
+}
+
+fn times(ratio: f64, beyond: bool) -> Cell {
+    if beyond { Cell::styled(BAD, format!("{ratio:.1}x")) } else { Cell::styled(DIM, "noise") }
+}
+
+fn regimes(comparison: &Comparison) {
+    let mut table = Table::new("lrrrrrrrl");
+    let heads = [
+        "",
+        "runs",
+        "stretches",
+        "off by",
+        "noise",
+        "heading",
+        "noise",
+        "",
+        "systematic, per metre",
+    ];
+    table.row(heads.map(|text| Cell::styled(DIM, text)));
+    for question in &comparison.regimes {
+        table.row([Cell::styled(BOLD, question.name)]);
+        for cell in &question.cells {
+            let mm = |value: f64| format!("{:.1}", value * 1e3);
+            table.row([
+                format!("  {}", cell.name).into(),
+                cell.runs.into(),
+                cell.stretches.into(),
+                format!("{} mm", mm(cell.position_m.rms)).into(),
+                Cell::styled(DIM, mm(cell.position_m.noise)),
+                format!("{} mrad", mm(cell.heading_rad.rms)).into(),
+                Cell::styled(DIM, mm(cell.heading_rad.noise)),
+                match (cell.scattered, cell.beyond_noise) {
+                    (false, true) => Cell::styled(BAD, "drift"),
+                    _ => times(cell.chi, cell.scattered),
+                },
+                systematic(&cell.main_drift()),
+            ]);
+        }
+    }
+    table.say(0);
+}
+
+fn systematic(drift: &Drift) -> Cell {
+    if drift.sigma <= 0.0 {
+        return "".into();
+    }
+    let style = if drift.sigmas() > SURE_SIGMAS { Style::new() } else { DIM };
+    Cell::styled(style, drift_text(drift))
+}
+
+/// `turns 12.3 ± 0.4 mrad/m too far left`.
+pub fn drift_text(drift: &Drift) -> String {
+    let value = crate::quantity::plus_minus(drift.per_m.abs() * 1e3, drift.sigma * 1e3);
+    match (drift.aspect, drift.per_m > 0.0) {
+        (Aspect::Turn, true) => format!("{value} mrad/m to the left"),
+        (Aspect::Turn, false) => format!("{value} mrad/m to the right"),
+        (Aspect::Ahead, true) => format!("{value} mm/m too far"),
+        (Aspect::Ahead, false) => format!("{value} mm/m too short"),
+        (Aspect::Left, true) => format!("{value} mm/m drift to the left"),
+        (Aspect::Left, false) => format!("{value} mm/m drift to the right"),
+    }
+}

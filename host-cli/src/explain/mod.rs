@@ -1,0 +1,261 @@
+//! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
+//! rejected, what stays unexplained, and the run that would tell more.
+
+use robot_model::answer::{Answer, Errors, StepFound};
+use robot_model::compare::Assumed;
+use robot_model::effect::{Effect, Facts};
+
+use crate::compare::LINE;
+use crate::quantity::{friendly, friendly_interval, probability};
+use crate::table::{Cell, Table, wrapped};
+use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+
+/// Width of the longest bar.
+const BAR: usize = 24;
+
+/// The effects of an answer at the values found; `find` knows all effects that were asked about.
+pub fn assumed(
+    answer: &Answer,
+    find: impl Fn(&str) -> Option<&'static dyn Effect>,
+) -> Vec<Assumed> {
+    let step = |it: &StepFound| {
+        let values = it.parameters.iter().map(|it| it.value).collect();
+        Some(Assumed { effect: find(&it.effect)?, values })
+    };
+    answer.steps.iter().filter_map(step).collect()
+}
+
+/// What was asked, for the words of the answer.
+pub struct Subject<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// The folder, as the user wrote it.
+    pub campaign: &'a str,
+    /// The port for the next run, as the user would write it.
+    pub port: &'a str,
+    /// How many runs.
+    pub runs: usize,
+    /// All effects that were asked about.
+    pub catalogue: &'a [&'static dyn Effect],
+    /// What each step comes to in one plain number, where one says it.
+    pub combinations: &'a [Option<String>],
+}
+
+impl Subject<'_> {
+    fn facts(&self, id: &str) -> Option<&'static Facts> {
+        self.catalogue.iter().map(|it| it.facts()).find(|it| it.id == id)
+    }
+
+    /// The plain name of an effect.
+    pub fn name<'b>(&self, id: &'b str) -> &'b str
+    where
+        'static: 'b,
+    {
+        self.facts(id).map_or(id, |it| it.name)
+    }
+}
+
+/// The main finding, in a sentence or two.
+pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
+    let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
+    let error = format!(
+        "the error on runs held out falls from {} to {}",
+        text(&answer.baseline.heldout),
+        text(last)
+    );
+    let more = if answer.unexplained.structure {
+        format!(
+            ". Something is still unexplained: it depends on {}",
+            answer.unexplained.depends_on.join(", ")
+        )
+    } else {
+        String::new()
+    };
+    match answer.steps.as_slice() {
+        [] if answer.unexplained.structure => format!(
+            "No known effect explains what these {} runs show, but something is there: it depends on {}.",
+            subject.runs,
+            answer.unexplained.depends_on.join(", ")
+        ),
+        [] => format!(
+            "Nothing is missing that these {} runs could show: what is left is noise.",
+            subject.runs
+        ),
+        [one] => format!("One effect is missing: {}. With it {error}{more}.", says(one, subject)),
+        steps => {
+            let names: Vec<String> = steps.iter().map(|it| says(it, subject)).collect();
+            format!(
+                "{} effects are missing: {}. With them {error}{more}.",
+                count(steps.len()),
+                names.join("; ")
+            )
+        }
+    }
+}
+
+/// A small number in words.
+pub(crate) fn count(n: usize) -> String {
+    let words = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
+    words.get(n).map_or_else(|| n.to_string(), |it| (*it).to_owned())
+}
+
+/// An effect by its name; or by all that it cannot be told from.
+fn says(step: &StepFound, subject: &Subject<'_>) -> String {
+    let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
+    names.join(" or ")
+}
+
+/// `25.8 mm, 61.2 mrad`.
+pub fn text(errors: &Errors) -> String {
+    if errors.heading_rms_rad > 0.0 {
+        format!("{:.1} mm, {:.1} mrad", errors.position_rms_m * 1e3, errors.heading_rms_rad * 1e3)
+    } else {
+        format!("{:.1} mm", errors.position_rms_m * 1e3)
+    }
+}
+
+/// Prints an answer.
+pub fn show(answer: &Answer, subject: &Subject<'_>) {
+    wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
+    say("");
+    waterfall(answer, subject);
+    for (number, step) in answer.steps.iter().enumerate() {
+        say("");
+        let combination = subject.combinations.get(number).and_then(Option::as_deref);
+        effect(number + 1, step, combination, subject);
+    }
+    if !answer.rejected.is_empty() {
+        say("");
+        say(paint(BOLD, "Looked at, and not believed"));
+        let mut table = Table::new("lll");
+        for it in &answer.rejected {
+            table.row([it.effect.clone().into(), Cell::styled(DIM, &it.reason)]);
+        }
+        table.say(2);
+    }
+    say("");
+    unexplained(answer);
+    say("");
+    next_run(answer, subject);
+}
+
+/// The error on held-out runs as effects are added, as bars.
+fn waterfall(answer: &Answer, subject: &Subject<'_>) {
+    let most = answer.baseline.heldout.position_rms_m.max(f64::MIN_POSITIVE);
+    let mut table = Table::new("llrrrl");
+    let heads = ["", "on runs held out", "position", "heading", "p", ""];
+    table.row(heads.map(|text| Cell::styled(DIM, text)));
+    let mut row = |number: String, name: String, errors: &Errors, p: String| {
+        let length =
+            (errors.position_rms_m / most * BAR as f64).round().clamp(0.0, 2.0 * BAR as f64);
+        let bar = "\u{2588}".repeat((length as usize).max(1));
+        table.row([
+            number.into(),
+            name.into(),
+            format!("{:.1} mm", errors.position_rms_m * 1e3).into(),
+            format!("{:.1} mrad", errors.heading_rms_rad * 1e3).into(),
+            p.into(),
+            Cell::styled(GOOD, bar),
+        ]);
+    };
+    row(String::new(), "nominal robot".into(), &answer.baseline.heldout, String::new());
+    for (number, step) in answer.steps.iter().enumerate() {
+        let name = format!("+ {}", says(step, subject));
+        row((number + 1).to_string(), name, &step.heldout, probability(step.p_value));
+    }
+    table.say(0);
+}
+
+fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &Subject<'_>) {
+    let title = step.class.iter().map(String::as_str).collect::<Vec<_>>().join(" = ");
+    say(format_args!("{number}  {}", paint(BOLD, title)));
+    let put = |words: &str| {
+        wrapped(words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")))
+    };
+    let facts = subject.facts(&step.effect);
+    if let Some(facts) = facts {
+        say(format_args!("   {}", paint(DIM, facts.equation)));
+    }
+    let mut table = Table::new("lll");
+    for it in &step.parameters {
+        table.row([
+            Cell::styled(DIM, &it.name),
+            friendly(it.value, it.sigma, &it.unit).into(),
+            Cell::styled(
+                DIM,
+                format!(
+                    "95 %: {}",
+                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
+                ),
+            ),
+        ]);
+    }
+    table.say(3);
+    put(&format!("Why: {}.", step.why.trim_end_matches('.')));
+    if step.class.len() > 1 {
+        let common = combination
+            .map_or_else(String::new, |it| format!(" Together: {it}, of whatever cause."));
+        let words = format!("These runs cannot tell {} apart.{common}", step.class.join(", "));
+        wrapped(&words, LINE - 3)
+            .iter()
+            .for_each(|line| say(format_args!("   {}", paint(WARN, line))));
+    } else if let Some(it) = combination {
+        put(&format!("In these runs: {it}."));
+    }
+    if let Some(facts) = facts.filter(|it| !it.compensation.is_empty()) {
+        put(&format!("What can be done: {}.", facts.compensation));
+    }
+}
+
+fn unexplained(answer: &Answer) {
+    let it = &answer.unexplained;
+    if it.structure {
+        say(paint(
+            WARN,
+            format_args!(
+                "Still unexplained: an unknown effect that depends on {}",
+                it.depends_on.join(", ")
+            ),
+        ));
+        say(format_args!(
+            "   by chance as much with p = {}; `beeline report` shows its shape",
+            probability(it.p_value)
+        ));
+    } else {
+        say(format_args!(
+            "{}: what is left depends on nothing that was asked about (p = {})",
+            paint(BOLD, "Nothing else"),
+            probability(it.p_value)
+        ));
+    }
+}
+
+fn next_run(answer: &Answer, subject: &Subject<'_>) {
+    match &answer.next_run {
+        Some(next) => {
+            say(paint(BOLD, format_args!("Next: record {}", next.kind)));
+            let words = format!("It tells {} apart: {}.", next.separates.join(", "), next.why);
+            wrapped(&words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
+            say(format_args!("   {}", next_run_command(&next.kind, subject)));
+        }
+        None => say("No further run is needed to tell effects apart."),
+    }
+}
+
+/// The command line that records the next run.
+pub fn next_run_command(kind: &str, subject: &Subject<'_>) -> String {
+    let quoted = |text: &str| {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:@".contains(c);
+        if !text.is_empty() && text.chars().all(plain) {
+            text.to_owned()
+        } else {
+            format!("\"{text}\"")
+        }
+    };
+    format!(
+        "beeline campaign record {} --run {} --port {}",
+        quoted(subject.campaign),
+        quoted(kind),
+        quoted(subject.port)
+    )
+}

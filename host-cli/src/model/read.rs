@@ -1,0 +1,273 @@
+//! Reads `model.toml`, with one clear error for each way it can be wrong.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use robot_model::answer::{ErrorPair, Errors, ParameterFound};
+use robot_model::effect::Custom;
+use robot_model::effect::custom::{CustomError, Part, Per, Target};
+use robot_model::odometry_noise::OdometryNoise;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{EffectEntry, FitEntry, ModelFile};
+use crate::campaign::robot_toml::at;
+use crate::campaign::{CampaignError, Place};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawModel {
+    #[serde(default)]
+    effect: Vec<RawEffect>,
+    #[serde(default)]
+    custom: Vec<RawCustom>,
+    error: Option<RawErrors>,
+    noise: Option<RawNoise>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawEffect {
+    id: Spanned<String>,
+    #[serde(default)]
+    parameters: BTreeMap<String, Spanned<RawParameter>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawParameter {
+    value: f64,
+    sigma: Option<f64>,
+    low95: Option<f64>,
+    high95: Option<f64>,
+    unit: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCustom {
+    id: Spanned<String>,
+    target: Spanned<String>,
+    per: Spanned<String>,
+    expression: Spanned<String>,
+    #[serde(default)]
+    unit: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
+    range: BTreeMap<String, Spanned<[f64; 2]>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawErrors {
+    runs: usize,
+    nominal: RawError,
+    nominal_heldout: RawError,
+    train: RawError,
+    heldout: RawError,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawError {
+    position_rms_m: f64,
+    heading_rms_rad: f64,
+    chi: f64,
+}
+
+impl From<RawError> for Errors {
+    fn from(it: RawError) -> Self {
+        let RawError { position_rms_m, heading_rms_rad, chi } = it;
+        Self { position_rms_m, heading_rms_rad, chi }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawNoise {
+    position_sigma_m: f64,
+    heading_sigma_rad: f64,
+    travel_walk: f64,
+    heading_walk: f64,
+    position_wobble_m: f64,
+    heading_wobble_rad: f64,
+    wobble_s: f64,
+    gyro_walk: f64,
+    heading_offset_rad: f64,
+    clock_offset_s: f64,
+}
+
+impl ModelFile {
+    /// Reads a model; that of a campaign without one is empty.
+    pub fn read_or_empty(file: &Path) -> Result<Self, CampaignError> {
+        if file.exists() { Self::read(file) } else { Ok(Self::default()) }
+    }
+
+    /// Reads a model.
+    pub fn read(file: &Path) -> Result<Self, CampaignError> {
+        let text =
+            fs::read_to_string(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+        Self::parse(file, &text)
+    }
+
+    /// Reads a model from its text; `file` is for the words of an error.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
+        let raw: RawModel = toml::from_str(text).map_err(|error| {
+            let place =
+                error.span().map_or_else(|| Place::whole(file), |it| at(file, text, it.start));
+            let problem = error.message().trim().replace('\n', "; ");
+            CampaignError::new(place, problem, "compare with what `beeline model fit` writes")
+        })?;
+        let fail = |byte: usize, problem: String, hint: String| {
+            Err(CampaignError::new(at(file, text, byte), problem, hint))
+        };
+        let mut model = Self::default();
+        for custom in &raw.custom {
+            let start = custom.id.span().start;
+            let (Some(target), Some(per)) = (
+                Target::ALL.into_iter().find(|it| it.name() == custom.target.get_ref()),
+                Per::ALL.into_iter().find(|it| it.name() == custom.per.get_ref()),
+            ) else {
+                let target = Target::ALL.iter().any(|it| it.name() == custom.target.get_ref());
+                let wrong = if target { &custom.per } else { &custom.target };
+                let names: Vec<&str> = if target {
+                    Per::ALL.map(Per::name).into()
+                } else {
+                    Target::ALL.map(Target::name).into()
+                };
+                let problem = format!("`{}` is not known here", wrong.get_ref());
+                return fail(wrong.span().start, problem, format!("one of {}", names.join(", ")));
+            };
+            let declared = Custom {
+                id: custom.id.get_ref().clone(),
+                target,
+                per,
+                expression: custom.expression.get_ref().clone(),
+                units: map(&custom.unit, String::clone),
+                ranges: map(&custom.range, |it| *it),
+            };
+            if model.customs.iter().any(|it| it.custom().id == declared.id) {
+                let problem = format!("the effect `{}` is declared twice", declared.id);
+                return fail(start, problem, "choose another id, or remove one".into());
+            }
+            match declared.build() {
+                Ok(effect) => model.customs.push(effect),
+                Err(error) => {
+                    // The place in the file, as long as the string has no escapes before it.
+                    let inside = |it: &Spanned<String>| it.span().start + 1 + error.at.start;
+                    let byte = match &error.part {
+                        Part::Id => start,
+                        Part::Target => custom.target.span().start,
+                        Part::Expression => inside(&custom.expression),
+                        Part::Unit(name) => custom.unit.get(name).map_or(start, inside),
+                        Part::Range(name) => {
+                            custom.range.get(name).map_or(start, |it| it.span().start)
+                        }
+                    };
+                    let problem = match error.part {
+                        Part::Expression => {
+                            format!("{}{}", error.problem, caret(&declared.expression, &error))
+                        }
+                        _ => error.problem,
+                    };
+                    return fail(byte, problem, error.hint);
+                }
+            }
+        }
+        for entry in &raw.effect {
+            let id = entry.id.get_ref();
+            let Some(effect) = model.find(id) else {
+                let problem = format!("there is no effect `{id}`");
+                return fail(entry.id.span().start, problem, hint_for(id, &model));
+            };
+            if model.effects.iter().any(|it| it.effect.facts().id == id) {
+                let problem = format!("the effect `{id}` is there twice");
+                return fail(entry.id.span().start, problem, "remove one".into());
+            }
+            let known = effect.facts().parameters;
+            for (name, it) in &entry.parameters {
+                let raw = it.get_ref();
+                let numbers = [Some(raw.value), raw.sigma, raw.low95, raw.high95];
+                let problem = if !known.iter().any(|it| it.name == name) {
+                    format!("{id} has no parameter `{name}`")
+                } else if numbers.iter().flatten().any(|it| !it.is_finite()) {
+                    format!("{name} has a number that is not finite")
+                } else {
+                    continue;
+                };
+                let names: Vec<&str> = known.iter().map(|it| it.name).collect();
+                return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
+            }
+            let parameters = known
+                .iter()
+                .filter_map(|it| Some((it, entry.parameters.get(it.name)?.get_ref())))
+                .map(|(it, raw)| {
+                    let sigma = raw.sigma.unwrap_or(0.0);
+                    ParameterFound {
+                        name: it.name.to_owned(),
+                        unit: raw.unit.clone().unwrap_or_else(|| it.unit.to_owned()),
+                        value: raw.value,
+                        sigma,
+                        low95: raw.low95.unwrap_or(raw.value - 1.96 * sigma),
+                        high95: raw.high95.unwrap_or(raw.value + 1.96 * sigma),
+                    }
+                })
+                .collect();
+            model.effects.push(EffectEntry { effect, parameters });
+        }
+        model.fit = raw.error.zip(raw.noise).map(|(errors, noise)| FitEntry {
+            runs: errors.runs,
+            nominal: ErrorPair {
+                train: errors.nominal.into(),
+                heldout: errors.nominal_heldout.into(),
+            },
+            errors: ErrorPair { train: errors.train.into(), heldout: errors.heldout.into() },
+            noise: OdometryNoise {
+                position_sigma_m: noise.position_sigma_m,
+                heading_sigma_rad: noise.heading_sigma_rad,
+                travel_walk: noise.travel_walk,
+                heading_walk: noise.heading_walk,
+                position_wobble_m: noise.position_wobble_m,
+                heading_wobble_rad: noise.heading_wobble_rad,
+                wobble_s: noise.wobble_s,
+                gyro_walk: noise.gyro_walk,
+                heading_offset_rad: noise.heading_offset_rad,
+                clock_offset_s: noise.clock_offset_s,
+            },
+        });
+        Ok(model)
+    }
+}
+
+fn map<A, B>(from: &BTreeMap<String, Spanned<A>>, of: impl Fn(&A) -> B) -> BTreeMap<String, B> {
+    from.iter().map(|(name, it)| (name.clone(), of(it.get_ref()))).collect()
+}
+
+/// What to try where an effect is not known: the nearest one, or all.
+pub(crate) fn hint_for(id: &str, model: &ModelFile) -> String {
+    let ids: Vec<&str> = model.catalogue().iter().map(|it| it.facts().id).collect();
+    let beginning = |it: &&&str| !id.is_empty() && (it.contains(id) || id.contains(**it));
+    match ids.iter().find(beginning) {
+        Some(near) => format!("did you mean {near}?"),
+        None => format!("there are {}", ids.join(", ")),
+    }
+}
+
+/// The text with a caret under what is wrong, on lines of their own.
+pub fn caret(text: &str, error: &CustomError) -> String {
+    let before = text.get(..error.at.start).map_or(0, |it| it.chars().count());
+    let wide = text.get(error.at.clone()).map_or(1, |it| it.chars().count()).max(1);
+    format!("\n    {text}\n    {}{}", " ".repeat(before), "^".repeat(wide))
+}
+
+/// Reads an equation from a command line; the error shows it with a caret.
+pub fn custom_from_equation(text: &str) -> Result<Custom, CampaignError> {
+    Custom::from_equation(text).map_err(|error| equation_error(text, &error))
+}
+
+/// An error in an equation, with its column and a caret.
+pub(crate) fn equation_error(text: &str, error: &CustomError) -> CampaignError {
+    let column = text.get(..error.at.start).map_or(0, |it| it.chars().count()) as u64 + 1;
+    let place = Place { line: 1, column, ..Place::whole(Path::new("the equation")) };
+    CampaignError::new(place, format!("{}{}", error.problem, caret(text, error)), &error.hint)
+}

@@ -1,0 +1,63 @@
+//! Parameters as people read them: a ratio in per cent, a length in millimetres, an angle in mrad.
+
+use super::plus_minus;
+
+/// The factor and the unit in which a value of this size reads best.
+pub fn scaled_unit(size: f64, unit: &str) -> (f64, String) {
+    let milli = |name: &str| (1e3, name.to_owned());
+    match unit {
+        "1" if size < 1.0 => (100.0, "%".into()),
+        "1" => (1.0, String::new()),
+        _ if size >= 0.5 => (1.0, unit.to_owned()),
+        "m" => milli("mm"),
+        "rad" => milli("mrad"),
+        "s" => milli("ms"),
+        "rad/m" => milli("mrad/m"),
+        "rad/s" => milli("mrad/s"),
+        other => (1.0, other.to_owned()),
+    }
+}
+
+/// `0.84 ± 0.02 %`.
+pub fn friendly(value: f64, sigma: f64, unit: &str) -> String {
+    let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
+    format!("{} {name}", plus_minus(value * factor, sigma * factor)).trim_end().to_owned()
+}
+
+/// Both ends of the 95 % interval of such a value: `0.80 to 0.88 %`.
+pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
+    let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
+    let decimals = super::decimals(sigma * factor);
+    let text = format!("{:.decimals$} to {:.decimals$} {name}", low * factor, high * factor);
+    text.trim_end().to_owned()
+}
+
+/// A probability: `0.03`, `2e-7`, never a row of zeros.
+pub fn probability(p: f64) -> String {
+    match p {
+        p if p >= 0.0095 => format!("{p:.2}"),
+        p if p > 1e-99 => format!("{p:.0e}"),
+        _ => "< 1e-99".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_come_in_the_unit_in_which_they_read_best() {
+        assert_eq!(friendly(0.0084, 0.0002, "1"), "0.840 ± 0.020 %");
+        assert_eq!(friendly(0.021, 0.001, "s"), "21.0 ± 1.0 ms");
+        assert_eq!(friendly(1.546, 0.26, "rad/s"), "1.55 ± 0.26 rad/s");
+        assert_eq!(friendly(-0.25, 0.07, "s^2/m"), "-0.250 ± 0.070 s^2/m");
+        assert_eq!(friendly_interval(0.0084, 0.0002, (0.008, 0.0088), "1"), "0.800 to 0.880 %");
+    }
+
+    #[test]
+    fn a_probability_is_never_a_row_of_zeros() {
+        assert_eq!(probability(0.031), "0.03");
+        assert_eq!(probability(2.4e-7), "2e-7");
+        assert_eq!(probability(0.0), "< 1e-99");
+    }
+}

@@ -1,0 +1,129 @@
+//! The shape of what is left: the systematic error against everything that it might depend on.
+
+use std::fmt::Write;
+
+use robot_model::compare::{Aspect, Curve};
+
+use super::{CampaignReport, legend};
+use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
+
+/// So many drawings at most, those with most left first.
+const PANELS: usize = 6;
+const X: (f64, f64) = (54.0, 452.0);
+const Y: (f64, f64) = (168.0, 14.0);
+
+pub(super) fn draw(report: &CampaignReport<'_>) -> String {
+    let [before, after] = report.curves;
+    // Of each regressor the aspect of which most is left.
+    let mut shown: Vec<&Curve> = Vec::new();
+    for curve in after {
+        match shown.iter_mut().find(|it| it.axis == curve.axis) {
+            Some(best) if best.chi < curve.chi => *best = curve,
+            Some(_) => {}
+            None => shown.push(curve),
+        }
+    }
+    let named = |it: &Curve| report.answer.unexplained.depends_on.contains(&it.regressor);
+    // What was named comes first, then what has most left.
+    shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
+    let mut html = String::new();
+    legend(&mut html, false);
+    html.push_str("<div class=\"pair\">");
+    for curve in shown.into_iter().take(PANELS) {
+        let earlier = before.iter().find(|it| it.axis == curve.axis && it.aspect == curve.aspect);
+        panel(&mut html, curve, earlier, named(curve));
+    }
+    html.push_str("</div>\n");
+    html
+}
+
+fn unit(aspect: Aspect) -> &'static str {
+    match aspect {
+        Aspect::Ahead => "too far ahead, mm per m",
+        Aspect::Left => "drift to the left, mm per m",
+        Aspect::Turn => "turn to the left, mrad per m",
+    }
+}
+
+fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool) {
+    let values = |it: &Curve| -> Vec<(f64, f64, f64)> {
+        it.bins.iter().map(|bin| (bin.at, bin.drift.per_m * 1e3, bin.drift.sigma * 1e3)).collect()
+    };
+    let now = values(curve);
+    let then = earlier.map(values).unwrap_or_default();
+    let ends = now.iter().chain(&then).map(|it| it.0);
+    let span = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let margin = 0.04 * (span.1 - span.0).max(1e-9);
+    let span = (span.0 - margin, span.1 + margin);
+    let heights = now.iter().flat_map(|(_, v, s)| [v - 2.0 * s, v + 2.0 * s]);
+    let heights = heights.chain(then.iter().map(|it| it.1));
+    let range = heights.fold((0.0_f64, 0.0_f64), |(a, b), y| (a.min(y), b.max(y)));
+    let room = 0.06 * (range.1 - range.0).max(1e-6);
+    let range = (range.0 - room, range.1 + room);
+    let (x, y) = (Scale::over(span, X), Scale::over(range, Y));
+    let mark = if named { "<span class=\"before\">depends on it</span>" } else { "" };
+    let _ = write!(
+        html,
+        "<figure><figcaption><b>{}</b>{mark}</figcaption>\
+         <svg class=\"d thin\" viewBox=\"0 0 460 212\" role=\"img\" aria-label=\"Residual against {}\">",
+        unit(curve.aspect),
+        curve.axis
+    );
+    let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
+    for level in levels {
+        let at = y.at(level);
+        let class = if level == 0.0 { "zero" } else { "g" };
+        let _ = write!(
+            html,
+            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+            Px(X.0),
+            Px(X.1),
+            Px(X.0 - 8.0),
+            Px(at.0 + 4.0),
+            number(level, places)
+        );
+    }
+    let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
+    for stop in stops {
+        let _ = write!(
+            html,
+            "<text class=\"tick\" x=\"{}\" y=\"186\" text-anchor=\"middle\">{}</text>",
+            x.at(stop),
+            number(stop, places)
+        );
+    }
+    let _ = write!(
+        html,
+        "<text class=\"tick\" x=\"{}\" y=\"206\" text-anchor=\"middle\">{}</text>",
+        Px((X.0 + X.1) / 2.0),
+        curve.axis
+    );
+    let line = |points: &[(f64, f64, f64)]| {
+        let mut data = String::new();
+        for (at, value, _) in points {
+            let _ = write!(
+                data,
+                "{}{} {}",
+                if data.is_empty() { 'M' } else { 'L' },
+                x.at(*at),
+                y.at(*value)
+            );
+        }
+        data
+    };
+    let _ = write!(
+        html,
+        "<path class=\"p b\" opacity=\".55\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>",
+        line(&then),
+        line(&now)
+    );
+    for (at, value, sigma) in &now {
+        let (cx, low, high) = (x.at(*at), y.at(value - 1.96 * sigma), y.at(value + 1.96 * sigma));
+        let _ = write!(
+            html,
+            "<path class=\"whisker a\" d=\"M{cx} {low}V{high}\"/><circle class=\"fa\" cx=\"{cx}\" cy=\"{}\" r=\"3.4\"/>",
+            y.at(*value)
+        );
+    }
+    html.push_str("</svg></figure>");
+}

@@ -1,0 +1,107 @@
+//! Each effect that was found: why it is believed, its values with intervals, what can be done.
+
+use std::fmt::Write;
+
+use robot_model::answer::{ParameterFound, StepFound};
+
+use super::CampaignReport;
+use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
+use crate::quantity::{friendly, scaled_unit};
+
+pub(super) fn draw(report: &CampaignReport<'_>) -> String {
+    let mut html = String::new();
+    for (index, step) in report.answer.steps.iter().enumerate() {
+        card(&mut html, report, index, step);
+    }
+    html
+}
+
+fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &StepFound) {
+    let subject = report.subject;
+    let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
+    let mut name = names.join(" or ");
+    if let Some(first) = name.get(..1) {
+        name = first.to_uppercase() + &name[1..];
+    }
+    let _ = write!(
+        html,
+        "<div class=\"card\"><h3><span class=\"n\">{}</span>{}</h3><span class=\"ids\">{}</span>",
+        index + 1,
+        escape(&name),
+        escape(&step.class.join(" = "))
+    );
+    let facts = subject.catalogue.iter().map(|it| it.facts()).find(|it| it.id == step.effect);
+    if let Some(facts) = facts {
+        let _ = write!(html, "<p><code>{}</code></p>", escape(facts.equation));
+    }
+    html.push_str(&intervals(&step.parameters));
+    let _ = write!(html, "<p>{}.</p>", escape(step.why.trim_end_matches('.')));
+    let combination = subject.combinations.get(index).and_then(Option::as_deref);
+    if step.class.len() > 1 {
+        let common = combination.map_or_else(String::new, |it| {
+            format!(" Together: {}, of whatever cause.", escape(it))
+        });
+        let _ = write!(
+            html,
+            "<p class=\"class\">These runs cannot tell {} apart.{common}</p>",
+            escape(&step.class.join(", "))
+        );
+    } else if let Some(it) = combination {
+        let _ = write!(html, "<p class=\"sub\">In these runs: {}.</p>", escape(it));
+    }
+    if let Some(facts) = facts.filter(|it| !it.compensation.is_empty()) {
+        let _ =
+            write!(html, "<p class=\"sub\">What can be done: {}.</p>", escape(facts.compensation));
+    }
+    html.push_str("</div>\n");
+}
+
+/// Values with their 95 % intervals, each against its own zero.
+fn intervals(parameters: &[ParameterFound]) -> String {
+    const ROW: f64 = 44.0;
+    let mut svg = format!(
+        "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Values with 95 percent intervals\">",
+        Px(ROW * parameters.len() as f64 + 4.0)
+    );
+    for (k, it) in parameters.iter().enumerate() {
+        let y = ROW * k as f64 + 16.0;
+        let (factor, _) = scaled_unit(it.value.abs().max(it.sigma), &it.unit);
+        let (low, high) = (it.low95.min(0.0) * factor, it.high95.max(0.0) * factor);
+        let pad = 0.06 * (high - low).max(1e-12);
+        let range = (low - pad, high + pad);
+        let x = Scale::over(range, (420.0, 930.0));
+        let (levels, places) = ticks(range, nice_step(range.1 - range.0, 6.0));
+        let _ = write!(
+            svg,
+            "<text x=\"0\" y=\"{ty}\" style=\"fill:var(--ink)\"><tspan font-weight=\"650\">{}</tspan></text>\
+             <text x=\"110\" y=\"{ty}\" style=\"fill:var(--ink)\">{}</text><path class=\"g\" d=\"M420 {y}H930\"/>",
+            escape(&it.name),
+            escape(&friendly(it.value, it.sigma, &it.unit)),
+            ty = Px(y + 5.0),
+            y = Px(y)
+        );
+        for level in levels {
+            let at = x.at(level);
+            let class = if level == 0.0 { "zero" } else { "g" };
+            let _ = write!(
+                svg,
+                "<path class=\"{class}\" d=\"M{at} {}v{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                Px(y - 8.0),
+                Px(16.0),
+                Px(y + 23.0),
+                number(level, places)
+            );
+        }
+        let _ = write!(
+            svg,
+            "<path class=\"p a\" d=\"M{0} {3}H{1}M{0} {4}v10M{1} {4}v10\"/><circle class=\"fa\" cx=\"{2}\" cy=\"{3}\" r=\"5\"/>",
+            x.at(it.low95 * factor),
+            x.at(it.high95 * factor),
+            x.at(it.value * factor),
+            Px(y),
+            Px(y - 5.0),
+        );
+    }
+    svg.push_str("</svg>");
+    svg
+}

@@ -1,0 +1,214 @@
+//! The page of a campaign: one self-contained HTML file with everything that `explain` and `compare` say.
+//!
+//! | section | file |
+//! | --- | --- |
+//! | paths, measured and predicted | `paths.rs` |
+//! | the error on held-out runs as effects are added | `waterfall.rs` |
+//! | each effect: why, values with intervals, what can be done | `effects.rs` |
+//! | where the error comes from, before and after | `regimes.rs` |
+//! | the shape of what is still unexplained | `curves.rs` |
+//!
+//! Nothing in it comes from the network, and nothing in it runs. The same campaign gives the same bytes.
+
+mod curves;
+mod effects;
+mod paths;
+mod regimes;
+#[cfg(test)]
+mod tests;
+mod waterfall;
+
+use std::fmt::Write;
+
+use robot_model::answer::Answer;
+use robot_model::compare::{Comparison, Curve, Path};
+
+use crate::explain::{Subject, headline, next_run_command, text};
+use crate::picture::drawing::{COLOURS, STYLE};
+use crate::picture::page::PAGE_STYLE;
+use crate::picture::scale::escape;
+
+/// Everything that is on the page.
+pub struct CampaignReport<'a> {
+    /// What was asked.
+    pub subject: &'a Subject<'a>,
+    /// What was found.
+    pub answer: &'a Answer,
+    /// The nominal robot against the runs, and the model that was found.
+    pub comparisons: [&'a Comparison; 2],
+    /// Their paths.
+    pub paths: [&'a [Path]; 2],
+    /// What each leaves.
+    pub curves: [&'a [Curve]; 2],
+}
+
+const REPORT_STYLE: &str = "\
+.grid{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:14px}.grid svg{margin:0}\
+.grid figure,.pair figure{margin:0;border:1px solid var(--faint);border-radius:10px;padding:12px 12px 8px;break-inside:avoid}\
+.pair{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:14px}.pair svg{margin:0}\
+figcaption{font-size:14px;color:var(--soft);display:flex;justify-content:space-between;gap:10px;margin-bottom:6px;\
+align-items:baseline}figcaption b{min-width:0;color:var(--ink);font-weight:650;overflow:hidden;text-overflow:ellipsis;white-space:nowrap}\
+figcaption span{white-space:nowrap}\
+.legend{display:flex;flex-wrap:wrap;gap:6px 22px;color:var(--soft);font-size:14px;margin:0 0 12px}\
+.legend i{display:inline-block;width:22px;height:0;border-top:3px solid;vertical-align:middle;margin-right:7px}\
+.legend i.k{border-color:var(--line);border-top-width:6px;border-radius:3px}.legend i.b{border-color:var(--before)}.legend i.a{border-color:var(--after)}\
+.seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
+.thin .p{stroke-width:1.7}.card{border:1px solid var(--faint);border-radius:12px;padding:18px 22px 16px;margin:14px 0;break-inside:avoid}\
+.card h3{margin:0 0 2px;font-size:18px;font-weight:650}.card h3 .n{color:var(--after);margin-right:10px}\
+.card p{margin:8px 0 0}.card code,.next code{font:14px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;color:var(--soft)}\
+.class{border-left:4px solid var(--before);padding:2px 0 2px 14px;margin-top:12px}\
+.lead{font-size:19px;line-height:1.45;max-width:40em}.next{border-left:4px solid var(--after);padding:4px 0 4px 18px}\
+.next code{display:inline-block;padding:8px 12px;border:1px solid var(--faint);border-radius:8px;color:var(--ink);margin-top:6px;overflow-wrap:anywhere}\
+.ids{color:var(--soft);font-size:14px}.rej td{vertical-align:top;text-align:left}.rej td:last-child,.rej th:last-child{text-align:right;white-space:nowrap}\
+.rej th{text-align:left}.noise{fill:var(--faint);opacity:.6}.whisker{stroke-width:1.3;fill:none}\
+.zero{stroke:var(--line);stroke-width:1.2;fill:none}.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}\
+@media(max-width:820px){.grid{grid-template-columns:1fr 1fr}.pair{grid-template-columns:1fr}}\
+@media(max-width:520px){.grid{grid-template-columns:1fr}}\
+@media print{.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
+
+/// The whole page.
+pub fn to_html(report: &CampaignReport<'_>) -> String {
+    let robot = escape(report.subject.robot);
+    let mut html = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
+         <title>{robot}: what is missing</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{REPORT_STYLE}</style></head>\n<body>\n"
+    );
+    header(&mut html, report, &robot);
+    section(
+        &mut html,
+        "The error falls",
+        "Each run predicted by a fit to all the others: what a model \
+        earns here, it has not merely learnt by heart. The small mark is the error on the runs fitted to.",
+    );
+    html.push_str(&waterfall::draw(report));
+    section(
+        &mut html,
+        "Measured and predicted",
+        "The runs with the largest errors of each kind. \
+        Deviations of the predictions are drawn enlarged by the factor in the corner; the measured path is not.",
+    );
+    html.push_str(&paths::draw(report));
+    if !report.answer.steps.is_empty() {
+        section(&mut html, "What is missing", "");
+        html.push_str(&effects::draw(report));
+    }
+    section(
+        &mut html,
+        "Where the error comes from",
+        "Every run is cut where the regime changes; each dot \
+        is the error over all stretches of one kind, in multiples of what noise alone gives. Within the \
+        grey band it is noise.",
+    );
+    html.push_str(&regimes::draw(report));
+    unexplained(&mut html, report);
+    advice(&mut html, report);
+    rejected(&mut html, report);
+    let runs = report.subject.runs;
+    let _ = write!(
+        html,
+        "\n<footer>{runs} runs. Start poses are free in each. \u{b1} is one standard error; intervals hold the truth \
+         in 95 % of cases. Model: exact arcs from encoder counts, and the effects named here.</footer>\n</body></html>\n"
+    );
+    html
+}
+
+fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
+    let answer = report.answer;
+    let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
+    let mm = |it: &robot_model::answer::Errors| format!("{:.1} mm", it.position_rms_m * 1e3);
+    let (before, after) = (mm(&answer.baseline.heldout), mm(last));
+    let title = match (answer.steps.len(), answer.unexplained.structure) {
+        (0, false) => "Nothing is missing".to_owned(),
+        (0, true) => "An unknown effect".to_owned(),
+        (1, _) => "One effect is missing".to_owned(),
+        (n, _) => format!("{} effects are missing", crate::explain::count(n)),
+    };
+    let _ = write!(
+        html,
+        "<p class=\"sub\">{robot} \u{b7} {} runs</p>\n<h1>{title}",
+        report.subject.runs
+    );
+    if !answer.steps.is_empty() {
+        let _ = write!(
+            html,
+            ": <span class=\"before\">{before}</span> without, <span class=\"after\">{after}</span> with"
+        );
+    }
+    let _ = writeln!(
+        html,
+        "</h1>\n<p class=\"lead\">{}</p>",
+        escape(&headline(answer, report.subject))
+    );
+    let _ = writeln!(html, "<p class=\"sub\">{}</p>", escape(&report.comparisons[0].finding));
+}
+
+fn section(html: &mut String, title: &str, words: &str) {
+    let _ = write!(html, "\n<h2>{title}</h2>\n");
+    if !words.is_empty() {
+        let _ = writeln!(html, "<p class=\"sub\">{words}</p>");
+    }
+}
+
+/// The names of the three colours.
+fn legend(html: &mut String, measured: bool) {
+    html.push_str("<p class=\"legend\">");
+    if measured {
+        html.push_str("<span><i class=\"k\"></i>measured</span>");
+    }
+    html.push_str("<span><i class=\"b\"></i>nominal robot</span><span><i class=\"a\"></i>with what is missing</span></p>");
+}
+
+fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
+    let it = &report.answer.unexplained;
+    let p = crate::quantity::probability(it.p_value);
+    let words = if it.structure {
+        format!(
+            "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with p = {p}). \
+             An effect that explains it must have this shape.",
+            escape(&it.depends_on.join(", "))
+        )
+    } else {
+        format!(
+            "What is left depends on nothing that was asked about (p = {p}): these curves should lie on zero within their bars."
+        )
+    };
+    section(html, if it.structure { "Still unexplained" } else { "What is left" }, "");
+    let _ = writeln!(html, "<p>{words}</p>");
+    html.push_str(&curves::draw(report));
+}
+
+fn advice(html: &mut String, report: &CampaignReport<'_>) {
+    section(html, "What to do next", "");
+    match &report.answer.next_run {
+        Some(next) => {
+            let _ = writeln!(
+                html,
+                "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}.</p><code>{}</code></div>",
+                escape(&next.kind),
+                escape(&next.separates.join(", ")),
+                escape(&next.why),
+                escape(&next_run_command(&next.kind, report.subject))
+            );
+        }
+        None => html.push_str("<p>No further run is needed to tell effects apart.</p>\n"),
+    }
+}
+
+fn rejected(html: &mut String, report: &CampaignReport<'_>) {
+    if report.answer.rejected.is_empty() {
+        return;
+    }
+    section(html, "Looked at, and not believed", "");
+    html.push_str("<table class=\"rej\"><thead><tr><th>effect</th><th>why not</th><th>held out, with it</th></tr></thead><tbody>");
+    for it in &report.answer.rejected {
+        let _ = write!(
+            html,
+            "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
+            escape(report.subject.name(&it.effect)),
+            escape(&it.reason),
+            text(&it.heldout)
+        );
+    }
+    html.push_str("</tbody></table>\n");
+}

@@ -1,0 +1,143 @@
+//! Measured and predicted paths from above: small drawings, the worst runs of each kind.
+
+use std::fmt::Write;
+
+use robot_model::compare::Path;
+
+use super::{CampaignReport, legend};
+use crate::picture::scale::{Px, escape, nice_step, number};
+
+/// So many drawings at most.
+const PANELS: usize = 9;
+/// Size of a drawing, in its own units.
+const WIDTH: f64 = 300.0;
+const HEIGHT: f64 = 230.0;
+const PAD: f64 = 16.0;
+/// A turn on the spot leaves no path to be seen \[m\].
+const SIZE_MIN_M: f64 = 0.1;
+
+pub(super) fn draw(report: &CampaignReport<'_>) -> String {
+    let mut html = String::new();
+    legend(&mut html, true);
+    html.push_str("<div class=\"grid\">");
+    for index in chosen(report.paths[0]) {
+        panel(&mut html, &report.paths[0][index], &report.paths[1][index]);
+    }
+    html.push_str("</div>\n");
+    html
+}
+
+/// Root of the mean squared distance \[m\].
+fn rms_m(path: &Path) -> f64 {
+    let squares =
+        path.measured_m.iter().zip(&path.predicted_m).map(|(a, b)| distance(*a, *b).powi(2));
+    (squares.sum::<f64>() / path.measured_m.len().max(1) as f64).sqrt()
+}
+
+/// Greater side of the box round a measured path \[m\].
+fn size_m(path: &Path) -> f64 {
+    let (low, high) = bounds(path.measured_m.iter());
+    if path.measured_m.len() < 2 { 0.0 } else { (high[0] - low[0]).max(high[1] - low[1]) }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// The worst runs, kinds in turn, in the order of the campaign.
+fn chosen(paths: &[Path]) -> Vec<usize> {
+    let mut by_kind: Vec<(&str, Vec<usize>)> = Vec::new();
+    let mut all: Vec<usize> =
+        (0..paths.len()).filter(|i| size_m(&paths[*i]) > SIZE_MIN_M).collect();
+    all.sort_by(|a, b| rms_m(&paths[*b]).total_cmp(&rms_m(&paths[*a])));
+    for index in all {
+        let kind = paths[index].kind.as_str();
+        match by_kind.iter_mut().find(|(name, _)| *name == kind) {
+            Some((_, of_kind)) => of_kind.push(index),
+            None => by_kind.push((kind, vec![index])),
+        }
+    }
+    let most = by_kind.iter().map(|(_, it)| it.len()).max().unwrap_or(0);
+    let turns = (0..most).flat_map(|turn| by_kind.iter().filter_map(move |(_, it)| it.get(turn)));
+    let mut chosen: Vec<usize> = turns.copied().take(PANELS).collect();
+    chosen.sort_unstable();
+    chosen
+}
+
+fn panel(html: &mut String, nominal: &Path, model: &Path) {
+    let off = nominal.measured_m.iter().zip(&nominal.predicted_m).map(|(a, b)| distance(*a, *b));
+    let off_m = off.fold(0.0, f64::max);
+    let (low, high) = bounds(nominal.measured_m.iter());
+    let size_m = (high[0] - low[0]).max(high[1] - low[1]).max(0.02);
+    // The largest deviation is to be a seventh of the drawing.
+    let wanted = 0.14 * size_m / off_m.max(1e-9);
+    let factor = [50.0, 20.0, 10.0, 5.0, 2.0].into_iter().find(|it| *it <= wanted).unwrap_or(1.0);
+    let enlarged = |path: &Path| -> Vec<[f64; 2]> {
+        let both = path.measured_m.iter().zip(&path.predicted_m);
+        both.map(|(a, b)| [a[0] + factor * (b[0] - a[0]), a[1] + factor * (b[1] - a[1])]).collect()
+    };
+    let (before, after) = (enlarged(nominal), enlarged(model));
+    let (low, high) = bounds(nominal.measured_m.iter().chain(&before).chain(&after));
+    let scale = ((WIDTH - 2.0 * PAD) / (high[0] - low[0]).max(0.05))
+        .min((HEIGHT - 2.0 * PAD - 16.0) / (high[1] - low[1]).max(0.05));
+    let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+    let at = |p: &[f64; 2]| {
+        (
+            Px(WIDTH / 2.0 + (p[0] - middle[0]) * scale),
+            Px((HEIGHT - 16.0) / 2.0 - (p[1] - middle[1]) * scale),
+        )
+    };
+    let data = |points: &[[f64; 2]]| {
+        let every = points.len().div_ceil(240).max(1);
+        let mut data = String::new();
+        for (k, point) in points.iter().enumerate() {
+            if k % every == 0 || k + 1 == points.len() {
+                let (x, y) = at(point);
+                let _ = write!(data, "{}{x} {y}", if data.is_empty() { 'M' } else { 'L' });
+            }
+        }
+        data
+    };
+    let _ = write!(
+        html,
+        "<figure><figcaption><b title=\"{name}\">{name}</b><span><span class=\"before\">{}</span> \u{2192} \
+         <span class=\"after\">{} mm</span></span></figcaption>\
+         <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">\
+         <path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>",
+        number(rms_m(nominal) * 1e3, 1),
+        number(rms_m(model) * 1e3, 1),
+        Px(WIDTH),
+        Px(HEIGHT),
+        data(&nominal.measured_m),
+        data(&before),
+        data(&after),
+        name = escape(&nominal.run),
+    );
+    let bar_m = nice_step(WIDTH / scale, 6.0);
+    let (text, y) = (bar_text(bar_m), HEIGHT - 6.0);
+    let _ = write!(
+        html,
+        "<path class=\"zero\" d=\"M{x0} {y0}h{length}m0 -3v6m-{length} -6v6\"/><text class=\"tick\" x=\"{tx}\" y=\"{ty}\">{text}</text>\
+         <text class=\"tick\" x=\"{xe}\" y=\"{ty}\" text-anchor=\"end\">\u{d7}{}</text></svg></figure>",
+        number(factor, 0),
+        x0 = Px(PAD),
+        y0 = Px(y - 4.0),
+        length = Px(bar_m * scale),
+        tx = Px(PAD + bar_m * scale + 8.0),
+        ty = Px(y),
+        xe = Px(WIDTH - 4.0),
+    );
+}
+
+fn bar_text(metres: f64) -> String {
+    if metres < 0.1 { format!("{} mm", number(metres * 1e3, 0)) } else { format!("{metres} m") }
+}
+
+fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
+    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let found =
+        points.filter(|it| it.iter().all(|it| it.is_finite())).fold(start, |(low, high), p| {
+            ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
+        });
+    if found.0[0].is_finite() { found } else { ([0.0; 2], [1.0; 2]) }
+}

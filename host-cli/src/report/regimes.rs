@@ -1,0 +1,93 @@
+//! Where the error comes from: for each regime, the error in multiples of noise, before and after.
+
+use std::fmt::Write;
+
+use robot_model::compare::Cell;
+
+use super::{CampaignReport, legend};
+use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
+
+const ROW: f64 = 21.0;
+const HEAD: f64 = 30.0;
+const X: (f64, f64) = (250.0, 640.0);
+
+pub(super) fn draw(report: &CampaignReport<'_>) -> String {
+    let [before, after] = report.comparisons.map(|it| &it.regimes);
+    let mut html = String::new();
+    legend(&mut html, false);
+    let rows: usize = before.iter().map(|it| it.cells.len()).sum();
+    let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
+    let cells = before.iter().chain(after).flat_map(|it| &it.cells);
+    let most = cells.map(|it| it.chi).fold(2.0, f64::max) * 1.04;
+    let x = Scale::over((0.0, most), X);
+    let _ = write!(
+        html,
+        "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Error by regime in multiples of noise\">\
+         <rect class=\"noise\" x=\"{}\" y=\"22\" width=\"{}\" height=\"{}\"/>",
+        Px(bottom + 44.0),
+        Px(X.0),
+        Px(x.at(1.2).0 - X.0),
+        Px(bottom - 22.0)
+    );
+    let (levels, places) = ticks((0.0, most), nice_step(most, 6.0));
+    for level in levels {
+        let at = x.at(level);
+        let _ = write!(
+            html,
+            "<path class=\"g\" d=\"M{at} 22V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            Px(bottom),
+            Px(bottom + 17.0),
+            number(level, places)
+        );
+    }
+    let _ = write!(
+        html,
+        "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\
+         <text class=\"tick\" x=\"690\" y=\"13\">systematic, per metre of rolling, nominal robot</text>",
+        Px((X.0 + X.1) / 2.0),
+        Px(bottom + 36.0)
+    );
+    let mut y = 22.0;
+    for question in before {
+        y += HEAD;
+        let _ = write!(
+            html,
+            "<text class=\"q\" x=\"0\" y=\"{}\">{}</text>",
+            Px(y - 8.0),
+            escape(question.name)
+        );
+        let later = after.iter().find(|it| it.name == question.name);
+        for cell in &question.cells {
+            let then = later.and_then(|it| it.cells.iter().find(|other| other.name == cell.name));
+            row(&mut html, cell, then, y, &x);
+            y += ROW;
+        }
+    }
+    html.push_str("</svg>\n");
+    html
+}
+
+fn row(html: &mut String, cell: &Cell, then: Option<&Cell>, y: f64, x: &Scale) {
+    let middle = Px(y + 5.0);
+    let from = x.at(cell.chi);
+    let _ = write!(html, "<text x=\"14\" y=\"{}\">{}</text>", Px(y + 9.5), escape(&cell.name));
+    if let Some(then) = then {
+        let to = x.at(then.chi);
+        let _ = write!(
+            html,
+            "<path class=\"g\" style=\"stroke:var(--line)\" d=\"M{from} {middle}H{to}\"/><circle class=\"fb\" cx=\"{from}\" cy=\"{middle}\" r=\"4.6\"/>\
+             <circle class=\"fa\" cx=\"{to}\" cy=\"{middle}\" r=\"4.6\"/>"
+        );
+    } else {
+        let _ = write!(html, "<circle class=\"fb\" cx=\"{from}\" cy=\"{middle}\" r=\"4.6\"/>");
+    }
+    let drift = cell.main_drift();
+    if cell.beyond_noise && drift.sigmas() > 3.0 {
+        let _ = write!(
+            html,
+            "<text class=\"tick\" x=\"690\" y=\"{}\">{}</text>",
+            Px(y + 9.5),
+            escape(&crate::compare::drift_text(&drift))
+        );
+    }
+}

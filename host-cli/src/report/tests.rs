@@ -1,0 +1,126 @@
+use robot_model::answer::{
+    ErrorPair, Errors, NextRun, ParameterFound, Rejected, StepFound, Unexplained,
+};
+use robot_model::compare::{Bin, Drift, Rms};
+use robot_model::effect::CATALOGUE;
+
+use super::*;
+
+fn errors(mm: f64) -> Errors {
+    Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mm * 2e-3, chi: 1.2 }
+}
+
+fn answer() -> Answer {
+    let parameter = |value: f64| ParameterFound {
+        name: "k".into(),
+        unit: "s".into(),
+        value,
+        sigma: 0.001,
+        low95: value - 0.002,
+        high95: value + 0.002,
+    };
+    let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), heldout: errors(mm) };
+    Answer {
+        schema: 1,
+        baseline: pair(25.8),
+        steps: vec![StepFound {
+            effect: "side_slip".into(),
+            class: vec!["side_slip".into(), "measurement_delay".into()],
+            parameters: vec![parameter(0.02)],
+            train: errors(5.0),
+            heldout: errors(6.0),
+            p_value: 1e-9,
+            why: "it is <b>there</b>".into(),
+        }],
+        rejected: vec![Rejected {
+            effect: "scrub".into(),
+            reason: "no & never".into(),
+            heldout: errors(7.0),
+        }],
+        unexplained: Unexplained { structure: true, depends_on: vec!["speed"], p_value: 0.001 },
+        next_run: Some(NextRun {
+            kind: "spins both ways".into(),
+            separates: vec!["side_slip".into()],
+            why: "there they differ".into(),
+        }),
+    }
+}
+
+fn html(robot: &str, broken: bool) -> String {
+    let answer = answer();
+    let rms = Rms { rms: 0.02, noise: 0.002, noise_high: 0.003 };
+    let comparison = Comparison {
+        finding: "It is off.".into(),
+        position_m: rms,
+        heading_rad: rms,
+        runs: Vec::new(),
+        regimes: Vec::new(),
+    };
+    let bad = if broken { f64::NAN } else { 0.5 };
+    let path = Path {
+        run: "01_<a>".into(),
+        kind: "arc".into(),
+        measured_m: vec![[0.0, 0.0], [1.0, bad], [1.5, 0.2]],
+        predicted_m: vec![[0.0, 0.0], [1.0, 0.51], [1.5, 0.25]],
+    };
+    let drift = Drift { aspect: Aspect::Turn, per_m: 0.002, sigma: 0.0005 };
+    let bins = (0..4).map(|k| Bin { at: f64::from(k), drift }).collect();
+    let curve =
+        Curve { regressor: "speed", axis: "speed in m/s", aspect: Aspect::Turn, bins, chi: 4.0 };
+    let subject = Subject {
+        robot,
+        campaign: "my robot",
+        port: "sim",
+        runs: 3,
+        catalogue: &CATALOGUE,
+        combinations: &[Some("2.0 mm to the left per metre".into())],
+    };
+    to_html(&CampaignReport {
+        subject: &subject,
+        answer: &answer,
+        comparisons: [&comparison, &comparison],
+        paths: [&[path.clone()], &[path]],
+        curves: [&[curve.clone()], &[curve]],
+    })
+}
+
+use robot_model::compare::Aspect;
+
+#[test]
+fn the_page_needs_nothing_but_itself_and_names_stay_text() {
+    let page = html("<script>alert(1)</script>", false);
+    for foreign in ["http", "<script", "src=", "@import", "url(", "<link", "<b>there", "<a>"] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+    assert!(page.contains("&lt;script&gt;"));
+    assert_eq!(page, html("<script>alert(1)</script>", false), "the same bytes");
+}
+
+#[test]
+fn elements_are_closed_and_no_coordinate_is_nan() {
+    for page in [html("Bee", false), html("Bee", true)] {
+        assert!(!page.contains("NaN") && !page.contains("inf\""), "a number that is none");
+        for tag in ["svg", "table", "tr", "td", "div", "text", "p", "h2", "span", "figure"] {
+            let opened = page.matches(&format!("<{tag}>")).count()
+                + page.matches(&format!("<{tag} ")).count();
+            assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
+        }
+    }
+}
+
+#[test]
+fn the_page_says_what_explain_says() {
+    let page = html("Bee", false);
+    for words in [
+        "One effect is missing",
+        "<span class=\"before\">25.8 mm</span> without, <span class=\"after\">6.0 mm</span> with",
+        "from 25.8 mm, 51.6 mrad to 6.0 mm, 12.0 mrad",
+        "These runs cannot tell side_slip, measurement_delay apart. Together: 2.0 mm to the left",
+        "it depends on <b>speed</b>",
+        "beeline campaign record &quot;my robot&quot; --run &quot;spins both ways&quot; --port sim",
+        "no &amp; never",
+        "20.0 \u{b1} 1.0 ms",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}

@@ -1,0 +1,184 @@
+//! Predicted against measured: how far apart, where, and how much of it is noise.
+//!
+//! Two looks at the same thing:
+//!
+//! - *whole runs*: the model drives each run blindly from its best start; what it is off by then, in
+//!   millimetres and milliradians, is what a user of its odometry would see ([`RunCompared`]). What noise
+//!   alone would give is found by driving the same run again and again with made-up noise.
+//! - *stretches*: an error grows along the way and stays, so a whole run does not tell where it came from.
+//!   Every run is cut where a regime changes (from ramp to cruise, from forward to backward); over each
+//!   stretch the measured move is compared with the predicted one ([`Cell`]). Noise is then known by
+//!   formula, and what is the same in all stretches of a regime is systematic.
+//!
+//! What is noise was found with every known effect free at once, so that no effect passes for noise.
+
+mod curve;
+mod driven;
+mod finding;
+mod regime;
+mod stretch;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+pub use self::curve::{Bin, Curve};
+pub use self::driven::{Path, RunCompared};
+pub use self::regime::{Cell, Question};
+pub use self::stretch::{Aspect, Drift};
+
+use crate::campaign::{Campaign, Prepared, PreparedRun};
+use crate::effect::{CATALOGUE, Effect};
+use crate::evidence::{Evidence, amplitudes};
+use crate::fit::fit_afresh;
+use crate::increment::Term;
+use crate::odometry_noise::OdometryNoise;
+use crate::recording::RecordingError;
+
+/// An effect that stands out less than this cannot pass for much noise.
+const STANDS_OUT_SIGMAS: f64 = 3.0;
+
+/// An effect at certain values of its parameters: one part of a model that is taken as it is.
+#[derive(Clone, Debug)]
+pub struct Assumed {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// Its parameters' values.
+    pub values: Vec<f64>,
+}
+
+/// A root mean square, beside what noise alone gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Rms {
+    /// As measured.
+    pub rms: f64,
+    /// What noise alone gives.
+    pub noise: f64,
+    /// What noise alone stays below in 99 % of such campaigns.
+    pub noise_high: f64,
+}
+
+impl Rms {
+    /// More than noise explains.
+    pub fn beyond_noise(&self) -> bool {
+        self.rms > self.noise_high
+    }
+}
+
+/// The whole comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The main finding, one or two sentences.
+    pub finding: String,
+    /// Distance between predicted and measured places, over all runs \[m\].
+    pub position_m: Rms,
+    /// Between headings \[rad\].
+    pub heading_rad: Rms,
+    /// Each run.
+    pub runs: Vec<RunCompared>,
+    /// By what the error was asked to depend on; each with its cells.
+    pub regimes: Vec<Question>,
+}
+
+/// A campaign with its noise, ready to be compared with any model.
+#[derive(Debug)]
+pub struct Comparer {
+    prepared: Prepared,
+    noise: OdometryNoise,
+}
+
+impl Comparer {
+    /// Finds out what is noise, with all effects of the catalogue and these free at once.
+    pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
+        let mut prepared = campaign.prepare()?;
+        let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
+        let noise = fit_afresh(&prepared, promising(&prepared, &effects)).noise;
+        prepared.runs.iter_mut().for_each(tell_headings);
+        Ok(Self { prepared, noise })
+    }
+
+    /// Takes this for noise.
+    pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
+        let mut prepared = campaign.prepare()?;
+        prepared.runs.iter_mut().for_each(tell_headings);
+        Ok(Self { prepared, noise })
+    }
+
+    /// What is noise.
+    pub fn noise(&self) -> &OdometryNoise {
+        &self.noise
+    }
+
+    /// Compares this model with the campaign.
+    pub fn compare(&self, model: &[Assumed]) -> Comparison {
+        let terms = terms(model);
+        let runs = driven::runs(&self.prepared, &terms, &self.noise);
+        let [position_m, heading_rad] = driven::overall(&runs);
+        let regimes = regime::questions(&self.prepared, &terms, &self.noise);
+        let finding = finding::sentence(model.is_empty(), &position_m, &heading_rad, &regimes);
+        Comparison { finding, position_m, heading_rad, runs, regimes }
+    }
+
+    /// Where the model says that each run went, beside where it was seen to go.
+    pub fn paths(&self, model: &[Assumed]) -> Vec<Path> {
+        driven::paths(&self.prepared, &terms(model), &self.noise)
+    }
+
+    /// What the model leaves, against everything it might depend on.
+    pub fn curves(&self, model: &[Assumed]) -> Vec<Curve> {
+        curve::curves(&self.prepared, &terms(model), &self.noise)
+    }
+
+    /// What an effect does in these runs in all, in one plain number: "8.1 mrad of turn per metre".
+    pub fn combination(&self, effect: &Assumed) -> Option<String> {
+        crate::combination::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
+    }
+}
+
+/// Those of the effects that stand out when all are free at once, at the values that they have then.
+fn promising(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Vec<Term<'static>> {
+    let mut terms: Vec<Term<'static>> = effects
+        .iter()
+        .map(|effect| {
+            let values = effect.starts(&prepared.survey).swap_remove(0);
+            Term { effect: *effect, values, column: None }
+        })
+        .collect();
+    let evidence = Evidence::gather(prepared, &mut terms, &OdometryNoise::TYPICAL);
+    let columns: Vec<usize> = (0..evidence.priors.len()).collect();
+    let solution = evidence.solve(&evidence.total, &columns);
+    // The noise is not known yet: sigmas are scaled by what is left over.
+    let left = evidence.total.chi_squared(&columns, &solution.delta);
+    let scale = left / evidence.total.rows.max(1.0);
+    terms.retain_mut(|term| {
+        let own = amplitudes(term.effect, term.column.unwrap_or(0));
+        let first = term.column.unwrap_or(0);
+        own.iter().for_each(|i| term.values[i - first] += solution.delta[*i]);
+        let var = |i: usize| solution.covariance[(i, i)] * scale;
+        own.iter().any(|i| solution.delta[*i].powi(2) > STANDS_OUT_SIGMAS.powi(2) * var(*i))
+    });
+    terms
+}
+
+/// Tells each step the heading that was measured last before it, carried on by the wheels.
+fn tell_headings(run: &mut PreparedRun) {
+    let mut sights = run.recording.sights.iter().filter_map(|it| Some((it.t_s, it.heading_rad?)));
+    let mut next = sights.next();
+    let mut heading_rad = next.map_or(0.0, |(_, heading_rad)| heading_rad);
+    let mut now_s = run.motion.start_s;
+    for step in &mut run.motion.steps {
+        while let Some((_, measured)) = next.filter(|(t_s, _)| *t_s <= now_s) {
+            heading_rad = measured;
+            next = sights.next();
+        }
+        let turn_rad = step.turn_rad();
+        step.heading_rad = heading_rad + turn_rad / 2.0;
+        heading_rad += turn_rad;
+        now_s += step.dt_s;
+    }
+}
+
+fn terms(model: &[Assumed]) -> Vec<Term<'static>> {
+    let term = |it: &Assumed| Term { effect: it.effect, values: it.values.clone(), column: None };
+    model.iter().map(term).collect()
+}

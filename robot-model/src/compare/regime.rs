@@ -1,0 +1,300 @@
+//! By what the error might depend on: the questions asked, and the cells of each.
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+
+use serde::Serialize;
+
+use super::Rms;
+use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
+use crate::campaign::{Prepared, PreparedRun};
+use crate::increment::Term;
+use crate::motion::Step;
+use crate::odometry_noise::OdometryNoise;
+use crate::tail::chi_squared;
+
+/// Slower than this is rest \[m/s, of a rim\].
+const MOVING_MPS: f64 = 0.01;
+/// A rim that gains this share of the run's fastest speed in a second is on a ramp, and at least
+/// [`RAMP_MIN_MPS2`].
+const RAMP_SHARE_PER_S: f64 = 0.15;
+/// What the smoothing of counted wheel angles makes of cruising \[m/s^2\].
+const RAMP_MIN_MPS2: f64 = 0.03;
+/// Radius above which a path counts as straight \[m\], below which the robot turns on the spot.
+const STRAIGHT_RADIUS_M: f64 = 3.0;
+const SPIN_RADIUS_M: f64 = 0.05;
+/// Noise alone puts a cell beyond it this often, all cells of a question together.
+const FALSE_ALARM: f64 = 0.01;
+
+/// A systematic error of so many standard errors is none of chance: three aspects of some thirty cells
+/// reach it once in two hundred campaigns.
+const DRIFT_SIGMAS: f64 = 4.0;
+
+/// One thing that the error might depend on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Question {
+    /// What it is: "run kind", "speed".
+    pub name: &'static str,
+    /// Its values.
+    pub cells: Vec<Cell>,
+}
+
+/// All stretches of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Of which kind: "spin", "0.1 to 0.2 m/s".
+    pub name: String,
+    /// How many runs have such stretches.
+    pub runs: usize,
+    /// How many there are.
+    pub stretches: usize,
+    /// How long they are on average, in rolling of the rims \[m\].
+    pub rolled_m: f64,
+    /// Distance between the predicted and the measured move, over one stretch \[m\].
+    pub position_m: Rms,
+    /// The same of the turn \[rad\].
+    pub heading_rad: Rms,
+    /// Root of the mean square in units of noise: 1 is noise.
+    pub chi: f64,
+    /// The stretches scatter more than noise does.
+    pub scattered: bool,
+    /// More than noise explains: in all, or in what is the same in all of them.
+    pub beyond_noise: bool,
+    /// What is the same in all of them: ahead, left, turned.
+    pub drifts: [Drift; 3],
+}
+
+impl Cell {
+    /// The systematic error that stands out most.
+    pub fn main_drift(&self) -> Drift {
+        let first = self.drifts[0];
+        self.drifts.iter().copied().fold(first, |a, b| if b.sigmas() > a.sigmas() { b } else { a })
+    }
+}
+
+/// The labels of a question: their names, and which one a step has.
+struct Labels<'a> {
+    name: &'static str,
+    names: Vec<String>,
+    of: Box<dyn Fn(&PreparedRun, &Step) -> Option<usize> + 'a>,
+}
+
+/// Asks everything.
+pub(super) fn questions(
+    prepared: &Prepared,
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Vec<Question> {
+    let tracks = tracks(prepared, terms);
+    labels(prepared)
+        .into_iter()
+        .filter_map(|labels| {
+            let mut found: Vec<Vec<Stretch>> = vec![Vec::new(); labels.names.len()];
+            for (index, (run, track)) in prepared.runs.iter().zip(&tracks).enumerate() {
+                let label = |k: usize| (labels.of)(run, &run.motion.steps[k]);
+                for (label, stretch) in stretches(index, run, track, noise, label) {
+                    found[label].push(stretch);
+                }
+            }
+            let there = found.iter().filter(|it| !it.is_empty()).count();
+            let cells: Vec<Cell> = labels
+                .names
+                .into_iter()
+                .zip(&found)
+                .filter(|(_, stretches)| !stretches.is_empty())
+                .map(|(name, stretches)| cell(name, stretches, there))
+                .collect();
+            // One cell alone answers no question, but for the kinds of runs.
+            let tells = cells.len() > 1 || (labels.name == "run kind" && !cells.is_empty());
+            tells.then_some(Question { name: labels.name, cells })
+        })
+        .collect()
+}
+
+fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
+    let n = found.len() as f64;
+    let mean = |of: &dyn Fn(&Stretch) -> f64| found.iter().map(of).sum::<f64>() / n;
+    let rms = |parts: &[usize]| {
+        let sum = |of: &dyn Fn(&Stretch, usize) -> f64| {
+            mean(&|it| parts.iter().map(|i| of(it, *i).powi(2)).sum()).sqrt()
+        };
+        let noise = sum(&|it, i| it.sigma[i]);
+        // The mean of n chi squares of one degree scatters by sqrt(2/n); 2.33 sigma are 99 %.
+        let high = 1.0 + 2.33 * (2.0 / (n * parts.len() as f64)).sqrt();
+        Rms { rms: sum(&|it, i| it.error[i]), noise, noise_high: noise * high.sqrt() }
+    };
+    let squares: f64 =
+        found.iter().flat_map(|it| (0..3).map(|i| (it.error[i] / it.sigma[i]).powi(2))).sum();
+    let all: Vec<&Stretch> = found.iter().collect();
+    let mut runs: Vec<usize> = found.iter().map(|it| it.run).collect();
+    runs.sort_unstable();
+    runs.dedup();
+    let chi = (squares / (3.0 * n)).sqrt();
+    // Noise is known to a few per cent only: what exceeds it by less is not held against the model.
+    let excess = squares / NOISE_KNOWN_TO.powi(2);
+    let drifts = Aspect::ALL.map(|aspect| drift(&all, aspect));
+    let steady = drifts.iter().any(|it| it.sigmas() > DRIFT_SIGMAS);
+    let scattered = chi_squared(3 * found.len(), excess) * (cells as f64) < FALSE_ALARM;
+    Cell {
+        name,
+        runs: runs.len(),
+        stretches: found.len(),
+        rolled_m: mean(&|it| it.rolled_m),
+        position_m: rms(&[0, 1]),
+        heading_rad: rms(&[2]),
+        chi,
+        scattered,
+        beyond_noise: scattered || steady,
+        drifts,
+    }
+}
+
+/// A factor that the noise's sigma may be off by.
+const NOISE_KNOWN_TO: f64 = 1.1;
+
+fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
+    let mut kinds: Vec<_> = prepared.runs.iter().map(|it| it.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let kind_names = kinds.iter().map(ToString::to_string).collect();
+    let fastest: Vec<f64> = prepared
+        .runs
+        .iter()
+        .map(|run| run.motion.steps.iter().map(rim_mps).fold(0.0, f64::max))
+        .collect();
+    let top = fastest.iter().copied().fold(0.0, f64::max);
+    let slow_and_fast = quantile_edges(prepared);
+    let edges = slow_and_fast.clone();
+    let quarter = |angle_rad: f64| {
+        ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
+    };
+    let eighth =
+        |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
+    let of = |name, names: &[&str], of: Box<dyn Fn(&PreparedRun, &Step) -> Option<usize>>| Labels {
+        name,
+        names: names.iter().map(|it| (*it).to_owned()).collect(),
+        of,
+    };
+    let quarters = |what: &str| -> Vec<String> {
+        ["0 to 90", "90 to 180", "180 to 270", "270 to 360"]
+            .map(|it| format!("{what}{it} deg"))
+            .into()
+    };
+    vec![
+        Labels {
+            name: "run kind",
+            names: kind_names,
+            of: Box::new(move |run, step| {
+                moving(step).then(|| kinds.iter().position(|it| *it == run.kind)).flatten()
+            }),
+        },
+        of(
+            "path",
+            &["straight", "arc", "on the spot"],
+            Box::new(|_, step| moving(step).then(|| path_of(step))),
+        ),
+        of(
+            "ramp or cruise",
+            &["ramp", "cruise"],
+            Box::new(move |_, step| {
+                let accel = step.wheel_accel_mps2.map(f64::abs);
+                let ramp = accel.left.max(accel.right) > RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * top);
+                moving(step).then_some(usize::from(!ramp))
+            }),
+        ),
+        of(
+            "direction of travel",
+            &["forward", "backward"],
+            Box::new(|_, step| {
+                let on_the_spot = path_of(step) == 2;
+                (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
+            }),
+        ),
+        of(
+            "turn direction",
+            &["left", "right"],
+            Box::new(|_, step| {
+                let turning = path_of(step) > 0;
+                (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
+            }),
+        ),
+        Labels {
+            name: "speed",
+            names: speed_names(&slow_and_fast),
+            of: Box::new(move |_, step| {
+                let speed = rim_mps(step);
+                moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
+            }),
+        },
+        Labels {
+            name: "heading",
+            names: ["0 deg", "90 deg", "180 deg", "270 deg"].map(|it| format!("round {it}")).into(),
+            of: Box::new(move |_, step| {
+                (moving(step) && path_of(step) < 2).then(|| quarter(step.heading_rad))
+            }),
+        },
+        Labels {
+            name: "left wheel's angle",
+            names: quarters(""),
+            of: Box::new(move |_, step| {
+                moving(step).then(|| eighth(step.phi_rad.left + step.dphi_rad.left / 2.0))
+            }),
+        },
+        Labels {
+            name: "right wheel's angle",
+            names: quarters(""),
+            of: Box::new(move |_, step| {
+                moving(step).then(|| eighth(step.phi_rad.right + step.dphi_rad.right / 2.0))
+            }),
+        },
+    ]
+}
+
+/// Speed of the faster rim \[m/s\].
+pub(super) fn rim_mps(step: &Step) -> f64 {
+    let speed = step.wheel_speed_mps.map(f64::abs);
+    speed.left.max(speed.right)
+}
+
+pub(super) fn moving(step: &Step) -> bool {
+    rim_mps(step) > MOVING_MPS
+}
+
+/// Straight 0, arc 1, on the spot 2.
+fn path_of(step: &Step) -> usize {
+    let (speed, rate) = (step.speed_mps().abs(), step.turn_rate_rad_s().abs());
+    if rate * STRAIGHT_RADIUS_M <= speed {
+        0
+    } else if rate * SPIN_RADIUS_M >= speed {
+        2
+    } else {
+        1
+    }
+}
+
+/// Speeds that part the rolling of all runs in three, where they differ.
+fn quantile_edges(prepared: &Prepared) -> Vec<f64> {
+    let steps = prepared.runs.iter().flat_map(|run| &run.motion.steps);
+    let mut speeds: Vec<f64> = steps.filter(|it| moving(it)).map(rim_mps).collect();
+    if speeds.is_empty() {
+        return Vec::new();
+    }
+    speeds.sort_by(f64::total_cmp);
+    let mut edges =
+        [0.33, 0.67].map(|share| speeds[(share * speeds.len() as f64) as usize]).to_vec();
+    // Speeds that differ by less than a quarter are one speed.
+    edges.dedup_by(|b, a| *b < 1.25 * *a);
+    edges
+}
+
+fn speed_names(edges: &[f64]) -> Vec<String> {
+    let mut names = Vec::new();
+    for k in 0..=edges.len() {
+        names.push(match (k.checked_sub(1).map(|i| edges[i]), edges.get(k)) {
+            (None, None) => "all".to_owned(),
+            (None, Some(high)) => format!("below {high:.2} m/s"),
+            (Some(low), Some(high)) => format!("{low:.2} to {high:.2} m/s"),
+            (Some(low), None) => format!("above {low:.2} m/s"),
+        });
+    }
+    names
+}

@@ -1,0 +1,199 @@
+//! Moves between two measured poses, measured less predicted, and what noise alone would make of them.
+//!
+//! Over a stretch of duration t on which the rims roll d and the robot moves by (c_x, c_y), with the noise
+//! of [`OdometryNoise`]:
+//!
+//! ```text
+//! var(turn)  = 2 sigma_t^2 + 2 w_t^2 (1 - e^(-t/T)) + k_t^2 d                           (1)
+//! var(ahead) = 2 sigma_p^2 + 2 w_p^2 (1 - e^(-t/T)) + k_s^2 d + c_y^2 u                 (2)
+//! var(left)  = the same with c_x;    u = sigma_t^2 + w_t^2 + k_t^2 d / 3                (3)
+//! ```
+//!
+//! u is how well the heading is known along the stretch: the measured heading at its start, and what
+//! wanders since, which acts on a third of the way on average.
+
+use serde::Serialize;
+
+use crate::campaign::{Prepared, PreparedRun};
+use crate::increment::Term;
+use crate::odometry_noise::OdometryNoise;
+use crate::parallel;
+use crate::path::Pose;
+use crate::predict::{Track, open_loop_from};
+use crate::recording::wrap;
+
+/// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
+const ROLLED_MAX_M: f64 = 0.5;
+/// Stretches with less rolling tell nothing \[m\].
+const ROLLED_MIN_M: f64 = 0.01;
+
+/// One stretch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub run: usize,
+    /// Mean of both wheels' rolling \[m\].
+    pub rolled_m: f64,
+    /// Ahead and left \[m\], turned \[rad\]: measured less predicted.
+    pub error: [f64; 3],
+    /// One sigma of noise in each.
+    pub sigma: [f64; 3],
+}
+
+/// What a systematic error is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Aspect {
+    /// Along the path, too far is positive.
+    Ahead,
+    /// Sideways, left is positive.
+    Left,
+    /// The heading, counter-clockwise is positive.
+    Turn,
+}
+
+impl Aspect {
+    pub(super) const ALL: [Self; 3] = [Self::Ahead, Self::Left, Self::Turn];
+}
+
+/// What is the same in all stretches, per metre that the rims roll.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Drift {
+    /// Of what.
+    pub aspect: Aspect,
+    /// \[m/m\] or \[rad/m\], measured less predicted.
+    pub per_m: f64,
+    /// Its standard error, by noise or by the scatter between runs, whichever is greater.
+    pub sigma: f64,
+}
+
+impl Drift {
+    /// How many standard errors it is from nothing.
+    pub fn sigmas(&self) -> f64 {
+        if self.sigma > 0.0 { self.per_m.abs() / self.sigma } else { 0.0 }
+    }
+}
+
+/// The predicted track of each run, from a start with the heading that was measured.
+pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
+    parallel::map(&prepared.runs, |run| {
+        let sights = &run.recording.sights;
+        // Effects of the world need the heading; where the start is changes nothing else.
+        let heading_rad = sights.iter().find_map(|it| it.heading_rad).unwrap_or(0.0);
+        open_loop_from(Pose::new(0.0, 0.0, heading_rad), &run.motion, sights, terms)
+    })
+}
+
+/// The stretches of a run on each of which `label` stays the same, with that label.
+///
+/// `label` is asked about each step; steps without one are in no stretch.
+pub(super) fn stretches(
+    index: usize,
+    run: &PreparedRun,
+    track: &Track,
+    noise: &OdometryNoise,
+    label: impl Fn(usize) -> Option<usize>,
+) -> Vec<(usize, Stretch)> {
+    let steps = &run.motion.steps;
+    let rolled: Vec<f64> = core::iter::once(0.0)
+        .chain(steps.iter().scan(0.0, |sum, step| {
+            *sum += step.wheel_travel_m().map(f64::abs).mean();
+            Some(*sum)
+        }))
+        .collect();
+    let whole: Vec<usize> = (0..track.measured.len())
+        .filter(|k| {
+            track.measured[*k].position_m.is_some() && track.measured[*k].heading_rad.is_some()
+        })
+        .collect();
+    let mut found = Vec::new();
+    let mut open: Option<(usize, usize)> = None;
+    let close = |from: usize, to: usize, label: usize, found: &mut Vec<_>| {
+        if let Some(stretch) = between(index, track, &rolled, noise, from, to) {
+            found.push((label, stretch));
+        }
+    };
+    for pair in whole.windows(2) {
+        let (from, to) = (track.step[pair[0]], track.step[pair[1]]);
+        // The label of the step in the middle speaks for the interval.
+        let here = label((from + to).div_ceil(2).min(steps.len() - 1));
+        if let Some((begin, name)) = open {
+            let long = rolled[track.step[pair[0]]] - rolled[track.step[begin]] >= ROLLED_MAX_M;
+            if here != Some(name) || long {
+                close(begin, pair[0], name, &mut found);
+                open = None;
+            }
+        }
+        if open.is_none() {
+            open = here.map(|name| (pair[0], name));
+        }
+    }
+    if let (Some((begin, name)), Some(end)) = (open, whole.last()) {
+        close(begin, *end, name, &mut found);
+    }
+    found
+}
+
+fn between(
+    run: usize,
+    track: &Track,
+    rolled: &[f64],
+    noise: &OdometryNoise,
+    from: usize,
+    to: usize,
+) -> Option<Stretch> {
+    let rolled_m = rolled[track.step[to]] - rolled[track.step[from]];
+    if to <= from || rolled_m < ROLLED_MIN_M {
+        return None;
+    }
+    let pose = |k: usize| {
+        let [x_m, y_m] = track.measured[k].position_m?;
+        Some(Pose::new(x_m, y_m, track.measured[k].heading_rad?))
+    };
+    let measured = pose(to)?.seen_from(pose(from)?);
+    let predicted = track.predicted[to].seen_from(track.predicted[from]);
+    let t_s = track.measured[to].t_s - track.measured[from].t_s;
+    let fading = 2.0 * (1.0 - noise.wobble_fade(t_s));
+    let walk = noise.heading_variance_rad2(rolled_m);
+    let heading = noise.heading_sigma_rad.powi(2) + noise.heading_wobble_rad.powi(2);
+    let position_var = 2.0 * noise.position_sigma_m.powi(2)
+        + fading * noise.position_wobble_m.powi(2)
+        + noise.travel_variance_m2(rolled_m);
+    let lever = heading + walk / 3.0;
+    let turn_var =
+        2.0 * noise.heading_sigma_rad.powi(2) + fading * noise.heading_wobble_rad.powi(2) + walk;
+    Some(Stretch {
+        run,
+        rolled_m,
+        error: [
+            measured.x_m - predicted.x_m,
+            measured.y_m - predicted.y_m,
+            wrap(measured.heading_rad - predicted.heading_rad),
+        ],
+        sigma: [
+            (position_var + predicted.y_m.powi(2) * lever).sqrt(),
+            (position_var + predicted.x_m.powi(2) * lever).sqrt(),
+            turn_var.sqrt(),
+        ],
+    })
+}
+
+/// What is the same in all of these stretches.
+pub(super) fn drift(stretches: &[&Stretch], aspect: Aspect) -> Drift {
+    let i = aspect as usize;
+    // Each stretch weighs by what it tells: a move in proportion to its rolling.
+    let weight = |it: &Stretch| it.rolled_m / it.sigma[i].powi(2);
+    let total: f64 = stretches.iter().map(|it| weight(it) * it.rolled_m).sum();
+    if total <= 0.0 {
+        return Drift { aspect, per_m: 0.0, sigma: 0.0 };
+    }
+    let per_m = stretches.iter().map(|it| weight(it) * it.error[i]).sum::<f64>() / total;
+    let mut runs: std::collections::BTreeMap<usize, f64> = Default::default();
+    for it in stretches {
+        *runs.entry(it.run).or_default() += weight(it) * (it.error[i] - per_m * it.rolled_m);
+    }
+    let scatter: f64 = runs.values().map(|it| it * it).sum();
+    // One run is used up by the mean; of a single one nothing is known but its noise.
+    let count = runs.len() as f64;
+    let between = if count > 1.0 { scatter * count / (count - 1.0) } else { 0.0 };
+    Drift { aspect, per_m, sigma: total.max(between).sqrt() / total }
+}

@@ -1,0 +1,346 @@
+//! From the text of an expression to a tree whose every node knows where it stands.
+//!
+//! ```text
+//! sum     = product (("+" | "-") product)*
+//! product = power (("*" | "/") power)*
+//! power   = "-" power | atom ("^" power)?
+//! atom    = number ("[" unit "]")? | name | function "(" sum ("," sum)* ")" | "(" sum ")"
+//! ```
+//!
+//! `^` binds tighter than a minus before it, and to the right: -v^2 is -(v^2). A number may carry a unit:
+//! `0.3[m/s]`. Own code and not a library's: units are checked on the tree, and an error shows its place.
+
+use core::ops::Range;
+
+use super::unit::Unit;
+use super::{CustomError, Part};
+use crate::jet::PARAMETERS_MAX;
+
+/// Deepest nesting: nobody writes more, and no text can exhaust the stack.
+const DEPTH_MAX: usize = 64;
+
+/// A node and where it stands, in bytes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tree {
+    pub node: Node,
+    pub at: Range<usize>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Node {
+    Number(f64, Unit),
+    Variable(Variable),
+    Parameter(usize),
+    Negative(Box<Tree>),
+    Binary(Operator, Box<Tree>, Box<Tree>),
+    Call(Function, Vec<Tree>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+}
+
+macro_rules! names {
+    ($(#[$doc:meta])* $kind:ident { $($variant:ident = $name:literal),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum $kind { $($variant),* }
+
+        impl $kind {
+            pub const NAMES: &[&str] = &[$($name),*];
+
+            fn named(name: &str) -> Option<Self> {
+                match name { $($name => Some(Self::$variant),)* _ => None }
+            }
+        }
+    };
+}
+
+names! {
+    /// What a step tells.
+    Variable {
+        V = "v", Omega = "omega", VLeft = "v_left", VRight = "v_right", A = "a", ALeft = "a_left",
+        ARight = "a_right", Theta = "theta", PhiLeft = "phi_left", PhiRight = "phi_right", S = "s",
+        T = "t", TRun = "t_run", Payload = "payload",
+    }
+}
+
+names! {
+    /// What can be computed.
+    Function {
+        Sin = "sin", Cos = "cos", Tan = "tan", Exp = "exp", Ln = "ln", Sqrt = "sqrt", Tanh = "tanh",
+        Abs = "abs", Sign = "sign", Min = "min", Max = "max",
+    }
+}
+
+impl Function {
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    fn arguments(self) -> usize {
+        if matches!(self, Self::Min | Self::Max) { 2 } else { 1 }
+    }
+}
+
+/// Reads the right-hand side; the parameters' names come in the order in which they appear.
+pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
+    let mut parser = Parser { text, at: 0, depth: 0, parameters: Vec::new() };
+    let tree = parser.sum()?;
+    parser.space();
+    match parser.rest().chars().next() {
+        None => Ok((tree, parser.parameters)),
+        Some(')') => Err(parser.error("this parenthesis closes nothing", "take it out")),
+        Some(c) => {
+            let problem = format!("`{c}` cannot stand here");
+            Err(parser.error(&problem, "an operator was expected: + - * / ^"))
+        }
+    }
+}
+
+struct Parser<'t> {
+    text: &'t str,
+    at: usize,
+    depth: usize,
+    parameters: Vec<String>,
+}
+
+impl<'t> Parser<'t> {
+    fn rest(&self) -> &'t str {
+        &self.text[self.at..]
+    }
+
+    fn space(&mut self) {
+        self.at = self.text.len() - self.rest().trim_start().len();
+    }
+
+    fn error(&self, problem: &str, hint: &str) -> CustomError {
+        let length = self.rest().chars().next().map_or(0, char::len_utf8);
+        CustomError::new(Part::Expression, self.at..self.at + length, problem, hint)
+    }
+
+    /// The next character, if it is one of these.
+    fn take(&mut self, wanted: &str) -> Option<char> {
+        self.space();
+        let c = self.rest().chars().next().filter(|c| wanted.contains(*c))?;
+        self.at += c.len_utf8();
+        Some(c)
+    }
+
+    fn sum(&mut self) -> Result<Tree, CustomError> {
+        let mut left = self.product()?;
+        while let Some(c) = self.take("+-") {
+            let operator = if c == '+' { Operator::Add } else { Operator::Subtract };
+            let right = self.product()?;
+            left = binary(operator, left, right);
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Tree, CustomError> {
+        let mut left = self.power()?;
+        while let Some(c) = self.take("*/") {
+            if c == '*' && self.rest().starts_with('*') {
+                return Err(self.error("`**` is not an operator here", "a power is written v^2"));
+            }
+            let operator = if c == '*' { Operator::Multiply } else { Operator::Divide };
+            let right = self.power()?;
+            left = binary(operator, left, right);
+        }
+        Ok(left)
+    }
+
+    fn power(&mut self) -> Result<Tree, CustomError> {
+        self.depth += 1;
+        if self.depth > DEPTH_MAX {
+            return Err(self.error("nested too deep", "write it with fewer parentheses"));
+        }
+        self.space();
+        let from = self.at;
+        let tree = if self.take("-").is_some() {
+            let inner = self.power()?;
+            Tree { at: from..inner.at.end, node: Node::Negative(Box::new(inner)) }
+        } else {
+            let base = self.atom()?;
+            match self.take("^") {
+                Some(_) => {
+                    let exponent = self.power()?;
+                    binary(Operator::Power, base, exponent)
+                }
+                None => base,
+            }
+        };
+        self.depth -= 1;
+        Ok(tree)
+    }
+
+    fn atom(&mut self) -> Result<Tree, CustomError> {
+        self.space();
+        let from = self.at;
+        match self.rest().chars().next() {
+            Some('(') => {
+                self.at += 1;
+                let inner = self.sum()?;
+                self.close(from)?;
+                Ok(Tree { node: inner.node, at: from..self.at })
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_ascii_alphabetic() || c == '_' => self.name(),
+            Some(c) => {
+                let problem = format!("`{c}` cannot stand here");
+                Err(self.error(&problem, "a number, a variable, a parameter or ( was expected"))
+            }
+            None => {
+                let hint = "a number, a variable, a parameter or ( was expected";
+                Err(self.error("the expression ends too early", hint))
+            }
+        }
+    }
+
+    fn close(&mut self, opened: usize) -> Result<(), CustomError> {
+        if self.take(")").is_some() {
+            return Ok(());
+        }
+        if self.rest().is_empty() {
+            let at = opened..opened + 1;
+            let problem = "this parenthesis is never closed";
+            return Err(CustomError::new(Part::Expression, at, problem, "add the missing )"));
+        }
+        let c = self.rest().chars().next().unwrap_or(' ');
+        Err(self.error(&format!("`{c}` cannot stand here"), "an operator or ) was expected"))
+    }
+
+    fn number(&mut self) -> Result<Tree, CustomError> {
+        let from = self.at;
+        let digits =
+            |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        self.at += digits(self.rest());
+        if self.rest().starts_with('.') {
+            self.at += 1 + digits(&self.rest()[1..]);
+        }
+        // An exponent only where digits follow: in 2e, e is not part of the number.
+        if let Some(after) = self.rest().strip_prefix(['e', 'E']) {
+            let sign = usize::from(after.starts_with(['+', '-']));
+            let length = digits(&after[sign..]);
+            if length > 0 {
+                self.at += 1 + sign + length;
+            }
+        }
+        let text = &self.text[from..self.at];
+        let value = text.parse::<f64>().ok().filter(|it| it.is_finite()).ok_or_else(|| {
+            let problem = format!("`{text}` is not a number");
+            CustomError::new(Part::Expression, from..self.at, &problem, "for example 0.3 or 2e-3")
+        })?;
+        let mut unit = Unit::ONE;
+        if self.rest().starts_with('[') {
+            let opened = self.at;
+            let Some(length) = self.rest().find(']') else {
+                let at = opened..opened + 1;
+                let problem = "this bracket is never closed";
+                return Err(CustomError::new(
+                    Part::Expression,
+                    at,
+                    problem,
+                    "for example 0.3[m/s]",
+                ));
+            };
+            let inside = &self.rest()[1..length];
+            self.at += length + 1;
+            unit = Unit::parse(inside).map_err(|problem| {
+                CustomError::new(Part::Expression, opened..self.at, &problem, super::unit::HINT)
+            })?;
+        } else if self.rest().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+            return Err(self.error("a factor without its operator", "multiply with *: 2*v"));
+        }
+        Ok(Tree { node: Node::Number(value, unit), at: from..self.at })
+    }
+
+    fn name(&mut self) -> Result<Tree, CustomError> {
+        let from = self.at;
+        let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        self.at += self.rest().len() - self.rest().trim_start_matches(part).len();
+        let name = &self.text[from..self.at];
+        let at = from..self.at;
+        let fail = |problem: String, hint: &str| {
+            Err(CustomError::new(Part::Expression, at.clone(), &problem, hint))
+        };
+        let opened = self.at;
+        let called = self.take("(").is_some();
+        match (Function::named(name), called) {
+            (Some(function), true) => {
+                let mut arguments = vec![self.sum()?];
+                while self.take(",").is_some() {
+                    arguments.push(self.sum()?);
+                }
+                self.close(opened)?;
+                let wanted = function.arguments();
+                if arguments.len() != wanted {
+                    let problem = format!("{name} takes {wanted}, here are {}", arguments.len());
+                    return fail(problem, "separate arguments by commas");
+                }
+                Ok(Tree { node: Node::Call(function, arguments), at: from..self.at })
+            }
+            (Some(_), false) => {
+                fail(format!("{name} is a function"), &format!("write {name}(...)"))
+            }
+            (None, true) if Variable::named(name).is_some() => {
+                fail(format!("{name} is no function"), "multiply with *")
+            }
+            (None, true) => fail(
+                format!("there is no function {name}"),
+                &format!("there are {}; multiply with *", Function::NAMES.join(", ")),
+            ),
+            (None, false) => {
+                self.at = opened;
+                let node = match (name, Variable::named(name)) {
+                    (_, Some(variable)) => Node::Variable(variable),
+                    ("pi", None) => Node::Number(core::f64::consts::PI, Unit::ONE),
+                    _ => Node::Parameter(self.parameter(name, &at)?),
+                };
+                Ok(Tree { node, at: at.clone() })
+            }
+        }
+    }
+
+    fn parameter(&mut self, name: &str, at: &Range<usize>) -> Result<usize, CustomError> {
+        if let Some(index) = self.parameters.iter().position(|it| it == name) {
+            return Ok(index);
+        }
+        let slip = Variable::NAMES.iter().find(|it| it.len() > 3 && one_slip_apart(it, name));
+        if let Some(meant) = slip {
+            let problem = format!("`{name}` is neither a variable nor a good name for a parameter");
+            let hint = format!("did you mean {meant}?");
+            return Err(CustomError::new(Part::Expression, at.clone(), &problem, &hint));
+        }
+        if self.parameters.len() == PARAMETERS_MAX {
+            let problem = format!("`{name}` would be parameter number {}", PARAMETERS_MAX + 1);
+            let hint = format!("at most {PARAMETERS_MAX} can be fitted");
+            return Err(CustomError::new(Part::Expression, at.clone(), &problem, &hint));
+        }
+        self.parameters.push(name.to_owned());
+        Ok(self.parameters.len() - 1)
+    }
+}
+
+fn binary(operator: Operator, left: Tree, right: Tree) -> Tree {
+    let at = left.at.start..right.at.end;
+    Tree { node: Node::Binary(operator, Box::new(left), Box::new(right)), at }
+}
+
+/// Whether one letter changed, left out or put in makes one of the other.
+fn one_slip_apart(a: &str, b: &str) -> bool {
+    let same = a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count();
+    let (a, b) = (&a[same..], &b[same..]);
+    match (a.len(), b.len()) {
+        (0, 0) => false,
+        (m, n) if m == n => a[1..] == b[1..],
+        (m, n) if m == n + 1 => &a[1..] == b,
+        (m, n) if m + 1 == n => a == &b[1..],
+        _ => false,
+    }
+}

@@ -1,0 +1,190 @@
+use super::*;
+use crate::explain::explain_by;
+use crate::synthetic::{campaign, full_plan, term};
+use crate::{effect::CATALOGUE, model};
+
+fn built(equation: &str) -> &'static CustomEffect {
+    Custom::from_equation(equation).unwrap().build().unwrap()
+}
+
+/// The error, with what it points at.
+fn refused(equation: &str) -> (String, String) {
+    let shown = |error: &CustomError, text: &str| {
+        let pointed = text.get(error.at.clone()).unwrap_or("").to_owned();
+        (format!("{}; {}", error.problem, error.hint), pointed)
+    };
+    match Custom::from_equation(equation) {
+        Err(error) => shown(&error, equation),
+        Ok(custom) => {
+            let error = custom.build().expect_err(equation);
+            shown(&error, &custom.expression)
+        }
+    }
+}
+
+fn units(equation: &str) -> Vec<&'static str> {
+    built(equation).facts().parameters.iter().map(|it| it.unit).collect()
+}
+
+#[test]
+fn units_of_parameters_follow_from_the_expression() {
+    assert_eq!(units("dtheta = k * v^2 * omega"), ["s^2/m^2"]);
+    assert_eq!(units("dn = -k * v * omega"), ["s"]);
+    assert_eq!(units("dtheta/ds = c"), ["1/m"]);
+    assert_eq!(units("ds_left/ds = -c * a_left * sign(v)"), ["s^2/m"]);
+    assert_eq!(units("dtheta/ds = k * exp(-s / l)"), ["1/m", "m"]);
+    assert_eq!(units("ds_right/ds = k * max(0, v_right - v0) / v0"), ["1", "m/s"]);
+    assert_eq!(units("dtheta/ds = k * max(0[m/s], v - 0.3[m/s])"), ["s/m^2"]);
+    assert_eq!(units("dn/ds = k * sqrt(payload) + c * t"), ["1/kg^0.5", "1/s"]);
+    assert_eq!(units("dtheta/dtheta = c1*cos(2*theta) + s1*sin(2*theta)"), ["1", "1"]);
+}
+
+#[test]
+fn every_mistake_is_pointed_at_and_has_a_hint() {
+    for (equation, problem, pointed) in [
+        ("k * v", "there is no = in it", "k * v"),
+        ("dx = k * v", "`dx` cannot be changed", "dx"),
+        ("dtheta/dv = k", "`dtheta/dv` cannot be changed", "dtheta/dv"),
+        ("dtheta = ", "ends too early", ""),
+        ("dtheta = k * (v + 1", "never closed", "("),
+        ("dtheta = k * v) ", "closes nothing", ")"),
+        ("dtheta = k v", "`v` cannot stand here; an operator", "v"),
+        ("dtheta = 2k", "multiply with *", "k"),
+        ("dtheta = k ** 2", "v^2", "*"),
+        ("dtheta = k * sine(theta)", "there is no function sine", "sine"),
+        ("dtheta = k * sin", "sin is a function", "sin"),
+        ("dtheta = k * max(v)", "max takes 2, here are 1", "max"),
+        ("dtheta = k * v(2)", "v is no function", "v"),
+        ("dtheta = k * omga", "did you mean omega?", "omga"),
+        ("dtheta = k1+k2+k3+k4+k5", "at most 4", "k5"),
+        ("dtheta = k * (v + omega)", "different units", "(v + omega)"),
+        ("dtheta = k * sin(v)", "sin takes a number without a unit", "v"),
+        ("dtheta = k * 2^v", "an exponent has no unit", "v"),
+        ("dtheta = v * omega", "no parameter", "v * omega"),
+        ("dtheta = omega * (1 + k)", "no parameter makes it vanish", "omega * (1 + k)"),
+        ("dtheta = k * 3[furlong]", "`furlong` is no unit", "[furlong]"),
+        ("dtheta = k * 3[mm]", "`mm` is not an SI base unit", "[mm]"),
+        ("dtheta = k * §", "`§` cannot stand here", "§"),
+        ("dtheta = k1 * k2 * v", "the unit of k1 does not follow", "k1 * k2 * v"),
+    ] {
+        let (said, at) = refused(equation);
+        assert!(said.contains(problem), "{equation}: {said}");
+        // Without a parameter there is nothing whose unit could be chosen.
+        if equation != "dtheta = v * omega" {
+            assert_eq!(at, pointed, "{equation}: {said}");
+        }
+        assert!(said.contains("; ") && !said.ends_with("; "), "{equation}: no hint: {said}");
+    }
+    let deep = format!("dtheta = {}k{}", "(".repeat(5000), ")".repeat(5000));
+    assert!(refused(&deep).0.contains("nested too deep"));
+}
+
+#[test]
+fn a_declared_unit_is_checked_against_the_expression() {
+    let mut custom = Custom::from_equation("dtheta = k * v^2 * omega").unwrap();
+    custom.units.insert("k".into(), "s^2/m^2".into());
+    assert_eq!(custom.build().unwrap().facts().parameters[0].unit, "s^2/m^2");
+    custom.units.insert("k".into(), "s/m".into());
+    let error = custom.build().unwrap_err();
+    assert!(error.problem.contains("dtheta per second has the unit 1/s"), "{error}");
+    assert!(error.problem.contains("by a factor of m/s"), "{error}");
+    custom.units = [("c".to_owned(), "s".to_owned())].into();
+    assert_eq!(custom.build().unwrap_err().part, Part::Unit("c".into()));
+}
+
+#[test]
+fn amplitudes_are_told_from_shapes() {
+    let roles = |equation: &str| -> Vec<Role> {
+        built(equation).facts().parameters.iter().map(|it| it.role).collect()
+    };
+    use Role::{Amplitude, Shape};
+    assert_eq!(roles("dtheta/ds = k * exp(-s / l)"), [Amplitude, Shape]);
+    assert_eq!(roles("dtheta/ds = k * (v - v0)"), [Amplitude, Shape]);
+    assert_eq!(roles("ds_left/ds = c * cos(phi_left) + s1 * sin(phi_left)"), [Amplitude; 2]);
+    assert_eq!(roles("dn = a1 * v * abs(omega / 1[rad/s]) ^ n"), [Amplitude, Shape]);
+}
+
+#[test]
+fn derivatives_agree_with_differences_of_sixth_order() {
+    for equation in [
+        "dtheta/ds = k * exp(-s / l) + c * tanh(v / 0.2[m/s])",
+        "ds_right/ds = k * max(0, v_right - v0) / v0",
+        "dn = k * sin(2*theta + p) * abs(v) ^ 1.5",
+        "dtheta/ds = k * cos(phi_left) / (1 + q * payload) - sqrt(abs(k * w))",
+        "dtheta/ds = k * ln(2 + s/l) * abs(v_left/v_right)^n * min(a_left/0.2[m/s^2], 1) * tan(0.1*theta)",
+    ] {
+        let (tree, names) = parse::parse(equation.split_once('=').unwrap().1).unwrap();
+        for step in probes() {
+            let at = [0.83, 0.31, 0.57, 1.71];
+            let exact = evaluate::evaluate(&tree, &Jet::parameters(&at), &step);
+            for j in 0..names.len() {
+                let value = |shift: f64| {
+                    let mut at = at;
+                    at[j] += shift;
+                    evaluate::evaluate(&tree, &Jet::parameters(&at), &step).value
+                };
+                let h = 1e-3;
+                let by = [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)];
+                let difference: f64 =
+                    by.iter().map(|(n, w)| w * (value(n * h) - value(-n * h)) / h).sum();
+                // h^6 and rounding / h, times numbers of size ten.
+                let tolerance = 1e-10 * (1.0 + exact.by[j].abs());
+                assert!((difference - exact.by[j]).abs() < tolerance, "{equation}: {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn at_zero_it_is_the_identity() {
+    let effect = built("ds_left = c * v_left * abs(omega) + k * a_left / 0.5[m/s^2] * v_left");
+    for step in probes() {
+        let zero = effect.act(&Jet::parameters(&[0.0, 0.0]), &step, &mut Memory::default());
+        let value = |it: Jet| it.value;
+        assert_eq!(zero.angle_rad.map(value), Sides::both(0.0));
+    }
+}
+
+#[test]
+fn what_a_built_in_effect_does_an_expression_does_too() {
+    // side_slip, written by hand: the same fit, to how far Gauss-Newton goes.
+    let runs = campaign(&full_plan(), &[term("side_slip", &[0.03])], 3);
+    let own = model::fit(&runs, &[built("dn = -k * v * omega")]).unwrap();
+    let built_in = model::fit(&runs, &[crate::effect::find("side_slip").unwrap()]).unwrap();
+    let (a, b) = (&own.effects[0].parameters[0], &built_in.effects[0].parameters[0]);
+    // v omega dt by smoothed speeds, against v dtheta by counts: the difference is far below sigma.
+    assert!((a.value - b.value).abs() < b.sigma && (a.sigma / b.sigma - 1.0).abs() < 0.05);
+    let close = own.errors.heldout.position_rms_m / built_in.errors.heldout.position_rms_m;
+    assert!((close - 1.0).abs() < 0.01, "{close}");
+}
+
+#[test]
+fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
+    // The catalogue without its load transfer, against one written by hand.
+    let truth = [term("turn_load_transfer", &[0.06])];
+    let runs = campaign(&full_plan(), &truth, 4);
+    let effect = built("dtheta = -k * v^2 * omega");
+    let rest = CATALOGUE.into_iter().filter(|it| it.facts().id != "turn_load_transfer");
+    let catalogue: Vec<&dyn Effect> = rest.chain([effect as &dyn Effect]).collect();
+    let answer = explain_by(&runs, &catalogue).unwrap();
+    let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
+    assert_eq!(found, ["custom_dtheta"]);
+    let k = &answer.steps[0].parameters[0];
+    assert!((k.value - 0.06).abs() < 3.0 * k.sigma, "{k:?}");
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "[a-z0-9 .+*/^()\\[\\],=é_-]{0,60}") {
+        if let Ok(custom) = Custom::from_equation(&text) {
+            let _ = custom.build();
+        }
+    }
+
+    #[test]
+    fn an_error_points_into_the_text(text in "dtheta = [kvse0-9 .+*/^()\\[\\],é-]{0,40}") {
+        if let Err(error) = Custom::from_equation(&text) {
+            proptest::prop_assert!(text.get(error.at.clone()).is_some(), "{:?}", error);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Compare, explain, add, watch the error fall: on real recordings, and on runs of a simulated robot.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::desk::Desk;
+
+/// The real recordings of the repository.
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/optiodom")
+}
+
+/// A campaign of those runs whose names contain `part`, in the desk's folder.
+fn real_runs(desk: &Desk, part: &str) {
+    std::fs::create_dir_all(desk.path("robot/runs")).unwrap();
+    std::fs::copy(examples().join("robot.toml"), desk.path("robot/robot.toml")).unwrap();
+    let mut copied = 0;
+    for entry in std::fs::read_dir(examples().join("runs")).unwrap() {
+        let file = entry.unwrap().path();
+        let name = file.file_name().unwrap().to_str().unwrap();
+        if name.contains(part) {
+            std::fs::copy(&file, desk.path(&format!("robot/runs/{name}"))).unwrap();
+            copied += 1;
+        }
+    }
+    assert!(copied > 2, "{part}: {copied}");
+}
+
+/// A small campaign of the simulator's robot of one seed.
+fn simulated_runs(desk: &Desk) {
+    for motion in
+        ["straight 5rev", "straight -5rev", "spin 360deg", "spin -360deg", "arc 50cm 180deg"]
+    {
+        desk.run(&format!("record robot {motion} --seed 3 --rate 50")).ok();
+    }
+}
+
+fn number(value: &Value, path: &str) -> f64 {
+    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}: {value:#}"))
+}
+
+#[test]
+fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
+    let desk = Desk::new();
+    real_runs(&desk, "square");
+    let compared = desk.run("compare robot").ok().stdout;
+    for words in [
+        "The nominal robot is off by",
+        "Where it fails",
+        "run kind",
+        "turn direction",
+        "all 6 runs",
+    ] {
+        assert!(compared.contains(words), "{words}: {compared}");
+    }
+    let before =
+        number(&desk.run("compare robot --json").ok().json(), "/comparison/position_m/rms");
+    let added = desk.run("model add wheel_radius_scale track_width robot").ok().stdout;
+    assert!(added.contains("on runs held out") && added.contains("better: chance"), "{added}");
+    let compared = desk.run("compare robot --format json").ok().json();
+    assert_eq!(compared["model"], serde_json::json!(["wheel_radius_scale", "track_width"]));
+    let after = number(&compared, "/comparison/position_m/rms");
+    // Least squares over all 16 squares: 19.8 mm and 5.1 mm.
+    assert!(before > 0.012 && after < 0.6 * before, "{before} {after}");
+    assert!((number(&compared, "/nominal/position_m/rms") - before).abs() < 1e-12);
+    let shown = desk.run("model show robot").ok().stdout;
+    assert!(shown.contains("track_width") && shown.contains("on runs held out"), "{shown}");
+    let removed = desk.run("model remove track_width robot --json").ok().json();
+    assert_eq!(removed["effects"].as_array().unwrap().len(), 1);
+    assert!(
+        number(&removed, "/after/heldout/chi") >= number(&removed, "/before/heldout/chi") * 0.9
+    );
+}
+
+#[test]
+fn explain_says_what_it_says_in_the_shape_of_its_schema() {
+    let schema: Value =
+        serde_json::from_str(include_str!("../../docs/explain.schema.json")).unwrap();
+    let schema = jsonschema::validator_for(&schema).unwrap();
+    let desk = Desk::new();
+    simulated_runs(&desk);
+    let outcome = desk.run("explain robot --format json --exit-code");
+    let answer = outcome.json();
+    let errors: Vec<String> = schema.iter_errors(&answer).map(|it| format!("{it}")).collect();
+    assert!(errors.is_empty(), "{errors:#?}\n{answer:#}");
+    let missing = !answer["steps"].as_array().unwrap().is_empty()
+        || answer["unexplained"]["structure"] == true;
+    assert_eq!(outcome.code, Some(i32::from(missing)));
+    // The schema refuses what is not in it.
+    let mut wrong = answer.clone();
+    wrong["baseline"]["train"]["chi"] = "one".into();
+    assert!(!schema.is_valid(&wrong));
+    // Without --exit-code, an answer is a success; and the same runs give the same answer.
+    let again = desk.run("explain robot --json").ok().json();
+    assert_eq!(again, answer);
+    let text = desk.run("explain robot").ok().stdout;
+    assert!(
+        text.contains("on runs held out") && text.contains("Looked at, and not believed"),
+        "{text}"
+    );
+    if let Some(kind) = answer["next_run"]["kind"].as_str() {
+        assert!(
+            text.contains("beeline campaign record robot --run ") && text.contains(kind),
+            "{text}"
+        );
+    }
+    for step in answer["steps"].as_array().unwrap() {
+        assert!(text.contains(step["effect"].as_str().unwrap()), "{text}");
+    }
+}
+
+#[test]
+fn an_effect_of_ones_own_is_added_fitted_and_kept() {
+    let desk = Desk::new();
+    real_runs(&desk, "circular");
+    let equation = "dn = -k * v * omega";
+    let arguments = [
+        "model", "add", "--custom", equation, "--name", "slip", "--unit", "k=s", "robot", "--json",
+    ];
+    let added = desk.run_with(&arguments, "").ok().json();
+    assert_eq!(added["effects"][0]["effect"], "slip");
+    assert!(number(&added, "/after/train/chi") <= number(&added, "/before/train/chi") * 1.05);
+    let text = String::from_utf8(desk.read("robot/model.toml")).unwrap();
+    for line in [
+        "[[custom]]",
+        "target = \"dn\"",
+        "per = \"second\"",
+        "expression = \"-k * v * omega\"",
+        "unit.k = \"s\"",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    let own = number(&added, "/effects/0/parameters/0/value");
+    // What it is called and who wrote it makes no difference to what it is.
+    let built_in = desk.run("model add side_slip robot --model other.toml --json").ok().json();
+    let other = number(&built_in, "/effects/0/parameters/0/value");
+    let sigma = number(&built_in, "/effects/0/parameters/0/sigma");
+    assert!((own - other).abs() < sigma, "{own} {other} {sigma}");
+    desk.run("model remove slip robot").ok();
+    assert!(!String::from_utf8(desk.read("robot/model.toml")).unwrap().contains("slip"));
+}
+
+#[test]
+fn the_report_is_one_page_that_needs_nothing_else() {
+    let desk = Desk::new();
+    simulated_runs(&desk);
+    desk.run("report robot -o page.html").ok();
+    let page = String::from_utf8(desk.read("page.html")).unwrap();
+    for foreign in ["http", "<script", "src=", "@import", "url(", "<link", "NaN"] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+    for words in [
+        "prefers-color-scheme:dark",
+        "@media print",
+        "The error falls",
+        "Measured and predicted",
+        "times noise",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let message = desk.run("report robot -o nowhere/page.html").refused();
+    assert!(message.contains("cannot write nowhere/page.html"), "{message}");
+}
+
+#[test]
+fn bad_input_is_one_error_with_its_place_and_a_hint() {
+    let desk = Desk::new();
+    desk.write("t.csv", "t_s,left_counts,right_counts,x_m,y_m,heading_rad\n0,0,0,0,0,0\n1,9,9,0.01,0,0\n2,18,18,0.02,0,0\n");
+    std::fs::create_dir_all(desk.path("robot/runs")).unwrap();
+    desk.write(
+        "robot/robot.toml",
+        "name = \"r\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.372\ncounts_per_rev = 900\n",
+    );
+    for command in ["compare", "explain", "report", "model fit"] {
+        let message = desk.run(&format!("{command} nowhere")).refused();
+        assert!(message.contains("robot.toml: there is no such file"), "{command}: {message}");
+        let message = desk.run(&format!("{command} robot")).refused();
+        assert!(message.contains("there are no runs"), "{command}: {message}");
+    }
+    std::fs::copy(desk.path("t.csv"), desk.path("robot/runs/01_a.csv")).unwrap();
+    for (arguments, expected) in [
+        (&["model", "fit", "robot"][..], "there is nothing to fit"),
+        (&["model", "add", "robot"], "which effect"),
+        (&["model", "add", "slip", "robot"], "did you mean side_slip?"),
+        (&["model", "remove", "scrub", "robot"], "scrub is not in the model"),
+        (&["model", "add", "--custom", "dtheta = k * omga", "robot"], "column 14: `omga`"),
+        (&["model", "add", "--custom", "dtheta = k * omga", "robot"], "                 ^^^^"),
+        (&["model", "add", "--custom", "dtheta = k * (v + omega)", "robot"], "different units"),
+        (
+            &["model", "add", "--custom", "dtheta = k * v", "--unit", "k=s", "robot"],
+            "dtheta per second has the unit 1/s",
+        ),
+        (&["model", "add", "--custom", "dtheta = k * v", "--unit", "k", "robot"], "NAME=UNIT"),
+    ] {
+        let message = desk.run_with(arguments, "").refused();
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+    }
+    desk.write("robot/model.toml", "[[effect]]\nid = \"scrub\"\n");
+    let message = desk.run("compare robot").refused();
+    assert!(
+        message.contains("scrub has no values yet") && message.contains("beeline model fit robot"),
+        "{message}"
+    );
+    desk.write("robot/model.toml", "[[effect]]\nid = \"scrab\"\n");
+    let message = desk.run("explain robot").refused();
+    assert!(
+        message.contains("model.toml, line 2, column 6: there is no effect `scrab`"),
+        "{message}"
+    );
+    assert_eq!(desk.listing(), ["robot", "t.csv"]);
+}

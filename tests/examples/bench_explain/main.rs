@@ -1,0 +1,230 @@
+//! How long it takes to explain a campaign of 12 runs of 2000 samples, four and sixteen times as many,
+//! and in how much memory; and a fit of three parameters beside SciPy's, where that is installed:
+//! `cargo xtask bench explain`.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fmt::Write;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use robot_model::campaign::Campaign;
+use robot_model::effect::{Effect, find};
+use robot_model::explain::explain;
+use robot_model::model::fit;
+use robot_model::path::Pose;
+use robot_model::plan::{Drive, Piece, drive};
+use robot_model::recording::{Recording, Robot};
+
+/// The bars: seconds and megabytes of 12 runs of 2000 samples, on two cores.
+const SECONDS_MAX: f64 = 3.0;
+const MEGABYTES_MAX: f64 = 300.0;
+const RUNS: usize = 12;
+const SAMPLES: usize = 2000;
+
+const ROBOT: Robot = Robot {
+    wheel_radius_m: 0.036,
+    track_width_m: 0.372,
+    gear_reduction: 1.0,
+    rad_per_count: TAU / 900.0,
+    position_sigma_m: None,
+    heading_sigma_rad: None,
+};
+/// What is hidden: rho, scale, delta; and a side slip \[s\], so that there is more to find than a
+/// three-parameter model has.
+const TRUTH: [f64; 3] = [0.008, -0.004, 0.015];
+const SLIP_S: f64 = 0.03;
+
+fn main() -> ExitCode {
+    println!(
+        "explain: {RUNS} runs, a pose with every sample, radii, track width and side slip hidden\n"
+    );
+    println!("{:>14} {:>10} {:>10} {:>12}", "samples a run", "seconds", "to 1x", "peak memory");
+    let mut first = None;
+    let mut good = true;
+    for times in [1, 4, 16] {
+        let campaign = campaign(SAMPLES * times);
+        let began = Instant::now();
+        let answer = explain(&campaign).expect("a sound campaign");
+        let seconds = began.elapsed().as_secs_f64();
+        let megabytes = peak_megabytes();
+        let ratio = seconds / *first.get_or_insert(seconds);
+        let memory = megabytes.map_or_else(|| "unknown".into(), |it| format!("{it:.0} MB"));
+        println!("{:>14} {seconds:>10.2} {ratio:>10.1} {memory:>12}", SAMPLES * times);
+        let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
+        println!("{:>14} found: {}", "", found.join(", "));
+        if times == 1 {
+            good &= bar(&format!("at most {SECONDS_MAX} s"), seconds <= SECONDS_MAX);
+            if let Some(megabytes) = megabytes {
+                good &= bar(&format!("below {MEGABYTES_MAX} MB"), megabytes < MEGABYTES_MAX);
+            }
+        }
+    }
+    beside_scipy();
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn bar(claim: &str, holds: bool) -> bool {
+    println!("{:>14} {} {claim}", "", if holds { "holds:" } else { "MISSED:" });
+    holds
+}
+
+/// The most memory that this process ever had, where the system tells \[MB\].
+fn peak_megabytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024.0 / 1e6)
+}
+
+/// Twelve runs of so many samples, fifty a second.
+fn campaign(samples: usize) -> Campaign {
+    let straight = |speed_mps: f64| {
+        let there = Piece::Straight { travel_m: 1.5, speed_mps };
+        vec![there, Piece::Straight { travel_m: -1.5, speed_mps }]
+    };
+    let spin = |turn_rad: f64, speed_mps: f64| vec![Piece::Spin { turn_rad, speed_mps }];
+    let arc = |radius_m: f64, turn_rad: f64, speed_mps: f64| {
+        vec![Piece::Arc { radius_m, turn_rad, speed_mps }]
+    };
+    let square = |turn_rad: f64| {
+        vec![
+            Piece::Straight { travel_m: 1.0, speed_mps: 0.25 },
+            Piece::Spin { turn_rad, speed_mps: 0.1 },
+        ]
+    };
+    let plans: [Vec<Piece>; RUNS] = [
+        straight(0.12),
+        straight(0.3),
+        straight(0.2),
+        straight(0.35),
+        spin(2.0 * TAU, 0.06),
+        spin(-2.0 * TAU, 0.15),
+        arc(0.4, TAU, 0.12),
+        arc(0.4, -TAU, 0.3),
+        arc(0.9, TAU, 0.35),
+        arc(0.9, -TAU, 0.15),
+        square(FRAC_PI_2),
+        square(-FRAC_PI_2),
+    ];
+    let settings = Drive { sample_s: 0.02, samples_per_sight: 1, ..Drive::USUAL };
+    let runs = plans
+        .into_iter()
+        .enumerate()
+        .map(|(index, pieces)| {
+            let once = drive(&ROBOT, "once", &pieces, &settings).wheels.len() - 1;
+            let often = samples.div_ceil(once).max(1);
+            let mut run = drive(&ROBOT, &format!("{index:02}"), &pieces.repeat(often), &settings);
+            run.wheels.truncate(samples);
+            run.sights.truncate(samples);
+            seen(&mut run, index as u64 + 1);
+            run
+        })
+        .collect();
+    Campaign { robot: ROBOT, runs }
+}
+
+/// Puts in what a camera sees of the robot that is hidden, and counts whole counts.
+fn seen(run: &mut Recording, seed: u64) {
+    let mut random = Random(seed);
+    let [rho, scale, delta] = TRUTH;
+    let mut pose = Pose::new(0.1, -0.2, 0.4 * seed as f64);
+    let mut before = run.wheels[0];
+    for (wheel, sight) in run.wheels.iter().zip(&mut run.sights) {
+        let dphi = before.phi_rad.zip(wheel.phi_rad).map(|(a, b)| b - a);
+        let radius_m = ROBOT.wheel_radius_m * (1.0 + scale);
+        let left_m = radius_m * (1.0 - rho / 2.0) * dphi.left;
+        let right_m = radius_m * (1.0 + rho / 2.0) * dphi.right;
+        let heading_rad = pose.heading_rad;
+        pose = pose.advance(left_m, right_m, ROBOT.track_width_m * (1.0 + delta));
+        let dt_s = wheel.t_s - before.t_s;
+        let turn_rad = pose.heading_rad - heading_rad;
+        if dt_s > 0.0 {
+            let aside_m = -SLIP_S * (left_m + right_m) / 2.0 / dt_s * turn_rad;
+            pose.x_m += -aside_m * heading_rad.sin();
+            pose.y_m += aside_m * heading_rad.cos();
+            let rolled_m = (left_m.abs() + right_m.abs()) / 2.0;
+            pose.heading_rad += 1e-3 * rolled_m.sqrt() * random.normal();
+        }
+        sight.position_m =
+            Some([pose.x_m + 1e-3 * random.normal(), pose.y_m + 1e-3 * random.normal()]);
+        sight.heading_rad = Some(pose.heading_rad + 2e-3 * random.normal());
+        before = *wheel;
+    }
+    for wheel in &mut run.wheels {
+        wheel.phi_rad =
+            wheel.phi_rad.map(|it| (it / ROBOT.rad_per_count).floor() * ROBOT.rad_per_count);
+    }
+}
+
+/// A small generator, the same on every machine (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 + 1e-17
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
+    }
+}
+
+/// The same three parameters from the same data: here, with noise and errors on held-out runs; and by
+/// SciPy, the parameters alone.
+fn beside_scipy() {
+    let campaign = campaign(SAMPLES);
+    let three: Vec<&'static dyn Effect> =
+        ["wheel_radius_ratio", "wheel_radius_scale", "track_width"]
+            .map(|id| find(id).expect("an effect of the catalogue"))
+            .into();
+    let began = Instant::now();
+    let model = fit(&campaign, &three).expect("a sound campaign");
+    let here_s = began.elapsed().as_secs_f64();
+    let values: Vec<f64> = model.effects.iter().map(|it| it.parameters[0].value).collect();
+    println!(
+        "\nthree parameters, {RUNS} runs of {SAMPLES} samples (truth {TRUTH:?}, side slip left out)"
+    );
+    println!("  beeline, noise and held-out errors too: {here_s:.2} s, {values:.5?}");
+    match scipy(&campaign) {
+        Ok((scipy_s, values)) => {
+            println!("  scipy.optimize.least_squares:           {scipy_s:.2} s, {values:.5?}");
+            println!("  beeline takes {:.2} times as long", here_s / scipy_s);
+        }
+        Err(why) => println!("  scipy.optimize.least_squares: not compared ({why})"),
+    }
+}
+
+fn scipy(campaign: &Campaign) -> Result<(f64, Vec<f64>), String> {
+    let mut table = "run,phi_left_rad,phi_right_rad,x_m,y_m,heading_rad\n".to_owned();
+    for (index, run) in campaign.runs.iter().enumerate() {
+        for (wheel, sight) in run.wheels.iter().zip(&run.sights) {
+            let [x_m, y_m] = sight.position_m.unwrap_or_default();
+            let heading_rad = sight.heading_rad.unwrap_or_default();
+            let phi = wheel.phi_rad;
+            let _ = writeln!(table, "{index},{},{},{x_m},{y_m},{heading_rad}", phi.left, phi.right);
+        }
+    }
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let file = folder.path().join("runs.csv");
+    std::fs::write(&file, table).map_err(|error| error.to_string())?;
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/bench_explain/fit.py");
+    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let output = Command::new(&python)
+        .arg(script)
+        .arg(&file)
+        .args([ROBOT.wheel_radius_m.to_string(), ROBOT.track_width_m.to_string()])
+        .output()
+        .map_err(|error| format!("{python}: {error}"))?;
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
+        return Err(text.lines().last().unwrap_or("it failed").to_owned());
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    let mut numbers = text.split_whitespace().filter_map(|it| it.parse::<f64>().ok());
+    let seconds = numbers.next().ok_or("it printed nothing")?;
+    Ok((seconds, numbers.take(3).collect()))
+}

@@ -297,9 +297,11 @@ async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> 
 /// What a user who pressed Ctrl-C has to know of the robot, and nothing that is not known.
 fn interrupted(rest: &Result<State>) -> Error {
     match rest {
-        Ok(State::Idle | State::Faulted | State::Boot) => {
+        Ok(State::Idle | State::Boot) => {
             Error::interrupted("stopped by Ctrl-C; the robot stands still, its motors are off")
         }
+        Ok(State::Faulted) => Error::interrupted("stopped by Ctrl-C; the robot's motors are off")
+            .hint("a fault is latched: `beeline identify` shows which"),
         Ok(state) => Error::interrupted(format_args!(
             "stopped by Ctrl-C, but the robot says that it is {}",
             state.name()

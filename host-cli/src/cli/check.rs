@@ -70,7 +70,7 @@ pub(super) fn rate(text: &str) -> Result<u16, String> {
     }
 }
 
-/// Time between two frames at a [`rate`] \[ms\].
+/// Time between two frames that come so often a second \[ms\].
 pub fn period_ms(rate: u16) -> u16 {
     1000 / rate.clamp(1, 1000)
 }

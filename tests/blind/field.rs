@@ -46,8 +46,7 @@ pub fn plan() -> Plan {
 /// So a sound robot has hard tyres that roll easily.
 pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut plant = PlantParameters::default();
-    plant.substep_us = SUBSTEP_US;
+    let mut plant = PlantParameters { substep_us: SUBSTEP_US, ..PlantParameters::default() };
     plant.tyre.longitudinal_stiffness_n_per_m *= HARD;
     plant.tyre.lateral_stiffness_n_per_m *= HARD;
     plant.tyre.rolling_resistance *= EASY;

@@ -129,7 +129,7 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
         .map(|(k, effect)| Hidden {
             effect: *effect,
             strength: REFERENCE,
-            seed: case.seed ^ (k as u64 + 1) << 40,
+            seed: case.seed ^ ((k as u64 + 1) << 40),
         })
         .collect();
     if let Some(wanted) = case.kind.sigmas() {

@@ -65,11 +65,7 @@ fn main() -> ExitCode {
         results.iter().filter_map(|it| it.as_ref().ok()).cloned().collect();
     for (case, result) in chosen.iter().zip(&results) {
         if let Err(why) = result {
-            println!(
-                "case {} ({}) could not be judged: {why}",
-                case.index,
-                format!("{:?}", case.effects)
-            );
+            println!("case {} ({:?}) could not be judged: {why}", case.index, case.effects);
         }
     }
     if let Some(folder) = &arguments.keep

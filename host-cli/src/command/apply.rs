@@ -106,14 +106,15 @@ fn table(change: &Change) -> String {
     let (before, after) = (&change.before, &change.after);
     let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "then"))];
     let cm = |value: f64| LengthUnit::Cm.format(value, 4);
-    let rows: [(&str, fn(&GeometryConfig) -> f64, &dyn Fn(f64) -> String); 4] = [
-        ("R_L", |g| g.wheel_radius_m, &cm),
-        ("R_R", |g| g.wheel_radius_m * g.wheel_weight, &cm),
-        ("W_T", |g| g.wheel_weight, &|value| format!("{value:.6}")),
-        ("track width", |g| g.track_width_m, &cm),
-    ];
-    for (name, read, show) in rows {
-        lines.push(format!("  {name:<22} {:>14} {:>14}", show(read(before)), show(read(after))));
+    let ratio = |value: f64| format!("{value:.6}");
+    let right_m = |g: &GeometryConfig| g.wheel_radius_m * g.wheel_weight;
+    for (name, now, then) in [
+        ("R_L", cm(before.wheel_radius_m), cm(after.wheel_radius_m)),
+        ("R_R", cm(right_m(before)), cm(right_m(after))),
+        ("W_T", ratio(before.wheel_weight), ratio(after.wheel_weight)),
+        ("track width", cm(before.track_width_m), cm(after.track_width_m)),
+    ] {
+        lines.push(format!("  {name:<22} {now:>14} {then:>14}"));
     }
     for (effect, remedy) in &change.remedies {
         let text = match remedy {

@@ -81,6 +81,12 @@ fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone
 
     desk.run("apply --undo --flash flash").ok();
     assert_eq!(geometry(&desk, "wheel_weight"), 1.0);
+    // A model is believed where there is one: the track is not in it.
+    desk.run("model add wheel_radius_ratio robot").ok();
+    desk.run("apply robot --yes --flash flash").ok();
+    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
+    assert_eq!(geometry(&desk, "track_width_m"), 0.372);
+    desk.run("apply --undo --flash flash").ok();
     let message = desk.run("apply --undo --flash flash").refused();
     assert!(message.contains("nothing was applied"), "{message}");
 }

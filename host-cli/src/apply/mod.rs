@@ -17,6 +17,7 @@ use shared_proto::{Config, GeometryConfig};
 
 use crate::campaign::RobotFile;
 use crate::error::{Error, Result};
+use crate::model::{EffectEntry, ModelFile};
 
 /// An effect that is believed, and its parameters.
 #[derive(Clone, Debug)]
@@ -61,6 +62,15 @@ pub fn believed(answer: &Answer) -> Vec<Believed> {
         parameters: step.parameters.clone(),
     };
     answer.steps.iter().map(step).collect()
+}
+
+/// The effects of a campaign's model: whoever put one in has decided that it is this one.
+pub fn chosen(model: &ModelFile) -> Vec<Believed> {
+    let entry = |entry: &EffectEntry| {
+        let effect = entry.effect.facts().id.to_owned();
+        Believed { class: vec![effect.clone()], effect, parameters: entry.parameters.clone() }
+    };
+    model.effects.iter().map(entry).collect()
 }
 
 const COMPENSABLE: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use shared_proto::{ConfigOrigin, GeometryConfig, Identity};
 
+use crate::calibrate::Remembered;
 use crate::error::{Context, Error, Result};
-use crate::file::write_whole;
 use crate::hex::hex;
 use crate::session::Session;
 
@@ -28,12 +28,9 @@ impl Undo {
     }
 
     /// Remembers it in `folder`.
-    pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<()> {
-        std::fs::create_dir_all(folder)
-            .context(format_args!("cannot make {}", folder.display()))?;
+    pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<Remembered> {
         let text = toml::to_string(self).context("the geometry to remember")?;
-        let file = Self::file(folder, identity);
-        write_whole(&file, text.as_bytes()).context(format_args!("cannot write {}", file.display()))
+        Remembered::write(Self::file(folder, identity), &text)
     }
 
     /// What was last applied to this robot.

@@ -57,14 +57,8 @@ impl Undo {
 
     /// Remembers this calibration in `folder`.
     pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<Remembered> {
-        std::fs::create_dir_all(folder)
-            .context(format_args!("cannot make {}", folder.display()))?;
         let text = toml::to_string(self).context("the calibration to remember")?;
-        let file = Self::file(folder, identity);
-        let older = std::fs::read(&file).ok();
-        write_whole(&file, text.as_bytes())
-            .context(format_args!("cannot write {}", file.display()))?;
-        Ok(Remembered { file, older })
+        Remembered::write(Self::file(folder, identity), &text)
     }
 
     /// The last calibration of this robot.
@@ -115,7 +109,7 @@ impl Undo {
     }
 }
 
-/// A calibration that is remembered, and what was remembered before it.
+/// What is remembered so that it can be undone, and what was remembered before it.
 #[derive(Debug)]
 pub struct Remembered {
     file: PathBuf,
@@ -123,8 +117,20 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    /// The calibration was not saved after all: remembers the one before it again.
-    pub(super) fn take_back(self) -> Result<()> {
+    /// Remembers `text` in `file`, whose folder is made if it is not there.
+    pub(crate) fn write(file: PathBuf, text: &str) -> Result<Self> {
+        if let Some(folder) = file.parent() {
+            std::fs::create_dir_all(folder)
+                .context(format_args!("cannot make {}", folder.display()))?;
+        }
+        let older = std::fs::read(&file).ok();
+        write_whole(&file, text.as_bytes())
+            .context(format_args!("cannot write {}", file.display()))?;
+        Ok(Self { file, older })
+    }
+
+    /// Nothing was saved after all: remembers what was remembered before.
+    pub(crate) fn take_back(self) -> Result<()> {
         let Self { file, older } = self;
         match older {
             Some(older) => write_whole(&file, &older).context(file.display()),

@@ -1,14 +1,16 @@
 //! `beeline apply`
 
+use robot_model::explain::explain_by;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, GeometryConfig};
 
 use super::identify::display_name;
-use crate::apply::{Believed, Change, Remedy, Undo, believed};
+use crate::apply::{Believed, Change, Remedy, Undo, believed, chosen};
 use crate::calibrate::state_folder;
 use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
+use crate::model::ModelFile;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
@@ -53,18 +55,23 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             Error::new(format_args!("what the campaign says is not believable: {error}"))
                 .hint("check robot.toml, and what `explain` says")
         })?;
-        session.write_config(&new).await?;
-        session.save_config().await?;
-        if !common.port.is_sim() || common.flash.is_some() {
+        // First the undo: a robot that was changed can then always be changed back.
+        let remembered = if !common.port.is_sim() || common.flash.is_some() {
             let undo = Undo {
                 robot: display_name(&identity),
                 before: config.geometry,
                 after: new.geometry,
             };
-            let kept = state_folder().and_then(|folder| undo.remember(&folder, &identity));
-            if let Err(error) = kept {
-                warn(format_args!("--undo will not know of this: {error}"));
+            Some(undo.remember(&state_folder()?, &identity)?)
+        } else {
+            None
+        };
+        session.write_config(&new).await?;
+        if let Err(error) = session.save_config().await {
+            if let Some(remembered) = remembered {
+                remembered.take_back()?;
             }
+            return Err(error);
         }
         Ok((change, true))
     })?;
@@ -72,9 +79,20 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     Ok(())
 }
 
-/// What is believed of the robot: what the campaign's explanation names.
+/// What is believed of the robot: the campaign's model, or without one what the explanation names.
 fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Believed>> {
-    let answer = robot_model::explain::explain(&campaign.to_model(folder)?).map_err(|error| {
+    let place = ModelFile::place(folder);
+    let model = ModelFile::read_or_empty(&place)?;
+    if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
+        let id = entry.effect.facts().id;
+        return Err(Error::new(format_args!("{}: {id} has no value yet", place.display()))
+            .hint(format_args!("beeline model fit {}", folder.display())));
+    }
+    if !model.effects.is_empty() {
+        return Ok(chosen(&model));
+    }
+    let catalogue: Vec<_> = model.catalogue().into_iter().map(|it| it as _).collect();
+    let answer = explain_by(&campaign.to_model(folder)?, &catalogue).map_err(|error| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     })?;
     Ok(believed(&answer))

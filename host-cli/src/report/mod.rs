@@ -64,7 +64,7 @@ figcaption span{white-space:nowrap}\
 .zero{stroke:var(--line);stroke-width:1.2;fill:none}.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}\
 @media(max-width:820px){.grid{grid-template-columns:1fr 1fr}.pair{grid-template-columns:1fr}}\
 @media(max-width:520px){.grid{grid-template-columns:1fr}}\
-@media print{.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
+@media print{figcaption{font-size:11px}.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
 
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {

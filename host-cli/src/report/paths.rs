@@ -71,7 +71,7 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
     let size_m = (high[0] - low[0]).max(high[1] - low[1]).max(0.02);
     // The largest deviation is to be a seventh of the drawing.
     let wanted = 0.14 * size_m / off_m.max(1e-9);
-    let factor = [50.0, 20.0, 10.0, 5.0, 2.0].into_iter().find(|it| *it <= wanted).unwrap_or(1.0);
+    let factor = [10.0, 5.0, 2.0].into_iter().find(|it| *it <= wanted).unwrap_or(1.0);
     let enlarged = |path: &Path| -> Vec<[f64; 2]> {
         let both = path.measured_m.iter().zip(&path.predicted_m);
         both.map(|(a, b)| [a[0] + factor * (b[0] - a[0]), a[1] + factor * (b[1] - a[1])]).collect()
@@ -100,7 +100,7 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
     };
     let _ = write!(
         html,
-        "<figure><figcaption><b title=\"{name}\">{name}</b><span><span class=\"before\">{}</span> \u{2192} \
+        "<figure><figcaption><b title=\"{name}\">{short}</b><span><span class=\"before\">{}</span> \u{2192} \
          <span class=\"after\">{} mm</span></span></figcaption>\
          <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">\
          <path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>",
@@ -112,6 +112,7 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
         data(&before),
         data(&after),
         name = escape(&nominal.run),
+        short = escape(&shortened(&nominal.run)),
     );
     let bar_m = nice_step(WIDTH / scale, 6.0);
     let (text, y) = (bar_text(bar_m), HEIGHT - 6.0);
@@ -127,6 +128,16 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
         ty = Px(y),
         xe = Px(WIDTH - 4.0),
     );
+}
+
+/// A name that fits; its end, which tells runs apart, is kept.
+fn shortened(name: &str) -> String {
+    let count = name.chars().count();
+    if count <= 19 {
+        return name.to_owned();
+    }
+    let kept = |from: usize, to: usize| name.chars().skip(from).take(to - from).collect::<String>();
+    format!("{}\u{2026}{}", kept(0, 8), kept(count - 10, count))
 }
 
 fn bar_text(metres: f64) -> String {

@@ -44,6 +44,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "share of the core at 1 kHz, {INSTRUCTION_NS} ns an instruction: {:.1} % at worst",
         (worst.instructions * INSTRUCTION_NS) as f64 / 1e4
     );
+    for (name, index) in [("capture", 0), ("profile", 1), ("PID", 2)] {
+        let mut part: Vec<u64> = ended.ticks.iter().map(|tick| tick.arithmetic[index]).collect();
+        part.sort_unstable();
+        println!("{name}: median {}, worst {}", part[part.len() / 2], part[part.len() - 1]);
+    }
     println!(
         "from the timer's tick to the PWM: median {} instructions, worst {} at {} us",
         latency.to_pwm, latest.to_pwm, latest.t_us

@@ -27,7 +27,7 @@
 //! that large terms of opposite sign cancel as they should.
 
 use fixed::types::I2F30;
-use shared_proto::{Config, PidTerms};
+use shared_proto::{Config, PidTerms, WheelPair};
 
 use crate::profile::Setpoint;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
@@ -99,6 +99,16 @@ pub struct PidState {
 }
 
 impl PidState {
+    /// Before the first tick.
+    pub const ZERO: Self = Self {
+        feedforward: 0,
+        proportional: 0,
+        integral: 0,
+        integral_used: 0,
+        derivative: 0,
+        duty: 0,
+    };
+
     /// The terms of the last tick.
     pub fn terms(&self) -> PidTerms {
         PidTerms {
@@ -115,7 +125,23 @@ impl PidState {
     }
 }
 
-/// One tick of the controller.
+/// One tick of both wheels' controllers.
+#[inline(never)]
+pub fn step_both(
+    gains: &Gains,
+    states: &mut WheelPair<PidState>,
+    setpoints: &WheelPair<Setpoint>,
+    travel: &WheelPair<Travel>,
+    speed: &WheelPair<Speed>,
+) -> WheelPair<Duty> {
+    WheelPair {
+        left: step(gains, &mut states.left, &setpoints.left, travel.left, speed.left),
+        right: step(gains, &mut states.right, &setpoints.right, travel.right, speed.right),
+    }
+}
+
+/// One tick of a wheel's controller.
+#[inline(always)]
 pub fn step(
     gains: &Gains,
     state: &mut PidState,

@@ -16,44 +16,50 @@
 //! Generic over the mutex: a board whose control tasks preempt the others needs critical
 //! sections, the simulator needs none.
 
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use fixed::types::{I8F24, I32F32};
 use shared_proto::{
-    Event, Fault, FaultReport, Hello, LinkStatistics, Reply, Request, Telemetry, WheelPair,
+    Event, Fault, FaultReport, Hello, LinkStatistics, Reply, Request, Telemetry, Wheel, WheelPair,
     WheelTelemetry,
 };
 
+use crate::encoder::SpeedScale;
 use crate::odometry::Odometry;
-use crate::pid::Gains;
+use crate::pid::{Gains, PidState};
 use crate::probe::Probe;
-use crate::profile::{Plan, Setpoint};
-use crate::protection::Protection;
-use crate::units::{Speed, Travel};
+use crate::profile::{Plan, Profile, Setpoint};
+use crate::protection::Thresholds;
+use crate::units::{Duty, Speed, Travel};
 
 /// Everything that crosses from one task to another.
 pub struct Shared<M: RawMutex> {
     /// Capture to profile: the wheels at this tick.
-    pub measured: Signal<M, Measured>,
+    pub measured: Mail<M, Measured>,
     /// Profile to PID: what the wheels shall do at this tick.
-    pub step: Signal<M, ControlStep>,
+    pub step: Mail<M, ControlStep>,
     /// Supervisor to capture: how to read the encoders.
-    pub capture_settings: Signal<M, CaptureSettings>,
+    pub capture_settings: Mail<M, CaptureSettings>,
     /// Supervisor to PID: how to close the loop.
-    pub loop_settings: Signal<M, LoopSettings>,
+    pub loop_settings: Mail<M, LoopSettings>,
     /// Supervisor to profile: what to do from now on.
-    pub order: Signal<M, Order>,
+    pub order: Mail<M, Order>,
+    /// Where the profile task walks; the supervisor puts the next plan in, see [`Shared::follow`].
+    pub profile: Mutex<M, RefCell<Profile>>,
+    /// Supervisor to PID: the check of an [`Order::Probe`].
+    pub probe: Mail<M, Probe>,
     /// Control tasks to supervisor.
     pub control_events: Channel<M, ControlEvent, 4>,
     /// Link to supervisor.
     pub requests: Channel<M, Request, 1>,
     /// Anybody to the link.
     pub outgoing: Channel<M, Outgoing, 4>,
-    /// PID to telemetry: the snapshot of a tick that is due to be sent.
-    pub telemetry_due: Signal<M, Telemetry>,
+    /// PID to telemetry: a tick that is due to be sent.
+    pub telemetry_due: Mail<M, Sample>,
     /// Telemetry to link.
     pub telemetry: Channel<M, Telemetry, 2>,
     /// Ticks between two telemetry frames, 0 for none.
@@ -78,15 +84,17 @@ impl<M: RawMutex> Shared<M> {
     /// Nothing has happened yet.
     pub const fn new() -> Self {
         Self {
-            measured: Signal::new(),
-            step: Signal::new(),
-            capture_settings: Signal::new(),
-            loop_settings: Signal::new(),
-            order: Signal::new(),
+            measured: Mail::new(),
+            step: Mail::new(),
+            capture_settings: Mail::new(),
+            loop_settings: Mail::new(),
+            order: Mail::new(),
+            profile: Mutex::new(RefCell::new(Profile::ORIGIN)),
+            probe: Mail::new(),
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
-            telemetry_due: Signal::new(),
+            telemetry_due: Mail::new(),
             telemetry: Channel::new(),
             telemetry_period: Cells::new(0),
             snapshot: Cells::new(Snapshot::ZERO),
@@ -105,6 +113,23 @@ impl<M: RawMutex> Shared<M> {
         }
     }
 
+    /// Has the control tasks follow a plan from its first tick on; ends in [`ControlEvent::Settled`].
+    ///
+    /// Copies the plan into its place, from where the control tick uses it.
+    pub fn follow(&self, id: u32, plan: &Plan) {
+        // Plan and order come together: none of the two is seen without the other.
+        self.profile.lock(|profile| {
+            profile.borrow_mut().replace(plan);
+            self.order.put(Order::Follow { id });
+        });
+    }
+
+    /// Has the control tasks check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
+    pub fn check(&self, id: u32, probe: Probe) {
+        self.probe.put(probe);
+        self.order.put(Order::Probe { id });
+    }
+
     /// Latches a fault, or counts it if one is latched already, and tells the supervisor.
     ///
     /// From the next control tick on the motors get zero duty, unless the fault allows a ramp.
@@ -117,6 +142,50 @@ impl<M: RawMutex> Shared<M> {
 }
 
 impl<M: RawMutex> Default for Shared<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The latest value of something for the one task that waits for it.
+///
+/// As a `Signal`; but that one moves its whole value at every look, be there one or not. Here a look that
+/// finds nothing only looks at a bell.
+pub struct Mail<M: RawMutex, T> {
+    bell: Signal<M, ()>,
+    value: Mutex<M, Cell<Option<T>>>,
+}
+
+impl<M: RawMutex, T> Mail<M, T> {
+    /// Nothing has come yet.
+    pub const fn new() -> Self {
+        Self { bell: Signal::new(), value: Mutex::new(Cell::new(None)) }
+    }
+
+    /// Puts a value, in place of one that nobody has taken.
+    pub fn put(&self, value: T) {
+        self.value.lock(|cell| cell.set(Some(value)));
+        self.bell.signal(());
+    }
+
+    /// Waits for a value.
+    pub async fn next(&self) -> T {
+        loop {
+            self.bell.wait().await;
+            if let Some(value) = self.value.lock(Cell::take) {
+                return value;
+            }
+        }
+    }
+
+    /// The value, if one has come.
+    pub fn try_take(&self) -> Option<T> {
+        self.bell.try_take()?;
+        self.value.lock(Cell::take)
+    }
+}
+
+impl<M: RawMutex, T> Default for Mail<M, T> {
     fn default() -> Self {
         Self::new()
     }
@@ -152,42 +221,50 @@ impl<M: RawMutex, T: Copy> Cells<M, T> {
 }
 
 /// The first fault since the last clearing, and whether the motors must be off for it.
-pub struct FaultLatch<M: RawMutex>(Cells<M, Latched>);
+pub struct FaultLatch<M: RawMutex> {
+    latched: Cells<M, Latched>,
+    /// Beside the rest: every control tick asks.
+    cut: AtomicBool,
+}
 
 #[derive(Clone, Copy)]
 struct Latched {
     report: Option<FaultReport>,
-    cut: bool,
     last_number: u32,
 }
 
 impl<M: RawMutex> FaultLatch<M> {
     const fn new() -> Self {
-        Self(Cells::new(Latched { report: None, cut: false, last_number: 0 }))
+        Self {
+            latched: Cells::new(Latched { report: None, last_number: 0 }),
+            cut: AtomicBool::new(false),
+        }
     }
 
     /// The latched fault.
     pub fn report(&self) -> Option<FaultReport> {
-        self.0.get().report
+        self.latched.get().report
     }
 
     /// Whether a latched fault forbids any duty at all.
     pub fn cuts_motors(&self) -> bool {
-        self.0.get().cut
+        self.cut.load(Ordering::Relaxed)
     }
 
     /// The number of the fault that was latched last, 0 before the first.
     pub fn last_number(&self) -> u32 {
-        self.0.get().last_number
+        self.latched.get().last_number
     }
 
     /// Returns true if this is news to the supervisor.
     fn latch(&self, fault: Fault, t_us: u64) -> bool {
         let mut news = false;
-        self.0.update(|latched| {
+        self.latched.update(|latched| {
             let cut = !fault.allows_ramp();
-            news = latched.report.is_none() || (cut && !latched.cut);
-            latched.cut |= cut;
+            news = latched.report.is_none() || (cut && !self.cuts_motors());
+            if cut {
+                self.cut.store(true, Ordering::Relaxed);
+            }
             match &mut latched.report {
                 // The same fault over and over is one fault.
                 Some(report) if report.fault == fault => {}
@@ -204,9 +281,9 @@ impl<M: RawMutex> FaultLatch<M> {
 
     /// Forgets the latched fault. Only the supervisor does this, and only when it is told to.
     pub(crate) fn clear(&self) {
-        self.0.update(|latched| {
+        self.latched.update(|latched| {
             latched.report = None;
-            latched.cut = false;
+            self.cut.store(false, Ordering::Relaxed);
         });
     }
 }
@@ -227,7 +304,7 @@ pub struct Measured {
 }
 
 /// What the wheels shall do at one control tick.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 pub struct ControlStep {
     /// The wheels as measured.
     pub measured: Measured,
@@ -236,8 +313,7 @@ pub struct ControlStep {
 }
 
 /// What to do with the wheels.
-#[derive(Clone)]
-#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
+#[derive(Clone, Copy)]
 pub enum Action {
     /// Zero duty, drivers off.
     Off,
@@ -245,36 +321,29 @@ pub enum Action {
     Rest,
     /// Check the encoders' signs, open loop.
     Probe {
-        /// Comes back in the event.
+        /// Names the check; comes back in the event.
         id: u32,
-        /// The check to make, at its first tick.
-        start: Option<Probe>,
     },
     /// Follow the setpoints, closed loop.
     Track(WheelPair<Setpoint>),
 }
 
 /// What the supervisor wants of the control tasks.
-#[derive(Clone)]
-#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
+#[derive(Clone, Copy)]
 pub enum Order {
     /// Zero duty, drivers off.
     Off,
     /// Zero duty, drivers on.
     Rest,
-    /// Check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
+    /// Check the encoders' signs, see [`Shared::check`].
     Probe {
         /// Comes back in the event.
         id: u32,
-        /// The check to make.
-        probe: Probe,
     },
-    /// Follow this plan from its first tick on; ends in [`ControlEvent::Settled`].
+    /// Follow the plan that waits, see [`Shared::follow`].
     Follow {
         /// Comes back in the event.
         id: u32,
-        /// The motion.
-        plan: Plan,
     },
 }
 
@@ -294,8 +363,20 @@ pub enum ControlEvent {
 pub struct CaptureSettings {
     /// Counts to travel.
     pub odometry: Odometry,
+    /// Counts to speed.
+    pub scales: WheelPair<SpeedScale>,
     /// Whether a count falls when the wheel rolls forward.
     pub reversed: WheelPair<bool>,
+}
+
+impl CaptureSettings {
+    /// Counts as wired, forward positive.
+    #[inline(always)]
+    pub(crate) fn forward(&self, counts: WheelPair<i64>) -> WheelPair<i64> {
+        counts
+            .zip(self.reversed)
+            .map(|(count, reversed)| if reversed { count.wrapping_neg() } else { count })
+    }
 }
 
 /// How to close the loop.
@@ -304,7 +385,7 @@ pub struct LoopSettings {
     /// The controller's gains and limits.
     pub gains: Gains,
     /// What is watched, and its bounds.
-    pub protection: Protection,
+    pub thresholds: Thresholds,
     /// Whether positive duty turns a wheel backwards.
     pub reversed: WheelPair<bool>,
     /// Smallest supply with the motors on \[mV\].
@@ -322,13 +403,11 @@ pub enum Outgoing {
     Event(Event),
 }
 
-/// The wheels, the loop and the supply, at one control tick.
+/// The wheels and the supply, at one control tick.
 #[derive(Clone, Copy)]
 pub struct Snapshot {
     /// The wheels as measured.
     pub measured: Measured,
-    /// Each wheel's part of a telemetry frame.
-    pub wheels: WheelPair<WheelTelemetry>,
     /// Supply \[mV\].
     pub supply_mv: u16,
 }
@@ -342,21 +421,52 @@ impl Snapshot {
             travel: WheelPair::both(Travel(I32F32::ZERO)),
             speed: WheelPair::both(Speed(I8F24::ZERO)),
         },
-        wheels: WheelPair::both(WheelTelemetry {
-            counts: 0,
-            setpoint_um: 0,
-            error_um: 0,
-            speed_um_s: 0,
-            terms: shared_proto::PidTerms {
-                feedforward: 0,
-                proportional: 0,
-                integral: 0,
-                derivative: 0,
-            },
-            duty: 0,
-        }),
         supply_mv: 0,
     };
+}
+
+/// What a telemetry frame is made of, as the control tick has it: putting it in the wire's units is not
+/// the control tick's work.
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// The wheels as measured.
+    pub measured: Measured,
+    /// Where they should be, while the loop is closed.
+    pub setpoints: Option<WheelPair<Setpoint>>,
+    /// The loop's terms, while it is closed.
+    pub loops: WheelPair<PidState>,
+    /// What the motors get, forward positive.
+    pub duty: WheelPair<Duty>,
+    /// Supply \[mV\].
+    pub supply_mv: u16,
+    /// The encoders' signs are being checked.
+    pub probing: bool,
+}
+
+impl Sample {
+    /// The frame.
+    pub fn telemetry(&self, state: shared_proto::State) -> Telemetry {
+        Telemetry {
+            t_us: self.measured.t_us,
+            state,
+            probing: self.probing,
+            wheels: WheelPair { left: self.wheel(Wheel::Left), right: self.wheel(Wheel::Right) },
+            supply_mv: self.supply_mv,
+        }
+    }
+
+    fn wheel(&self, wheel: Wheel) -> WheelTelemetry {
+        let travel = *self.measured.travel.get(wheel);
+        let setpoint = self.setpoints.as_ref().map_or(travel, |pair| pair.get(wheel).travel);
+        WheelTelemetry {
+            counts: *self.measured.counts.get(wheel),
+            setpoint_um: setpoint.to_um(),
+            error_um: setpoint.error_um_from(travel),
+            speed_um_s: self.measured.speed.get(wheel).to_um_s(),
+            terms: self.loops.get(wheel).terms(),
+            duty: self.duty.get(wheel).to_i16(),
+        }
+    }
 }
 
 /// Inputs that stop the robot.

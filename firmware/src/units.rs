@@ -74,7 +74,14 @@ pub struct Counts(pub i64);
 impl Travel {
     /// In micrometres, as telemetry sends it.
     pub fn to_um(self) -> i64 {
-        ((self.0.to_bits() as i128 * 1_000_000) >> 32) as i64
+        // Whole metres and the rest apart: a product of more than 64 bits is not for a small core.
+        let (whole, rest) = (self.0.to_bits() >> 32, self.0.to_bits() & 0xFFFF_FFFF);
+        whole * 1_000_000 + ((rest * 1_000_000) >> 32)
+    }
+
+    /// The way from `origin` to here in micrometres, saturated to 2 m either way, as telemetry sends it.
+    pub fn error_um_from(self, origin: Travel) -> i32 {
+        ((i64::from(self.error_from(origin).to_bits()) * 1_000_000) >> 30) as i32
     }
 
     /// The way from `origin` to here \[m\], saturated to 2 m either way in steps of 2^-30 m.

@@ -9,13 +9,14 @@
 //! ```
 
 use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
 
+use super::beat::TimerBeat;
 use super::bridge::Bridge;
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
@@ -32,7 +33,7 @@ use crate::task;
 /// interrupt the others.
 pub static SHARED: Shared<CriticalSectionRawMutex> = Shared::new();
 
-/// The executor of the control tasks; it runs in an interrupt that the chip has no use for.
+/// The executor of the control tasks; it runs in the interrupt of the timer that they go by.
 pub static CONTROL: InterruptExecutor = InterruptExecutor::new();
 
 /// Priority of the control tasks: above the link's interrupts, below the clock.
@@ -45,16 +46,16 @@ pub const SERVICE_PRIORITY: Priority = Priority::P6;
 /// byte would come too late whenever the control tick has the core for longer than a byte takes, 11 us.
 pub const LINK_BUFFER_LEN: usize = 512;
 
-/// Starts the three control tasks in this interrupt.
+/// Starts the three control tasks in the interrupt of their timer.
 pub fn spawn_control(
-    irq: embassy_stm32::interrupt::Interrupt,
+    beat: TimerBeat,
     encoders: TimerEncoders,
     motors: Bridge,
     supply: DividedSupply,
 ) {
-    irq.set_priority(CONTROL_PRIORITY);
-    let spawner: SendSpawner = CONTROL.start(irq);
-    spawner.spawn(once(capture(encoders)));
+    interrupt::TIM2.set_priority(CONTROL_PRIORITY);
+    let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
+    spawner.spawn(once(capture(beat, encoders)));
     spawner.spawn(once(profile()));
     spawner.spawn(once(pid(motors, supply)));
 }
@@ -100,8 +101,8 @@ fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
 }
 
 #[embassy_executor::task]
-async fn capture(encoders: TimerEncoders) {
-    task::capture::run(&SHARED, encoders).await;
+async fn capture(beat: TimerBeat, encoders: TimerEncoders) {
+    task::capture::run(&SHARED, beat, encoders).await;
 }
 
 #[embassy_executor::task]

@@ -21,19 +21,30 @@ const POSITION_MAX: u128 = 1 << 95;
 #[derive(Clone, Debug)]
 pub struct Plan {
     start_tick: u32,
+    len_ticks: u32,
     /// True if there is no start to wait for.
     pub(super) at_once: bool,
     pub(super) courses: WheelPair<Course>,
 }
 
 impl Plan {
+    /// Stands still at the origin.
+    pub(super) const ORIGIN: Plan = Plan {
+        start_tick: 0,
+        len_ticks: 0,
+        at_once: true,
+        courses: WheelPair::both(Course::ORIGIN),
+    };
+
+    fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
+        let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
+        Plan { start_tick, len_ticks, at_once: false, courses }
+    }
+
     /// Stands still, from now on.
     pub fn hold(at: WheelPair<Travel>) -> Plan {
-        Plan {
-            start_tick: 0,
-            at_once: true,
-            courses: at.map(|travel| Course::hold(Position::from(travel).0.to_bits())),
-        }
+        let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
+        Plan { at_once: true, ..Plan::new(0, courses) }
     }
 
     /// The motion that `drive` asks for, from the state `from` at `start_tick`.
@@ -74,7 +85,7 @@ impl Plan {
         if courses.any(|course| course.target().0.to_bits().unsigned_abs() >= POSITION_MAX) {
             return Err(MotionError::TooFar);
         }
-        Ok(Plan { start_tick, at_once: false, courses })
+        Ok(Plan::new(start_tick, courses))
     }
 
     /// Brakes both wheels in proportion, so that they come to rest together and the path keeps its
@@ -96,7 +107,7 @@ impl Plan {
             let target = position + (mul(velocity.into(), duration) >> (TICK_BITS + 1));
             Course::brake(Phase::new(0, position, velocity, -half as i64), ceil(duration), target)
         });
-        Plan { start_tick, at_once: false, courses }
+        Plan::new(start_tick, courses)
     }
 
     /// State of both wheels at `tick`: that at the start before it, that at the target after the end.
@@ -111,19 +122,13 @@ impl Plan {
     }
 
     /// First tick at which both wheels stand at the target.
-    pub fn end_tick(&self) -> u32 {
-        self.start_tick.wrapping_add(self.len_ticks())
+    pub const fn end_tick(&self) -> u32 {
+        self.start_tick.wrapping_add(self.len_ticks)
     }
 
     /// Where the plan ends.
     pub fn target(&self) -> WheelPair<Travel> {
         self.courses.map(|course| course.target().into())
-    }
-
-    /// The same target, from the end of this plan on.
-    pub(super) fn held(&self) -> Plan {
-        let courses = self.courses.map(|course| Course::hold(course.target().0.to_bits()));
-        Plan { start_tick: self.end_tick(), at_once: true, courses }
     }
 
     /// Ticks since the start, 0 before it.
@@ -132,8 +137,8 @@ impl Plan {
     }
 
     /// Ticks from start to end.
-    pub(super) fn len_ticks(&self) -> u32 {
-        self.courses.left.len_ticks().max(self.courses.right.len_ticks())
+    pub(super) const fn len_ticks(&self) -> u32 {
+        self.len_ticks
     }
 }
 

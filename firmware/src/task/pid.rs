@@ -4,15 +4,17 @@
 //! at the next control tick at the latest.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use shared_proto::{Fault, PidTerms, Telemetry, Wheel, WheelPair, WheelTelemetry};
+use shared_proto::{Fault, WheelPair};
 
 use crate::hal::{Motors, Supply};
-use crate::pid::{PidState, step};
+use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
 use crate::protection::{Protection, WheelView};
-use crate::shared::{Action, ControlEvent, ControlStep, LoopSettings, Measured, Shared, Snapshot};
-use crate::units::{Duty, Travel};
+use crate::shared::{
+    Action, ControlEvent, ControlStep, LoopSettings, Measured, Sample, Shared, Snapshot,
+};
+use crate::units::Duty;
 
 /// The supply may be below its bound this long \[ticks\]: a motor that starts makes it dip.
 const SUPPLY_LOW_TICKS_MAX: u32 = 20;
@@ -23,16 +25,15 @@ pub async fn run<M: RawMutex>(
     mut motors: impl Motors,
     mut supply: impl Supply,
 ) -> ! {
-    let mut control = Control::new(shared.loop_settings.wait().await);
+    let mut control = Control::new(shared.loop_settings.next().await);
     motors.enable(false);
     loop {
-        let step = shared.step.wait().await;
-        let measured = step.measured;
+        let ControlStep { measured, action } = shared.step.next().await;
         if let Some(settings) = shared.loop_settings.try_take() {
-            control = Control::new(settings);
+            control.adopt(settings);
         }
         let supply_mv = supply.millivolts();
-        let output = control.step(shared, step, supply_mv);
+        let output = control.step(shared, &measured, &action, supply_mv);
         // Off before zero is written: no order of the two lets a wheel jerk.
         if !output.enabled {
             motors.enable(false);
@@ -41,7 +42,7 @@ pub async fn run<M: RawMutex>(
         if output.enabled {
             motors.enable(true);
         }
-        publish(shared, &control, &measured, output, supply_mv);
+        publish(shared, &control, &measured, &action, &output, supply_mv);
     }
 }
 
@@ -51,21 +52,23 @@ struct Output {
     enabled: bool,
     probing: bool,
     duty: WheelPair<Duty>,
-    setpoints: Option<WheelPair<Setpoint>>,
 }
 
 impl Output {
-    const OFF: Self =
-        Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO), setpoints: None };
+    const OFF: Self = Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO) };
 }
 
 /// Both wheels' loops and what watches them.
 struct Control {
-    settings: LoopSettings,
-    /// The watch as it runs; the settings keep a fresh one.
+    gains: Gains,
+    /// Whether positive duty turns a wheel backwards.
+    reversed: WheelPair<bool>,
+    supply_mv_min: u16,
     protection: Protection,
     states: WheelPair<PidState>,
     probe: Option<Probe>,
+    /// The check that was begun last.
+    probe_id: Option<u32>,
     tracking: bool,
     supply_low_ticks: u32,
 }
@@ -73,37 +76,49 @@ struct Control {
 impl Control {
     fn new(settings: LoopSettings) -> Self {
         Self {
-            protection: settings.protection.clone(),
-            settings,
-            states: WheelPair { left: PidState::default(), right: PidState::default() },
+            gains: settings.gains,
+            reversed: settings.reversed,
+            supply_mv_min: settings.supply_mv_min,
+            protection: Protection::with(settings.thresholds),
+            states: WheelPair::both(PidState::ZERO),
             probe: None,
+            probe_id: None,
             tracking: false,
             supply_low_ticks: 0,
         }
     }
 
+    /// Takes other settings; the loop opens.
+    fn adopt(&mut self, settings: LoopSettings) {
+        self.gains = settings.gains;
+        self.reversed = settings.reversed;
+        self.supply_mv_min = settings.supply_mv_min;
+        self.protection.adopt(settings.thresholds);
+        self.forget();
+        self.supply_low_ticks = 0;
+    }
+
     fn as_wired(&self, duty: WheelPair<Duty>) -> WheelPair<Duty> {
-        duty.zip(self.settings.reversed)
-            .map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
+        duty.zip(self.reversed).map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
     }
 
     fn step<M: RawMutex>(
         &mut self,
         shared: &Shared<M>,
-        step: ControlStep,
+        measured: &Measured,
+        action: &Action,
         supply_mv: u16,
     ) -> Output {
-        let ControlStep { measured, action } = step;
         if !matches!(action, Action::Off)
             && let Some(fault) = self.watch_supply(supply_mv)
         {
             shared.raise(fault, measured.t_us);
         }
-        let output = self.act(shared, &measured, action);
+        let output = self.act(shared, measured, action);
         // Asked last, so that a fault of this very tick counts.
         if shared.fault.cuts_motors() {
             self.forget();
-            return Output { setpoints: output.setpoints, ..Output::OFF };
+            return Output::OFF;
         }
         output
     }
@@ -112,7 +127,7 @@ impl Control {
         &mut self,
         shared: &Shared<M>,
         measured: &Measured,
-        action: Action,
+        action: &Action,
     ) -> Output {
         match action {
             Action::Off => {
@@ -123,12 +138,13 @@ impl Control {
                 self.forget();
                 Output { enabled: true, ..Output::OFF }
             }
-            Action::Probe { id, start } => {
-                if start.is_some() {
+            Action::Probe { id } => {
+                if self.probe_id != Some(*id) {
                     self.forget();
-                    self.probe = start;
+                    self.probe = shared.probe.try_take();
+                    self.probe_id = Some(*id);
                 }
-                self.step_probe(shared, measured, id)
+                self.step_probe(shared, measured, *id)
             }
             Action::Track(setpoints) => self.track(shared, measured, setpoints),
         }
@@ -158,45 +174,47 @@ impl Control {
         &mut self,
         shared: &Shared<M>,
         measured: &Measured,
-        setpoints: WheelPair<Setpoint>,
+        setpoints: &WheelPair<Setpoint>,
     ) -> Output {
         if !self.tracking {
             self.forget();
             self.tracking = true;
         }
-        let gains = &self.settings.gains;
-        let wheels = setpoints.zip(measured.travel.zip(measured.speed));
-        let duty = self.states.as_mut().zip(wheels).map(|(state, (setpoint, (travel, speed)))| {
-            step(gains, state, &setpoint, travel, speed)
-        });
-        let views = setpoints
-            .zip(measured.travel.zip(measured.speed))
-            .zip(measured.counts.zip(duty))
-            .map(|((setpoint, (travel, speed)), (counts, duty))| WheelView {
-                setpoint,
-                travel,
-                counts,
-                speed,
-                duty,
-            });
+        let Measured { counts, travel, speed, .. } = measured;
+        let duty = step_both(&self.gains, &mut self.states, setpoints, travel, speed);
+        let views = WheelPair {
+            left: WheelView {
+                setpoint: setpoints.left,
+                travel: travel.left,
+                counts: counts.left,
+                speed: speed.left,
+                duty: duty.left,
+            },
+            right: WheelView {
+                setpoint: setpoints.right,
+                travel: travel.right,
+                counts: counts.right,
+                speed: speed.right,
+                duty: duty.right,
+            },
+        };
         if let Some(fault) = self.protection.step(&views) {
             shared.raise(fault, measured.t_us);
         }
-        Output { enabled: true, probing: false, duty, setpoints: Some(setpoints) }
+        Output { enabled: true, probing: false, duty }
     }
 
     /// A loop that opens forgets its sums, so that it does not jump when it closes again.
     fn forget(&mut self) {
         self.probe = None;
-        if self.tracking {
-            self.tracking = false;
-            self.protection = self.settings.protection.clone();
-        }
-        self.states = WheelPair { left: PidState::default(), right: PidState::default() };
+        self.tracking = false;
+        self.protection.restart();
+        self.states = WheelPair::both(PidState::ZERO);
     }
 
+    #[inline(always)]
     fn watch_supply(&mut self, supply_mv: u16) -> Option<Fault> {
-        if supply_mv >= self.settings.supply_mv_min {
+        if supply_mv >= self.supply_mv_min {
             self.supply_low_ticks = 0;
             return None;
         }
@@ -205,43 +223,29 @@ impl Control {
     }
 }
 
-fn error_um(setpoint: Travel, travel: Travel) -> i32 {
-    ((i64::from(setpoint.error_from(travel).to_bits()) * 1_000_000) >> 30) as i32
-}
-
+/// Tells the others: the supervisor every tick, telemetry when a frame is due.
 fn publish<M: RawMutex>(
     shared: &Shared<M>,
     control: &Control,
     measured: &Measured,
-    output: Output,
+    action: &Action,
+    output: &Output,
     supply_mv: u16,
 ) {
-    let wheel = |wheel: Wheel| {
-        let travel = *measured.travel.get(wheel);
-        let setpoint = output.setpoints.map_or(travel, |pair| pair.get(wheel).travel);
-        WheelTelemetry {
-            counts: *measured.counts.get(wheel),
-            setpoint_um: setpoint.to_um(),
-            error_um: error_um(setpoint, travel),
-            speed_um_s: measured.speed.get(wheel).to_um_s(),
-            terms: if control.tracking {
-                control.states.get(wheel).terms()
-            } else {
-                PidTerms::default()
-            },
-            duty: output.duty.get(wheel).to_i16(),
-        }
-    };
-    let wheels = WheelPair { left: wheel(Wheel::Left), right: wheel(Wheel::Right) };
-    shared.snapshot.set(Snapshot { measured: *measured, wheels, supply_mv });
+    shared.snapshot.set(Snapshot { measured: *measured, supply_mv });
     let period = shared.telemetry_period.get();
     if period != 0 && measured.tick.is_multiple_of(period) {
-        shared.telemetry_due.signal(Telemetry {
-            t_us: measured.t_us,
-            state: shared.state.get(),
-            probing: output.probing,
-            wheels,
+        let setpoints = match action {
+            Action::Track(setpoints) => Some(*setpoints),
+            _ => None,
+        };
+        shared.telemetry_due.put(Sample {
+            measured: *measured,
+            setpoints,
+            loops: control.states,
+            duty: output.duty,
             supply_mv,
+            probing: output.probing,
         });
     }
 }

@@ -19,11 +19,12 @@ use shared_proto::{
     Config, ConfigOrigin, Drive, Event, Fault, MotionEnd, MotionId, State, WheelPair,
 };
 
+use crate::encoder::SpeedScale;
 use crate::hal::{BoardInfo, Store};
 use crate::odometry::Odometry;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
-use crate::protection::Protection;
+use crate::protection::Thresholds;
 use crate::shared::{CaptureSettings, ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::units::CONTROL_PERIOD_US;
 
@@ -236,13 +237,15 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// nothing is armed before the supply is known, nor planned from travel in the old scale.
     async fn configure_control(&self) {
         let config = &self.config;
-        self.shared.capture_settings.signal(CaptureSettings {
-            odometry: Odometry::new(config),
+        let odometry = Odometry::new(config);
+        self.shared.capture_settings.put(CaptureSettings {
+            scales: odometry.meters_per_count().map(SpeedScale::new),
+            odometry,
             reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
         });
-        self.shared.loop_settings.signal(LoopSettings {
+        self.shared.loop_settings.put(LoopSettings {
             gains: Gains::new(config),
-            protection: Protection::new(config),
+            thresholds: Thresholds::new(config),
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv_min: self.supply_mv_min(),
         });

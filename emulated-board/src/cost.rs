@@ -31,9 +31,9 @@ const PWM_RIGHT: u64 = 0x4001_003C;
 
 /// The bare arithmetic's functions, as pieces of their mangled names.
 const ARITHMETIC: [&[&str]; 3] = [
-    &["8firmware", "4task7capture7Capture", "4step"],
-    &["8firmware", "7profile7Profile", "4step"],
-    &["8firmware", "3pid", "9step_both"],
+    &["7control", "7capture7Capture", "4step"],
+    &["7control", "7profile7Profile", "4step"],
+    &["7control", "3pid", "9step_both"],
 ];
 
 /// What one control tick took.

@@ -1,7 +1,7 @@
 //! What the tasks share: one static per robot.
 //!
 //! ```text
-//!            Measured          ControlStep          Duty
+//!            measured           action             Duty
 //! capture ------------> profile ------------> pid --------> motors        every control tick
 //!    ^                     ^                   |
 //!    | configuration       | orders            | snapshot, events, faults
@@ -28,8 +28,7 @@ use shared_proto::{
     WheelTelemetry,
 };
 
-use crate::encoder::SpeedScale;
-use crate::odometry::Odometry;
+use crate::capture::{CaptureSettings, Measured};
 use crate::pid::{Gains, PidState};
 use crate::probe::Probe;
 use crate::profile::{Plan, Profile, Setpoint};
@@ -39,9 +38,11 @@ use crate::units::{Duty, Speed, Travel};
 /// Everything that crosses from one task to another.
 pub struct Shared<M: RawMutex> {
     /// Capture to profile: the wheels at this tick.
-    pub measured: Mail<M, Measured>,
+    pub measured: Signal<M, ()>,
     /// Profile to PID: what the wheels shall do at this tick.
-    pub step: Mail<M, ControlStep>,
+    pub step: Signal<M, ()>,
+    /// The tick that the three work on; from outside, the one they worked on last.
+    pub snapshot: TickCell<M>,
     /// Supervisor to capture: how to read the encoders.
     pub capture_settings: Mail<M, CaptureSettings>,
     /// Supervisor to PID: how to close the loop.
@@ -64,8 +65,6 @@ pub struct Shared<M: RawMutex> {
     pub telemetry: Channel<M, Telemetry, 2>,
     /// Ticks between two telemetry frames, 0 for none.
     pub telemetry_period: Cells<M, u32>,
-    /// The wheels as PID saw them last.
-    pub snapshot: Cells<M, Snapshot>,
     /// The latched fault.
     pub fault: FaultLatch<M>,
     /// The supervisor's state, for telemetry.
@@ -84,8 +83,9 @@ impl<M: RawMutex> Shared<M> {
     /// Nothing has happened yet.
     pub const fn new() -> Self {
         Self {
-            measured: Mail::new(),
-            step: Mail::new(),
+            measured: Signal::new(),
+            step: Signal::new(),
+            snapshot: TickCell::new(),
             capture_settings: Mail::new(),
             loop_settings: Mail::new(),
             order: Mail::new(),
@@ -97,7 +97,6 @@ impl<M: RawMutex> Shared<M> {
             telemetry_due: Mail::new(),
             telemetry: Channel::new(),
             telemetry_period: Cells::new(0),
-            snapshot: Cells::new(Snapshot::ZERO),
             fault: FaultLatch::new(),
             state: Cells::new(shared_proto::State::Boot),
             heard_us: Cells::new(0),
@@ -288,28 +287,46 @@ impl<M: RawMutex> FaultLatch<M> {
     }
 }
 
-/// The wheels at one control tick.
-#[derive(Clone, Copy, Debug)]
-pub struct Measured {
-    /// Control ticks since power-on.
-    pub tick: u32,
-    /// When the encoders were read \[us\].
-    pub t_us: u64,
-    /// Absolute counts, forward positive.
-    pub counts: WheelPair<i64>,
-    /// Travel on the ground.
-    pub travel: WheelPair<Travel>,
-    /// Speed on the ground.
-    pub speed: WheelPair<Speed>,
-}
-
-/// What the wheels shall do at one control tick.
-#[derive(Clone, Copy)]
-pub struct ControlStep {
+/// One control tick, as far as it has come. It stays in its place: capture, profile and PID add to it in
+/// turn and copy nothing.
+pub struct Tick {
     /// The wheels as measured.
     pub measured: Measured,
     /// What to do with them.
     pub action: Action,
+    /// Supply \[mV\].
+    pub supply_mv: u16,
+}
+
+/// The place of the [`Tick`].
+pub struct TickCell<M: RawMutex>(Mutex<M, RefCell<Tick>>);
+
+impl<M: RawMutex> TickCell<M> {
+    const fn new() -> Self {
+        Self(Mutex::new(RefCell::new(Tick {
+            measured: Measured {
+                tick: 0,
+                t_us: 0,
+                counts: WheelPair::both(0),
+                travel: WheelPair::both(Travel(I32F32::ZERO)),
+                speed: WheelPair::both(Speed(I8F24::ZERO)),
+            },
+            action: Action::Off,
+            supply_mv: 0,
+        })))
+    }
+
+    /// Works on it.
+    #[inline(always)]
+    pub(crate) fn with<R>(&self, work: impl FnOnce(&mut Tick) -> R) -> R {
+        self.0.lock(|tick| work(&mut tick.borrow_mut()))
+    }
+
+    /// The wheels and the supply as they are in it.
+    #[inline(never)]
+    pub fn get(&self) -> Snapshot {
+        self.with(|tick| Snapshot { measured: tick.measured, supply_mv: tick.supply_mv })
+    }
 }
 
 /// What to do with the wheels.
@@ -358,27 +375,6 @@ pub enum ControlEvent {
     Faulted,
 }
 
-/// How to read the encoders.
-#[derive(Clone)]
-pub struct CaptureSettings {
-    /// Counts to travel.
-    pub odometry: Odometry,
-    /// Counts to speed.
-    pub scales: WheelPair<SpeedScale>,
-    /// Whether a count falls when the wheel rolls forward.
-    pub reversed: WheelPair<bool>,
-}
-
-impl CaptureSettings {
-    /// Counts as wired, forward positive.
-    #[inline(always)]
-    pub(crate) fn forward(&self, counts: WheelPair<i64>) -> WheelPair<i64> {
-        counts
-            .zip(self.reversed)
-            .map(|(count, reversed)| if reversed { count.wrapping_neg() } else { count })
-    }
-}
-
 /// How to close the loop.
 #[derive(Clone)]
 pub struct LoopSettings {
@@ -410,19 +406,6 @@ pub struct Snapshot {
     pub measured: Measured,
     /// Supply \[mV\].
     pub supply_mv: u16,
-}
-
-impl Snapshot {
-    const ZERO: Self = Self {
-        measured: Measured {
-            tick: 0,
-            t_us: 0,
-            counts: WheelPair::both(0),
-            travel: WheelPair::both(Travel(I32F32::ZERO)),
-            speed: WheelPair::both(Speed(I8F24::ZERO)),
-        },
-        supply_mv: 0,
-    };
 }
 
 /// What a telemetry frame is made of, as the control tick has it: putting it in the wire's units is not

@@ -81,10 +81,11 @@ mod wiring {
             .expect("921600 baud divides the clock");
         let (transmitter, receiver) = link.split();
 
-        tasks::spawn_control(TimerBeat::new(p.TIM2), encoders, motors, supply);
-        tasks::spawn_lines(spawner, stop, driver_fault);
-        tasks::spawn_link(spawner, transmitter, receiver.into_ring_buffered(LINK.take()));
-        tasks::spawn_others(spawner, store, reset_cause, lamps);
+        let shared = tasks::shared();
+        tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);
+        tasks::spawn_lines(spawner, shared, stop, driver_fault);
+        tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
+        tasks::spawn_others(spawner, shared, store, reset_cause, lamps);
     }
 }
 

@@ -5,12 +5,12 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
-use shared_proto::{Fault, WheelPair};
+use shared_proto::Fault;
 
-use crate::encoder::SpeedEstimator;
+use crate::capture::Capture;
 use crate::hal::{Beat, Encoders};
-use crate::shared::{CaptureSettings, Measured, Shared};
-use crate::units::{CONTROL_PERIOD_US, Speed, Travel};
+use crate::shared::Shared;
+use crate::units::CONTROL_PERIOD_US;
 
 /// A control tick may start this late \[us\]: half a period, so that two never meet.
 pub const TICK_DELAY_US_MAX: u64 = CONTROL_PERIOD_US as u64 / 2;
@@ -35,51 +35,14 @@ pub async fn run<M: RawMutex>(
             capture.restart(settings, counts);
         }
         tick = tick.wrapping_add(1);
-        let (counts, travel, speed) = capture.step(tick, counts);
-        shared.measured.put(Measured { tick, t_us, counts, travel, speed });
+        shared.snapshot.with(|now| {
+            now.measured.tick = tick;
+            now.measured.t_us = t_us;
+            capture.step(&counts, &mut now.measured);
+        });
+        shared.measured.signal(());
         beat.next().await;
         due_us += CONTROL_PERIOD_US as u64;
-    }
-}
-
-/// Counts as wired to counts forward, travel and speed.
-struct Capture {
-    settings: CaptureSettings,
-    estimators: WheelPair<SpeedEstimator>,
-}
-
-impl Capture {
-    fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
-        let q = settings.odometry.meters_per_count();
-        let forward = settings.forward(counts);
-        Self {
-            estimators: WheelPair {
-                left: SpeedEstimator::new(q.left, forward.left),
-                right: SpeedEstimator::new(q.right, forward.right),
-            },
-            settings,
-        }
-    }
-
-    fn restart(&mut self, settings: CaptureSettings, counts: WheelPair<i64>) {
-        let forward = settings.forward(counts);
-        self.estimators.left.restart(settings.scales.left, forward.left);
-        self.estimators.right.restart(settings.scales.right, forward.right);
-        self.settings = settings;
-    }
-
-    #[inline(never)]
-    fn step(
-        &mut self,
-        tick: u32,
-        counts: WheelPair<i64>,
-    ) -> (WheelPair<i64>, WheelPair<Travel>, WheelPair<Speed>) {
-        let counts = self.settings.forward(counts);
-        let speed = WheelPair {
-            left: self.estimators.left.step(tick, counts.left),
-            right: self.estimators.right.step(tick, counts.right),
-        };
-        (counts, self.settings.odometry.travel(counts), speed)
     }
 }
 

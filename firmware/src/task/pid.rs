@@ -6,14 +6,13 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use shared_proto::{Fault, WheelPair};
 
+use crate::capture::Measured;
 use crate::hal::{Motors, Supply};
 use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
 use crate::protection::{Protection, WheelView};
-use crate::shared::{
-    Action, ControlEvent, ControlStep, LoopSettings, Measured, Sample, Shared, Snapshot,
-};
+use crate::shared::{Action, ControlEvent, LoopSettings, Sample, Shared, Tick};
 use crate::units::Duty;
 
 /// The supply may be below its bound this long \[ticks\]: a motor that starts makes it dip.
@@ -28,21 +27,24 @@ pub async fn run<M: RawMutex>(
     let mut control = Control::new(shared.loop_settings.next().await);
     motors.enable(false);
     loop {
-        let ControlStep { measured, action } = shared.step.next().await;
+        shared.step.wait().await;
         if let Some(settings) = shared.loop_settings.try_take() {
             control.adopt(settings);
         }
         let supply_mv = supply.millivolts();
-        let output = control.step(shared, &measured, &action, supply_mv);
-        // Off before zero is written: no order of the two lets a wheel jerk.
-        if !output.enabled {
-            motors.enable(false);
-        }
-        motors.set_duty(control.as_wired(output.duty));
-        if output.enabled {
-            motors.enable(true);
-        }
-        publish(shared, &control, &measured, &action, &output, supply_mv);
+        shared.snapshot.with(|tick| {
+            tick.supply_mv = supply_mv;
+            let output = control.step(shared, tick);
+            // Off before zero is written: no order of the two lets a wheel jerk.
+            if !output.enabled {
+                motors.enable(false);
+            }
+            motors.set_duty(control.as_wired(output.duty));
+            if output.enabled {
+                motors.enable(true);
+            }
+            publish(shared, &control, tick, &output);
+        });
     }
 }
 
@@ -102,15 +104,10 @@ impl Control {
         duty.zip(self.reversed).map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
     }
 
-    fn step<M: RawMutex>(
-        &mut self,
-        shared: &Shared<M>,
-        measured: &Measured,
-        action: &Action,
-        supply_mv: u16,
-    ) -> Output {
+    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &Tick) -> Output {
+        let Tick { measured, action, supply_mv } = tick;
         if !matches!(action, Action::Off)
-            && let Some(fault) = self.watch_supply(supply_mv)
+            && let Some(fault) = self.watch_supply(*supply_mv)
         {
             shared.raise(fault, measured.t_us);
         }
@@ -223,16 +220,9 @@ impl Control {
     }
 }
 
-/// Tells the others: the supervisor every tick, telemetry when a frame is due.
-fn publish<M: RawMutex>(
-    shared: &Shared<M>,
-    control: &Control,
-    measured: &Measured,
-    action: &Action,
-    output: &Output,
-    supply_mv: u16,
-) {
-    shared.snapshot.set(Snapshot { measured: *measured, supply_mv });
+/// Hands telemetry a frame when it is due.
+fn publish<M: RawMutex>(shared: &Shared<M>, control: &Control, tick: &Tick, output: &Output) {
+    let Tick { measured, action, supply_mv } = tick;
     let period = shared.telemetry_period.get();
     if period != 0 && measured.tick.is_multiple_of(period) {
         let setpoints = match action {
@@ -244,7 +234,7 @@ fn publish<M: RawMutex>(
             setpoints,
             loops: control.states,
             duty: output.duty,
-            supply_mv,
+            supply_mv: *supply_mv,
             probing: output.probing,
         });
     }

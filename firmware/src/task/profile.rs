@@ -7,7 +7,8 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use fixed::types::I2F30;
 use shared_proto::Fault;
 
-use crate::shared::{Action, ControlEvent, ControlStep, Measured, Order, Shared};
+use crate::capture::Measured;
+use crate::shared::{Action, ControlEvent, Order, Shared};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
 const SETTLE_TICKS_MAX: u32 = 250;
@@ -22,12 +23,15 @@ const ARRIVED_TICKS: u32 = 50;
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     let mut stage = Stage::Off;
     loop {
-        let measured = shared.measured.next().await;
-        if let Some(order) = shared.order.try_take() {
-            stage.take(shared, order, &measured);
-        }
-        let action = stage.step(shared, &measured);
-        shared.step.put(ControlStep { measured, action });
+        shared.measured.wait().await;
+        let order = shared.order.try_take();
+        shared.snapshot.with(|tick| {
+            if let Some(order) = order {
+                stage.take(shared, order, &tick.measured);
+            }
+            tick.action = stage.step(shared, &tick.measured);
+        });
+        shared.step.signal(());
     }
 }
 
@@ -64,6 +68,7 @@ impl Stage {
         }
     }
 
+    #[inline(always)]
     fn step<M: RawMutex>(&mut self, shared: &Shared<M>, measured: &Measured) -> Action {
         match self {
             Stage::Off => Action::Off,

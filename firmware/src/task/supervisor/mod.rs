@@ -19,13 +19,12 @@ use shared_proto::{
     Config, ConfigOrigin, Drive, Event, Fault, MotionEnd, MotionId, State, WheelPair,
 };
 
-use crate::encoder::SpeedScale;
+use crate::capture::CaptureSettings;
 use crate::hal::{BoardInfo, Store};
-use crate::odometry::Odometry;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
-use crate::shared::{CaptureSettings, ControlEvent, LoopSettings, Outgoing, Shared};
+use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::units::CONTROL_PERIOD_US;
 
 /// A plan starts this many ticks after it was made: planning may take most of that on a slow MCU.
@@ -227,8 +226,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         (self.config.protection.supply_v_min * 1000.0) as u16
     }
 
-    async fn configure(&mut self, config: Config) {
-        self.config = config;
+    async fn configure(&mut self, config: &Config) {
+        self.config.clone_from(config);
         self.probed = false;
         self.configure_control().await;
     }
@@ -237,12 +236,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// nothing is armed before the supply is known, nor planned from travel in the old scale.
     async fn configure_control(&self) {
         let config = &self.config;
-        let odometry = Odometry::new(config);
-        self.shared.capture_settings.put(CaptureSettings {
-            scales: odometry.meters_per_count().map(SpeedScale::new),
-            odometry,
-            reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
-        });
+        self.shared.capture_settings.put(CaptureSettings::new(config));
         self.shared.loop_settings.put(LoopSettings {
             gains: Gains::new(config),
             thresholds: Thresholds::new(config),

@@ -28,7 +28,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::WriteConfig(config) => {
                 config.validate().map_err(Refusal::Config)?;
                 self.standing_still()?;
-                self.configure(config).await;
+                self.configure(&config).await;
                 Ok(Answer::Done)
             }
             Command::SaveConfig => self.save().await,
@@ -174,7 +174,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             ConfigOrigin::Factory => Config::default(),
             ConfigOrigin::Saved => self.saved.clone(),
         };
-        self.configure(config).await;
+        self.configure(&config).await;
         Ok(Answer::Config(self.config.clone()))
     }
 

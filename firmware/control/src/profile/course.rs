@@ -134,7 +134,7 @@ pub(super) struct Walker {
 impl Walker {
     /// At the origin.
     pub const ORIGIN: Self = Self {
-        phase: PHASES_LEN - 1,
+        phase: 0,
         elapsed: 0,
         point: Point { position: 0, velocity: 0 },
         acceleration: Acceleration(I8F24::ZERO),

@@ -21,9 +21,11 @@
 
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
+use fixed::types::I2F30;
+
 use crate::odometry::Odometry;
 use crate::profile::Setpoint;
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel, nearest};
 
 /// Everything about one wheel at one tick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -121,8 +123,8 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(config: &Config, MetersPerCount(q): MetersPerCount) -> Self {
-        let q_m: f64 = q.to_num();
+    fn new(config: &Config, q: MetersPerCount) -> Self {
+        let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let steps = |m: f64| (m * STEPS_PER_M) as i64;
         let error_m_max = config.protection.following_error_m_max;
@@ -137,7 +139,7 @@ impl Limits {
             creeping_advance: steps((8.0 * q_m).max(0.004)),
             reversed_run: steps((6.0 * q_m).max(0.15 * error_m_max)),
             resting_error: steps(4.0 * q_m),
-            resting_duty: Duty::from_si(config.feedforward.ks + 0.1).0.to_bits().unsigned_abs(),
+            resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }
     }
 }
@@ -278,7 +280,7 @@ impl Watch {
         self.run.is_some_and(|start| {
             let run = pose.since(start);
             run.travel.abs() >= limits.reversed_run
-                && run.setpoint.abs() >= run.travel.abs() / 2
+                && run.setpoint.abs() >= run.travel.abs() >> 1
                 && (run.setpoint > 0) != (run.travel > 0)
         })
     }
@@ -293,7 +295,7 @@ impl Watch {
     fn stands(&self, limits: &Limits, pose: Pose, too_far: bool) -> bool {
         let advance = pose.since(self.last.pose).setpoint.abs();
         (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
-            || (too_far && advance >= limits.error_max - limits.error_max / 4)
+            || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
     /// The count stands although the wheel is pushed hard towards a setpoint at rest.
@@ -320,7 +322,7 @@ impl Watch {
         // A run backward is left to the rule that names it.
         self.run.is_none()
             && way.setpoint.abs() >= limits.creeping_advance
-            && along < way.setpoint.abs() / 8
+            && along < way.setpoint.abs() >> 3
     }
 
     /// Whether the wheel or its encoder is to blame for a count that stands or creeps.
@@ -341,7 +343,8 @@ impl Watch {
         }
         let way = last.pose.since(self.change(age).pose);
         let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
-        if along > 0 && along / 2 >= way.setpoint.abs() / 3 {
+        // Two thirds, with room above.
+        if along > 0 && 3 * (along >> 3) >= 2 * (way.setpoint.abs() >> 3) {
             Fault::EncoderDead
         } else {
             Fault::Stall

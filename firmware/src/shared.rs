@@ -17,11 +17,13 @@
 //! sections, the simulator needs none.
 
 use core::cell::{Cell, RefCell};
+use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::Poll;
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
-use embassy_sync::signal::Signal;
+use embassy_sync::waitqueue::GenericAtomicWaker;
 use fixed::types::{I8F24, I32F32};
 use shared_proto::{
     Event, Fault, FaultReport, Hello, LinkStatistics, Reply, Request, Telemetry, Wheel, WheelPair,
@@ -38,9 +40,9 @@ use crate::units::{Duty, Speed, Travel};
 /// Everything that crosses from one task to another.
 pub struct Shared<M: RawMutex> {
     /// Capture to profile: the wheels at this tick.
-    pub measured: Signal<M, ()>,
+    pub measured: Bell<M>,
     /// Profile to PID: what the wheels shall do at this tick.
-    pub step: Signal<M, ()>,
+    pub step: Bell<M>,
     /// The tick that the three work on; from outside, the one they worked on last.
     pub snapshot: TickCell<M>,
     /// Supervisor to capture: how to read the encoders.
@@ -59,8 +61,8 @@ pub struct Shared<M: RawMutex> {
     pub requests: Channel<M, Request, 1>,
     /// Anybody to the link.
     pub outgoing: Channel<M, Outgoing, 4>,
-    /// PID to telemetry: a tick that is due to be sent.
-    pub telemetry_due: Mail<M, Sample>,
+    /// PID to telemetry: this tick is due to be sent.
+    pub telemetry_due: Bell<M>,
     /// Telemetry to link.
     pub telemetry: Channel<M, Telemetry, 2>,
     /// Ticks between two telemetry frames, 0 for none.
@@ -83,8 +85,8 @@ impl<M: RawMutex> Shared<M> {
     /// Nothing has happened yet.
     pub const fn new() -> Self {
         Self {
-            measured: Signal::new(),
-            step: Signal::new(),
+            measured: Bell::new(),
+            step: Bell::new(),
             snapshot: TickCell::new(),
             capture_settings: Mail::new(),
             loop_settings: Mail::new(),
@@ -94,7 +96,7 @@ impl<M: RawMutex> Shared<M> {
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
-            telemetry_due: Mail::new(),
+            telemetry_due: Bell::new(),
             telemetry: Channel::new(),
             telemetry_period: Cells::new(0),
             fault: FaultLatch::new(),
@@ -146,25 +148,73 @@ impl<M: RawMutex> Default for Shared<M> {
     }
 }
 
+/// Wakes the one task that waits for it; rung twice it is heard once.
+pub struct Bell<M: RawMutex> {
+    rung: AtomicBool,
+    waiter: GenericAtomicWaker<M>,
+}
+
+impl<M: RawMutex> Bell<M> {
+    /// Not rung yet.
+    pub const fn new() -> Self {
+        Self { rung: AtomicBool::new(false), waiter: GenericAtomicWaker::new(M::INIT) }
+    }
+
+    /// Rings.
+    pub fn ring(&self) {
+        self.rung.store(true, Ordering::Relaxed);
+        self.waiter.wake();
+    }
+
+    /// True if it was rung since it was heard last.
+    #[inline(always)]
+    pub fn heard(&self) -> bool {
+        let rung = self.rung.load(Ordering::Relaxed);
+        if rung {
+            self.rung.store(false, Ordering::Relaxed);
+        }
+        rung
+    }
+
+    /// Waits until it is rung.
+    pub async fn wait(&self) {
+        poll_fn(|context| {
+            if self.heard() {
+                return Poll::Ready(());
+            }
+            self.waiter.register(context.waker());
+            // It may have been rung in between, with nobody to wake.
+            if self.heard() { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+}
+
+impl<M: RawMutex> Default for Bell<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// The latest value of something for the one task that waits for it.
 ///
 /// As a `Signal`; but that one moves its whole value at every look, be there one or not. Here a look that
 /// finds nothing only looks at a bell.
 pub struct Mail<M: RawMutex, T> {
-    bell: Signal<M, ()>,
+    bell: Bell<M>,
     value: Mutex<M, Cell<Option<T>>>,
 }
 
 impl<M: RawMutex, T> Mail<M, T> {
     /// Nothing has come yet.
     pub const fn new() -> Self {
-        Self { bell: Signal::new(), value: Mutex::new(Cell::new(None)) }
+        Self { bell: Bell::new(), value: Mutex::new(Cell::new(None)) }
     }
 
     /// Puts a value, in place of one that nobody has taken.
     pub fn put(&self, value: T) {
         self.value.lock(|cell| cell.set(Some(value)));
-        self.bell.signal(());
+        self.bell.ring();
     }
 
     /// Waits for a value.
@@ -179,8 +229,7 @@ impl<M: RawMutex, T> Mail<M, T> {
 
     /// The value, if one has come.
     pub fn try_take(&self) -> Option<T> {
-        self.bell.try_take()?;
-        self.value.lock(Cell::take)
+        if self.bell.heard() { self.value.lock(Cell::take) } else { None }
     }
 }
 
@@ -289,6 +338,7 @@ impl<M: RawMutex> FaultLatch<M> {
 
 /// One control tick, as far as it has come. It stays in its place: capture, profile and PID add to it in
 /// turn and copy nothing.
+#[derive(Clone, Copy)]
 pub struct Tick {
     /// The wheels as measured.
     pub measured: Measured,
@@ -296,6 +346,12 @@ pub struct Tick {
     pub action: Action,
     /// Supply \[mV\].
     pub supply_mv: u16,
+    /// The loops and their terms, all zero while they are open.
+    pub loops: WheelPair<PidState>,
+    /// What the motors get, forward positive.
+    pub duty: WheelPair<Duty>,
+    /// The encoders' signs are being checked.
+    pub probing: bool,
 }
 
 /// The place of the [`Tick`].
@@ -313,6 +369,9 @@ impl<M: RawMutex> TickCell<M> {
             },
             action: Action::Off,
             supply_mv: 0,
+            loops: WheelPair::both(PidState::ZERO),
+            duty: WheelPair::both(Duty::ZERO),
+            probing: false,
         })))
     }
 
@@ -320,6 +379,11 @@ impl<M: RawMutex> TickCell<M> {
     #[inline(always)]
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut Tick) -> R) -> R {
         self.0.lock(|tick| work(&mut tick.borrow_mut()))
+    }
+
+    /// A telemetry frame of it. Putting it in the wire's units is not the control tick's work.
+    pub fn telemetry(&self, state: shared_proto::State) -> Telemetry {
+        self.with(|tick| *tick).telemetry(state)
     }
 
     /// The wheels and the supply as they are in it.
@@ -408,27 +472,8 @@ pub struct Snapshot {
     pub supply_mv: u16,
 }
 
-/// What a telemetry frame is made of, as the control tick has it: putting it in the wire's units is not
-/// the control tick's work.
-#[derive(Clone, Copy)]
-pub struct Sample {
-    /// The wheels as measured.
-    pub measured: Measured,
-    /// Where they should be, while the loop is closed.
-    pub setpoints: Option<WheelPair<Setpoint>>,
-    /// The loop's terms, while it is closed.
-    pub loops: WheelPair<PidState>,
-    /// What the motors get, forward positive.
-    pub duty: WheelPair<Duty>,
-    /// Supply \[mV\].
-    pub supply_mv: u16,
-    /// The encoders' signs are being checked.
-    pub probing: bool,
-}
-
-impl Sample {
-    /// The frame.
-    pub fn telemetry(&self, state: shared_proto::State) -> Telemetry {
+impl Tick {
+    fn telemetry(&self, state: shared_proto::State) -> Telemetry {
         Telemetry {
             t_us: self.measured.t_us,
             state,
@@ -440,7 +485,10 @@ impl Sample {
 
     fn wheel(&self, wheel: Wheel) -> WheelTelemetry {
         let travel = *self.measured.travel.get(wheel);
-        let setpoint = self.setpoints.as_ref().map_or(travel, |pair| pair.get(wheel).travel);
+        let setpoint = match &self.action {
+            Action::Track(setpoints) => setpoints.get(wheel).travel,
+            _ => travel,
+        };
         WheelTelemetry {
             counts: *self.measured.counts.get(wheel),
             setpoint_um: setpoint.to_um(),

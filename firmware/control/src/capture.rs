@@ -34,6 +34,7 @@ pub struct CaptureSettings {
 
 impl CaptureSettings {
     /// The settings of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         let odometry = Odometry::new(config);
         Self {

@@ -2,7 +2,8 @@
 //!
 //! Steps in fixed point that know nothing of tasks, clocks or hardware: state and inputs in, outputs out.
 //! A package of its own because an image wants these few steps quick and everything else small: the
-//! compiler is told so by package (`firmware/.cargo/config.toml`).
+//! compiler is told so by package (`firmware/.cargo/config.toml`). What plans and configures, outside the tick,
+//! is marked `#[inline]`: not to be merged into its caller, but to be compiled with it, small.
 //!
 //! | module | what it is |
 //! | --- | --- |

@@ -32,6 +32,7 @@ pub struct Odometry {
 
 impl Odometry {
     /// The odometry of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         // (1)
         // Both fit: Q is 0.1 m at most, and W_T 1.25.
@@ -62,6 +63,7 @@ impl Odometry {
 }
 
 /// Q * W_T to the nearest 2^-64 m.
+#[inline]
 fn weigh(q: U0F64, wheel_weight: U2F62) -> U0F64 {
     let product = u128::from(q.to_bits()) * u128::from(wheel_weight.to_bits());
     U0F64::from_bits(((product + (1 << 61)) >> 62) as u64)

@@ -64,6 +64,7 @@ pub struct Gains {
 
 impl Gains {
     /// The gains of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
         let (pid, feedforward, limits) = (&config.pid, &config.feedforward, &config.limits);
@@ -81,6 +82,7 @@ impl Gains {
 }
 
 /// A gain, not negative, to the nearest step; saturates.
+#[inline]
 fn scaled(value: f64, fractional_bits: u32) -> i32 {
     (value * (1u64 << fractional_bits) as f64 + 0.5) as i32
 }
@@ -110,6 +112,7 @@ impl PidState {
     };
 
     /// The terms of the last tick.
+    #[inline]
     pub fn terms(&self) -> PidTerms {
         PidTerms {
             feedforward: duty_bits_to_i16(self.feedforward),
@@ -141,7 +144,7 @@ pub fn step_both(
 }
 
 /// One tick of a wheel's controller.
-#[inline(always)]
+#[inline(never)]
 pub fn step(
     gains: &Gains,
     state: &mut PidState,
@@ -176,7 +179,14 @@ pub fn step(
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
     if !into_limit {
         let bound = i64::from(gains.duty_max) << (INTEGRAL_BITS - DUTY_BITS);
-        state.integral = (state.integral + product(gains.ki_dt, error)).clamp(-bound, bound);
+        let integral = state.integral + product(gains.ki_dt, error);
+        state.integral = if integral > bound {
+            bound
+        } else if integral < -bound {
+            -bound
+        } else {
+            integral
+        };
     }
     state.duty()
 }

@@ -48,6 +48,7 @@ pub struct Thresholds(WheelPair<Limits>);
 
 impl Thresholds {
     /// The thresholds of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         Self(Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q)))
     }
@@ -64,6 +65,7 @@ pub struct Protection {
 
 impl Protection {
     /// A watch that begins with the first step.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         Self::with(Thresholds::new(config))
     }
@@ -123,6 +125,7 @@ struct Limits {
 }
 
 impl Limits {
+    #[inline]
     fn new(config: &Config, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);

@@ -73,6 +73,7 @@ pub struct Counts(pub i64);
 
 impl Travel {
     /// In micrometres, as telemetry sends it.
+    #[inline]
     pub fn to_um(self) -> i64 {
         // Whole metres and the rest apart: a product of more than 64 bits is not for a small core.
         let (whole, rest) = (self.0.to_bits() >> 32, self.0.to_bits() & 0xFFFF_FFFF);
@@ -80,6 +81,7 @@ impl Travel {
     }
 
     /// The way from `origin` to here in micrometres, saturated to 2 m either way, as telemetry sends it.
+    #[inline]
     pub fn error_um_from(self, origin: Travel) -> i32 {
         ((i64::from(self.error_from(origin).to_bits()) * 1_000_000) >> 30) as i32
     }
@@ -88,8 +90,11 @@ impl Travel {
     ///
     /// Far more than any permitted following error, and narrow enough for 32-bit arithmetic.
     pub fn error_from(self, origin: Travel) -> I2F30 {
-        let wide = self.0.to_bits().saturating_sub(origin.0.to_bits()) >> 2;
-        I2F30::from_bits(saturate_i32(wide))
+        let (way, overflow) = self.0.to_bits().overflowing_sub(origin.0.to_bits());
+        if overflow || way >> 33 != way >> 63 {
+            return if (way < 0) == overflow { I2F30::MAX } else { I2F30::MIN };
+        }
+        I2F30::from_bits((way >> 2) as i32)
     }
 }
 
@@ -103,6 +108,7 @@ impl MetersPerCount {
 
 impl Speed {
     /// In micrometres per second, as telemetry sends it.
+    #[inline]
     pub fn to_um_s(self) -> i32 {
         ((i64::from(self.0.to_bits()) * 1_000_000) >> 24) as i32
     }
@@ -119,6 +125,7 @@ impl Duty {
 }
 
 /// A duty in steps of 2^-30, however large, in 1/32767; saturates.
+#[inline]
 pub(crate) fn duty_bits_to_i16(bits: i64) -> i16 {
     let one = 1 << 30;
     ((bits.clamp(-one, one) * 32767 + (1 << 29)) >> 30) as i16
@@ -127,6 +134,7 @@ pub(crate) fn duty_bits_to_i16(bits: i64) -> i16 {
 /// A value in steps of 2^-bits, to the nearest; saturates.
 ///
 /// As `fixed` does it, but without the two kilobytes that its conversion from floating point takes.
+#[inline]
 pub fn nearest(value: f64, bits: u32) -> i64 {
     /// From here on a double has no fraction to round.
     const WHOLE: f64 = (1_u64 << 52) as f64;
@@ -141,8 +149,16 @@ pub fn nearest(value: f64, bits: u32) -> i64 {
 }
 
 /// The nearest `i32`.
+#[inline(always)]
 pub(crate) fn saturate_i32(wide: i64) -> i32 {
-    wide.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    let narrow = wide as i32;
+    if i64::from(narrow) == wide {
+        narrow
+    } else if wide < 0 {
+        i32::MIN
+    } else {
+        i32::MAX
+    }
 }
 
 #[cfg(test)]

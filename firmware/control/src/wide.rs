@@ -10,7 +10,7 @@
 ///
 /// # Panics
 /// If d is zero.
-#[inline(never)]
+#[inline]
 pub fn div(n: i128, d: i128) -> i128 {
     assert!(d != 0);
     let divisor = d.unsigned_abs();
@@ -29,7 +29,7 @@ pub fn div(n: i128, d: i128) -> i128 {
 }
 
 /// a b.
-#[inline(never)]
+#[inline]
 pub fn mul(a: i128, b: i128) -> i128 {
     a * b
 }
@@ -37,7 +37,7 @@ pub fn mul(a: i128, b: i128) -> i128 {
 /// The largest whole number whose square is at most n; n is not negative.
 ///
 /// Digit by digit, base two: a sixth of the library's code, for a hundred microseconds more.
-#[inline(never)]
+#[inline]
 pub fn sqrt(n: i128) -> i128 {
     let mut rest = n.unsigned_abs();
     let mut root = 0_u128;

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! interrupt priority   what runs there
-//! 0                    guard (SysTick), embassy's clock (TIM5)
-//! 2                    control: capture, profile, PID
-//! 6                    link, flash: their interrupts only copy and wake
+//! 0                    guard (SysTick)
+//! 2                    control: capture, profile, PID, in the interrupt of their timer (TIM2)
+//! 6                    embassy's clock (TIM5), link, flash: their interrupts only copy and wake
 //! none                 supervisor, link, telemetry, inputs, lights
 //! ```
 
@@ -45,7 +45,7 @@ pub fn shared() -> &'static BoardShared {
 /// The executor of the control tasks; it runs in the interrupt of the timer that they go by.
 pub static CONTROL: InterruptExecutor = InterruptExecutor::new();
 
-/// Priority of the control tasks: above the link's interrupts, below the clock.
+/// Priority of the control tasks: above the clock's and the link's interrupts.
 pub const CONTROL_PRIORITY: Priority = Priority::P2;
 
 /// Priority of the interrupts that serve everything else.
@@ -63,6 +63,8 @@ pub fn spawn_control(
     motors: Bridge,
     supply: DividedSupply,
 ) {
+    // The clock's queue of timers is none of control's: it can wait.
+    interrupt::TIM5.set_priority(SERVICE_PRIORITY);
     interrupt::TIM2.set_priority(CONTROL_PRIORITY);
     let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
     spawner.spawn(once(capture(shared, beat, encoders)));

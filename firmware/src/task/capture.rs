@@ -40,7 +40,7 @@ pub async fn run<M: RawMutex>(
             now.measured.t_us = t_us;
             capture.step(&counts, &mut now.measured);
         });
-        shared.measured.signal(());
+        shared.measured.ring();
         beat.next().await;
         due_us += CONTROL_PERIOD_US as u64;
     }

@@ -12,7 +12,7 @@ use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
 use crate::protection::{Protection, WheelView};
-use crate::shared::{Action, ControlEvent, LoopSettings, Sample, Shared, Tick};
+use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
 use crate::units::Duty;
 
 /// The supply may be below its bound this long \[ticks\]: a motor that starts makes it dip.
@@ -43,7 +43,12 @@ pub async fn run<M: RawMutex>(
             if output.enabled {
                 motors.enable(true);
             }
-            publish(shared, &control, tick, &output);
+            tick.duty = output.duty;
+            tick.probing = output.probing;
+            let period = shared.telemetry_period.get();
+            if period != 0 && tick.measured.tick.is_multiple_of(period) {
+                shared.telemetry_due.ring();
+            }
         });
     }
 }
@@ -67,7 +72,6 @@ struct Control {
     reversed: WheelPair<bool>,
     supply_mv_min: u16,
     protection: Protection,
-    states: WheelPair<PidState>,
     probe: Option<Probe>,
     /// The check that was begun last.
     probe_id: Option<u32>,
@@ -82,7 +86,6 @@ impl Control {
             reversed: settings.reversed,
             supply_mv_min: settings.supply_mv_min,
             protection: Protection::with(settings.thresholds),
-            states: WheelPair::both(PidState::ZERO),
             probe: None,
             probe_id: None,
             tracking: false,
@@ -96,7 +99,8 @@ impl Control {
         self.reversed = settings.reversed;
         self.supply_mv_min = settings.supply_mv_min;
         self.protection.adopt(settings.thresholds);
-        self.forget();
+        self.probe = None;
+        self.tracking = false;
         self.supply_low_ticks = 0;
     }
 
@@ -104,17 +108,17 @@ impl Control {
         duty.zip(self.reversed).map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
     }
 
-    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &Tick) -> Output {
-        let Tick { measured, action, supply_mv } = tick;
+    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
+        let Tick { measured, action, supply_mv, loops, .. } = tick;
         if !matches!(action, Action::Off)
             && let Some(fault) = self.watch_supply(*supply_mv)
         {
             shared.raise(fault, measured.t_us);
         }
-        let output = self.act(shared, measured, action);
+        let output = self.act(shared, measured, action, loops);
         // Asked last, so that a fault of this very tick counts.
         if shared.fault.cuts_motors() {
-            self.forget();
+            self.forget(loops);
             return Output::OFF;
         }
         output
@@ -125,25 +129,26 @@ impl Control {
         shared: &Shared<M>,
         measured: &Measured,
         action: &Action,
+        loops: &mut WheelPair<PidState>,
     ) -> Output {
         match action {
             Action::Off => {
-                self.forget();
+                self.forget(loops);
                 Output::OFF
             }
             Action::Rest => {
-                self.forget();
+                self.forget(loops);
                 Output { enabled: true, ..Output::OFF }
             }
             Action::Probe { id } => {
                 if self.probe_id != Some(*id) {
-                    self.forget();
+                    self.forget(loops);
                     self.probe = shared.probe.try_take();
                     self.probe_id = Some(*id);
                 }
                 self.step_probe(shared, measured, *id)
             }
-            Action::Track(setpoints) => self.track(shared, measured, setpoints),
+            Action::Track(setpoints) => self.track(shared, measured, setpoints, loops),
         }
     }
 
@@ -172,13 +177,14 @@ impl Control {
         shared: &Shared<M>,
         measured: &Measured,
         setpoints: &WheelPair<Setpoint>,
+        loops: &mut WheelPair<PidState>,
     ) -> Output {
         if !self.tracking {
-            self.forget();
+            self.forget(loops);
             self.tracking = true;
         }
         let Measured { counts, travel, speed, .. } = measured;
-        let duty = step_both(&self.gains, &mut self.states, setpoints, travel, speed);
+        let duty = step_both(&self.gains, loops, setpoints, travel, speed);
         let views = WheelPair {
             left: WheelView {
                 setpoint: setpoints.left,
@@ -202,11 +208,11 @@ impl Control {
     }
 
     /// A loop that opens forgets its sums, so that it does not jump when it closes again.
-    fn forget(&mut self) {
+    fn forget(&mut self, loops: &mut WheelPair<PidState>) {
         self.probe = None;
         self.tracking = false;
         self.protection.restart();
-        self.states = WheelPair::both(PidState::ZERO);
+        *loops = WheelPair::both(PidState::ZERO);
     }
 
     #[inline(always)]
@@ -217,25 +223,5 @@ impl Control {
         }
         self.supply_low_ticks += 1;
         (self.supply_low_ticks > SUPPLY_LOW_TICKS_MAX).then_some(Fault::SupplyLow)
-    }
-}
-
-/// Hands telemetry a frame when it is due.
-fn publish<M: RawMutex>(shared: &Shared<M>, control: &Control, tick: &Tick, output: &Output) {
-    let Tick { measured, action, supply_mv } = tick;
-    let period = shared.telemetry_period.get();
-    if period != 0 && measured.tick.is_multiple_of(period) {
-        let setpoints = match action {
-            Action::Track(setpoints) => Some(*setpoints),
-            _ => None,
-        };
-        shared.telemetry_due.put(Sample {
-            measured: *measured,
-            setpoints,
-            loops: control.states,
-            duty: output.duty,
-            supply_mv: *supply_mv,
-            probing: output.probing,
-        });
     }
 }

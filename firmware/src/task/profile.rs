@@ -31,7 +31,7 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
             }
             tick.action = stage.step(shared, &tick.measured);
         });
-        shared.step.signal(());
+        shared.step.ring();
     }
 }
 

@@ -7,7 +7,8 @@ use crate::shared::Shared;
 /// Passes snapshots on, for ever. The first to suffer on a busy line: nothing waits for it.
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     loop {
-        let telemetry = shared.telemetry_due.next().await.telemetry(shared.state.get());
+        shared.telemetry_due.wait().await;
+        let telemetry = shared.snapshot.telemetry(shared.state.get());
         if shared.telemetry.try_send(telemetry).is_err() {
             shared
                 .link

@@ -28,6 +28,7 @@ impl Phase {
         acceleration: Acceleration(I8F24::ZERO),
     };
 
+    #[inline]
     pub fn new(first_tick: u32, position: i128, velocity: i64, half: i64) -> Self {
         // 2 half [2^-64 m/tick^2] in 2^-24 m/s^2; 100 m/s^2 are 2^50 steps of half.
         let per_second_squared = i64::from(CONTROL_HZ * CONTROL_HZ);
@@ -57,6 +58,7 @@ pub(super) struct Point {
 }
 
 impl Point {
+    #[inline]
     pub fn state(self) -> ProfileState {
         ProfileState {
             position: Position(I64F64::from_bits(self.position)),
@@ -78,6 +80,7 @@ impl Course {
     pub const ORIGIN: Self = Self { phases: [Phase::ORIGIN; PHASES_LEN] };
 
     /// Phases in the order of their first ticks, the first one's being 0.
+    #[inline]
     pub fn new(phases: [Phase; PHASES_LEN]) -> Self {
         debug_assert!(
             phases[0].first_tick == 0 && phases.is_sorted_by_key(|phase| phase.first_tick)
@@ -86,11 +89,13 @@ impl Course {
     }
 
     /// Stands still at a position [2^-64 m].
+    #[inline]
     pub fn hold(position: i128) -> Self {
         Self { phases: [Phase::new(0, position, 0, 0); PHASES_LEN] }
     }
 
     /// From the start to the end of a ramp, and then still at `target`.
+    #[inline]
     pub fn brake(ramp: Phase, end: u32, target: i128) -> Self {
         let still = Phase::new(end, target, 0, 0);
         Self { phases: [ramp, still, still, still] }
@@ -101,11 +106,13 @@ impl Course {
         self.phases[PHASES_LEN - 1].first_tick
     }
 
+    #[inline]
     pub fn target(&self) -> Position {
         Position(I64F64::from_bits(self.phases[PHASES_LEN - 1].position))
     }
 
     /// Where the wheel is `elapsed` ticks after the start.
+    #[inline]
     pub fn at(&self, elapsed: u32) -> Point {
         self.phases[self.phase_at(elapsed, 0)].at(elapsed)
     }
@@ -171,10 +178,12 @@ impl Walker {
     pub fn setpoint(&self) -> Setpoint {
         // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step.
         let travel = (self.point.position + (1 << 31)) >> 32;
-        let speed = ((self.point.velocity >> 20) * i64::from(CONTROL_HZ) + (1 << 19)) >> 20;
+        // Below 32 m/s, which no configuration permits, 36 fractional bits of it fit into a word.
+        let velocity = (self.point.velocity >> 28) as i32;
+        let speed = (i64::from(velocity) * i64::from(CONTROL_HZ) + (1 << 11)) >> 12;
         Setpoint {
             travel: Travel(I32F32::from_bits(travel as i64)),
-            speed: Speed(I8F24::from_bits(crate::units::saturate_i32(speed))),
+            speed: Speed(I8F24::from_bits(speed as i32)),
             acceleration: self.acceleration,
         }
     }

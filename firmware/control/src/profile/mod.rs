@@ -93,6 +93,7 @@ struct Seat {
 }
 
 impl Seat {
+    #[inline]
     fn take(&mut self, plan: &Plan) {
         self.plan.clone_from(plan);
         self.walkers = WheelPair {
@@ -122,6 +123,7 @@ impl Profile {
     ///
     /// For a motion without a jump, plan from [`Profile::at`] the start tick. A plan that waits
     /// already is dropped.
+    #[inline]
     pub fn replace(&mut self, plan: &Plan) {
         self.seats[usize::from(!self.second)].take(plan);
         self.waiting = true;
@@ -145,6 +147,7 @@ impl Profile {
     }
 
     /// State of both wheels at `tick`, now or later, as the plan that is followed now has it.
+    #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let plan = &self.seats[usize::from(self.second)].plan;
         plan.at(if self.ended { plan.end_tick() } else { tick })

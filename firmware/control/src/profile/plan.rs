@@ -36,12 +36,14 @@ impl Plan {
         courses: WheelPair::both(Course::ORIGIN),
     };
 
+    #[inline]
     fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
         let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
         Plan { start_tick, len_ticks, at_once: false, courses }
     }
 
     /// Stands still, from now on.
+    #[inline]
     pub fn hold(at: WheelPair<Travel>) -> Plan {
         let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
         Plan { at_once: true, ..Plan::new(0, courses) }
@@ -53,6 +55,7 @@ impl Plan {
     /// moves, each one goes from its own velocity to its own target, as quickly as cruise speed and
     /// acceleration allow, and the quicker one then takes a lower cruise speed so that both end
     /// together. A wheel goes beyond its target only where it cannot brake in time.
+    #[inline]
     pub fn drive(
         start_tick: u32,
         from: WheelPair<ProfileState>,
@@ -90,6 +93,7 @@ impl Plan {
 
     /// Brakes both wheels in proportion, so that they come to rest together and the path keeps its
     /// curvature; the faster one brakes with `deceleration_mps2`, above zero.
+    #[inline]
     pub fn stop(start_tick: u32, from: WheelPair<ProfileState>, deceleration_mps2: f64) -> Plan {
         let half = i128::from(half_acceleration(deceleration_mps2).max(1));
         let speed = |state: ProfileState| i128::from(state.velocity.0.to_bits()).abs();
@@ -111,6 +115,7 @@ impl Plan {
     }
 
     /// State of both wheels at `tick`: that at the start before it, that at the target after the end.
+    #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let elapsed = self.elapsed(tick);
         self.courses.map(|course| course.at(elapsed).state())
@@ -127,6 +132,7 @@ impl Plan {
     }
 
     /// Where the plan ends.
+    #[inline]
     pub fn target(&self) -> WheelPair<Travel> {
         self.courses.map(|course| course.target().into())
     }
@@ -150,6 +156,7 @@ struct Order {
 }
 
 impl Order {
+    #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         if !positive(drive.cruise)
@@ -193,12 +200,14 @@ impl Order {
 }
 
 /// Half an acceleration [2^-64 m/tick^2], rounded down.
+#[inline]
 fn half_acceleration(acceleration_mps2: f64) -> i64 {
     let hz = f64::from(CONTROL_HZ);
     (acceleration_mps2 / (hz * hz) * (STEPS_PER_M / 2.0)) as i64
 }
 
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
+#[inline]
 fn proportionate(tasks: WheelPair<Task>) -> WheelPair<Ramps> {
     if tasks.left.distance.abs() >= tasks.right.distance.abs() {
         let left = Ramps::quickest(tasks.left);

@@ -33,6 +33,9 @@ const PLAN_AHEAD_TICKS: u32 = 10;
 /// An armed robot that stands still and hears nothing for this long switches its motors off.
 const ARMED_SILENCE: Duration = Duration::from_secs(60);
 
+/// Motions that are remembered after the last one; a power of two, so that the place wraps with the count.
+const EARLIER_MOTIONS: usize = 8;
+
 /// Runs the robot, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {
     let mut supervisor = Supervisor::boot(shared, store, board).await;
@@ -70,7 +73,9 @@ struct Supervisor<'a, M: RawMutex, S> {
     motion: Option<MotionId>,
     motion_end: Option<MotionEnd>,
     /// The motions before: a copy of an old command that comes late drives nothing.
-    earlier_motions: [Option<MotionId>; 8],
+    earlier_motions: [Option<MotionId>; EARLIER_MOTIONS],
+    /// How many there have been: the place of the next one.
+    motions: usize,
     /// When the motion's time to live ends.
     alive_until: Instant,
     /// A motion that waits for the end of the encoder check, and where the wheels were before it.
@@ -106,7 +111,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             probed: false,
             motion: None,
             motion_end: None,
-            earlier_motions: [None; 8],
+            earlier_motions: [None; EARLIER_MOTIONS],
+            motions: 0,
             alive_until: Instant::MIN,
             waiting: None,
             plan: None,

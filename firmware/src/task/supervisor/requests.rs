@@ -7,7 +7,7 @@ use shared_proto::{
     PROTOCOL_VERSION, Refusal, Reply, Request, State, Status,
 };
 
-use super::Supervisor;
+use super::{EARLIER_MOTIONS, Supervisor};
 use crate::hal::Store;
 use crate::profile::Plan;
 use crate::shared::Outgoing;
@@ -123,8 +123,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.motion.is_some() && self.motion_end.is_none() {
             self.end_motion(MotionEnd::Replaced);
         }
-        self.earlier_motions.rotate_right(1);
-        self.earlier_motions[0] = self.motion;
+        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
+        self.motions = self.motions.wrapping_add(1);
         self.motion = Some(drive.motion);
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;

@@ -49,6 +49,39 @@ pub struct TickCost {
     pub arithmetic: [u64; 3],
 }
 
+impl TickCost {
+    /// Instructions of the bare arithmetic, all three parts.
+    pub fn bare(&self) -> u64 {
+        self.arithmetic.iter().sum()
+    }
+
+    /// The wheels follow a profile in this tick: everything is at work.
+    pub fn drives(&self) -> bool {
+        self.arithmetic.iter().all(|&part| part > 0)
+    }
+}
+
+/// Least, median and most of something that was counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spread {
+    /// The smallest.
+    pub least: u64,
+    /// As many are above it as below it.
+    pub median: u64,
+    /// The largest: the worst case.
+    pub worst: u64,
+}
+
+impl Spread {
+    /// Of something in every one of these ticks; `None` without any.
+    pub fn of(ticks: &[TickCost], count: impl Fn(&TickCost) -> u64) -> Option<Self> {
+        let mut counts: Vec<u64> = ticks.iter().map(count).collect();
+        counts.sort_unstable();
+        let (&least, &worst) = (counts.first()?, counts.last()?);
+        Some(Self { least, median: counts[counts.len() / 2], worst })
+    }
+}
+
 /// Counts control ticks.
 #[derive(Debug, Default)]
 pub(crate) struct Counter {

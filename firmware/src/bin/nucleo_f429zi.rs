@@ -63,7 +63,7 @@ mod wiring {
         };
         let motors = Bridge::sign_magnitude(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
-        let supply = DividedSupply::new(p.ADC1, p.PA3, divider);
+        let supply = DividedSupply::new(p.ADC1, p.PA3, 3, divider);
 
         let stop = PolledInput::active_high(p.PC13);
         let driver_fault = PolledInput::active_low(p.PF14);

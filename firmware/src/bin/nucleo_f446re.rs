@@ -58,7 +58,7 @@ mod wiring {
             Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
         let motors = Bridge::sign_magnitude(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
-        let supply = DividedSupply::new(p.ADC1, p.PA0, divider);
+        let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
 
         // This board's button is low when pressed.
         let stop = PolledInput::active_low(p.PC13);

@@ -178,12 +178,10 @@ impl Walker {
     pub fn setpoint(&self) -> Setpoint {
         // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step.
         let travel = (self.point.position + (1 << 31)) >> 32;
-        // Below 32 m/s, which no configuration permits, 36 fractional bits of it fit into a word.
-        let velocity = (self.point.velocity >> 28) as i32;
-        let speed = (i64::from(velocity) * i64::from(CONTROL_HZ) + (1 << 11)) >> 12;
+        let speed = ((self.point.velocity >> 20) * i64::from(CONTROL_HZ) + (1 << 19)) >> 20;
         Setpoint {
             travel: Travel(I32F32::from_bits(travel as i64)),
-            speed: Speed(I8F24::from_bits(speed as i32)),
+            speed: Speed(I8F24::from_bits(crate::units::saturate_i32(speed))),
             acceleration: self.acceleration,
         }
     }

@@ -23,7 +23,7 @@ use core::task::Poll;
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
-use embassy_sync::waitqueue::GenericAtomicWaker;
+use embassy_sync::waitqueue::WakerRegistration;
 use fixed::types::{I8F24, I32F32};
 use shared_proto::{
     Event, Fault, FaultReport, Hello, LinkStatistics, Reply, Request, Telemetry, Wheel, WheelPair,
@@ -151,19 +151,23 @@ impl<M: RawMutex> Default for Shared<M> {
 /// Wakes the one task that waits for it; rung twice it is heard once.
 pub struct Bell<M: RawMutex> {
     rung: AtomicBool,
-    waiter: GenericAtomicWaker<M>,
+    waiter: Mutex<M, RefCell<WakerRegistration>>,
 }
 
 impl<M: RawMutex> Bell<M> {
     /// Not rung yet.
     pub const fn new() -> Self {
-        Self { rung: AtomicBool::new(false), waiter: GenericAtomicWaker::new(M::INIT) }
+        Self {
+            rung: AtomicBool::new(false),
+            waiter: Mutex::new(RefCell::new(WakerRegistration::new())),
+        }
     }
 
     /// Rings.
     pub fn ring(&self) {
         self.rung.store(true, Ordering::Relaxed);
-        self.waiter.wake();
+        // Whoever is woken waits no longer: a task that only looks in now and then is let alone.
+        self.waiter.lock(|waiter| waiter.borrow_mut().wake());
     }
 
     /// True if it was rung since it was heard last.
@@ -182,7 +186,7 @@ impl<M: RawMutex> Bell<M> {
             if self.heard() {
                 return Poll::Ready(());
             }
-            self.waiter.register(context.waker());
+            self.waiter.lock(|waiter| waiter.borrow_mut().register(context.waker()));
             // It may have been rung in between, with nobody to wake.
             if self.heard() { Poll::Ready(()) } else { Poll::Pending }
         })

@@ -144,8 +144,11 @@ macro_rules! fields {
     };
 }
 
+/// How to read a field, and the ends of its range.
+type Range = (fn(&Config) -> f64, f64, f64);
+
 /// What [`Config::validate`] needs of the fields: a board has no use for their names.
-static RANGES: [(fn(&Config) -> f64, f64, f64); Config::TABLE.len()] = {
+static RANGES: [Range; Config::TABLE.len()] = {
     let mut ranges = [(Config::TABLE[0].read, 0.0, 0.0); Config::TABLE.len()];
     let mut i = 0;
     while i < ranges.len() {

@@ -27,7 +27,7 @@ mod emulation;
 mod line;
 
 pub use board::Nucleo;
-pub use cost::TickCost;
+pub use cost::{Spread, TickCost};
 pub use emulation::{Bench, Emulation, Ended, Flash};
 
 /// How long the emulated core takes for an instruction \[ns\].

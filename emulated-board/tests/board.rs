@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use emulated_board::{Bench, Emulation, Ended};
+use emulated_board::{Bench, Emulation, Ended, Spread, TickCost};
 use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
 use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::port::{Port, SimOptions, with_robot};
@@ -120,7 +120,8 @@ fn deviations(a: &[Telemetry], b: &[Telemetry]) -> Vec<WheelPair<i64>> {
 fn calibrated() -> &'static Ended<(Outcome, Config)> {
     static ENDED: OnceLock<Ended<(Outcome, Config)>> = OnceLock::new();
     ENDED.get_or_init(|| {
-        emulation()
+        let counted = Emulation { count: true, ..emulation() };
+        counted
             .run(|mut bench: Bench| async move {
                 bench.session.open().await.unwrap();
                 let mut instrument = Instrument::Camera(bench.lab.clone(), 0);
@@ -171,4 +172,21 @@ fn the_configuration_is_still_there_after_a_power_cycle() {
     assert_eq!(identity.config_origin, shared_proto::ConfigOrigin::Saved);
     assert_eq!(config, before.found.1);
     assert_ne!(config.geometry.wheel_weight, Config::default().geometry.wheel_weight);
+}
+
+#[test]
+fn a_control_tick_costs_what_it_did() {
+    let ticks = &calibrated().ticks;
+    let driven: Vec<TickCost> = ticks.iter().copied().filter(TickCost::drives).collect();
+    // Two drives of 16 s each, less the encoder check.
+    assert!(driven.len() > 30_000, "{} ticks", driven.len());
+    let spread = |count: fn(&TickCost) -> u64| Spread::of(&driven, count).unwrap();
+    let whole = Spread::of(ticks, |tick| tick.instructions).unwrap();
+    let (bare, to_pwm) = (spread(TickCost::bare), spread(|tick| tick.to_pwm));
+    println!("whole tick {whole:?}, bare arithmetic {bare:?}, to the PWM {to_pwm:?}");
+    // The counts are the same in every run. Either compiler's code is within a tenth of the other's; what
+    // leaves these bounds has changed, and wants to be explained. 2,500 is the bar itself.
+    assert!((2_050..=2_500).contains(&whole.worst), "{whole:?}");
+    assert!((630..=780).contains(&bare.worst), "{bare:?}");
+    assert!((1_850..=2_300).contains(&to_pwm.worst), "{to_pwm:?}");
 }

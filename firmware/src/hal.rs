@@ -10,6 +10,12 @@ use shared_proto::{Config, Name, ResetCause, WheelPair};
 
 use crate::units::Duty;
 
+/// What the control tick goes by.
+pub trait Beat {
+    /// Waits for the next tick: [`CONTROL_HZ`](crate::units::CONTROL_HZ) times a second, and on time.
+    fn next(&mut self) -> impl Future<Output = ()>;
+}
+
 /// Both wheels' quadrature counters.
 pub trait Encoders {
     /// Absolute counts since power-on, as wired: sign corrections are the configuration's.

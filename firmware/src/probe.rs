@@ -22,7 +22,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, nearest};
 
 /// Which way a wheel is about to turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -93,10 +93,10 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(config: &Config, MetersPerCount(q): MetersPerCount) -> Self {
-        let q_m: f64 = q.to_num();
+    fn new(config: &Config, q: MetersPerCount) -> Self {
+        let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
-        let bits = |duty: f64| I2F30::saturating_from_num(duty).to_bits();
+        let bits = |duty: f64| nearest(duty, I2F30::FRAC_NBITS) as i32;
         let kv_s_per_m = config.feedforward.kv_s_per_m.max(1.0 / FULL_SPEED_MPS_MAX);
         let expected_m = EXPECTED_M_MAX.max(EXPECTED_COUNTS_MAX * q_m);
         let duty_max = bits(config.protection.probe_duty_max.min(config.limits.duty_max));

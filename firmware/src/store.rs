@@ -8,7 +8,7 @@
 //! the new one is: a power cut leaves either. A record of a layout that this firmware does not know,
 //! or one that fails its checksum, is damage, and never guessed at.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
@@ -29,7 +29,8 @@ const RECORD_LEN_MAX: usize = 512;
 /// Layout and checksum.
 const HEADER_LEN: usize = 6;
 
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Without a table, which would take a kilobyte of flash: it is worked out twice a day.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// No cache: the store is looked at twice a day.
 type NoCache = Cache<Uncached, Uncached, Uncached, u8>;

@@ -244,8 +244,8 @@ proptest! {
         let mut last: Option<WheelPair<Setpoint>> = None;
         for n in 0..stop.end_tick().wrapping_sub(start) + 3 {
             let tick = start.wrapping_add(n);
-            if tick == switch { profile.replace(second.clone()) }
-            if tick == stop_tick { profile.replace(stop.clone()) }
+            if tick == switch { profile.replace(&second) }
+            if tick == stop_tick { profile.replace(&stop) }
             let now = profile.step(tick);
             if let Some(last) = last {
                 for (last, now) in [(last.left, now.left), (last.right, now.right)] {
@@ -370,7 +370,7 @@ fn standing_still_lasts_for_ever() {
     assert!(profile.finished(5));
     // Whatever the tick, nothing is waited for.
     let here = WheelPair::both(Travel::from_si(3.0));
-    profile.replace(Plan::hold(here));
+    profile.replace(&Plan::hold(here));
     assert!(profile.finished(3 << 30));
     assert_eq!(profile.step(3 << 30).map(|s| s.travel), here);
 }

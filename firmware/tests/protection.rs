@@ -111,7 +111,7 @@ fn run(
                 Some(drive) => {
                     let plan = Plan::drive(tick, profile.at(tick), drive, config).unwrap();
                     rest_until = plan.end_tick() + after_ms;
-                    profile.replace(plan);
+                    profile.replace(&plan);
                 }
                 None => return None,
             }

@@ -140,17 +140,33 @@ pub struct FieldRange {
 
 macro_rules! fields {
     ($($path:literal $unit:literal $min:literal ..= $max:literal $($name:ident).+;)*) => {
-        &[$(FieldRange { path: $path, unit: $unit, min: $min, max: $max, read: |c| c.$($name).+ }),*]
+        [$(FieldRange { path: $path, unit: $unit, min: $min, max: $max, read: |c| c.$($name).+ }),*]
     };
 }
+
+/// How to read a field, and the ends of its range.
+type Range = (fn(&Config) -> f64, f64, f64);
+
+/// What [`Config::validate`] needs of the fields: a board has no use for their names.
+static RANGES: [Range; Config::TABLE.len()] = {
+    let mut ranges = [(Config::TABLE[0].read, 0.0, 0.0); Config::TABLE.len()];
+    let mut i = 0;
+    while i < ranges.len() {
+        ranges[i] = (Config::TABLE[i].read, Config::TABLE[i].min, Config::TABLE[i].max);
+        i += 1;
+    }
+    ranges
+};
 
 impl Config {
     /// Every numeric field. A field's place in this list is its number in [`ConfigError`].
     ///
     /// The ranges keep every quantity inside the firmware's fixed-point types: travel to 2^31 m
     /// in steps of 2^-32 m, metres per count above 1 um, ramps below 1000 s.
+    pub const FIELDS: &'static [FieldRange] = &Self::TABLE;
+
     #[rustfmt::skip]
-    pub const FIELDS: &'static [FieldRange] = fields![
+    const TABLE: [FieldRange; 23] = fields![
         "geometry.wheel_radius_m"               "m"       0.005 ..= 1.0     geometry.wheel_radius_m;
         "geometry.track_width_m"                "m"       0.02  ..= 5.0     geometry.track_width_m;
         "geometry.wheel_weight"                 ""        0.8   ..= 1.25    geometry.wheel_weight;
@@ -188,10 +204,10 @@ impl Config {
 
     /// Refuses, by name, a value that no robot has.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        for (number, field) in Self::FIELDS.iter().enumerate() {
-            let value = (field.read)(self);
+        for (number, (read, min, max)) in RANGES.iter().enumerate() {
+            let value = read(self);
             // Written so that NaN is refused too.
-            if !(value >= field.min && value <= field.max) {
+            if !(value >= *min && value <= *max) {
                 return Err(ConfigError::OutOfRange { field: number as u8, value });
             }
         }

@@ -7,13 +7,30 @@ use core::task::{Poll, Waker};
 use std::path::PathBuf;
 use std::rc::Rc;
 
+use embassy_time::{Duration, Ticker};
 use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
-use firmware::hal::{Encoders, Motors, Store, StoreError, Supply};
-use firmware::units::Duty;
+use firmware::hal::{Beat, Encoders, Motors, Store, StoreError, Supply};
+use firmware::units::{CONTROL_PERIOD_US, Duty};
 use shared_proto::{Config, WheelPair};
 
 use crate::target::World;
+
+/// The control tick's beat, by the virtual clock.
+pub(crate) struct ClockBeat(Ticker);
+
+impl ClockBeat {
+    /// Beats from now on.
+    pub(crate) fn new() -> Self {
+        Self(Ticker::every(Duration::from_micros(CONTROL_PERIOD_US.into())))
+    }
+}
+
+impl Beat for ClockBeat {
+    async fn next(&mut self) {
+        self.0.next().await;
+    }
+}
 
 /// The encoder counters, motor drivers and supply divider of the simulated robot.
 #[derive(Clone)]

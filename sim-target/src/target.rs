@@ -16,7 +16,7 @@ use firmware::shared::Shared;
 use firmware::task;
 use shared_proto::{Config, Name, ResetCause};
 
-use crate::board::{Flash, Hardware, Pin};
+use crate::board::{ClockBeat, Flash, Hardware, Pin};
 use crate::clock;
 use crate::executor::Executor;
 use crate::instruments::{
@@ -353,7 +353,7 @@ impl SimTarget {
         let mut executor = Executor::new();
         let s = shared.clone();
         let h = hardware.clone();
-        executor.spawn(async move { task::capture::run(&s, h).await });
+        executor.spawn(async move { task::capture::run(&s, ClockBeat::new(), h).await });
         let s = shared.clone();
         executor.spawn(async move { task::profile::run(&s).await });
         let s = shared.clone();

@@ -23,7 +23,7 @@ pub struct Board {
     name: &'static str,
     /// Its binary.
     bin: &'static str,
-    /// Largest image \[KiB\]; 64 is the aim, see docs/boards.md.
+    /// Largest image \[KiB\]: what it is and 2 %; 64 is the aim, see docs/boards.md.
     flash_kib_max: u64,
     /// Most static memory \[KiB\]; the stack is what is left.
     ram_kib_max: u64,
@@ -31,8 +31,8 @@ pub struct Board {
 
 /// The boards, the reference board first.
 pub const BOARDS: [Board; 2] = [
-    Board { name: "nucleo-f429zi", bin: "nucleo_f429zi", flash_kib_max: 100, ram_kib_max: 24 },
-    Board { name: "nucleo-f446re", bin: "nucleo_f446re", flash_kib_max: 100, ram_kib_max: 24 },
+    Board { name: "nucleo-f429zi", bin: "nucleo_f429zi", flash_kib_max: 78, ram_kib_max: 24 },
+    Board { name: "nucleo-f446re", bin: "nucleo_f446re", flash_kib_max: 78, ram_kib_max: 24 },
 ];
 
 /// Which compiler builds the images.

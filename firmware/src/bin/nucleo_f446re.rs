@@ -9,13 +9,14 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, Uart};
     use embassy_stm32::{bind_interrupts, dma, flash, peripherals};
+    use firmware::board::beat::{self, TimerBeat};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
     use firmware::board::input::PolledInput;
     use firmware::board::lamps::Lamps;
     use firmware::board::supply::{DividedSupply, Divider};
-    use firmware::board::tasks::{self, CONTROL, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+    use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
     use firmware::board::{clocks, guard, reset};
     use firmware::store::FlashStore;
     use static_cell::ConstStaticCell;
@@ -32,9 +33,9 @@ mod wiring {
         ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
     #[embassy_stm32::interrupt]
-    unsafe fn UART4() {
+    unsafe fn TIM2() {
         // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
-        unsafe { CONTROL.on_interrupt() };
+        unsafe { beat::on_interrupt() };
         // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
         // not in a tail call, so that the emulated board can count up to it.
         cortex_m::asm::dsb();
@@ -57,7 +58,7 @@ mod wiring {
             Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
         let motors = Bridge::sign_magnitude(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
-        let supply = DividedSupply::new(p.ADC1, p.PA0, divider);
+        let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
 
         // This board's button is low when pressed.
         let stop = PolledInput::active_low(p.PC13);
@@ -72,10 +73,11 @@ mod wiring {
             .expect("921600 baud divides the clock");
         let (transmitter, receiver) = link.split();
 
-        tasks::spawn_control(interrupt::UART4, encoders, motors, supply);
-        tasks::spawn_lines(spawner, stop, driver_fault);
-        tasks::spawn_link(spawner, transmitter, receiver.into_ring_buffered(LINK.take()));
-        tasks::spawn_others(spawner, store, reset_cause, lamps);
+        let shared = tasks::shared();
+        tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);
+        tasks::spawn_lines(spawner, shared, stop, driver_fault);
+        tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
+        tasks::spawn_others(spawner, shared, store, reset_cause, lamps);
     }
 }
 

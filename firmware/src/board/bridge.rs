@@ -10,11 +10,11 @@
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, OutputType, Pin, Speed};
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::TIM1;
-use embassy_stm32::time::khz;
-use embassy_stm32::timer::low_level::CountingMode;
-use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm, SimplePwmChannel};
-use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, TimerPin};
+use embassy_stm32::timer::low_level::{OutputCompareMode, Timer};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
 use shared_proto::WheelPair;
 
 use super::guard;
@@ -27,19 +27,22 @@ const PWM_KHZ: u32 = 20;
 /// The second line of one wheel.
 enum LineB {
     Direction(Output<'static>),
-    Pwm(SimplePwmChannel<'static, TIM1>),
+    Pwm(Channel),
 }
 
 /// The lines of one wheel.
 struct Wheel {
-    a: SimplePwmChannel<'static, TIM1>,
+    a: Channel,
     b: LineB,
+    /// What a direction line says.
+    backward: bool,
 }
 
 /// The lines of both wheels and their enable.
 pub struct Bridge {
     wheels: WheelPair<Wheel>,
     enable: Output<'static>,
+    enabled: bool,
     /// Timer ticks of a whole period.
     period: u32,
 }
@@ -79,30 +82,16 @@ impl Bridge {
         E: Pin,
     {
         let enable = Output::new(pins.enable, Level::Low, Speed::Low);
-        let pwm = SimplePwm::new(
-            timer,
-            Some(PwmPin::new(pins.left_a, OutputType::PushPull)),
-            None,
-            Some(PwmPin::new(pins.right_a, OutputType::PushPull)),
-            None,
-            khz(PWM_KHZ),
-            CountingMode::EdgeAlignedUp,
-        );
-        let period = pwm.max_duty_cycle();
-        let channels = pwm.split();
-        let mut wheels = WheelPair {
-            left: Wheel {
-                a: channels.ch1,
-                b: LineB::Direction(Output::new(pins.left_b, Level::Low, Speed::Low)),
-            },
-            right: Wheel {
-                a: channels.ch3,
-                b: LineB::Direction(Output::new(pins.right_b, Level::Low, Speed::Low)),
-            },
+        // The pins stay what they are now.
+        core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
+        core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
+        let wheel = |a, pin| Wheel { a, b: LineB::Direction(pin), backward: false };
+        let wheels = WheelPair {
+            left: wheel(Channel::Ch1, Output::new(pins.left_b, Level::Low, Speed::Low)),
+            right: wheel(Channel::Ch3, Output::new(pins.right_b, Level::Low, Speed::Low)),
         };
-        wheels.left.a.enable();
-        wheels.right.a.enable();
-        Self { wheels, enable, period }
+        let period = start(timer, &[Channel::Ch1, Channel::Ch3]);
+        Self { wheels, enable, enabled: false, period }
     }
 
     /// A PWM line for each direction of each wheel.
@@ -118,29 +107,42 @@ impl Bridge {
         E: Pin,
     {
         let enable = Output::new(pins.enable, Level::Low, Speed::Low);
-        let pwm = SimplePwm::new(
-            timer,
-            Some(PwmPin::new(pins.left_a, OutputType::PushPull)),
-            Some(PwmPin::new(pins.left_b, OutputType::PushPull)),
-            Some(PwmPin::new(pins.right_a, OutputType::PushPull)),
-            Some(PwmPin::new(pins.right_b, OutputType::PushPull)),
-            khz(PWM_KHZ),
-            CountingMode::EdgeAlignedUp,
-        );
-        let period = pwm.max_duty_cycle();
-        let channels = pwm.split();
-        let pair = |mut a: SimplePwmChannel<'static, TIM1>,
-                    mut b: SimplePwmChannel<'static, TIM1>| {
-            a.enable();
-            b.enable();
-            Wheel { a, b: LineB::Pwm(b) }
-        };
+        core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
+        core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
+        core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
+        core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
+        let wheel = |a, b| Wheel { a, b: LineB::Pwm(b), backward: false };
         let wheels = WheelPair {
-            left: pair(channels.ch1, channels.ch2),
-            right: pair(channels.ch3, channels.ch4),
+            left: wheel(Channel::Ch1, Channel::Ch2),
+            right: wheel(Channel::Ch3, Channel::Ch4),
         };
-        Self { wheels, enable, period }
+        let all = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
+        Self { wheels, enable, enabled: false, period: start(timer, &all) }
     }
+}
+
+/// Starts the PWM with zero duty; tells the timer ticks of a whole period.
+fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
+    let timer = Timer::new(timer);
+    let period = timer.get_clock_frequency().0 / (1000 * PWM_KHZ);
+    pac::TIM1.psc().write_value(0);
+    pac::TIM1.arr().write(|w| w.set_arr((period - 1) as u16));
+    for &channel in channels {
+        timer.set_output_compare_mode(channel, OutputCompareMode::PwmMode1);
+        timer.set_output_compare_preload(channel, true);
+        timer.enable_channel(channel, true);
+    }
+    timer.set_autoreload_preload(true);
+    timer.generate_update_event();
+    timer.enable_outputs();
+    timer.start();
+    // It runs for ever.
+    core::mem::forget(timer);
+    period
+}
+
+fn set_pulse(channel: Channel, ticks: u32) {
+    pac::TIM1.ccr(channel.index()).write(|w| w.set_ccr(ticks as u16));
 }
 
 impl Wheel {
@@ -152,12 +154,15 @@ impl Wheel {
         let backward = bits < 0;
         match &mut self.b {
             LineB::Direction(pin) => {
-                pin.set_level(if backward { Level::High } else { Level::Low });
-                self.a.set_duty_cycle(pulse);
+                if self.backward != backward {
+                    self.backward = backward;
+                    pin.set_level(if backward { Level::High } else { Level::Low });
+                }
+                set_pulse(self.a, pulse);
             }
             LineB::Pwm(b) => {
-                self.a.set_duty_cycle(if backward { 0 } else { pulse });
-                b.set_duty_cycle(if backward { pulse } else { 0 });
+                set_pulse(self.a, if backward { 0 } else { pulse });
+                set_pulse(*b, if backward { pulse } else { 0 });
             }
         }
     }
@@ -173,6 +178,10 @@ impl Motors for Bridge {
     }
 
     fn enable(&mut self, on: bool) {
-        self.enable.set_level(if on && !guard::tripped() { Level::High } else { Level::Low });
+        let on = on && !guard::tripped();
+        if self.enabled != on {
+            self.enabled = on;
+            self.enable.set_level(if on { Level::High } else { Level::Low });
+        }
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
+//! | [`beat`] | the timer that the control tick goes by |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
 //! | [`supply`] | the supply voltage, by way of a divider and the converter |
@@ -15,6 +16,7 @@
 //! | [`reset`] | why the board started; what a panic leaves behind |
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
+pub mod beat;
 pub mod bridge;
 pub mod encoders;
 pub mod flash;

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{DCB, SCB};
 use embassy_stm32::pac;
 use shared_proto::ResetCause;
 
@@ -42,15 +42,19 @@ pub fn cause() -> ResetCause {
 }
 
 /// Motors off first, then the log, then a restart that reports it.
+///
+/// What the panic says is not looked at, so that the linker drops every message, place and formatter from
+/// the image. A debugger stops here with the motors off and shows the whole way that led to it, which says
+/// more; `cargo run` does so.
 #[panic_handler]
-fn panic(info: &PanicInfo) -> ! {
+fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     super::motors_off();
     // SAFETY: interrupts are off and nobody returns from here.
     unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
-    // The place says enough, and the text of every panic there could be would take a fifth of the image.
-    if let Some(place) = info.location() {
-        defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
+    defmt::error!("panic");
+    if DCB::is_debugger_attached() {
+        cortex_m::asm::bkpt();
     }
     SCB::sys_reset()
 }

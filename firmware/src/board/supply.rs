@@ -4,9 +4,12 @@
 //! value is one control tick old.
 
 use embassy_stm32::Peri;
-use embassy_stm32::adc::{Adc, AdcChannel};
+use embassy_stm32::gpio::{Flex, Pin};
 use embassy_stm32::pac;
+use embassy_stm32::pac::adc::vals::SampleTime;
+use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::peripherals::ADC1;
+use embassy_stm32::rcc;
 
 use crate::hal::Supply;
 
@@ -33,25 +36,33 @@ pub struct DividedSupply {
 }
 
 impl DividedSupply {
-    /// Sets the converter up and makes the first conversion.
-    pub fn new<'d>(
-        adc: Peri<'static, ADC1>,
-        pin: impl AdcChannel<ADC1> + 'd,
+    /// Sets the converter up for a pin, one of its channels 0 to 9, and makes the first conversion.
+    ///
+    /// By registers: these few are all that is asked of it.
+    pub fn new(
+        _: Peri<'static, ADC1>,
+        pin: Peri<'static, impl Pin>,
+        channel: u8,
         divider: Divider,
     ) -> Self {
-        let mut adc = Adc::new(adc);
-        let mut channel = pin.degrade_adc();
-        // Configures sequence and sampling time; what follows starts the same conversion again.
-        let sample = adc.blocking_read(&mut channel, embassy_stm32::adc::SampleTime::CYCLES480);
-        core::mem::forget(adc);
+        let mut pin = Flex::new(pin);
+        pin.set_as_analog();
+        core::mem::forget(pin);
+        rcc::enable_and_reset::<ADC1>();
+        let adc = pac::ADC1;
+        // 21 MHz from the bus's 84; at most 36.
+        pac::ADC123_COMMON.ccr().modify(|w| w.set_adcpre(Adcpre::DIV4));
+        adc.smpr2().write(|w| w.set_smp(channel.into(), SampleTime::CYCLES480));
+        adc.sqr3().write(|w| w.set_sq(0, channel));
+        adc.cr2().write(|w| w.set_adon(true));
+        // It is stable after 3 us.
+        cortex_m::asm::delay(3 * (super::CORE_HZ / 1_000_000));
+        adc.cr2().modify(|w| w.set_swstart(true));
+        while !adc.sr().read().eoc() {}
         let Divider { upper_ohm, lower_ohm } = divider;
         let full_scale_mv = REFERENCE_MV * (upper_ohm + lower_ohm) / lower_ohm;
         let mut supply = Self { full_scale_mv, millivolts: 0 };
-        supply.take(sample);
-        pac::ADC1.cr2().modify(|w| {
-            w.set_adon(true);
-            w.set_swstart(true);
-        });
+        supply.millivolts();
         supply
     }
 

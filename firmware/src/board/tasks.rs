@@ -2,20 +2,22 @@
 //!
 //! ```text
 //! interrupt priority   what runs there
-//! 0                    guard (SysTick), embassy's clock (TIM5)
-//! 2                    control: capture, profile, PID
-//! 6                    link, flash: their interrupts only copy and wake
+//! 0                    guard (SysTick)
+//! 2                    control: capture, profile, PID, in the interrupt of their timer (TIM2)
+//! 6                    embassy's clock (TIM5), link, flash: their interrupts only copy and wake
 //! none                 supervisor, link, telemetry, inputs, lights
 //! ```
 
 use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
+use static_cell::StaticCell;
 
+use super::beat::TimerBeat;
 use super::bridge::Bridge;
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
@@ -28,14 +30,22 @@ use crate::shared::Shared;
 use crate::store::FlashStore;
 use crate::task;
 
-/// What the tasks share: 1.7 KiB. One robot, one static; critical sections, because the control tasks
-/// interrupt the others.
-pub static SHARED: Shared<CriticalSectionRawMutex> = Shared::new();
+/// What the tasks share.
+type BoardShared = Shared<CriticalSectionRawMutex>;
 
-/// The executor of the control tasks; it runs in an interrupt that the chip has no use for.
+/// What the tasks share: 3.3 KiB. One robot, one static; critical sections, because the control tasks
+/// interrupt the others. It is made at the start: ready-made it would take its size in flash too.
+static SHARED: StaticCell<BoardShared> = StaticCell::new();
+
+/// Makes what the tasks share; once.
+pub fn shared() -> &'static BoardShared {
+    SHARED.init_with(Shared::new)
+}
+
+/// The executor of the control tasks; it runs in the interrupt of the timer that they go by.
 pub static CONTROL: InterruptExecutor = InterruptExecutor::new();
 
-/// Priority of the control tasks: above the link's interrupts, below the clock.
+/// Priority of the control tasks: above the clock's and the link's interrupts.
 pub const CONTROL_PRIORITY: Priority = Priority::P2;
 
 /// Priority of the interrupts that serve everything else.
@@ -45,23 +55,27 @@ pub const SERVICE_PRIORITY: Priority = Priority::P6;
 /// byte would come too late whenever the control tick has the core for longer than a byte takes, 11 us.
 pub const LINK_BUFFER_LEN: usize = 512;
 
-/// Starts the three control tasks in this interrupt.
+/// Starts the three control tasks in the interrupt of their timer.
 pub fn spawn_control(
-    irq: embassy_stm32::interrupt::Interrupt,
+    shared: &'static BoardShared,
+    beat: TimerBeat,
     encoders: TimerEncoders,
     motors: Bridge,
     supply: DividedSupply,
 ) {
-    irq.set_priority(CONTROL_PRIORITY);
-    let spawner: SendSpawner = CONTROL.start(irq);
-    spawner.spawn(once(capture(encoders)));
-    spawner.spawn(once(profile()));
-    spawner.spawn(once(pid(motors, supply)));
+    // The clock's queue of timers is none of control's: it can wait.
+    interrupt::TIM5.set_priority(SERVICE_PRIORITY);
+    interrupt::TIM2.set_priority(CONTROL_PRIORITY);
+    let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
+    spawner.spawn(once(capture(shared, beat, encoders)));
+    spawner.spawn(once(profile(shared)));
+    spawner.spawn(once(pid(shared, motors, supply)));
 }
 
 /// Starts what keeps the robot company.
 pub fn spawn_others(
     spawner: Spawner,
+    shared: &'static BoardShared,
     store: FlashStore<StoreFlash>,
     reset_cause: ResetCause,
     lamps: Lamps,
@@ -72,26 +86,32 @@ pub fn spawn_others(
         reset_cause,
     };
     defmt::info!("{=str} {=str}, started by {}", NAME, env!("CARGO_PKG_VERSION"), reset_cause);
-    spawner.spawn(once(supervisor(store, board)));
-    spawner.spawn(once(telemetry()));
-    spawner.spawn(once(show(lamps)));
+    spawner.spawn(once(supervisor(shared, store, board)));
+    spawner.spawn(once(telemetry(shared)));
+    spawner.spawn(once(show(shared, lamps)));
     spawner.spawn(once(heartbeat()));
 }
 
 /// Starts the link on a UART.
 pub fn spawn_link(
     spawner: Spawner,
+    shared: &'static BoardShared,
     writer: UartTx<'static, Async>,
     reader: RingBufferedUartRx<'static>,
 ) {
-    spawner.spawn(once(transmit(writer)));
-    spawner.spawn(once(receive(reader)));
+    spawner.spawn(once(transmit(shared, writer)));
+    spawner.spawn(once(receive(shared, reader)));
 }
 
 /// Starts the watch on the emergency stop and on the motor driver's fault output.
-pub fn spawn_lines(spawner: Spawner, stop: PolledInput, fault: PolledInput) {
-    spawner.spawn(once(emergency_stop(stop)));
-    spawner.spawn(once(driver_fault(fault)));
+pub fn spawn_lines(
+    spawner: Spawner,
+    shared: &'static BoardShared,
+    stop: PolledInput,
+    fault: PolledInput,
+) {
+    spawner.spawn(once(emergency_stop(shared, stop)));
+    spawner.spawn(once(driver_fault(shared, fault)));
 }
 
 /// Each task is started once: its storage is free.
@@ -100,53 +120,53 @@ fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
 }
 
 #[embassy_executor::task]
-async fn capture(encoders: TimerEncoders) {
-    task::capture::run(&SHARED, encoders).await;
+async fn capture(shared: &'static BoardShared, beat: TimerBeat, encoders: TimerEncoders) {
+    task::capture::run(shared, beat, encoders).await;
 }
 
 #[embassy_executor::task]
-async fn profile() {
-    task::profile::run(&SHARED).await;
+async fn profile(shared: &'static BoardShared) {
+    task::profile::run(shared).await;
 }
 
 #[embassy_executor::task]
-async fn pid(motors: Bridge, supply: DividedSupply) {
-    task::pid::run(&SHARED, motors, supply).await;
+async fn pid(shared: &'static BoardShared, motors: Bridge, supply: DividedSupply) {
+    task::pid::run(shared, motors, supply).await;
 }
 
 #[embassy_executor::task]
-async fn supervisor(store: FlashStore<StoreFlash>, board: BoardInfo) {
-    task::supervisor::run(&SHARED, store, board).await;
+async fn supervisor(shared: &'static BoardShared, store: FlashStore<StoreFlash>, board: BoardInfo) {
+    task::supervisor::run(shared, store, board).await;
 }
 
 #[embassy_executor::task]
-async fn telemetry() {
-    task::telemetry::run(&SHARED).await;
+async fn telemetry(shared: &'static BoardShared) {
+    task::telemetry::run(shared).await;
 }
 
 #[embassy_executor::task]
-async fn receive(reader: RingBufferedUartRx<'static>) {
-    task::link::receive(&SHARED, reader).await;
+async fn receive(shared: &'static BoardShared, reader: RingBufferedUartRx<'static>) {
+    task::link::receive(shared, reader).await;
 }
 
 #[embassy_executor::task]
-async fn transmit(writer: UartTx<'static, Async>) {
-    task::link::transmit(&SHARED, writer).await;
+async fn transmit(shared: &'static BoardShared, writer: UartTx<'static, Async>) {
+    task::link::transmit(shared, writer).await;
 }
 
 #[embassy_executor::task]
-async fn emergency_stop(pin: PolledInput) {
-    task::lines::emergency_stop(&SHARED, pin).await;
+async fn emergency_stop(shared: &'static BoardShared, pin: PolledInput) {
+    task::lines::emergency_stop(shared, pin).await;
 }
 
 #[embassy_executor::task]
-async fn driver_fault(pin: PolledInput) {
-    task::lines::driver_fault(&SHARED, pin).await;
+async fn driver_fault(shared: &'static BoardShared, pin: PolledInput) {
+    task::lines::driver_fault(shared, pin).await;
 }
 
 #[embassy_executor::task]
-async fn show(lamps: Lamps) {
-    lamps::run(&SHARED, lamps).await;
+async fn show(shared: &'static BoardShared, lamps: Lamps) {
+    lamps::run(shared, lamps).await;
 }
 
 /// Shows the guard that the executor of the other tasks gets round.

@@ -4,15 +4,16 @@
 //! at the next control tick at the latest.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use shared_proto::{Fault, PidTerms, Telemetry, Wheel, WheelPair, WheelTelemetry};
+use shared_proto::{Fault, WheelPair};
 
+use crate::capture::Measured;
 use crate::hal::{Motors, Supply};
-use crate::pid::{PidState, step};
+use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
 use crate::protection::{Protection, WheelView};
-use crate::shared::{Action, ControlEvent, ControlStep, LoopSettings, Measured, Shared, Snapshot};
-use crate::units::{Duty, Travel};
+use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
+use crate::units::Duty;
 
 /// The supply may be below its bound this long \[ticks\]: a motor that starts makes it dip.
 const SUPPLY_LOW_TICKS_MAX: u32 = 20;
@@ -23,25 +24,32 @@ pub async fn run<M: RawMutex>(
     mut motors: impl Motors,
     mut supply: impl Supply,
 ) -> ! {
-    let mut control = Control::new(shared.loop_settings.wait().await);
+    let mut control = Control::new(shared.loop_settings.next().await);
     motors.enable(false);
     loop {
-        let step = shared.step.wait().await;
-        let measured = step.measured;
+        shared.step.wait().await;
         if let Some(settings) = shared.loop_settings.try_take() {
-            control = Control::new(settings);
+            control.adopt(settings);
         }
         let supply_mv = supply.millivolts();
-        let output = control.step(shared, step, supply_mv);
-        // Off before zero is written: no order of the two lets a wheel jerk.
-        if !output.enabled {
-            motors.enable(false);
-        }
-        motors.set_duty(control.as_wired(output.duty));
-        if output.enabled {
-            motors.enable(true);
-        }
-        publish(shared, &control, &measured, output, supply_mv);
+        shared.snapshot.with(|tick| {
+            tick.supply_mv = supply_mv;
+            let output = control.step(shared, tick);
+            // Off before zero is written: no order of the two lets a wheel jerk.
+            if !output.enabled {
+                motors.enable(false);
+            }
+            motors.set_duty(control.as_wired(output.duty));
+            if output.enabled {
+                motors.enable(true);
+            }
+            tick.duty = output.duty;
+            tick.probing = output.probing;
+            let period = shared.telemetry_period.get();
+            if period != 0 && tick.measured.tick.is_multiple_of(period) {
+                shared.telemetry_due.ring();
+            }
+        });
     }
 }
 
@@ -51,21 +59,22 @@ struct Output {
     enabled: bool,
     probing: bool,
     duty: WheelPair<Duty>,
-    setpoints: Option<WheelPair<Setpoint>>,
 }
 
 impl Output {
-    const OFF: Self =
-        Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO), setpoints: None };
+    const OFF: Self = Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO) };
 }
 
 /// Both wheels' loops and what watches them.
 struct Control {
-    settings: LoopSettings,
-    /// The watch as it runs; the settings keep a fresh one.
+    gains: Gains,
+    /// Whether positive duty turns a wheel backwards.
+    reversed: WheelPair<bool>,
+    supply_mv_min: u16,
     protection: Protection,
-    states: WheelPair<PidState>,
     probe: Option<Probe>,
+    /// The check that was begun last.
+    probe_id: Option<u32>,
     tracking: bool,
     supply_low_ticks: u32,
 }
@@ -73,37 +82,44 @@ struct Control {
 impl Control {
     fn new(settings: LoopSettings) -> Self {
         Self {
-            protection: settings.protection.clone(),
-            settings,
-            states: WheelPair { left: PidState::default(), right: PidState::default() },
+            gains: settings.gains,
+            reversed: settings.reversed,
+            supply_mv_min: settings.supply_mv_min,
+            protection: Protection::with(settings.thresholds),
             probe: None,
+            probe_id: None,
             tracking: false,
             supply_low_ticks: 0,
         }
     }
 
-    fn as_wired(&self, duty: WheelPair<Duty>) -> WheelPair<Duty> {
-        duty.zip(self.settings.reversed)
-            .map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
+    /// Takes other settings; the loop opens.
+    fn adopt(&mut self, settings: LoopSettings) {
+        self.gains = settings.gains;
+        self.reversed = settings.reversed;
+        self.supply_mv_min = settings.supply_mv_min;
+        self.protection.adopt(settings.thresholds);
+        self.probe = None;
+        self.tracking = false;
+        self.supply_low_ticks = 0;
     }
 
-    fn step<M: RawMutex>(
-        &mut self,
-        shared: &Shared<M>,
-        step: ControlStep,
-        supply_mv: u16,
-    ) -> Output {
-        let ControlStep { measured, action } = step;
+    fn as_wired(&self, duty: WheelPair<Duty>) -> WheelPair<Duty> {
+        duty.zip(self.reversed).map(|(duty, reversed)| if reversed { Duty(-duty.0) } else { duty })
+    }
+
+    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
+        let Tick { measured, action, supply_mv, loops, .. } = tick;
         if !matches!(action, Action::Off)
-            && let Some(fault) = self.watch_supply(supply_mv)
+            && let Some(fault) = self.watch_supply(*supply_mv)
         {
             shared.raise(fault, measured.t_us);
         }
-        let output = self.act(shared, &measured, action);
+        let output = self.act(shared, measured, action, loops);
         // Asked last, so that a fault of this very tick counts.
         if shared.fault.cuts_motors() {
-            self.forget();
-            return Output { setpoints: output.setpoints, ..Output::OFF };
+            self.forget(loops);
+            return Output::OFF;
         }
         output
     }
@@ -112,25 +128,27 @@ impl Control {
         &mut self,
         shared: &Shared<M>,
         measured: &Measured,
-        action: Action,
+        action: &Action,
+        loops: &mut WheelPair<PidState>,
     ) -> Output {
         match action {
             Action::Off => {
-                self.forget();
+                self.forget(loops);
                 Output::OFF
             }
             Action::Rest => {
-                self.forget();
+                self.forget(loops);
                 Output { enabled: true, ..Output::OFF }
             }
-            Action::Probe { id, start } => {
-                if start.is_some() {
-                    self.forget();
-                    self.probe = start;
+            Action::Probe { id } => {
+                if self.probe_id != Some(*id) {
+                    self.forget(loops);
+                    self.probe = shared.probe.try_take();
+                    self.probe_id = Some(*id);
                 }
-                self.step_probe(shared, measured, id)
+                self.step_probe(shared, measured, *id)
             }
-            Action::Track(setpoints) => self.track(shared, measured, setpoints),
+            Action::Track(setpoints) => self.track(shared, measured, setpoints, loops),
         }
     }
 
@@ -158,91 +176,52 @@ impl Control {
         &mut self,
         shared: &Shared<M>,
         measured: &Measured,
-        setpoints: WheelPair<Setpoint>,
+        setpoints: &WheelPair<Setpoint>,
+        loops: &mut WheelPair<PidState>,
     ) -> Output {
         if !self.tracking {
-            self.forget();
+            self.forget(loops);
             self.tracking = true;
         }
-        let gains = &self.settings.gains;
-        let wheels = setpoints.zip(measured.travel.zip(measured.speed));
-        let duty = self.states.as_mut().zip(wheels).map(|(state, (setpoint, (travel, speed)))| {
-            step(gains, state, &setpoint, travel, speed)
-        });
-        let views = setpoints
-            .zip(measured.travel.zip(measured.speed))
-            .zip(measured.counts.zip(duty))
-            .map(|((setpoint, (travel, speed)), (counts, duty))| WheelView {
-                setpoint,
-                travel,
-                counts,
-                speed,
-                duty,
-            });
+        let Measured { counts, travel, speed, .. } = measured;
+        let duty = step_both(&self.gains, loops, setpoints, travel, speed);
+        let views = WheelPair {
+            left: WheelView {
+                setpoint: setpoints.left,
+                travel: travel.left,
+                counts: counts.left,
+                speed: speed.left,
+                duty: duty.left,
+            },
+            right: WheelView {
+                setpoint: setpoints.right,
+                travel: travel.right,
+                counts: counts.right,
+                speed: speed.right,
+                duty: duty.right,
+            },
+        };
         if let Some(fault) = self.protection.step(&views) {
             shared.raise(fault, measured.t_us);
         }
-        Output { enabled: true, probing: false, duty, setpoints: Some(setpoints) }
+        Output { enabled: true, probing: false, duty }
     }
 
     /// A loop that opens forgets its sums, so that it does not jump when it closes again.
-    fn forget(&mut self) {
+    fn forget(&mut self, loops: &mut WheelPair<PidState>) {
         self.probe = None;
-        if self.tracking {
-            self.tracking = false;
-            self.protection = self.settings.protection.clone();
-        }
-        self.states = WheelPair { left: PidState::default(), right: PidState::default() };
+        self.tracking = false;
+        self.protection.restart();
+        *loops = WheelPair::both(PidState::ZERO);
     }
 
+    #[inline(always)]
     fn watch_supply(&mut self, supply_mv: u16) -> Option<Fault> {
-        if supply_mv >= self.settings.supply_mv_min {
+        if supply_mv >= self.supply_mv_min {
             self.supply_low_ticks = 0;
             return None;
         }
         self.supply_low_ticks += 1;
         (self.supply_low_ticks > SUPPLY_LOW_TICKS_MAX).then_some(Fault::SupplyLow)
-    }
-}
-
-fn error_um(setpoint: Travel, travel: Travel) -> i32 {
-    ((i64::from(setpoint.error_from(travel).to_bits()) * 1_000_000) >> 30) as i32
-}
-
-fn publish<M: RawMutex>(
-    shared: &Shared<M>,
-    control: &Control,
-    measured: &Measured,
-    output: Output,
-    supply_mv: u16,
-) {
-    let wheel = |wheel: Wheel| {
-        let travel = *measured.travel.get(wheel);
-        let setpoint = output.setpoints.map_or(travel, |pair| pair.get(wheel).travel);
-        WheelTelemetry {
-            counts: *measured.counts.get(wheel),
-            setpoint_um: setpoint.to_um(),
-            error_um: error_um(setpoint, travel),
-            speed_um_s: measured.speed.get(wheel).to_um_s(),
-            terms: if control.tracking {
-                control.states.get(wheel).terms()
-            } else {
-                PidTerms::default()
-            },
-            duty: output.duty.get(wheel).to_i16(),
-        }
-    };
-    let wheels = WheelPair { left: wheel(Wheel::Left), right: wheel(Wheel::Right) };
-    shared.snapshot.set(Snapshot { measured: *measured, wheels, supply_mv });
-    let period = shared.telemetry_period.get();
-    if period != 0 && measured.tick.is_multiple_of(period) {
-        shared.telemetry_due.signal(Telemetry {
-            number: measured.tick / period,
-            t_us: measured.t_us,
-            state: shared.state.get(),
-            probing: output.probing,
-            wheels,
-            supply_mv,
-        });
     }
 }

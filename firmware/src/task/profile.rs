@@ -7,9 +7,8 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use fixed::types::I2F30;
 use shared_proto::Fault;
 
-use crate::probe::Probe;
-use crate::profile::Profile;
-use crate::shared::{Action, ControlEvent, ControlStep, Measured, Order, Shared};
+use crate::capture::Measured;
+use crate::shared::{Action, ControlEvent, Order, Shared};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
 const SETTLE_TICKS_MAX: u32 = 250;
@@ -24,23 +23,24 @@ const ARRIVED_TICKS: u32 = 50;
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     let mut stage = Stage::Off;
     loop {
-        let measured = shared.measured.wait().await;
-        if let Some(order) = shared.order.try_take() {
-            stage.take(shared, order, &measured);
-        }
-        let action = stage.step(shared, &measured);
-        shared.step.signal(ControlStep { measured, action });
+        shared.measured.wait().await;
+        let order = shared.order.try_take();
+        shared.snapshot.with(|tick| {
+            if let Some(order) = order {
+                stage.take(shared, order, &tick.measured);
+            }
+            tick.action = stage.step(shared, &tick.measured);
+        });
+        shared.step.ring();
     }
 }
 
 /// The order that is being carried out.
-#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
 enum Stage {
     Off,
     Rest,
-    ProbeStarts { id: u32, probe: Probe },
     Probe { id: u32 },
-    Follow { id: u32, profile: Profile, close_ticks: u32, settle_ticks: u32 },
+    Follow { id: u32, close_ticks: u32, settle_ticks: u32 },
 }
 
 impl Stage {
@@ -48,42 +48,38 @@ impl Stage {
         match order {
             Order::Off => *self = Stage::Off,
             Order::Rest => *self = Stage::Rest,
-            Order::Probe { id, probe } => *self = Stage::ProbeStarts { id, probe },
-            Order::Follow { id, plan } => {
+            Order::Probe { id } => *self = Stage::Probe { id },
+            Order::Follow { id } => {
+                let late = shared.profile.lock(|profile| {
+                    let mut profile = profile.borrow_mut();
+                    let late = profile.drop_late(measured.tick);
+                    if !matches!(self, Stage::Follow { .. }) {
+                        profile.go_over();
+                    }
+                    late
+                });
                 // The supervisor plans ahead. A plan that comes after its first tick would jump.
-                if plan.start_tick().wrapping_sub(measured.tick) > u32::MAX / 2 {
+                if late {
                     shared.raise(Fault::DeadlineMissed, measured.t_us);
-                    return;
-                }
-                match self {
-                    Stage::Follow { id: current, profile, close_ticks, settle_ticks } => {
-                        profile.replace(plan);
-                        *current = id;
-                        *close_ticks = 0;
-                        *settle_ticks = 0;
-                    }
-                    _ => {
-                        let profile = Profile::new(plan);
-                        *self = Stage::Follow { id, profile, close_ticks: 0, settle_ticks: 0 };
-                    }
+                } else {
+                    *self = Stage::Follow { id, close_ticks: 0, settle_ticks: 0 };
                 }
             }
         }
     }
 
+    #[inline(always)]
     fn step<M: RawMutex>(&mut self, shared: &Shared<M>, measured: &Measured) -> Action {
         match self {
             Stage::Off => Action::Off,
             Stage::Rest => Action::Rest,
-            Stage::ProbeStarts { id, probe } => {
-                let (id, start) = (*id, Some(probe.clone()));
-                *self = Stage::Probe { id };
-                Action::Probe { id, start }
-            }
-            Stage::Probe { id } => Action::Probe { id: *id, start: None },
-            Stage::Follow { id, profile, close_ticks, settle_ticks } => {
-                let setpoints = profile.step(measured.tick);
-                if profile.finished(measured.tick) {
+            Stage::Probe { id } => Action::Probe { id: *id },
+            Stage::Follow { id, close_ticks, settle_ticks } => {
+                let (setpoints, finished) = shared.profile.lock(|profile| {
+                    let mut profile = profile.borrow_mut();
+                    (profile.step(measured.tick), profile.finished(measured.tick))
+                });
+                if finished {
                     *settle_ticks += 1;
                     let close = measured.travel.zip(setpoints).all(|(travel, setpoint)| {
                         travel.error_from(setpoint.travel).abs() <= ARRIVED

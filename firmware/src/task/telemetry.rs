@@ -8,7 +8,12 @@ use crate::shared::Shared;
 /// while, should the host ask for it again.
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     loop {
-        let telemetry = shared.telemetry_due.wait().await;
+        shared.telemetry_due.wait().await;
+        let Some(telemetry) =
+            shared.snapshot.telemetry(shared.state.get(), shared.telemetry_period.get())
+        else {
+            continue;
+        };
         if shared.telemetry.try_send(telemetry).is_ok() {
             shared.history.keep(telemetry);
         } else {

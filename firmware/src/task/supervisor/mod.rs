@@ -19,12 +19,12 @@ use shared_proto::{
     Config, ConfigOrigin, Drive, Event, Fault, MotionEnd, MotionId, State, WheelPair,
 };
 
+use crate::capture::CaptureSettings;
 use crate::hal::{BoardInfo, Store};
-use crate::odometry::Odometry;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
-use crate::protection::Protection;
-use crate::shared::{CaptureSettings, ControlEvent, LoopSettings, Outgoing, Shared};
+use crate::protection::Thresholds;
+use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::units::CONTROL_PERIOD_US;
 
 /// A plan starts this many ticks after it was made: planning may take most of that on a slow MCU.
@@ -32,6 +32,9 @@ const PLAN_AHEAD_TICKS: u32 = 10;
 
 /// An armed robot that stands still and hears nothing for this long switches its motors off.
 const ARMED_SILENCE: Duration = Duration::from_secs(60);
+
+/// Motions that are remembered after the last one; a power of two, so that the place wraps with the count.
+const EARLIER_MOTIONS: usize = 8;
 
 /// Runs the robot, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {
@@ -70,7 +73,9 @@ struct Supervisor<'a, M: RawMutex, S> {
     motion: Option<MotionId>,
     motion_end: Option<MotionEnd>,
     /// The motions before: a copy of an old command that comes late drives nothing.
-    earlier_motions: [Option<MotionId>; 8],
+    earlier_motions: [Option<MotionId>; EARLIER_MOTIONS],
+    /// How many there have been: the place of the next one.
+    motions: usize,
     /// When the motion's time to live ends.
     alive_until: Instant,
     /// A motion that waits for its time or for the end of the encoder check, and where the wheels were before it.
@@ -108,7 +113,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             probed: false,
             motion: None,
             motion_end: None,
-            earlier_motions: [None; 8],
+            earlier_motions: [None; EARLIER_MOTIONS],
+            motions: 0,
             alive_until: Instant::MIN,
             waiting: None,
             set_off: None,
@@ -230,8 +236,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         (self.config.protection.supply_v_min * 1000.0) as u16
     }
 
-    async fn configure(&mut self, config: Config) {
-        self.config = config;
+    async fn configure(&mut self, config: &Config) {
+        self.config.clone_from(config);
         self.probed = false;
         self.configure_control().await;
     }
@@ -240,13 +246,10 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// nothing is armed before the supply is known, nor planned from travel in the old scale.
     async fn configure_control(&self) {
         let config = &self.config;
-        self.shared.capture_settings.signal(CaptureSettings {
-            odometry: Odometry::new(config),
-            reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
-        });
-        self.shared.loop_settings.signal(LoopSettings {
+        self.shared.capture_settings.put(CaptureSettings::new(config));
+        self.shared.loop_settings.put(LoopSettings {
             gains: Gains::new(config),
-            protection: Protection::new(config),
+            thresholds: Thresholds::new(config),
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv_min: self.supply_mv_min(),
         });

@@ -7,7 +7,7 @@ use shared_proto::{
     PROTOCOL_VERSION, Refusal, Reply, Request, State, Status,
 };
 
-use super::Supervisor;
+use super::{EARLIER_MOTIONS, Supervisor};
 use crate::hal::Store;
 use crate::profile::Plan;
 use crate::shared::Outgoing;
@@ -28,7 +28,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::WriteConfig(config) => {
                 config.validate().map_err(Refusal::Config)?;
                 self.standing_still()?;
-                self.configure(config).await;
+                self.configure(&config).await;
                 Ok(Answer::Done)
             }
             Command::SaveConfig => self.save().await,
@@ -127,8 +127,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.motion.is_some() && self.motion_end.is_none() {
             self.end_motion(MotionEnd::Replaced);
         }
-        self.earlier_motions.rotate_right(1);
-        self.earlier_motions[0] = self.motion;
+        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
+        self.motions = self.motions.wrapping_add(1);
         self.motion = Some(drive.motion);
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;
@@ -193,7 +193,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             ConfigOrigin::Factory => Config::default(),
             ConfigOrigin::Saved => self.saved.clone(),
         };
-        self.configure(config).await;
+        self.configure(&config).await;
         Ok(Answer::Config(self.config.clone()))
     }
 

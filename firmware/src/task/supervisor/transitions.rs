@@ -14,13 +14,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Idle to armed.
     pub(super) fn arm(&mut self) {
         self.probed = false;
-        self.shared.order.signal(Order::Rest);
+        self.shared.order.put(Order::Rest);
         self.enter(State::Armed);
     }
 
     /// Armed to idle.
     pub(super) fn disarm(&mut self) {
-        self.shared.order.signal(Order::Off);
+        self.shared.order.put(Order::Off);
         self.enter(State::Idle);
     }
 
@@ -32,7 +32,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.waiting = Some((drive, from));
         self.set_off = None;
         self.plan = None;
-        self.shared.order.signal(Order::Probe { id, probe });
+        self.shared.check(id, probe);
         self.enter(State::Driving);
     }
 
@@ -73,8 +73,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let id = self.next_order();
         self.waiting = None;
         self.set_off = None;
-        self.plan = Some(plan.clone());
-        self.shared.order.signal(Order::Follow { id, plan });
+        self.shared.follow(id, &plan);
+        self.plan = Some(plan);
         self.enter(State::Driving);
     }
 
@@ -87,15 +87,15 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 let deceleration = self.config.limits.stop_deceleration_mps2;
                 let stop = Plan::stop(start, plan.at(start), deceleration);
                 let id = self.next_order();
-                self.plan = Some(stop.clone());
-                self.shared.order.signal(Order::Follow { id, plan: stop });
+                self.shared.follow(id, &stop);
+                self.plan = Some(stop);
                 self.enter(State::Stopping);
             }
             // Only the encoder check or a wait was under way: nothing moves that needs a ramp.
             None => {
                 self.waiting = None;
                 self.set_off = None;
-                self.shared.order.signal(Order::Rest);
+                self.shared.order.put(Order::Rest);
                 self.enter(State::Stopping);
                 self.end_stop();
             }
@@ -125,7 +125,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Any state to faulted.
     pub(super) fn fault(&mut self) {
-        self.shared.order.signal(Order::Off);
+        self.shared.order.put(Order::Off);
         if self.motion_end.is_none() && self.motion.is_some() {
             self.end_motion(MotionEnd::Faulted);
         }
@@ -138,7 +138,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Faulted to idle.
     pub(super) fn clear_fault(&mut self) {
         self.shared.fault.clear();
-        self.shared.order.signal(Order::Off);
+        self.shared.order.put(Order::Off);
         self.enter(State::Idle);
     }
 }

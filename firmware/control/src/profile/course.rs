@@ -20,6 +20,15 @@ pub(super) struct Phase {
 }
 
 impl Phase {
+    const ORIGIN: Self = Self {
+        first_tick: 0,
+        position: 0,
+        velocity: 0,
+        half: 0,
+        acceleration: Acceleration(I8F24::ZERO),
+    };
+
+    #[inline]
     pub fn new(first_tick: u32, position: i128, velocity: i64, half: i64) -> Self {
         // 2 half [2^-64 m/tick^2] in 2^-24 m/s^2; 100 m/s^2 are 2^50 steps of half.
         let per_second_squared = i64::from(CONTROL_HZ * CONTROL_HZ);
@@ -29,6 +38,8 @@ impl Phase {
     }
 
     /// (1) of [`profile`](super).
+    #[cold]
+    #[inline(never)]
     fn at(&self, elapsed: u32) -> Point {
         let n = i128::from(elapsed - self.first_tick);
         let gained = i128::from(self.half) * n;
@@ -47,6 +58,7 @@ pub(super) struct Point {
 }
 
 impl Point {
+    #[inline]
     pub fn state(self) -> ProfileState {
         ProfileState {
             position: Position(I64F64::from_bits(self.position)),
@@ -58,13 +70,17 @@ impl Point {
 const PHASES_LEN: usize = 4;
 
 /// Up to three phases of motion, and standing still at the end.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
     phases: [Phase; PHASES_LEN],
 }
 
 impl Course {
+    /// Stands still at the origin.
+    pub const ORIGIN: Self = Self { phases: [Phase::ORIGIN; PHASES_LEN] };
+
     /// Phases in the order of their first ticks, the first one's being 0.
+    #[inline]
     pub fn new(phases: [Phase; PHASES_LEN]) -> Self {
         debug_assert!(
             phases[0].first_tick == 0 && phases.is_sorted_by_key(|phase| phase.first_tick)
@@ -73,11 +89,13 @@ impl Course {
     }
 
     /// Stands still at a position [2^-64 m].
+    #[inline]
     pub fn hold(position: i128) -> Self {
         Self { phases: [Phase::new(0, position, 0, 0); PHASES_LEN] }
     }
 
     /// From the start to the end of a ramp, and then still at `target`.
+    #[inline]
     pub fn brake(ramp: Phase, end: u32, target: i128) -> Self {
         let still = Phase::new(end, target, 0, 0);
         Self { phases: [ramp, still, still, still] }
@@ -88,11 +106,13 @@ impl Course {
         self.phases[PHASES_LEN - 1].first_tick
     }
 
+    #[inline]
     pub fn target(&self) -> Position {
         Position(I64F64::from_bits(self.phases[PHASES_LEN - 1].position))
     }
 
     /// Where the wheel is `elapsed` ticks after the start.
+    #[inline]
     pub fn at(&self, elapsed: u32) -> Point {
         self.phases[self.phase_at(elapsed, 0)].at(elapsed)
     }
@@ -100,7 +120,9 @@ impl Course {
     /// The phase that holds at `elapsed`, at or after phase `from`.
     fn phase_at(&self, elapsed: u32, from: usize) -> usize {
         let mut phase = from;
-        while phase + 1 < PHASES_LEN && self.phases[phase + 1].first_tick <= elapsed {
+        while let Some(next) = self.phases.get(phase + 1)
+            && next.first_tick <= elapsed
+        {
             phase += 1;
         }
         phase
@@ -113,38 +135,54 @@ pub(super) struct Walker {
     phase: usize,
     elapsed: u32,
     point: Point,
+    acceleration: Acceleration,
 }
 
 impl Walker {
+    /// At the origin.
+    pub const ORIGIN: Self = Self {
+        phase: 0,
+        elapsed: 0,
+        point: Point { position: 0, velocity: 0 },
+        acceleration: Acceleration(I8F24::ZERO),
+    };
+
     /// At the start of a course.
     pub fn new(course: &Course) -> Self {
-        Self { phase: course.phase_at(0, 0), elapsed: 0, point: course.at(0) }
+        let phase = course.phase_at(0, 0);
+        let Phase { position, velocity, acceleration, .. } = course.phases[phase];
+        Self { phase, elapsed: 0, point: Point { position, velocity }, acceleration }
     }
 
     /// Goes on to `elapsed`, which never goes back.
+    #[inline(always)]
     pub fn walk(&mut self, course: &Course, elapsed: u32) {
         let phase = course.phase_at(elapsed, self.phase);
-        if phase != self.phase || elapsed.wrapping_sub(self.elapsed) > 1 {
-            self.phase = phase;
-            self.point = course.phases[phase].at(elapsed);
-        } else if elapsed != self.elapsed {
+        let Some(at) = course.phases.get(phase) else { return };
+        if phase == self.phase && elapsed.wrapping_sub(self.elapsed) == 1 {
             // (2) of `profile`
-            let half = course.phases[phase].half;
-            self.point.position += i128::from(self.point.velocity + half);
-            self.point.velocity += 2 * half;
+            self.point.position += i128::from(self.point.velocity + at.half);
+            self.point.velocity += 2 * at.half;
+        } else if elapsed == at.first_tick {
+            self.point = Point { position: at.position, velocity: at.velocity };
+        } else if phase != self.phase || elapsed != self.elapsed {
+            self.point = at.at(elapsed);
         }
+        self.phase = phase;
+        self.acceleration = at.acceleration;
         self.elapsed = elapsed;
     }
 
     /// What the controller has to follow here.
-    pub fn setpoint(&self, course: &Course) -> Setpoint {
+    #[inline(always)]
+    pub fn setpoint(&self) -> Setpoint {
         // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step.
         let travel = (self.point.position + (1 << 31)) >> 32;
         let speed = ((self.point.velocity >> 20) * i64::from(CONTROL_HZ) + (1 << 19)) >> 20;
         Setpoint {
             travel: Travel(I32F32::from_bits(travel as i64)),
             speed: Speed(I8F24::from_bits(crate::units::saturate_i32(speed))),
-            acceleration: course.phases[self.phase].acceleration,
+            acceleration: self.acceleration,
         }
     }
 }

@@ -27,7 +27,7 @@
 //! that large terms of opposite sign cancel as they should.
 
 use fixed::types::I2F30;
-use shared_proto::{Config, PidTerms};
+use shared_proto::{Config, PidTerms, WheelPair};
 
 use crate::profile::Setpoint;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
@@ -64,6 +64,7 @@ pub struct Gains {
 
 impl Gains {
     /// The gains of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
         let (pid, feedforward, limits) = (&config.pid, &config.feedforward, &config.limits);
@@ -81,6 +82,7 @@ impl Gains {
 }
 
 /// A gain, not negative, to the nearest step; saturates.
+#[inline]
 fn scaled(value: f64, fractional_bits: u32) -> i32 {
     (value * (1u64 << fractional_bits) as f64 + 0.5) as i32
 }
@@ -99,7 +101,18 @@ pub struct PidState {
 }
 
 impl PidState {
+    /// Before the first tick.
+    pub const ZERO: Self = Self {
+        feedforward: 0,
+        proportional: 0,
+        integral: 0,
+        integral_used: 0,
+        derivative: 0,
+        duty: 0,
+    };
+
     /// The terms of the last tick.
+    #[inline]
     pub fn terms(&self) -> PidTerms {
         PidTerms {
             feedforward: duty_bits_to_i16(self.feedforward),
@@ -115,7 +128,23 @@ impl PidState {
     }
 }
 
-/// One tick of the controller.
+/// One tick of both wheels' controllers.
+#[inline(never)]
+pub fn step_both(
+    gains: &Gains,
+    states: &mut WheelPair<PidState>,
+    setpoints: &WheelPair<Setpoint>,
+    travel: &WheelPair<Travel>,
+    speed: &WheelPair<Speed>,
+) -> WheelPair<Duty> {
+    WheelPair {
+        left: step(gains, &mut states.left, &setpoints.left, travel.left, speed.left),
+        right: step(gains, &mut states.right, &setpoints.right, travel.right, speed.right),
+    }
+}
+
+/// One tick of a wheel's controller.
+#[inline(never)]
 pub fn step(
     gains: &Gains,
     state: &mut PidState,
@@ -150,7 +179,14 @@ pub fn step(
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
     if !into_limit {
         let bound = i64::from(gains.duty_max) << (INTEGRAL_BITS - DUTY_BITS);
-        state.integral = (state.integral + product(gains.ki_dt, error)).clamp(-bound, bound);
+        let integral = state.integral + product(gains.ki_dt, error);
+        state.integral = if integral > bound {
+            bound
+        } else if integral < -bound {
+            -bound
+        } else {
+            integral
+        };
     }
     state.duty()
 }

@@ -72,17 +72,50 @@ pub struct Setpoint {
 }
 
 /// Follows one plan after the other, tick by tick.
+///
+/// Two plans have their places here and are never moved: the one that is followed, and the one that waits.
 #[derive(Clone, Debug)]
 pub struct Profile {
+    seats: [Seat; 2],
+    /// The second seat's plan is followed, not the first one's.
+    second: bool,
+    /// The other seat's plan waits for its start.
+    waiting: bool,
+    /// The plan that is followed has come to its end, and its wheels stand for ever.
+    ended: bool,
+}
+
+/// A plan, and how far the wheels have come on it.
+#[derive(Clone, Debug)]
+struct Seat {
     plan: Plan,
-    next: Option<Plan>,
     walkers: WheelPair<Walker>,
 }
 
+impl Seat {
+    #[inline]
+    fn take(&mut self, plan: &Plan) {
+        self.plan.clone_from(plan);
+        self.walkers = WheelPair {
+            left: Walker::new(&plan.courses.left),
+            right: Walker::new(&plan.courses.right),
+        };
+    }
+}
+
 impl Profile {
+    /// Stands still at the origin.
+    pub const ORIGIN: Self = {
+        const SEAT: Seat = Seat { plan: Plan::ORIGIN, walkers: WheelPair::both(Walker::ORIGIN) };
+        Self { seats: [SEAT; 2], second: false, waiting: false, ended: false }
+    };
+
     /// Follows `plan`; before its start it stands at the plan's first point.
     pub fn new(plan: Plan) -> Self {
-        Self { walkers: plan.courses.map(|course| Walker::new(&course)), plan, next: None }
+        let mut profile = Self::ORIGIN;
+        profile.replace(&plan);
+        profile.go_over();
+        profile
     }
 
     /// Goes over to `plan` at its start tick, or at once to a [`Plan::hold`]; until then the present
@@ -90,42 +123,61 @@ impl Profile {
     ///
     /// For a motion without a jump, plan from [`Profile::at`] the start tick. A plan that waits
     /// already is dropped.
-    pub fn replace(&mut self, plan: Plan) {
-        self.next = Some(plan);
+    #[inline]
+    pub fn replace(&mut self, plan: &Plan) {
+        self.seats[usize::from(!self.second)].take(plan);
+        self.waiting = true;
+    }
+
+    /// Goes over to the plan that waits, before its start: the wheels stand at its first point.
+    pub const fn go_over(&mut self) {
+        if self.waiting {
+            self.second = !self.second;
+            self.waiting = false;
+            self.ended = false;
+        }
+    }
+
+    /// Drops the plan that waits if its start is past: the wheels would jump. True if it did.
+    pub fn drop_late(&mut self, tick: u32) -> bool {
+        let next = &self.seats[usize::from(!self.second)].plan;
+        let late = self.waiting && tick.wrapping_sub(next.start_tick()) as i32 > 0;
+        self.waiting &= !late;
+        late
     }
 
     /// State of both wheels at `tick`, now or later, as the plan that is followed now has it.
+    #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
-        self.plan.at(tick)
+        let plan = &self.seats[usize::from(self.second)].plan;
+        plan.at(if self.ended { plan.end_tick() } else { tick })
     }
 
     /// The setpoints at `tick`. Cheapest when called at every tick; catches up if ticks were missed.
+    #[inline(never)]
     pub fn step(&mut self, tick: u32) -> WheelPair<Setpoint> {
-        let due = |next: &mut Plan| next.at_once || reached(tick, next.start_tick());
-        if let Some(next) = self.next.take_if(due) {
-            *self = Self::new(next);
+        if self.waiting {
+            let next = &self.seats[usize::from(!self.second)].plan;
+            if next.at_once || reached(tick, next.start_tick()) {
+                self.go_over();
+            }
         }
-        let elapsed = self.plan.elapsed(tick);
-        let plan = &self.plan;
-        let follow = |walker: &mut Walker, course| {
-            walker.walk(course, elapsed);
-            walker.setpoint(course)
-        };
-        let setpoints = WheelPair::new(
-            follow(&mut self.walkers.left, &plan.courses.left),
-            follow(&mut self.walkers.right, &plan.courses.right),
-        );
+        let Seat { plan, walkers } = &mut self.seats[usize::from(self.second)];
+        let elapsed = if self.ended { plan.len_ticks() } else { plan.elapsed(tick) };
         // A plan is told from one that has not begun for 2^31 ticks only; standing still is for ever.
-        if plan.len_ticks() > 0 && elapsed >= plan.len_ticks() {
-            self.plan = plan.held();
-            self.walkers = self.plan.courses.map(|course| Walker::new(&course));
-        }
-        setpoints
+        self.ended = elapsed >= plan.len_ticks();
+        walkers.left.walk(&plan.courses.left, elapsed);
+        walkers.right.walk(&plan.courses.right, elapsed);
+        WheelPair { left: walkers.left.setpoint(), right: walkers.right.setpoint() }
     }
 
     /// True if at `tick`, now or later, both wheels are at the target of the last plan given.
+    #[inline(always)]
     pub fn finished(&self, tick: u32) -> bool {
-        let last = self.next.as_ref().unwrap_or(&self.plan);
+        if !self.waiting && self.ended {
+            return true;
+        }
+        let last = &self.seats[usize::from(self.second != self.waiting)].plan;
         last.at_once || reached(tick, last.end_tick())
     }
 }

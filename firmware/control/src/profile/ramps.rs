@@ -50,6 +50,7 @@ pub(super) struct Ramps {
 
 impl Ramps {
     /// The quickest motion within the limits.
+    #[inline]
     pub fn quickest(task: Task) -> Self {
         let four_half = 4 * i128::from(task.half);
         let braking = div(mul(task.velocity.into(), task.velocity.abs().into()), four_half);
@@ -81,6 +82,7 @@ impl Ramps {
     }
 
     /// The same distance in a longer time, by a lower cruise speed.
+    #[inline]
     pub fn stretched(self, duration: i128) -> Self {
         if duration <= self.duration() {
             return self;
@@ -93,6 +95,7 @@ impl Ramps {
         ramps
     }
 
+    #[inline]
     fn stretched_cruise(&self, duration: i128) -> i64 {
         let (half, v0) = (i128::from(self.half), i128::from(self.velocity));
         if v0 > 0 {
@@ -129,6 +132,7 @@ impl Ramps {
     /// The motion from rest of another wheel that keeps the proportion to this one throughout.
     ///
     /// This wheel starts from rest too and goes at least as far.
+    #[inline]
     pub fn in_proportion(&self, distance: i128) -> Self {
         const RATIO_BITS: u32 = 48;
         let magnitude = distance.abs();
@@ -152,15 +156,18 @@ impl Ramps {
     }
 
     /// Time of the longest ramp from or to zero [2^-32 ticks].
+    #[inline]
     pub fn longest_ramp(&self) -> i128 {
         self.ramp_time(self.velocity.unsigned_abs()).max(self.ends[2] - self.ends[1])
     }
 
+    #[inline]
     fn ramp_time(&self, change: u64) -> i128 {
         div(i128::from(change) << TICK_BITS, (2 * i128::from(self.half)).max(1))
     }
 
     /// The motion sampled at ticks, from position `from` [2^-64 m].
+    #[inline]
     pub fn course(&self, from: i128) -> Course {
         let [ramp_end, cruise_end, end] = self.ends;
         let rising = if self.cruise >= self.velocity { self.half } else { -self.half };
@@ -191,20 +198,24 @@ impl Ramps {
 }
 
 /// First tick at or after a time.
+#[inline]
 pub(super) fn ceil(time: i128) -> u32 {
     ((time + (1 << TICK_BITS) - 1) >> TICK_BITS) as u32
 }
 
 /// Distance gained from rest in a time: half a t^2.
+#[inline]
 fn fall(half: i64, time: i128) -> i128 {
     let velocity = mul(2 * i128::from(half), time) >> TICK_BITS;
     mul(velocity, time) >> (TICK_BITS + 1)
 }
 
+#[inline]
 fn square(velocity: i64) -> i128 {
     mul(velocity.into(), velocity.into())
 }
 
+#[inline]
 fn mirror(distance: i128, mirrored: bool) -> i128 {
     if mirrored { -distance } else { distance }
 }

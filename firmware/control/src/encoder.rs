@@ -13,7 +13,7 @@
 //!
 //! Each change is known to one tick, so v is known to 1 tick in t_n - t_o: 2.5 % over a full
 //! window of 40 ticks, better where a count takes longer than the window. The estimate is the
-//! mean over the window: it lags by half of it. Valid while Q (C_n - C_o) stays below 16 m.
+//! mean over the window: it lags by half of it. Valid while Q (C_n - C_o) stays below 8 m.
 
 use fixed::types::I8F24;
 
@@ -66,13 +66,44 @@ struct Change {
     counts: u32,
 }
 
-/// Estimates a wheel's speed from its count.
-#[derive(Clone, Debug)]
-pub struct SpeedEstimator {
+/// A wheel's distance per count as (1) and (2) need it.
+#[derive(Clone, Copy, Debug)]
+pub struct SpeedScale {
     /// Speed of one count per tick [2^-40 m/s].
     speed_per_rate: u64,
     /// Most counts that (1) can take without overflow.
     counts_max: u32,
+}
+
+impl SpeedScale {
+    /// Of a wheel that rolls this far per count.
+    pub const fn new(MetersPerCount(q): MetersPerCount) -> Self {
+        let q = q.to_bits();
+        let hz = CONTROL_HZ as u64;
+        // Q below 1 m keeps this below 2^50.
+        let speed_per_rate = ((q >> 32) * hz << 8) + ((q & 0xFFFF_FFFF) * hz >> 24);
+        // A power of two: it need not be sharp, and takes no division.
+        let room = speed_per_rate.leading_zeros().saturating_sub(10);
+        let counts_max = if room > 31 { i32::MAX as u32 } else { 1 << room };
+        Self { speed_per_rate, counts_max }
+    }
+
+    /// Q counts / time [2^-24 m/s], by one 32-bit division.
+    #[inline(always)]
+    fn quotient(&self, counts: u32, ticks: u32) -> u32 {
+        // Below 2^54, in 2^-40 m/s ticks.
+        let rolled = u64::from(counts.min(self.counts_max)) * self.speed_per_rate;
+        // 2^32 / ticks, less than one part in 2^32 / ticks too small.
+        let reciprocal = u64::from(u32::MAX / ticks.max(1));
+        let speed = (rolled >> 32) * reciprocal + (((rolled & 0xFFFF_FFFF) * reciprocal) >> 32);
+        (speed >> 16).min(i32::MAX as u64) as u32
+    }
+}
+
+/// Estimates a wheel's speed from its count.
+#[derive(Clone, Debug)]
+pub struct SpeedEstimator {
+    scale: SpeedScale,
     changes: [Change; CHANGES_LEN],
     /// Total changes stored; the newest is at `newest - 1`.
     newest: usize,
@@ -86,13 +117,9 @@ pub struct SpeedEstimator {
 
 impl SpeedEstimator {
     /// An estimator for a wheel that stands at `counts`.
-    pub fn new(MetersPerCount(q): MetersPerCount, counts: i64) -> Self {
-        let speed_per_rate = (u128::from(q.to_bits()) * u128::from(CONTROL_HZ)) >> 24;
-        // Q below 1 m keeps this below 2^50.
-        let speed_per_rate = speed_per_rate as u64;
+    pub const fn new(q: MetersPerCount, counts: i64) -> Self {
         Self {
-            speed_per_rate,
-            counts_max: ((1 << 54) / speed_per_rate.max(1 << 23)) as u32,
+            scale: SpeedScale::new(q),
             changes: [Change { tick: 0, counts: 0 }; CHANGES_LEN],
             newest: 0,
             len: 0,
@@ -102,7 +129,17 @@ impl SpeedEstimator {
         }
     }
 
+    /// Begins anew in place, with a wheel that stands at `counts`.
+    pub const fn restart(&mut self, scale: SpeedScale, counts: i64) {
+        self.scale = scale;
+        self.len = 0;
+        self.counts = counts;
+        self.forward = true;
+        self.magnitude = 0;
+    }
+
     /// The speed after the count taken at `tick`; call it once a tick.
+    #[inline(always)]
     pub fn step(&mut self, tick: u32, counts: i64) -> Speed {
         let moved = counts.wrapping_sub(self.counts);
         if moved != 0 {
@@ -115,13 +152,14 @@ impl SpeedEstimator {
                 self.magnitude = 0;
             } else if self.magnitude != 0 {
                 // (2)
-                self.magnitude = self.magnitude.min(self.quotient(1, ticks));
+                self.magnitude = self.magnitude.min(self.scale.quotient(1, ticks));
             }
         }
         let bits = self.magnitude as i32;
         Speed(I8F24::from_bits(if self.forward { bits } else { -bits }))
     }
 
+    #[inline(always)]
     fn record(&mut self, change: Change, forward: bool) {
         // A wheel that turned round, or dithers on an edge, has no speed until it has gone two
         // counts the same way.
@@ -132,34 +170,27 @@ impl SpeedEstimator {
         self.changes[self.newest % CHANGES_LEN] = change;
         self.newest = self.newest.wrapping_add(1);
         self.len += 1;
+        if self.len < 2 {
+            self.magnitude = 0;
+            return;
+        }
+        let mut oldest = self.change(self.len);
         // One change comes in at a time, so two leave the window at most until it is right again.
         for _ in 0..2 {
-            if self.len > 2 && change.tick.wrapping_sub(self.change(self.len).tick) > WINDOW_TICKS {
+            if self.len > 2 && change.tick.wrapping_sub(oldest.tick) > WINDOW_TICKS {
                 self.len -= 1;
+                oldest = self.change(self.len);
             }
         }
-        self.magnitude = if self.len < 2 {
-            0
-        } else {
-            // (1)
-            let oldest = self.change(self.len);
-            let counts = change.counts.wrapping_sub(oldest.counts) as i32;
-            self.quotient(counts.unsigned_abs(), change.tick.wrapping_sub(oldest.tick))
-        };
+        // (1)
+        let counts = change.counts.wrapping_sub(oldest.counts) as i32;
+        self.magnitude =
+            self.scale.quotient(counts.unsigned_abs(), change.tick.wrapping_sub(oldest.tick));
     }
 
     /// The `age`-th newest change, from 1.
+    #[inline(always)]
     fn change(&self, age: usize) -> Change {
         self.changes[self.newest.wrapping_sub(age) % CHANGES_LEN]
-    }
-
-    /// Q counts / time [2^-24 m/s], by one 32-bit division.
-    fn quotient(&self, counts: u32, ticks: u32) -> u32 {
-        // Below 2^54, in 2^-40 m/s ticks.
-        let rolled = u64::from(counts.min(self.counts_max)) * self.speed_per_rate;
-        // 2^32 / ticks, less than one part in 2^32 / ticks too small.
-        let reciprocal = u64::from(u32::MAX / ticks.max(1));
-        let speed = (rolled >> 32) * reciprocal + (((rolled & 0xFFFF_FFFF) * reciprocal) >> 32);
-        (speed >> 16).min(i32::MAX as u64) as u32
     }
 }

@@ -73,21 +73,42 @@ pub struct Counts(pub i64);
 
 impl Travel {
     /// In micrometres, as telemetry sends it.
+    #[inline]
     pub fn to_um(self) -> i64 {
-        ((self.0.to_bits() as i128 * 1_000_000) >> 32) as i64
+        // Whole metres and the rest apart: a product of more than 64 bits is not for a small core.
+        let (whole, rest) = (self.0.to_bits() >> 32, self.0.to_bits() & 0xFFFF_FFFF);
+        whole * 1_000_000 + ((rest * 1_000_000) >> 32)
+    }
+
+    /// The way from `origin` to here in micrometres, saturated to 2 m either way, as telemetry sends it.
+    #[inline]
+    pub fn error_um_from(self, origin: Travel) -> i32 {
+        ((i64::from(self.error_from(origin).to_bits()) * 1_000_000) >> 30) as i32
     }
 
     /// The way from `origin` to here \[m\], saturated to 2 m either way in steps of 2^-30 m.
     ///
     /// Far more than any permitted following error, and narrow enough for 32-bit arithmetic.
     pub fn error_from(self, origin: Travel) -> I2F30 {
-        let wide = self.0.to_bits().saturating_sub(origin.0.to_bits()) >> 2;
-        I2F30::from_bits(saturate_i32(wide))
+        let (way, overflow) = self.0.to_bits().overflowing_sub(origin.0.to_bits());
+        if overflow || way >> 33 != way >> 63 {
+            return if (way < 0) == overflow { I2F30::MAX } else { I2F30::MIN };
+        }
+        I2F30::from_bits((way >> 2) as i32)
+    }
+}
+
+impl MetersPerCount {
+    /// In metres per count, for calculations outside the control tick.
+    pub fn metres(self) -> f64 {
+        const STEPS_PER_M: f64 = 18_446_744_073_709_551_616.0;
+        self.0.to_bits() as f64 / STEPS_PER_M
     }
 }
 
 impl Speed {
     /// In micrometres per second, as telemetry sends it.
+    #[inline]
     pub fn to_um_s(self) -> i32 {
         ((i64::from(self.0.to_bits()) * 1_000_000) >> 24) as i32
     }
@@ -104,14 +125,40 @@ impl Duty {
 }
 
 /// A duty in steps of 2^-30, however large, in 1/32767; saturates.
+#[inline]
 pub(crate) fn duty_bits_to_i16(bits: i64) -> i16 {
     let one = 1 << 30;
     ((bits.clamp(-one, one) * 32767 + (1 << 29)) >> 30) as i16
 }
 
+/// A value in steps of 2^-bits, to the nearest; saturates.
+///
+/// As `fixed` does it, but without the two kilobytes that its conversion from floating point takes.
+#[inline]
+pub fn nearest(value: f64, bits: u32) -> i64 {
+    /// From here on a double has no fraction to round.
+    const WHOLE: f64 = (1_u64 << 52) as f64;
+    let scaled = value * (1_u64 << (bits / 2)) as f64 * (1_u64 << (bits - bits / 2)) as f64;
+    if scaled >= WHOLE || scaled <= -WHOLE {
+        scaled as i64
+    } else if scaled < 0.0 {
+        (scaled - 0.5) as i64
+    } else {
+        (scaled + 0.5) as i64
+    }
+}
+
 /// The nearest `i32`.
+#[inline(always)]
 pub(crate) fn saturate_i32(wide: i64) -> i32 {
-    wide.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    let narrow = wide as i32;
+    if i64::from(narrow) == wide {
+        narrow
+    } else if wide < 0 {
+        i32::MIN
+    } else {
+        i32::MAX
+    }
 }
 
 #[cfg(test)]
@@ -125,6 +172,17 @@ mod tests {
         let far = Travel::from_si(1e9);
         assert_eq!(far.error_from(Travel::from_si(-1e9)), I2F30::MAX);
         assert_eq!(Travel(I32F32::MIN).error_from(Travel(I32F32::MAX)), I2F30::MIN);
+    }
+
+    #[test]
+    fn the_nearest_step_is_the_librarys() {
+        for value in [0.0, 0.3, -0.3, 2.5e-4, 1e-6, 0.1, 1.25, -1.5, 1.999_999_999, 0.000_251_327] {
+            assert_eq!(nearest(value, 30), i64::from(I2F30::saturating_from_num(value).to_bits()));
+            let [wide, narrow] = [61, 24].map(|bits| nearest(value, bits));
+            assert_eq!(wide, fixed::types::I3F61::saturating_from_num(value).to_bits());
+            assert_eq!(narrow, i64::from(I8F24::saturating_from_num(value).to_bits()));
+        }
+        assert_eq!((nearest(1e30, 30), nearest(-1e30, 30)), (i64::MAX, i64::MIN));
     }
 
     #[test]

@@ -21,19 +21,32 @@ const POSITION_MAX: u128 = 1 << 95;
 #[derive(Clone, Debug)]
 pub struct Plan {
     start_tick: u32,
+    len_ticks: u32,
     /// True if there is no start to wait for.
     pub(super) at_once: bool,
     pub(super) courses: WheelPair<Course>,
 }
 
 impl Plan {
+    /// Stands still at the origin.
+    pub(super) const ORIGIN: Plan = Plan {
+        start_tick: 0,
+        len_ticks: 0,
+        at_once: true,
+        courses: WheelPair::both(Course::ORIGIN),
+    };
+
+    #[inline]
+    fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
+        let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
+        Plan { start_tick, len_ticks, at_once: false, courses }
+    }
+
     /// Stands still, from now on.
+    #[inline]
     pub fn hold(at: WheelPair<Travel>) -> Plan {
-        Plan {
-            start_tick: 0,
-            at_once: true,
-            courses: at.map(|travel| Course::hold(Position::from(travel).0.to_bits())),
-        }
+        let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
+        Plan { at_once: true, ..Plan::new(0, courses) }
     }
 
     /// The motion that `drive` asks for, from the state `from` at `start_tick`.
@@ -42,6 +55,7 @@ impl Plan {
     /// moves, each one goes from its own velocity to its own target, as quickly as cruise speed and
     /// acceleration allow, and the quicker one then takes a lower cruise speed so that both end
     /// together. A wheel goes beyond its target only where it cannot brake in time.
+    #[inline]
     pub fn drive(
         start_tick: u32,
         from: WheelPair<ProfileState>,
@@ -74,11 +88,12 @@ impl Plan {
         if courses.any(|course| course.target().0.to_bits().unsigned_abs() >= POSITION_MAX) {
             return Err(MotionError::TooFar);
         }
-        Ok(Plan { start_tick, at_once: false, courses })
+        Ok(Plan::new(start_tick, courses))
     }
 
     /// Brakes both wheels in proportion, so that they come to rest together and the path keeps its
     /// curvature; the faster one brakes with `deceleration_mps2`, above zero.
+    #[inline]
     pub fn stop(start_tick: u32, from: WheelPair<ProfileState>, deceleration_mps2: f64) -> Plan {
         let half = i128::from(half_acceleration(deceleration_mps2).max(1));
         let speed = |state: ProfileState| i128::from(state.velocity.0.to_bits()).abs();
@@ -96,10 +111,11 @@ impl Plan {
             let target = position + (mul(velocity.into(), duration) >> (TICK_BITS + 1));
             Course::brake(Phase::new(0, position, velocity, -half as i64), ceil(duration), target)
         });
-        Plan { start_tick, at_once: false, courses }
+        Plan::new(start_tick, courses)
     }
 
     /// State of both wheels at `tick`: that at the start before it, that at the target after the end.
+    #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let elapsed = self.elapsed(tick);
         self.courses.map(|course| course.at(elapsed).state())
@@ -111,19 +127,14 @@ impl Plan {
     }
 
     /// First tick at which both wheels stand at the target.
-    pub fn end_tick(&self) -> u32 {
-        self.start_tick.wrapping_add(self.len_ticks())
+    pub const fn end_tick(&self) -> u32 {
+        self.start_tick.wrapping_add(self.len_ticks)
     }
 
     /// Where the plan ends.
+    #[inline]
     pub fn target(&self) -> WheelPair<Travel> {
         self.courses.map(|course| course.target().into())
-    }
-
-    /// The same target, from the end of this plan on.
-    pub(super) fn held(&self) -> Plan {
-        let courses = self.courses.map(|course| Course::hold(course.target().0.to_bits()));
-        Plan { start_tick: self.end_tick(), at_once: true, courses }
     }
 
     /// Ticks since the start, 0 before it.
@@ -132,8 +143,8 @@ impl Plan {
     }
 
     /// Ticks from start to end.
-    pub(super) fn len_ticks(&self) -> u32 {
-        self.courses.left.len_ticks().max(self.courses.right.len_ticks())
+    pub(super) const fn len_ticks(&self) -> u32 {
+        self.len_ticks
     }
 }
 
@@ -145,6 +156,7 @@ struct Order {
 }
 
 impl Order {
+    #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         if !positive(drive.cruise)
@@ -188,12 +200,14 @@ impl Order {
 }
 
 /// Half an acceleration [2^-64 m/tick^2], rounded down.
+#[inline]
 fn half_acceleration(acceleration_mps2: f64) -> i64 {
     let hz = f64::from(CONTROL_HZ);
     (acceleration_mps2 / (hz * hz) * (STEPS_PER_M / 2.0)) as i64
 }
 
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
+#[inline]
 fn proportionate(tasks: WheelPair<Task>) -> WheelPair<Ramps> {
     if tasks.left.distance.abs() >= tasks.right.distance.abs() {
         let left = Ramps::quickest(tasks.left);

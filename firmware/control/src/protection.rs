@@ -21,9 +21,11 @@
 
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
+use fixed::types::I2F30;
+
 use crate::odometry::Odometry;
 use crate::profile::Setpoint;
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel, nearest};
 
 /// Everything about one wheel at one tick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,32 +42,61 @@ pub struct WheelView {
     pub duty: Duty,
 }
 
+/// What is tuned: both wheels' thresholds.
+#[derive(Clone, Debug)]
+pub struct Thresholds(WheelPair<Limits>);
+
+impl Thresholds {
+    /// The thresholds of a valid configuration.
+    #[inline]
+    pub fn new(config: &Config) -> Self {
+        Self(Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q)))
+    }
+}
+
 /// The watch over both wheels.
 #[derive(Clone, Debug)]
 pub struct Protection {
-    limits: WheelPair<Limits>,
-    /// `None` until the first step.
-    watches: Option<WheelPair<Watch>>,
+    thresholds: Thresholds,
+    watches: WheelPair<Watch>,
+    /// False until the first step.
+    watching: bool,
 }
 
 impl Protection {
     /// A watch that begins with the first step.
+    #[inline]
     pub fn new(config: &Config) -> Self {
-        Self {
-            limits: Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q)),
-            watches: None,
-        }
+        Self::with(Thresholds::new(config))
+    }
+
+    /// A watch with these thresholds that begins with the first step.
+    pub const fn with(thresholds: Thresholds) -> Self {
+        Self { thresholds, watches: WheelPair::both(Watch::BLANK), watching: false }
+    }
+
+    /// Begins anew, with the next step.
+    pub const fn restart(&mut self) {
+        self.watching = false;
+    }
+
+    /// Takes other thresholds, and begins anew.
+    pub fn adopt(&mut self, thresholds: Thresholds) {
+        self.thresholds = thresholds;
+        self.restart();
     }
 
     /// One tick; the first fault seen, the left wheel's before the right one's.
     pub fn step(&mut self, wheels: &WheelPair<WheelView>) -> Option<Fault> {
-        let Some(watches) = &mut self.watches else {
-            self.watches = Some(wheels.map(|wheel| Watch::new(&wheel)));
+        if !self.watching {
+            self.watching = true;
+            self.watches.left.begin(&wheels.left);
+            self.watches.right.begin(&wheels.right);
             return None;
-        };
+        }
         let (wheel, fault) = WheelPair::new(
-            watches.left.step(&self.limits.left, &wheels.left),
-            watches.right.step(&self.limits.right, &wheels.right),
+            self.watches.left.step(&self.thresholds.0.left, &wheels.left),
+            self.watches.right.step(&self.thresholds.0.right, &wheels.right),
         )
         .first_some()?;
         Some(fault(wheel))
@@ -94,8 +125,9 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(config: &Config, MetersPerCount(q): MetersPerCount) -> Self {
-        let q_m: f64 = q.to_num();
+    #[inline]
+    fn new(config: &Config, q: MetersPerCount) -> Self {
+        let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let steps = |m: f64| (m * STEPS_PER_M) as i64;
         let error_m_max = config.protection.following_error_m_max;
@@ -110,7 +142,7 @@ impl Limits {
             creeping_advance: steps((8.0 * q_m).max(0.004)),
             reversed_run: steps((6.0 * q_m).max(0.15 * error_m_max)),
             resting_error: steps(4.0 * q_m),
-            resting_duty: Duty::from_si(config.feedforward.ks + 0.1).0.to_bits().unsigned_abs(),
+            resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }
     }
 }
@@ -158,36 +190,58 @@ const LAST_TICKS: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 struct Watch {
     tick: u32,
-    counts: i64,
+    /// The newest change; before the first one, the start.
+    last: Change,
     /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
     changes: [Change; CHANGES_LEN],
     changed: usize,
     /// Where the present run of changes against the setpoint began.
     run: Option<Pose>,
+    /// Where it all began: what stands for the checkpoints that are not taken yet.
+    start: Pose,
     checkpoints: [Pose; CHECKPOINTS_LEN],
-    checkpoints_taken: usize,
+    /// The next one's place.
+    checkpoint: usize,
+    /// All of them have been taken once.
+    round_taken: bool,
     checkpoint_tick: u32,
 }
 
 impl Watch {
-    fn new(view: &WheelView) -> Self {
-        let pose = Pose::of(view);
+    const BLANK: Self = {
+        const POSE: Pose = Pose { setpoint: 0, travel: 0 };
+        const CHANGE: Change = Change { tick: 0, counts: 0, pose: POSE };
         Self {
             tick: 0,
-            counts: view.counts,
-            changes: [Change { tick: 0, counts: view.counts, pose }; CHANGES_LEN],
-            changed: 1,
+            last: CHANGE,
+            changes: [CHANGE; CHANGES_LEN],
+            changed: 0,
             run: None,
-            checkpoints: [pose; CHECKPOINTS_LEN],
-            checkpoints_taken: 0,
+            start: POSE,
+            checkpoints: [POSE; CHECKPOINTS_LEN],
+            checkpoint: 0,
+            round_taken: false,
             checkpoint_tick: 0,
         }
+    };
+
+    /// In place, and only what will be read: this happens within a control tick.
+    fn begin(&mut self, view: &WheelView) {
+        self.tick = 0;
+        self.start = Pose::of(view);
+        self.last = Change { tick: 0, counts: view.counts, pose: self.start };
+        self.changes[0] = self.last;
+        self.changed = 1;
+        self.run = None;
+        self.checkpoint = 0;
+        self.round_taken = false;
+        self.checkpoint_tick = 0;
     }
 
     fn step(&mut self, limits: &Limits, view: &WheelView) -> Option<WheelFault> {
         let pose = Pose::of(view);
         self.tick = self.tick.wrapping_add(1);
-        let moved = view.counts.wrapping_sub(self.counts);
+        let moved = view.counts.wrapping_sub(self.last.counts);
         if moved.unsigned_abs() > limits.counts_per_tick_max {
             return Some(Fault::CountRate);
         }
@@ -209,16 +263,14 @@ impl Watch {
     }
 
     fn record(&mut self, view: &WheelView, pose: Pose, forward: bool) {
-        let last = self.change(1);
-        let advanced = pose.since(last.pose).setpoint;
+        let advanced = pose.since(self.last.pose).setpoint;
         if advanced == 0 || (advanced > 0) == forward {
             self.run = None;
         } else if self.run.is_none() {
-            self.run = Some(last.pose);
+            self.run = Some(self.last.pose);
         }
-        self.counts = view.counts;
-        self.changes[self.changed % CHANGES_LEN] =
-            Change { tick: self.tick, counts: view.counts, pose };
+        self.last = Change { tick: self.tick, counts: view.counts, pose };
+        self.changes[self.changed % CHANGES_LEN] = self.last;
         self.changed = self.changed.wrapping_add(1);
     }
 
@@ -231,22 +283,22 @@ impl Watch {
         self.run.is_some_and(|start| {
             let run = pose.since(start);
             run.travel.abs() >= limits.reversed_run
-                && run.setpoint.abs() >= run.travel.abs() / 2
+                && run.setpoint.abs() >= run.travel.abs() >> 1
                 && (run.setpoint > 0) != (run.travel > 0)
         })
     }
 
     fn standing_ticks(&self) -> u32 {
-        self.tick.wrapping_sub(self.change(1).tick)
+        self.tick.wrapping_sub(self.last.tick)
     }
 
     /// The count stands while the setpoint goes on.
     ///
     /// `too_far`: the error is above its limit already, so there is no time left to wait.
     fn stands(&self, limits: &Limits, pose: Pose, too_far: bool) -> bool {
-        let advance = pose.since(self.change(1).pose).setpoint.abs();
+        let advance = pose.since(self.last.pose).setpoint.abs();
         (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
-            || (too_far && advance >= limits.error_max - limits.error_max / 4)
+            || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
     /// The count stands although the wheel is pushed hard towards a setpoint at rest.
@@ -263,20 +315,23 @@ impl Watch {
             return false;
         }
         self.checkpoint_tick = self.tick;
-        let slot = self.checkpoints_taken % CHECKPOINTS_LEN;
-        let oldest = core::mem::replace(&mut self.checkpoints[slot], pose);
-        self.checkpoints_taken = self.checkpoints_taken.wrapping_add(1);
+        let slot = self.checkpoint % CHECKPOINTS_LEN;
+        let taken = core::mem::replace(&mut self.checkpoints[slot], pose);
+        let oldest = if self.round_taken { taken } else { self.start };
+        self.checkpoint = (slot + 1) % CHECKPOINTS_LEN;
+        self.round_taken |= self.checkpoint == 0;
         let way = pose.since(oldest);
         let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
         // A run backward is left to the rule that names it.
         self.run.is_none()
             && way.setpoint.abs() >= limits.creeping_advance
-            && along < way.setpoint.abs() / 8
+            && along < way.setpoint.abs() >> 3
     }
 
     /// Whether the wheel or its encoder is to blame for a count that stands or creeps.
+    #[cold]
     fn diagnose(&self, limits: &Limits) -> WheelFault {
-        let last = self.change(1);
+        let last = self.last;
         if self.changed == 1 {
             return Fault::EncoderDead;
         }
@@ -291,7 +346,8 @@ impl Watch {
         }
         let way = last.pose.since(self.change(age).pose);
         let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
-        if along > 0 && along / 2 >= way.setpoint.abs() / 3 {
+        // Two thirds, with room above.
+        if along > 0 && 3 * (along >> 3) >= 2 * (way.setpoint.abs() >> 3) {
             Fault::EncoderDead
         } else {
             Fault::Stall

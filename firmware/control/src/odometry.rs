@@ -21,7 +21,7 @@
 use fixed::types::{I32F32, U0F64, U2F62};
 use shared_proto::{Config, EncoderConfig, WheelPair};
 
-use crate::units::{MetersPerCount, Travel};
+use crate::units::{MetersPerCount, Travel, nearest};
 
 /// Turns counts into travel.
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +32,16 @@ pub struct Odometry {
 
 impl Odometry {
     /// The odometry of a valid configuration.
+    #[inline]
     pub fn new(config: &Config) -> Self {
         // (1)
-        let nominal =
-            |encoder: &EncoderConfig| U0F64::saturating_from_num(config.meters_per_count(encoder));
-        let wheel_weight = U2F62::saturating_from_num(config.geometry.wheel_weight);
+        // Both fit: Q is 0.1 m at most, and W_T 1.25.
+        let bits = |value, bits| nearest(value, bits) as u64;
+        let nominal = |encoder: &EncoderConfig| {
+            U0F64::from_bits(bits(config.meters_per_count(encoder), U0F64::FRAC_NBITS))
+        };
+        let wheel_weight = bits(config.geometry.wheel_weight, U2F62::FRAC_NBITS);
+        let wheel_weight = U2F62::from_bits(wheel_weight);
         Self {
             meters_per_count: WheelPair::new(
                 MetersPerCount(nominal(&config.encoder.left)),
@@ -58,6 +63,7 @@ impl Odometry {
 }
 
 /// Q * W_T to the nearest 2^-64 m.
+#[inline]
 fn weigh(q: U0F64, wheel_weight: U2F62) -> U0F64 {
     let product = u128::from(q.to_bits()) * u128::from(wheel_weight.to_bits());
     U0F64::from_bits(((product + (1 << 61)) >> 62) as u64)

@@ -1,0 +1,93 @@
+//! What is made of both counters at a control tick: counts forward, travel and speed.
+
+use shared_proto::{Config, WheelPair};
+
+use crate::encoder::{SpeedEstimator, SpeedScale};
+use crate::odometry::Odometry;
+use crate::units::{Speed, Travel};
+
+/// The wheels at one control tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Control ticks since power-on.
+    pub tick: u32,
+    /// When the encoders were read \[us\].
+    pub t_us: u64,
+    /// Absolute counts, forward positive.
+    pub counts: WheelPair<i64>,
+    /// Travel on the ground.
+    pub travel: WheelPair<Travel>,
+    /// Speed on the ground.
+    pub speed: WheelPair<Speed>,
+}
+
+/// How to read the encoders.
+#[derive(Clone)]
+pub struct CaptureSettings {
+    /// Counts to travel.
+    odometry: Odometry,
+    /// Counts to speed.
+    scales: WheelPair<SpeedScale>,
+    /// Whether a count falls when the wheel rolls forward.
+    reversed: WheelPair<bool>,
+}
+
+impl CaptureSettings {
+    /// The settings of a valid configuration.
+    #[inline]
+    pub fn new(config: &Config) -> Self {
+        let odometry = Odometry::new(config);
+        Self {
+            scales: odometry.meters_per_count().map(SpeedScale::new),
+            odometry,
+            reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
+        }
+    }
+
+    /// Counts as wired, forward positive.
+    #[inline(always)]
+    fn forward(&self, counts: WheelPair<i64>) -> WheelPair<i64> {
+        counts
+            .zip(self.reversed)
+            .map(|(count, reversed)| if reversed { count.wrapping_neg() } else { count })
+    }
+}
+
+/// Counts as wired to counts forward, travel and speed.
+pub struct Capture {
+    settings: CaptureSettings,
+    estimators: WheelPair<SpeedEstimator>,
+}
+
+impl Capture {
+    /// Begins with the wheels at these counts, as wired.
+    pub fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
+        let q = settings.odometry.meters_per_count();
+        let forward = settings.forward(counts);
+        Self {
+            estimators: WheelPair {
+                left: SpeedEstimator::new(q.left, forward.left),
+                right: SpeedEstimator::new(q.right, forward.right),
+            },
+            settings,
+        }
+    }
+
+    /// Takes other settings, with the wheels at these counts, as wired.
+    pub fn restart(&mut self, settings: CaptureSettings, counts: WheelPair<i64>) {
+        let forward = settings.forward(counts);
+        self.estimators.left.restart(settings.scales.left, forward.left);
+        self.estimators.right.restart(settings.scales.right, forward.right);
+        self.settings = settings;
+    }
+
+    /// Puts counts, travel and speed to the tick's number.
+    #[inline(never)]
+    pub fn step(&mut self, counts: &WheelPair<i64>, measured: &mut Measured) {
+        let counts = self.settings.forward(*counts);
+        measured.counts = counts;
+        measured.travel = self.settings.odometry.travel(counts);
+        measured.speed.left = self.estimators.left.step(measured.tick, counts.left);
+        measured.speed.right = self.estimators.right.step(measured.tick, counts.right);
+    }
+}

@@ -1,4 +1,4 @@
-//! Why the board started, and what a panic leaves behind.
+//! Why the board started, and what a panic or a hard fault leaves behind.
 
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
@@ -46,11 +46,24 @@ pub fn cause() -> ResetCause {
 fn panic(info: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     super::motors_off();
-    // SAFETY: interrupts are off and nobody returns from here.
-    unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
+    remember();
     // The place says enough, and the text of every panic there could be would take a fifth of the image.
     if let Some(place) = info.location() {
         defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
     }
     SCB::sys_reset()
+}
+
+/// What the core cannot carry out, an instruction or an access that is none: as a panic.
+#[cortex_m_rt::exception(trampoline = false)]
+unsafe fn HardFault() -> ! {
+    super::motors_off();
+    remember();
+    SCB::sys_reset()
+}
+
+/// Leaves word for the next start.
+fn remember() {
+    // SAFETY: no task or other interrupt runs any more, and nobody returns from here.
+    unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
 }

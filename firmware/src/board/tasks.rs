@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! interrupt priority   what runs there
-//! 0                    guard (SysTick), embassy's clock (TIM5)
+//! 0                    guard (SysTick)
+//! 1                    embassy's clock (TIM5)
 //! 2                    control: capture, profile, PID
 //! 6                    link, flash: their interrupts only copy and wake
 //! none                 supervisor, link, telemetry, inputs, lights

@@ -138,6 +138,14 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                     _ => {}
                 }
             }
+            ControlEvent::ClearAsked => {
+                if let Some(report) = self.shared.fault.report()
+                    && report.fault == Fault::EmergencyStop
+                {
+                    // Refused where the host would be refused.
+                    let _ = self.obey_clear(report.number);
+                }
+            }
             // Of an order that another has replaced; faults are looked at below, every time.
             ControlEvent::Probed(_) | ControlEvent::Settled(_) | ControlEvent::Faulted => {}
         }

@@ -17,7 +17,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
         let Request { id, command } = request;
         let outcome = self.obey(command).await;
-        self.shared.outgoing.send(Outgoing::Reply(Reply { id, outcome })).await;
+        // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
+        // from hearing a renewal or from missing one. Whoever gets no reply asks again.
+        let _ = self.shared.outgoing.try_send(Outgoing::Reply(Reply { id, outcome }));
     }
 
     async fn obey(&mut self, command: Command) -> Result<Answer, Refusal> {
@@ -136,7 +138,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(Answer::Done)
     }
 
-    fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
+    pub(super) fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
         match self.shared.fault.report() {
             None if number == self.shared.fault.last_number() => Ok(Answer::Done),
             None => Err(Refusal::NoSuchFault),

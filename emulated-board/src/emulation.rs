@@ -9,7 +9,7 @@ use std::task::{Context, Wake, Waker};
 
 use host_cli::link::{Clock, Wire};
 use host_cli::session::Session;
-use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop, StopReason};
+use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
 use rigless::time::VirtualNanos;
@@ -187,6 +187,7 @@ impl Emulation {
             pacemaker: Pacemaker::default(),
             exterminator: Exterminator::new(&self.image)?,
             stray_stores: 0,
+            resets: 0,
         };
         let ended = emulator::run(machine, &Start::new(&images), keeper)?;
         let mut strange: Vec<String> = Vec::new();
@@ -243,10 +244,21 @@ struct Keeper {
     exterminator: Exterminator,
     /// Stores into the program.
     stray_stores: u64,
+    /// Restarts that have been noted.
+    resets: usize,
 }
 
 impl Driver<Nucleo> for Keeper {
-    fn on_settled(&mut self, _: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+    fn on_settled(&mut self, machine: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+        if let Some(reset) = machine.resets().get(self.resets) {
+            self.resets += 1;
+            self.exterminator.clean_up(host);
+            SURROUNDINGS.with_borrow(|surroundings| {
+                if let Some(around) = surroundings {
+                    around.watch.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
+                }
+            });
+        }
         match settled {
             Settled::Access { access, .. } => {
                 self.array.on_access(&access, host);
@@ -262,14 +274,6 @@ impl Driver<Nucleo> for Keeper {
                 } else {
                     self.stray_stores += 1;
                 }
-            }
-            Settled::Stop(Stop { at, reason: StopReason::Reset, .. }) => {
-                self.exterminator.clean_up(host);
-                SURROUNDINGS.with_borrow(|surroundings| {
-                    if let Some(around) = surroundings {
-                        around.watch.0.borrow_mut().resets_us.push(at.0 / 1000);
-                    }
-                });
             }
             Settled::Hit(hit) => {
                 if let Some(counter) = &mut self.counter {
@@ -308,7 +312,6 @@ impl Driver<Nucleo> for Keeper {
                 self.array.show(host);
                 board::forget_ram(host);
                 machine.reset_by_pin(stop.at, stop.instruction_count, host);
-                outside.resets_us.push(stop.at.0 / 1000);
             }
             drop(outside);
             let next_us = around.chassis.next_us().clamp(now_us() + 1, now_us() + STEP_US);

@@ -16,6 +16,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use shared_proto::Config;
@@ -37,12 +38,13 @@ const HEADER_LEN: usize = 6;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// No cache: the store is looked at twice a day.
-type NoCache = Cache<Uncached, Uncached, Uncached, u8>;
+/// Remembers where the record is: looking for it means a checksum over every record of a sector, and
+/// before a sector is erased it is looked for once for each of them.
+type Finder = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
 /// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
-    map: MapStorage<u8, F, NoCache>,
+    map: MapStorage<u8, F, Finder>,
     buffer: [u8; RECORD_LEN_MAX],
 }
 
@@ -56,7 +58,11 @@ impl<F: NorFlash> FlashStore<F> {
         const { assert!(F::ERASE_SIZE.is_multiple_of(RECORD_LEN_MAX) && F::READ_SIZE == 1) };
         let range = 0..flash.capacity() as u32;
         Self {
-            map: MapStorage::new(flash, MapConfig::new(range), Cache::new_uncached()),
+            map: MapStorage::new(
+                flash,
+                MapConfig::new(range),
+                Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
+            ),
             buffer: [0; RECORD_LEN_MAX],
         }
     }

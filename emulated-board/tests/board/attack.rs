@@ -105,7 +105,7 @@ fn a_flooded_link_delays_no_control_tick_and_telemetry_gives_way_first() {
         .unwrap();
     uneventful(&ended);
     println!(
-        "link flooded by  ticks  between two [us]     read to PWM   bytes/s   damaged  answered  \
+        "link flooded by  ticks  between two [us]     read to PWM  frames/s   damaged      good  \
          telemetry: sent  shed   rms error [um]"
     );
     for phase in &ended.found {

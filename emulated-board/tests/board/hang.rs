@@ -16,14 +16,14 @@ const ALARM: Place = Place::Register(0x4000_0C38);
 /// Where, what, how long the motors may be driven after it [ms], and what the next start reports.
 type Case = (&'static str, Place, Effect, u64, ResetCause);
 
-/// The guard looks every 10 ms. Control may be missed twice, the others four times, and their last sign of
-/// life may come just after a look.
+/// The guard looks every 10 ms. Control may be missed twice, the others four times, their last sign of
+/// life may come just after a look, and a task may be asleep for another 5 ms.
 const CASES: &[Case] = &[
-    ("a task beside control hangs", BUTTON, Effect::Hang, 45, ResetCause::Watchdog),
-    ("encoder capture hangs", ENCODER, Effect::Hang, 25, ResetCause::Watchdog),
-    ("PID hangs", PWM, Effect::Hang, 25, ResetCause::Watchdog),
-    ("the link's interrupt hangs", Place::Function("USART3"), Effect::Hang, 45, ResetCause::Watchdog),
-    ("the clock's interrupt hangs", Place::Function("TIM5"), Effect::Hang, 25, ResetCause::Watchdog),
+    ("a task beside control hangs", BUTTON, Effect::Hang, 50, ResetCause::Watchdog),
+    ("encoder capture hangs", ENCODER, Effect::Hang, 33, ResetCause::Watchdog),
+    ("PID hangs", PWM, Effect::Hang, 33, ResetCause::Watchdog),
+    ("the link's interrupt hangs", Place::Function("USART3"), Effect::Hang, 50, ResetCause::Watchdog),
+    ("the clock's interrupt hangs", Place::Function("TIM5"), Effect::Hang, 33, ResetCause::Watchdog),
     // Nobody is left to switch the motors off: the restart does.
     ("the guard itself hangs", Place::Function("SysTick"), Effect::Hang, 45, ResetCause::Watchdog),
     ("a hang with interrupts masked", ALARM, Effect::Hang, 45, ResetCause::Watchdog),

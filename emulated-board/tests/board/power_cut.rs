@@ -23,22 +23,26 @@ fn saves() -> Vec<Vec<Operation>> {
     let ended = emulation()
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;
-            let mut ends = Vec::new();
+            let (mut ends, mut longest_us) = (Vec::new(), 0);
             // Three of four sectors take 77 saves each.
             for number in 0..232 {
                 robot.0.session.write_config(&numbered(number)).await.unwrap();
+                let begin_us = sim_target::now_us();
                 robot.0.session.save_config().await.unwrap();
+                longest_us = longest_us.max(sim_target::now_us() - begin_us);
                 robot.listen(1).await;
                 ends.push(robot.0.watch.flash_operations() as usize);
             }
-            ends
+            (ends, longest_us)
         })
         .unwrap();
     uneventful(&ended);
-    assert_eq!(ended.found.last(), Some(&ended.flash_journal.len()));
-    let starts = std::iter::once(0).chain(ended.found.clone());
+    let (ends, longest_us) = &ended.found;
+    println!("the longest save of {}: {:.0} ms", ends.len(), *longest_us as f64 * 1e-3);
+    assert_eq!(ends.last(), Some(&ended.flash_journal.len()));
+    let starts = std::iter::once(0).chain(ends.clone());
     let saves: Vec<_> = starts
-        .zip(&ended.found)
+        .zip(ends)
         .map(|(start, &end)| ended.flash_journal[start..end].to_vec())
         .collect();
     let erases = saves.iter().position(|save| save.iter().any(|o| matches!(o, Operation::Erase { .. })));

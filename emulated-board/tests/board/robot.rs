@@ -7,7 +7,7 @@ use host_cli::motion::Motion;
 use shared_proto::{
     Answer, Command, Drive, FaultReport, MotionId, Refusal, State, Status, WheelPair,
 };
-use sim_target::now_us;
+use sim_target::{now_us, sleep_until_us};
 
 /// How long a motion lives without renewal \[ms\].
 const TTL_MS: u16 = 200;
@@ -28,8 +28,15 @@ impl Robot {
 
     /// Says hello again, after a restart.
     pub async fn meet_again(&mut self, number: u32) {
+        // What the robot said to whoever spoke before is not for this host.
+        self.listen_to_nobody().await;
         self.0.session = self.0.session(number);
         self.0.session.open().await.unwrap();
+    }
+
+    async fn listen_to_nobody(&self) {
+        sleep_until_us(now_us() + 5_000).await;
+        while self.0.wire.read_now(&mut [0; 256]) > 0 {}
     }
 
     pub async fn ask(&mut self, command: Command) -> Result<Answer, Refusal> {

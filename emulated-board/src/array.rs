@@ -94,8 +94,14 @@ impl Array {
     }
 
     /// Holds something else from now on.
-    pub fn put(&mut self, content: &[u8]) {
-        self.words = Self::new(Some(content)).words;
+    pub fn put(&mut self, content: &[u8], host: &mut dyn Host) {
+        let words = Self::new(Some(content)).words;
+        for (index, (old, new)) in self.words.iter_mut().zip(words).enumerate() {
+            if *old != new {
+                *old = new;
+                write(host, index, new);
+            }
+        }
     }
 
     /// What has to be watched for [`Self::on_store`].

@@ -308,8 +308,7 @@ impl Driver<Nucleo> for Keeper {
             }
             outside.flash_operations = self.array.operations;
             if let Some(flash) = outside.power_on.take() {
-                self.array.put(&flash);
-                self.array.show(host);
+                self.array.put(&flash, host);
                 board::forget_ram(host);
                 machine.reset_by_pin(stop.at, stop.instruction_count, host);
             }

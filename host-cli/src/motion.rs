@@ -140,7 +140,11 @@ async fn drive_armed(
     loop {
         session.listen(RENEW_EVERY).await?;
         telemetry.extend(session.take_telemetry());
-        let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
+        // The robot's own clock says how far it is, where telemetry tells: an emulated one may be slower
+        // than the world.
+        let robot_us = telemetry.first().zip(telemetry.last()).map(|(a, b)| b.t_us - a.t_us);
+        let elapsed_us = robot_us.unwrap_or(session.clock().now_us() - start_us);
+        let elapsed_s = elapsed_us as f64 * 1e-6;
         progress((elapsed_s / duration_s).min(1.0));
         stop_if_interrupted()?;
         if session.take_events().any(|event| ends_motion(&event))

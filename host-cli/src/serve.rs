@@ -1,6 +1,7 @@
-//! A simulated robot in real time, behind TCP or a pseudo-terminal.
+//! A robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
 //!
 //! The virtual clock follows the world's. Any program that can talk to a serial port can talk to it.
+//! [`serve`] does it for the simulator; whoever has another robot uses [`Server`] in a loop of its own.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -36,32 +37,65 @@ pub fn serve(
     options: &ServeOptions<'_>,
     listening: impl FnOnce(&str),
 ) -> Result<()> {
-    let mut line = Line::open(listen)?;
-    let mut camera = options.camera.map(|path| CameraFile::open(path, target.lab())).transpose()?;
-    listening(&line.address);
-    let wire = target.host_wire();
+    let mut server = Server::open(listen, options, target.host_wire(), target.lab())?;
+    listening(server.address());
     let start = Instant::now();
     let start_us = sim_target::now_us();
     while !interrupt::requested() && options.duration.is_none_or(|end| start.elapsed() < end) {
-        if line.accept() {
-            note("a client connected");
-            if options.reset_on_connect {
-                target.lab().place_at_start();
-            }
-        }
-        let mut buffer = [0; 1024];
-        let len = line.read(&mut buffer);
-        if len > 0 {
-            wire.write_now(&buffer[..len]);
-        }
+        server.exchange()?;
         target.run_until_us(start_us + start.elapsed().as_micros() as u64);
-        line.forward(&wire);
-        if let Some(camera) = &mut camera {
-            camera.append()?;
-        }
+        server.exchange()?;
         std::thread::sleep(STEP);
     }
     Ok(())
+}
+
+/// One robot behind a port. Whoever has it calls [`exchange`](Self::exchange) every millisecond.
+pub struct Server {
+    line: Line,
+    camera: Option<CameraFile>,
+    reset_on_connect: bool,
+    wire: HostWire,
+    lab: Lab,
+}
+
+impl Server {
+    /// Opens the port.
+    pub fn open(
+        listen: &Listen,
+        options: &ServeOptions<'_>,
+        wire: HostWire,
+        lab: Lab,
+    ) -> Result<Self> {
+        let line = Line::open(listen)?;
+        let camera = options.camera.map(|path| CameraFile::open(path, lab.clone())).transpose()?;
+        Ok(Self { line, camera, reset_on_connect: options.reset_on_connect, wire, lab })
+    }
+
+    /// The port by which to reach the robot.
+    pub fn address(&self) -> &str {
+        &self.line.address
+    }
+
+    /// Hands over what client and robot have said since.
+    pub fn exchange(&mut self) -> Result<()> {
+        if self.line.accept() {
+            note("a client connected");
+            if self.reset_on_connect {
+                self.lab.place_at_start();
+            }
+        }
+        let mut buffer = [0; 1024];
+        let len = self.line.read(&mut buffer);
+        if len > 0 {
+            self.wire.write_now(&buffer[..len]);
+        }
+        self.line.forward(&self.wire);
+        match &mut self.camera {
+            Some(camera) => camera.append(),
+            None => Ok(()),
+        }
+    }
 }
 
 /// One client at a time, as on a cable.

@@ -23,6 +23,8 @@ pub struct Board {
     name: &'static str,
     /// Its binary.
     bin: &'static str,
+    /// What that is built with.
+    features: &'static str,
     /// Largest image \[KiB\]; 64 is the aim, see docs/boards.md.
     flash_kib_max: u64,
     /// Most static memory \[KiB\]; the stack is what is left.
@@ -30,9 +32,28 @@ pub struct Board {
 }
 
 /// The boards, the reference board first.
-pub const BOARDS: [Board; 2] = [
-    Board { name: "nucleo-f429zi", bin: "nucleo_f429zi", flash_kib_max: 100, ram_kib_max: 24 },
-    Board { name: "nucleo-f446re", bin: "nucleo_f446re", flash_kib_max: 100, ram_kib_max: 24 },
+pub const BOARDS: [Board; 3] = [
+    Board {
+        name: "nucleo-f429zi",
+        bin: "nucleo_f429zi",
+        features: "board-nucleo-f429zi",
+        flash_kib_max: 100,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "nucleo-f429zi-usb",
+        bin: "nucleo_f429zi",
+        features: "board-nucleo-f429zi,usb",
+        flash_kib_max: 128,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "nucleo-f446re",
+        bin: "nucleo_f446re",
+        features: "board-nucleo-f446re",
+        flash_kib_max: 100,
+        ram_kib_max: 24,
+    },
 ];
 
 /// Which compiler builds the images.
@@ -115,10 +136,9 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
             distribution_cargo()?
         }
     };
-    let feature = format!("board-{}", board.name);
     command
         .args(["build", "--release", "--locked", "--no-default-features"])
-        .args(["--features", &feature, "--bin", board.bin, "--target", TARGET])
+        .args(["--features", board.features, "--bin", board.bin, "--target", TARGET])
         .arg("--target-dir")
         .arg(&target)
         .current_dir(root().join("firmware"))

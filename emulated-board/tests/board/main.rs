@@ -3,6 +3,7 @@
 mod attack;
 mod faults;
 mod hang;
+mod network;
 mod paper;
 mod power_cut;
 mod robot;

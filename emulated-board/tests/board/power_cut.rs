@@ -57,8 +57,8 @@ struct Case {
     allowed: [Option<u32>; 2],
 }
 
-/// All cases of one save.
-fn cases(saves: &[Vec<Operation>], save: usize) -> Vec<Case> {
+/// All cases of one save: the power goes before each operation, or in the middle of it as well.
+fn cases(saves: &[Vec<Operation>], save: usize, in_the_middle: bool) -> Vec<Case> {
     let mut flash = blank();
     saves[..save].iter().flatten().for_each(|operation| operation.apply(&mut flash));
     let allowed = [save.checked_sub(1).map(|old| old as u32), Some(save as u32)];
@@ -68,8 +68,10 @@ fn cases(saves: &[Vec<Operation>], save: usize) -> Vec<Case> {
         cases.push(Case { what, flash: flash.clone(), allowed });
         let before = flash.clone();
         operation.apply(&mut flash);
-        let what = format!("save {save}, in operation {number}");
-        cases.push(Case { what, flash: torn(&before, &flash, number), allowed });
+        if in_the_middle {
+            let what = format!("save {save}, in operation {number}");
+            cases.push(Case { what, flash: torn(&before, &flash, number), allowed });
+        }
     }
     let what = format!("save {save}, after it");
     cases.push(Case { what, flash, allowed: [allowed[1]; 2] });
@@ -91,8 +93,10 @@ fn torn(before: &Flash, after: &Flash, seed: usize) -> Flash {
 fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_new_configuration() {
     let saves = saves();
     let erasing = saves.len() - 1;
-    let cases: Vec<Case> =
-        [0, 1, erasing].into_iter().flat_map(|save| cases(&saves, save)).collect();
+    let cases: Vec<Case> = [(0, false), (1, false), (erasing, true)]
+        .into_iter()
+        .flat_map(|(save, in_the_middle)| cases(&saves, save, in_the_middle))
+        .collect();
     let count = cases.len();
     let ended = emulation()
         .run(move |bench: Bench| async move {
@@ -115,8 +119,8 @@ fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_
         .unwrap();
     assert!(ended.found.is_empty(), "{} of {count}: {:#?}", ended.found.len(), ended.found);
     println!(
-        "{count} power cuts, before and in each of {}, {} and {} operations of the first save, the \
-         second, and number {} which erases: old or new configuration each time",
+        "{count} power cuts, before each of {} and {} operations of the first two saves, before and in \
+         each of {} of save {}, which erases: old or new configuration each time",
         saves[0].len(),
         saves[1].len(),
         saves[erasing].len(),

@@ -21,6 +21,9 @@ const RETRY_AFTER: Duration = Duration::from_millis(40);
 /// A robot that has not answered after this long is not there.
 const GIVE_UP_AFTER: Duration = Duration::from_millis(1500);
 
+/// A save may have to erase all of the store first: four sectors of half a second.
+const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
+
 /// A conversation with one robot.
 pub struct Session {
     wire: Wire,
@@ -136,8 +139,12 @@ impl Session {
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
         let id = self.next_id;
         self.next_id += 1;
+        let patience = match command {
+            Command::SaveConfig => GIVE_UP_SAVING_AFTER,
+            _ => GIVE_UP_AFTER,
+        };
         let request = Request { id, command };
-        let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
+        let give_up = self.clock.now_us() + patience.as_micros() as u64;
         let mut first = true;
         while self.clock.now_us() < give_up {
             if !std::mem::take(&mut first) {

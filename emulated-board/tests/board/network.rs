@@ -41,7 +41,9 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
         .spawn()
         .unwrap();
     let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    // Held open: the program goes on writing to it.
+    let mut output = BufReader::new(child.stdout.take().unwrap());
+    output.read_line(&mut line).unwrap();
     let _program = Program(child);
     let address = line.trim().rsplit("tcp:").next().expect("it says where it listens").to_string();
 
@@ -69,6 +71,7 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
             Ok((identity, outcome, session.read_config().await?))
         })
         .unwrap();
+    drop(output);
     let _ = std::fs::remove_dir_all(&desk);
     assert_eq!(identity.board.as_str(), "NUCLEO-F429ZI");
     assert_eq!(identity.config_origin, ConfigOrigin::Factory);

@@ -33,7 +33,10 @@ fn five_hundred_frames_a_second_are_a_fraction_of_the_line_and_none_is_lost() {
     let (telemetry, statistics) = &ended.found;
     assert_eq!((statistics.frames_lost, statistics.frames_damaged), (0, 0));
     // Every control tick's frame, each 2 ms after the one before.
-    assert!(telemetry.windows(2).all(|pair| pair[1].t_us - pair[0].t_us == 2000));
+    // A tick's time is taken when it begins, up to 10 us late.
+    let steps = telemetry.windows(2).map(|pair| pair[1].t_us - pair[0].t_us);
+    let gaps: Vec<u64> = steps.filter(|step_us| step_us.abs_diff(2000) > 20).collect();
+    assert!(gaps.is_empty(), "{gaps:?}");
     assert!(telemetry.len() > 9_500, "{} frames", telemetry.len());
 
     let mut encoder = Encoder::new();

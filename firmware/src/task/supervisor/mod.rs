@@ -63,6 +63,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     store_damaged: bool,
     /// What the store holds; the factory configuration if it holds none.
     saved: Config,
+    /// It does hold one.
+    is_saved: bool,
     state: State,
     /// The encoders' signs have been checked since the motors were switched on.
     probed: bool,
@@ -101,6 +103,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             config: saved.clone().unwrap_or_default(),
             config_origin,
             store_damaged,
+            is_saved: saved.is_some(),
             saved: saved.unwrap_or_default(),
             state: State::Idle,
             probed: false,

@@ -164,8 +164,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if !matches!(self.state, State::Idle | State::Faulted) {
             return Err(Refusal::State(self.state));
         }
+        // A host that asks again, because an erasure takes its time, wears no flash out.
+        if self.is_saved && self.saved == self.config {
+            return Ok(Answer::Done);
+        }
         self.store.save(&self.config).await.map_err(|_| Refusal::Store)?;
         self.saved = self.config.clone();
+        self.is_saved = true;
         self.store_damaged = false;
         Ok(Answer::Done)
     }

@@ -105,6 +105,24 @@ pub fn reference_image() -> Result<PathBuf, String> {
     build(&BOARDS[0], find_compiler()?)
 }
 
+/// Checks the images' code. Debian's compiler has no clippy: then only the pinned one's host build is.
+pub fn clippy() -> Outcome {
+    let Compiler::Pinned = find_compiler()? else {
+        println!("    left out: the distribution's compiler has no clippy");
+        return Ok(());
+    };
+    for board in &BOARDS {
+        let mut command = Command::new("cargo");
+        command
+            .args(["clippy", "--locked", "--no-default-features", "--features", board.features])
+            .args(["--bin", board.bin, "--target", TARGET, "--", "-D", "warnings"])
+            .current_dir(root().join("firmware"))
+            .env_remove("CARGO_ENCODED_RUSTFLAGS");
+        run_command(&mut command, "mend what clippy says")?;
+    }
+    Ok(())
+}
+
 /// The pinned compiler if it has the target, or can fetch it; else the distribution's.
 fn find_compiler() -> Result<Compiler, String> {
     if has_target() {

@@ -61,7 +61,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let emulation =
         Emulation { image: image.into(), scenario, flash, cut_before: None, count: false };
     let (listen, camera) = (options.listen, options.camera);
-    let ended = emulation.run(move |bench: Bench| async move {
+    let ended = emulation.run(move |mut bench: Bench| async move {
+        // The emulator translates the program's code where it comes to it first, which takes a second or
+        // two; the first host's patience is not for that.
+        bench.session.open().await.map_err(|error| error.to_string())?;
+        bench.session.identify().await.map_err(|error| error.to_string())?;
+        bench.session.read_config().await.map_err(|error| error.to_string())?;
         let listen = Listen::Tcp(listen);
         let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
         let server = Server::open(&listen, &options, bench.wire.clone(), bench.lab.clone());

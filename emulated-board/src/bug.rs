@@ -119,7 +119,8 @@ impl Exterminator {
         write(host, SPARE, &[0x4802, 0x4601, 0x4B02, 0x4602, 0x4718, 0xBF00]);
         let location = SPARE + 20;
         let name = SPARE + 36;
-        let words = [location, function | 1, name, 3, 1, 1, u64::from(u32::from_le_bytes(*b"bug\0"))];
+        let words =
+            [location, function | 1, name, 3, 1, 1, u64::from(u32::from_le_bytes(*b"bug\0"))];
         for (index, word) in words.into_iter().enumerate() {
             host.write(SPARE + 12 + 4 * index as u64, Width::W32, word).expect("it is flash");
         }

@@ -107,6 +107,9 @@ async fn in_real_time(mut server: Server) -> host_cli::error::Result<()> {
         }
     }
     let (chip_s, world_s) = ((now_us() - start_us) as f64 * 1e-6, begin.elapsed().as_secs_f64());
-    println!("{chip_s:.1} s on the chip's clock in {world_s:.1} s; {:.1} s behind", lost.as_secs_f64());
+    println!(
+        "{chip_s:.1} s on the chip's clock in {world_s:.1} s; {:.1} s behind",
+        lost.as_secs_f64()
+    );
     Ok(())
 }

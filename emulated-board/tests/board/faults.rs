@@ -14,10 +14,30 @@ type Case = (&'static str, PlantFault, &'static [Fault], f64);
 use Wheel::{Left, Right};
 
 const CASES: &[Case] = &[
-    ("left encoder's line cut", PlantFault::EncoderUnplugged(Left), &[Fault::EncoderDead(Left)], 100.0),
-    ("right encoder's line cut", PlantFault::EncoderUnplugged(Right), &[Fault::EncoderDead(Right)], 100.0),
-    ("left encoder swapped", PlantFault::EncoderReversed(Left), &[Fault::EncoderReversed(Left)], 100.0),
-    ("right encoder swapped", PlantFault::EncoderReversed(Right), &[Fault::EncoderReversed(Right)], 100.0),
+    (
+        "left encoder's line cut",
+        PlantFault::EncoderUnplugged(Left),
+        &[Fault::EncoderDead(Left)],
+        100.0,
+    ),
+    (
+        "right encoder's line cut",
+        PlantFault::EncoderUnplugged(Right),
+        &[Fault::EncoderDead(Right)],
+        100.0,
+    ),
+    (
+        "left encoder swapped",
+        PlantFault::EncoderReversed(Left),
+        &[Fault::EncoderReversed(Left)],
+        100.0,
+    ),
+    (
+        "right encoder swapped",
+        PlantFault::EncoderReversed(Right),
+        &[Fault::EncoderReversed(Right)],
+        100.0,
+    ),
     ("left encoder noisy", PlantFault::EncoderNoise(Left, 5e4), &[Fault::CountRate(Left)], 100.0),
     // A hand that closes in 25 ms stops this cruise within a few counts: it cannot be told from a dead
     // wire in time.
@@ -111,11 +131,15 @@ fn every_fault_at_cruise_is_named_and_latched_and_the_motors_are_off_in_time() {
         .unwrap();
     uneventful(&ended);
     let (found, silent, talking) = &ended.found;
-    println!("what breaks at cruise            named                          zero duty after   bound");
+    println!(
+        "what breaks at cruise            named                          zero duty after   bound"
+    );
     for ((what, .., bound_ms), Found { fault, off_ms }) in CASES.iter().zip(found) {
         println!("{what:<32} {:<30} {off_ms:>10.2} ms {bound_ms:>6.0} ms", fault.to_string());
     }
-    println!("                                                                controlled stop after");
+    println!(
+        "                                                                controlled stop after"
+    );
     let silences = [("host silent", silent), ("host talks, does not renew", talking)];
     for (what, Found { fault, off_ms }) in silences {
         println!("{what:<32} {:<30} {off_ms:>10.2} ms {:>6.0} ms", fault.to_string(), 250.0);

@@ -22,8 +22,20 @@ const CASES: &[Case] = &[
     ("a task beside control hangs", BUTTON, Effect::Hang, 50, ResetCause::Watchdog),
     ("encoder capture hangs", ENCODER, Effect::Hang, 33, ResetCause::Watchdog),
     ("PID hangs", PWM, Effect::Hang, 33, ResetCause::Watchdog),
-    ("the link's interrupt hangs", Place::Function("USART3"), Effect::Hang, 50, ResetCause::Watchdog),
-    ("the clock's interrupt hangs", Place::Function("TIM5"), Effect::Hang, 33, ResetCause::Watchdog),
+    (
+        "the link's interrupt hangs",
+        Place::Function("USART3"),
+        Effect::Hang,
+        50,
+        ResetCause::Watchdog,
+    ),
+    (
+        "the clock's interrupt hangs",
+        Place::Function("TIM5"),
+        Effect::Hang,
+        33,
+        ResetCause::Watchdog,
+    ),
     // Nobody is left to switch the motors off: the restart does.
     ("the guard itself hangs", Place::Function("SysTick"), Effect::Hang, 45, ResetCause::Watchdog),
     ("a hang with interrupts masked", ALARM, Effect::Hang, 45, ResetCause::Watchdog),

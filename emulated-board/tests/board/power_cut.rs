@@ -41,11 +41,10 @@ fn saves() -> Vec<Vec<Operation>> {
     println!("the longest save of {}: {:.0} ms", ends.len(), *longest_us as f64 * 1e-3);
     assert_eq!(ends.last(), Some(&ended.flash_journal.len()));
     let starts = std::iter::once(0).chain(ends.clone());
-    let saves: Vec<_> = starts
-        .zip(ends)
-        .map(|(start, &end)| ended.flash_journal[start..end].to_vec())
-        .collect();
-    let erases = saves.iter().position(|save| save.iter().any(|o| matches!(o, Operation::Erase { .. })));
+    let saves: Vec<_> =
+        starts.zip(ends).map(|(start, &end)| ended.flash_journal[start..end].to_vec()).collect();
+    let erases =
+        saves.iter().position(|save| save.iter().any(|o| matches!(o, Operation::Erase { .. })));
     let erases = erases.expect("the sectors are full at last");
     saves[..=erases].to_vec()
 }
@@ -90,7 +89,8 @@ fn torn(before: &Flash, after: &Flash, seed: usize) -> Flash {
 }
 
 #[test]
-fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_new_configuration() {
+fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_new_configuration()
+{
     let saves = saves();
     let erasing = saves.len() - 1;
     let cases: Vec<Case> = [(0, false), (1, false), (erasing, true)]

@@ -19,7 +19,10 @@ fn layout_1() -> Vec<u8> {
     let digit = |byte: u8| (byte as char).to_digit(16).expect("hexadecimal") as u8;
     let pairs = LAYOUT_1.as_bytes().chunks_exact(2);
     let mut flash = blank();
-    flash.iter_mut().zip(pairs).for_each(|(byte, pair)| *byte = digit(pair[0]) << 4 | digit(pair[1]));
+    flash
+        .iter_mut()
+        .zip(pairs)
+        .for_each(|(byte, pair)| *byte = digit(pair[0]) << 4 | digit(pair[1]));
     flash
 }
 
@@ -52,7 +55,10 @@ fn an_older_layout_is_read_and_a_damaged_store_boots_with_defaults_and_says_so()
     assert_eq!((older.0, older.1), (ConfigOrigin::Saved, false));
     assert_eq!(older.2.name, Name::new("numbered").unwrap());
     assert_eq!(older.2.geometry.wheel_weight, 1.0 + 8.0 * 0.123_456_789e-6);
-    assert_eq!((damaged.0, damaged.1, &damaged.2), (ConfigOrigin::Factory, true, &Config::default()));
+    assert_eq!(
+        (damaged.0, damaged.1, &damaged.2),
+        (ConfigOrigin::Factory, true, &Config::default())
+    );
     assert_eq!((blank.0, blank.1, &blank.2), (ConfigOrigin::Factory, false, &Config::default()));
 }
 

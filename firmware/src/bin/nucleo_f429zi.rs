@@ -9,9 +9,9 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::usart::{self, Uart};
+    use embassy_stm32::{Peri, bind_interrupts, flash};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
-    use embassy_stm32::{Peri, bind_interrupts, flash};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;

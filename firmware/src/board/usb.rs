@@ -11,7 +11,7 @@ use core::fmt::Write as _;
 
 use embassy_executor::Spawner;
 use embassy_stm32::peripherals::USB_OTG_FS;
-use embassy_stm32::usb::{Driver, DmPin, DpPin, InterruptHandler};
+use embassy_stm32::usb::{DmPin, DpPin, Driver, InterruptHandler};
 use embassy_stm32::{Peri, interrupt, usb};
 use embassy_usb::class::cdc_acm::{BufferedReceiver, CdcAcmClass, Sender, State};
 use embassy_usb::driver::EndpointError;

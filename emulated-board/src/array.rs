@@ -23,10 +23,53 @@ const STRT: u64 = 1 << 16;
 /// Number of the second bank's first sector in the control register.
 const FIRST_SECTOR: u64 = 0x10;
 
+/// What the firmware's part of the flash holds.
+pub type Flash = Vec<u8>;
+
+/// What a blank one holds.
+pub fn blank() -> Flash {
+    vec![0xFF; LEN as usize]
+}
+
+/// One thing that was done to the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operation {
+    /// A word was programmed.
+    Program {
+        /// Which, from the beginning of the array.
+        index: usize,
+        /// With what.
+        word: u32,
+    },
+    /// A sector was erased.
+    Erase {
+        /// Which.
+        sector: usize,
+    },
+}
+
+impl Operation {
+    /// Carries it out on what the flash holds.
+    pub fn apply(self, flash: &mut Flash) {
+        match self {
+            Operation::Program { index, word } => {
+                let cells = &mut flash[4 * index..4 * index + 4];
+                cells.iter_mut().zip(word.to_le_bytes()).for_each(|(cell, byte)| *cell &= byte);
+            }
+            Operation::Erase { sector } => {
+                let len = SECTOR_LEN as usize;
+                flash[sector * len..(sector + 1) * len].fill(0xFF);
+            }
+        }
+    }
+}
+
 /// The array's words.
 #[derive(Debug)]
 pub(crate) struct Array {
     words: Vec<u32>,
+    /// What was done to it, in order.
+    pub journal: Vec<Operation>,
     /// Erasures and programmed words so far.
     pub operations: u64,
     /// The power goes before the operation with this number, counted from 0.
@@ -38,10 +81,27 @@ pub(crate) struct Array {
 impl Array {
     /// What a flash held, or a blank one.
     pub fn new(content: Option<&[u8]>) -> Self {
-        let blank = vec![0xFF; LEN as usize];
+        let blank = blank();
         let words = content.unwrap_or(&blank).chunks_exact(4);
         let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
-        Self { words: words.map(word).collect(), operations: 0, cut_before: None, overwritten: 0 }
+        Self {
+            words: words.map(word).collect(),
+            journal: Vec::new(),
+            operations: 0,
+            cut_before: None,
+            overwritten: 0,
+        }
+    }
+
+    /// Holds something else from now on.
+    pub fn put(&mut self, content: &[u8], host: &mut dyn Host) {
+        let words = Self::new(Some(content)).words;
+        for (index, (old, new)) in self.words.iter_mut().zip(words).enumerate() {
+            if *old != new {
+                *old = new;
+                write(host, index, new);
+            }
+        }
     }
 
     /// What has to be watched for [`Self::on_store`].
@@ -74,6 +134,7 @@ impl Array {
         if !self.is_cut() {
             self.overwritten += u64::from(asked & !before != 0);
             self.words[index] = before & asked;
+            self.journal.push(Operation::Program { index, word: asked });
             self.operations += 1;
         }
         write(host, index, self.words[index]);
@@ -89,6 +150,7 @@ impl Array {
             return;
         }
         self.operations += 1;
+        self.journal.push(Operation::Erase { sector: sector as usize });
         let words_per_sector = (SECTOR_LEN / 4) as usize;
         let first = sector as usize * words_per_sector;
         for index in first..first + words_per_sector {

@@ -3,13 +3,14 @@
 use std::num::{NonZeroU32, NonZeroU64};
 
 use rigless::device::Level;
+use rigless::emulator::{Host, Watch};
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Bare, Mcu, Operate};
 use rigless::snapshot::store;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::{adc, tim};
 use rigless::soc::stm32f427::{CPU, Stm32f427};
-use rigless::soc::{Bus, Error, Region};
+use rigless::soc::{Bus, Error, Region, Width};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
@@ -30,10 +31,14 @@ const PORT_F: usize = 5;
 /// The resistors before the converter's pin, as the board's wiring diagram has them.
 const DIVIDER: f64 = 10.0 / (47.0 + 10.0);
 
-/// The memory as the core sees it: the first bank is flash, and what the firmware stores in, the second
-/// bank's first four sectors, is kept by [`crate::array`].
+/// The first bank, which the program is in.
+pub(crate) const PROGRAM: Watch = Watch::Writes { address: 0x0800_0000, length: 1 << 20 };
+
+/// The memory as the core sees it. The first bank is memory that can be written, so that [`crate::bug`]
+/// can plant bugs; a store of the program's own is watched for, and reported. What the firmware stores
+/// in, the second bank's first four sectors, is kept by [`crate::array`].
 static MEMORY: [Region; 6] = [
-    Region::flash("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
+    Region::ram("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
     Region::ram("store", crate::array::BASE, crate::array::LEN),
     Region::ram("ccm", 0x1000_0000, 64 << 10),
     Region::system("system", 0x1FFF_0000, 32 << 10),
@@ -130,7 +135,17 @@ impl Nucleo {
         });
         self.mcu.drive_port(at, PORT_F, |port, registers, context| {
             port.drive(pin(14), level(!fault), registers, context);
+            // The enable line's pull-down; where the pin drives, it wins.
+            port.drive(pin(15), level(false), registers, context);
         });
+    }
+}
+
+/// What RAM holds after the power was off: nothing that was there before. Of 192 KiB, the first 64 and the
+/// last 16: statics and stack.
+pub(crate) fn forget_ram(host: &mut dyn Host) {
+    for address in (0x2000_0000..0x2001_0000).chain(0x2002_C000..0x2003_0000).step_by(8) {
+        host.write(address, Width::W64, 0xA5A5_A5A5_A5A5_A5A5).expect("it is memory");
     }
 }
 

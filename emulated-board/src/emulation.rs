@@ -14,17 +14,16 @@ use rigless::image::Image;
 use rigless::session::Session as Machine;
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
-use sim_target::{Chassis, Lab, Scenario, now_us};
+use sim_target::{Chassis, HostWire, Lab, Scenario, now_us};
 
-use crate::array::Array;
-use crate::board::Nucleo;
+use crate::array::{self, Array, Flash, Operation};
+use crate::beat::{Beat, Pacemaker};
+use crate::board::{self, Nucleo};
+use crate::bug::{Bug, Exterminator};
 use crate::cost::{Counter, TickCost};
 
 /// How often the plant and the chip meet \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
-
-/// What the firmware's part of the flash holds.
-pub type Flash = Vec<u8>;
 
 /// What to emulate.
 #[derive(Clone, Debug)]
@@ -47,25 +46,74 @@ pub struct Bench {
     pub lab: Lab,
     /// The host's conversation with it; not opened yet.
     pub session: Session,
+    /// The host's end of the serial line, for other conversations than this, or none.
+    pub wire: HostWire,
     /// What the board does.
     pub watch: Watch,
 }
 
-/// What the board's outputs are, seen from outside.
-#[derive(Clone)]
-pub struct Watch(std::rc::Rc<RefCell<Outputs>>);
+impl Bench {
+    /// Another conversation on the same line, not opened yet: after a restart, or another host.
+    pub fn session(&self, number: u32) -> Session {
+        let wire = Wire::Sim(self.wire.clone());
+        Session::new(wire, Clock::Virtual, number, "emulated".into())
+    }
+}
 
-#[derive(Clone, Copy, Default)]
-struct Outputs {
+/// What the board does, seen from outside; and what is done to it.
+#[derive(Clone, Default)]
+pub struct Watch(std::rc::Rc<RefCell<Outside>>);
+
+#[derive(Default)]
+struct Outside {
     duty: WheelPair<f64>,
     enabled: bool,
+    last_powered_us: Option<u64>,
+    resets_us: Vec<u64>,
+    /// Bytes that wait for their turn on the line to the robot.
+    waiting: usize,
+    bugs: Vec<Bug>,
+    flash_operations: u64,
+    power_on: Option<Flash>,
 }
 
 impl Watch {
     /// What the bridge gives the motors now, as shares of the supply; zero while it is disabled.
     pub fn duty(&self) -> WheelPair<f64> {
-        let outputs = *self.0.borrow();
-        if outputs.enabled { outputs.duty } else { WheelPair::both(0.0) }
+        let outside = self.0.borrow();
+        if outside.enabled { outside.duty } else { WheelPair::both(0.0) }
+    }
+
+    /// When a motor was given a duty other than zero last, to a period of the PWM \[us\].
+    pub fn last_powered_us(&self) -> Option<u64> {
+        self.0.borrow().last_powered_us
+    }
+
+    /// When the board restarted \[us\].
+    pub fn resets_us(&self) -> Vec<u64> {
+        self.0.borrow().resets_us.clone()
+    }
+
+    /// Bytes that wait for their turn on the line to the robot, within a period of the PWM.
+    pub fn waiting(&self) -> usize {
+        self.0.borrow().waiting
+    }
+
+    /// Erasures and programmed words so far.
+    pub fn flash_operations(&self) -> u64 {
+        self.0.borrow().flash_operations
+    }
+
+    /// Switches the board off and on again, with this in its flash; its RAM forgets everything.
+    ///
+    /// To the chip it is a reset by its pin, and that is what it reports.
+    pub fn power_cycle(&self, flash: Flash) {
+        self.0.borrow_mut().power_on = Some(flash);
+    }
+
+    /// Plants a bug in the running program; a restart takes it out again.
+    pub fn plant(&self, bug: Bug) {
+        self.0.borrow_mut().bugs.push(bug);
     }
 }
 
@@ -80,6 +128,10 @@ pub struct Ended<T> {
     pub ticks: Vec<TickCost>,
     /// Erasures and programmed words.
     pub flash_operations: u64,
+    /// The same, one by one; none after a power cut.
+    pub flash_journal: Vec<Operation>,
+    /// When each control tick came.
+    pub beats: Vec<Beat>,
     /// Instructions that the core has carried out.
     pub instructions: u64,
     /// How long it lived \[us\].
@@ -104,21 +156,16 @@ impl Emulation {
         // The first stop comes before the first instruction: the flash is there from power-on.
         let mut machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(1))?;
         machine.watch(Array::watch());
+        machine.watch(board::PROGRAM);
         let found = Arc::new(Mutex::new(None));
         let (slot, scenario) = (found.clone(), self.scenario.clone());
         let begin = Box::new(move || {
             let chassis = Chassis::new(&scenario);
-            let watch = Watch(std::rc::Rc::default());
-            let bench = Bench {
-                lab: chassis.lab(),
-                session: Session::new(
-                    Wire::Sim(chassis.host_wire()),
-                    Clock::Virtual,
-                    1,
-                    "emulated".into(),
-                ),
-                watch: watch.clone(),
-            };
+            let watch = Watch::default();
+            let wire = chassis.host_wire();
+            let session = Wire::Sim(wire.clone());
+            let session = Session::new(session, Clock::Virtual, 1, "emulated".into());
+            let bench = Bench { lab: chassis.lab(), session, wire, watch: watch.clone() };
             let host = Box::pin(async move {
                 let output = procedure(bench).await;
                 *slot.lock().expect("nobody panicked") = Some(output);
@@ -133,7 +180,15 @@ impl Emulation {
             watches.into_iter().for_each(|watch| machine.watch(watch));
             counter = Some(new);
         }
-        let keeper = Keeper { begin: Some(begin), array, counter };
+        let keeper = Keeper {
+            begin: Some(begin),
+            array,
+            counter,
+            pacemaker: Pacemaker::default(),
+            exterminator: Exterminator::new(&self.image)?,
+            stray_stores: 0,
+            resets: 0,
+        };
         let ended = emulator::run(machine, &Start::new(&images), keeper)?;
         let mut strange: Vec<String> = Vec::new();
         strange
@@ -148,6 +203,9 @@ impl Emulation {
                 ended.driver.array.overwritten
             ));
         }
+        if ended.driver.stray_stores > 0 {
+            strange.push(format!("{} stores into the program", ended.driver.stray_stores));
+        }
         let stop = ended.stop;
         let found = found.lock().expect("nobody panicked").take();
         Ok(Ended {
@@ -155,6 +213,8 @@ impl Emulation {
             flash: ended.driver.array.content(),
             ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
             flash_operations: ended.driver.array.operations,
+            flash_journal: ended.driver.array.journal,
+            beats: ended.driver.pacemaker.beats,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
             resets: ended.session.resets().len(),
@@ -180,19 +240,40 @@ struct Keeper {
     begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
     array: Array,
     counter: Option<Counter>,
+    pacemaker: Pacemaker,
+    exterminator: Exterminator,
+    /// Stores into the program.
+    stray_stores: u64,
+    /// Restarts that have been noted.
+    resets: usize,
 }
 
 impl Driver<Nucleo> for Keeper {
-    fn on_settled(&mut self, _: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+    fn on_settled(&mut self, machine: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
+        if let Some(reset) = machine.resets().get(self.resets) {
+            self.resets += 1;
+            self.exterminator.clean_up(host);
+            SURROUNDINGS.with_borrow(|surroundings| {
+                if let Some(around) = surroundings {
+                    around.watch.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
+                }
+            });
+        }
         match settled {
             Settled::Access { access, .. } => {
                 self.array.on_access(&access, host);
+                self.pacemaker.on_access(&access);
+                self.exterminator.on_access(&access, host);
                 if let Some(counter) = &mut self.counter {
                     counter.on_access(&access);
                 }
             }
             Settled::Hit(hit) if hit.kind == HitKind::Write => {
-                self.array.on_store(hit.address, host)
+                if hit.address >= array::BASE {
+                    self.array.on_store(hit.address, host);
+                } else {
+                    self.stray_stores += 1;
+                }
             }
             Settled::Hit(hit) => {
                 if let Some(counter) = &mut self.counter {
@@ -221,6 +302,17 @@ impl Driver<Nucleo> for Keeper {
                 return None;
             }
             around.hand_over(machine.board_mut());
+            let mut outside = around.watch.0.borrow_mut();
+            for bug in std::mem::take(&mut outside.bugs) {
+                self.exterminator.plant(bug, host);
+            }
+            outside.flash_operations = self.array.operations;
+            if let Some(flash) = outside.power_on.take() {
+                self.array.put(&flash, host);
+                board::forget_ram(host);
+                machine.reset_by_pin(stop.at, stop.instruction_count, host);
+            }
+            drop(outside);
             let next_us = around.chassis.next_us().clamp(now_us() + 1, now_us() + STEP_US);
             Some(VirtualNanos(next_us * 1000))
         })
@@ -238,7 +330,13 @@ impl Surroundings {
             }
         }
         let (duty, enabled) = board.motors();
-        *self.watch.0.borrow_mut() = Outputs { duty, enabled };
+        {
+            let mut outside = self.watch.0.borrow_mut();
+            (outside.duty, outside.enabled) = (duty, enabled);
+            if enabled && duty.any(|duty| duty != 0.0) {
+                outside.last_powered_us = Some(at.0 / 1000);
+            }
+        }
         self.chassis.drive(duty, enabled);
         board.set_supply_v(self.chassis.supply_v());
         let (button, fault) =
@@ -267,10 +365,11 @@ impl Surroundings {
         loop {
             let len = self.chassis.take_from_host(&mut buffer);
             if len == 0 {
-                return;
+                break;
             }
             board.line().send(&buffer[..len]);
         }
+        self.watch.0.borrow_mut().waiting = board.line().waiting();
     }
 }
 

@@ -21,14 +21,19 @@
 //! - The debug probe: logs go nowhere.
 
 mod array;
+mod beat;
 mod board;
+mod bug;
 mod cost;
 mod emulation;
 mod line;
 
+pub use array::{Flash, Operation, blank};
+pub use beat::Beat;
 pub use board::Nucleo;
+pub use bug::{Bug, Effect, Place};
 pub use cost::{Spread, TickCost};
-pub use emulation::{Bench, Emulation, Ended, Flash};
+pub use emulation::{Bench, Emulation, Ended, Watch};
 
 /// How long the emulated core takes for an instruction \[ns\].
 pub const INSTRUCTION_NS: u64 = 8;

@@ -20,6 +20,11 @@ impl Line {
         self.to_robot.extend(bytes);
     }
 
+    /// Bytes that have not begun their way yet.
+    pub fn waiting(&self) -> usize {
+        self.to_robot.len()
+    }
+
     /// Takes what has come from the robot.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.to_host)

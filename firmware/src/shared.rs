@@ -471,6 +471,8 @@ pub enum ControlEvent {
     Settled(u32),
     /// A fault was latched.
     Faulted,
+    /// The emergency stop's button was held: its fault is to be cleared.
+    ClearAsked,
 }
 
 /// How to close the loop.

@@ -1,15 +1,22 @@
 //! The configuration in a flash memory: [`Store`] on any `NorFlash`.
 //!
 //! ```text
-//! layout u16 | CRC-32 of what follows u32 | configuration, postcard        little-endian
+//! layout  record, little-endian
+//! 1       layout u16 | CRC-32 of the configuration u32            | configuration, postcard
+//! 2       layout u16 | CRC-32 of layout and configuration u32     | configuration, postcard
 //! ```
 //!
+//! Layout 2 is written. Layout 1 is still read, and becomes layout 2 at the next save. A layout whose
+//! configuration differs from [`Config`] keeps a frozen copy of that type here, and a conversion.
+//!
 //! `sequential-storage` appends each record to the one before, so that the old record is whole until
-//! the new one is: a power cut leaves either. A record of a layout that this firmware does not know,
-//! or one that fails its checksum, is damage, and never guessed at.
+//! the new one is: a power cut leaves either. What a power cut in the middle of an erasure leaves, a
+//! sector of half-erased bits, is erased again before anything is read (`mend`). A record of a layout
+//! that this firmware does not know, or one that fails its checksum, is damage, and never guessed at.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use shared_proto::Config;
@@ -18,7 +25,7 @@ use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raised when [`Config`] changes; `decode` goes on reading the older
 /// ones.
-pub const LAYOUT: u16 = 1;
+pub const LAYOUT: u16 = 2;
 
 /// The one record's key.
 const CONFIGURATION: u8 = 1;
@@ -32,12 +39,13 @@ const HEADER_LEN: usize = 6;
 /// Without a table, which would take a kilobyte of flash: it is worked out twice a day.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// No cache: the store is looked at twice a day.
-type NoCache = Cache<Uncached, Uncached, Uncached, u8>;
+/// Remembers where the record is: looking for it means a checksum over every record of a sector, and
+/// before a sector is erased it is looked for once for each of them.
+type Finder = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
-/// A configuration in a flash of at least two pages.
+/// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
-    map: MapStorage<u8, F, NoCache>,
+    map: MapStorage<u8, F, Finder>,
     buffer: [u8; RECORD_LEN_MAX],
 }
 
@@ -45,11 +53,17 @@ impl<F: NorFlash> FlashStore<F> {
     /// Takes the whole of this flash.
     ///
     /// # Panics
-    /// If the flash has fewer than two pages: that is a board file's mistake.
+    /// If the flash has fewer than two sectors: that is a board file's mistake.
     pub fn new(flash: F) -> Self {
+        // `is_blank` reads whole buffers; `is_marked` single bytes.
+        const { assert!(F::ERASE_SIZE.is_multiple_of(RECORD_LEN_MAX) && F::READ_SIZE == 1) };
         let range = 0..flash.capacity() as u32;
         Self {
-            map: MapStorage::new(flash, MapConfig::new(range), Cache::new_uncached()),
+            map: MapStorage::new(
+                flash,
+                MapConfig::new(range),
+                Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
+            ),
             buffer: [0; RECORD_LEN_MAX],
         }
     }
@@ -60,8 +74,78 @@ impl<F: NorFlash> FlashStore<F> {
     }
 }
 
+/// A sector's two marks, by which `sequential-storage` knows what it is in use for.
+///
+/// ```text
+/// first byte   last byte    the sector
+/// blank        blank        is free
+/// marked       blank        takes records
+/// marked       marked       is full
+/// blank        marked       was being erased; the library erases it again by itself
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Marks {
+    first: bool,
+    last: bool,
+}
+
+impl Marks {
+    const FREE: Self = Self { first: false, last: false };
+    const IN_USE: Self = Self { first: true, last: false };
+}
+
+impl<F: NorFlash> FlashStore<F> {
+    /// Erases what an interrupted erasure has left, where the library would take it for something else.
+    ///
+    /// Sectors are used in a ring, and the one after that which takes records is free. So one that looks
+    /// as if it took records, behind one that does, is a sector whose erasure was cut short; and so is a
+    /// free one that is not blank. Neither ever holds what is needed.
+    async fn mend(&mut self) -> Result<(), F::Error> {
+        let sectors = (self.map.flash().capacity() / F::ERASE_SIZE) as u32;
+        let mut before = self.marks(sectors - 1).await?;
+        for sector in 0..sectors {
+            let marks = self.marks(sector).await?;
+            let twice = marks == Marks::IN_USE && before == Marks::IN_USE;
+            if twice || (marks == Marks::FREE && !self.is_blank(sector).await?) {
+                let start = sector * F::ERASE_SIZE as u32;
+                self.map.flash().erase(start, start + F::ERASE_SIZE as u32).await?;
+            }
+            before = marks;
+        }
+        Ok(())
+    }
+
+    async fn marks(&mut self, sector: u32) -> Result<Marks, F::Error> {
+        let start = sector * F::ERASE_SIZE as u32;
+        Ok(Marks {
+            first: self.is_marked(start).await?,
+            last: self.is_marked(start + F::ERASE_SIZE as u32 - 1).await?,
+        })
+    }
+
+    /// The library's rule: half of the bits are programmed.
+    async fn is_marked(&mut self, offset: u32) -> Result<bool, F::Error> {
+        let mut byte = [0];
+        self.map.flash().read(offset, &mut byte).await?;
+        Ok(byte[0].count_zeros() >= 4)
+    }
+
+    async fn is_blank(&mut self, sector: u32) -> Result<bool, F::Error> {
+        let start = sector * F::ERASE_SIZE as u32;
+        let Self { map, buffer } = self;
+        for offset in (0..F::ERASE_SIZE).step_by(buffer.len()) {
+            map.flash().read(start + offset as u32, buffer).await?;
+            if buffer.iter().any(|&byte| byte != 0xFF) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
 impl<F: NorFlash> Store for FlashStore<F> {
     async fn load(&mut self) -> Result<Option<Config>, StoreError> {
+        self.mend().await.map_err(|_| StoreError::Damaged)?;
         match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
             Ok(Some(record)) => decode(record).map(Some),
             Ok(None) => Ok(None),
@@ -95,22 +179,31 @@ fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, S
     // `sequential-storage` needs room for its key in the same buffer.
     let room = body.len() - size_of::<u8>();
     let body = postcard::to_slice(config, &mut body[..room]).map_err(|_| StoreError::Write)?;
-    header[..2].copy_from_slice(&LAYOUT.to_le_bytes());
-    header[2..].copy_from_slice(&CRC.checksum(body).to_le_bytes());
+    let layout = LAYOUT.to_le_bytes();
+    header[..2].copy_from_slice(&layout);
+    header[2..].copy_from_slice(&checksum(&[&layout, body]).to_le_bytes());
     Ok(HEADER_LEN + body.len())
 }
 
 /// The configuration in a record of any layout that ever was.
 fn decode(record: &[u8]) -> Result<Config, StoreError> {
     let (header, body) = record.split_at_checked(HEADER_LEN).ok_or(StoreError::Damaged)?;
-    let [layout @ .., a, b, c, d] = header else { return Err(StoreError::Damaged) };
-    if u32::from_le_bytes([*a, *b, *c, *d]) != CRC.checksum(body) {
+    let &[low, high, a, b, c, d] = header else { return Err(StoreError::Damaged) };
+    let expected = match u16::from_le_bytes([low, high]) {
+        1 => checksum(&[body]),
+        2 => checksum(&[&[low, high], body]),
+        _ => return Err(StoreError::Damaged),
+    };
+    if u32::from_le_bytes([a, b, c, d]) != expected {
         return Err(StoreError::Damaged);
     }
-    match layout {
-        [low, high] if u16::from_le_bytes([*low, *high]) == LAYOUT => {
-            postcard::from_bytes(body).map_err(|_| StoreError::Damaged)
-        }
-        _ => Err(StoreError::Damaged),
+    postcard::from_bytes(body).map_err(|_| StoreError::Damaged)
+}
+
+fn checksum(parts: &[&[u8]]) -> u32 {
+    let mut digest = CRC.digest();
+    for part in parts {
+        digest.update(part);
     }
+    digest.finalize()
 }

@@ -147,18 +147,27 @@ async fn drive_armed(
     let id = session.new_motion();
     let start_us = start(session, motion, id, options, telemetry).await?;
 
-    let begin_us = session.clock().now_us();
-    let wait_s = (LEAD + options.rest).as_secs_f64();
+    let mut heard_us = session.clock().now_us();
+    let mut last_us = 0;
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
         telemetry.extend(session.take_telemetry());
-        let elapsed_s = (session.clock().now_us() - begin_us) as f64 * 1e-6 - wait_s;
+        let now_us = session.clock().now_us();
+        // The robot's own clock says how far it is: an emulated one may be slower than the world.
+        if let Some(frame) = telemetry.last()
+            && frame.t_us != last_us
+        {
+            (last_us, heard_us) = (frame.t_us, now_us);
+        }
+        let elapsed_s = (last_us as f64 - start_us as f64) * 1e-6;
+        let silent_s = (now_us - heard_us) as f64 * 1e-6;
         progress((elapsed_s / duration_s).clamp(0.0, 1.0));
         stop_if_interrupted()?;
         if session.take_events().any(|event| ends_motion(&event, id))
             || end_us(telemetry, start_us).is_some()
             || elapsed_s > duration_s + 5.0
+            || silent_s > 5.0
         {
             break;
         }

@@ -1,6 +1,7 @@
-//! A simulated robot in real time, behind TCP or a pseudo-terminal.
+//! A robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
 //!
 //! The virtual clock follows the world's. Any program that can talk to a serial port can talk to it.
+//! [`serve`] does it for the simulator; whoever has another robot uses [`Server`] in a loop of its own.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -36,40 +37,14 @@ pub fn serve(
     options: &ServeOptions<'_>,
     listening: impl FnOnce(&str),
 ) -> Result<()> {
-    if options.reset_on_connect && *listen == Listen::Pty {
-        return Err(Error::new(
-            "--reset-on-connect does nothing on a pseudo-terminal: nobody sees a client come",
-        )
-        .hint("--listen tcp:127.0.0.1:0"));
-    }
-    let mut line = Line::open(listen)?;
-    let mut camera = options.camera.map(|path| CameraFile::open(path, target.lab())).transpose()?;
-    listening(&line.address);
-    let wire = target.host_wire();
+    let mut server = Server::open(listen, options, target.host_wire(), target.lab())?;
+    listening(server.address());
     let start = Instant::now();
     let start_us = sim_target::now_us();
     while !interrupt::requested() && options.duration.is_none_or(|end| start.elapsed() < end) {
-        if line.accept() {
-            note("a client connected");
-            if options.reset_on_connect {
-                let lab = target.lab();
-                if stands_still(&lab) {
-                    lab.place_at_start();
-                } else {
-                    note("the robot moves, and stays where it is");
-                }
-            }
-        }
-        let mut buffer = [0; 1024];
-        let len = line.read(&mut buffer);
-        if len > 0 {
-            wire.write_now(&buffer[..len]);
-        }
+        server.exchange()?;
         target.run_until_us(start_us + start.elapsed().as_micros() as u64);
-        line.forward(&wire);
-        if let Some(camera) = &mut camera {
-            camera.append()?;
-        }
+        server.exchange()?;
         std::thread::sleep(STEP);
     }
     Ok(())
@@ -84,6 +59,64 @@ fn stands_still(lab: &Lab) -> bool {
         let driven = plant.currents_a().any(|current_a| current_a != 0.0);
         !turns && !driven
     })
+}
+
+/// One robot behind a port. Whoever has it calls [`exchange`](Self::exchange) every millisecond.
+pub struct Server {
+    line: Line,
+    camera: Option<CameraFile>,
+    reset_on_connect: bool,
+    wire: HostWire,
+    lab: Lab,
+}
+
+impl Server {
+    /// Opens the port.
+    pub fn open(
+        listen: &Listen,
+        options: &ServeOptions<'_>,
+        wire: HostWire,
+        lab: Lab,
+    ) -> Result<Self> {
+        if options.reset_on_connect && *listen == Listen::Pty {
+            return Err(Error::new(
+                "--reset-on-connect does nothing on a pseudo-terminal: nobody sees a client come",
+            )
+            .hint("--listen tcp:127.0.0.1:0"));
+        }
+        let line = Line::open(listen)?;
+        let camera = options.camera.map(|path| CameraFile::open(path, lab.clone())).transpose()?;
+        Ok(Self { line, camera, reset_on_connect: options.reset_on_connect, wire, lab })
+    }
+
+    /// The port by which to reach the robot.
+    pub fn address(&self) -> &str {
+        &self.line.address
+    }
+
+    /// Hands over what client and robot have said since.
+    pub fn exchange(&mut self) -> Result<()> {
+        if self.line.accept() {
+            note("a client connected");
+            if self.reset_on_connect {
+                if stands_still(&self.lab) {
+                    self.lab.place_at_start();
+                } else {
+                    note("the robot moves, and stays where it is");
+                }
+            }
+        }
+        let mut buffer = [0; 1024];
+        let len = self.line.read(&mut buffer);
+        if len > 0 {
+            self.wire.write_now(&buffer[..len]);
+        }
+        self.line.forward(&self.wire);
+        match &mut self.camera {
+            Some(camera) => camera.append(),
+            None => Ok(()),
+        }
+    }
 }
 
 /// One client at a time, as on a cable.

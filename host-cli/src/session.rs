@@ -22,6 +22,9 @@ const RETRY_AFTER: Duration = Duration::from_millis(40);
 /// A robot that has not answered after this long is not there.
 const GIVE_UP_AFTER: Duration = Duration::from_millis(1500);
 
+/// A save may have to erase all of the store first: four sectors of half a second.
+const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
+
 /// A conversation with one robot.
 pub struct Session {
     wire: Wire,
@@ -141,8 +144,12 @@ impl Session {
         let subscribes = matches!(command, Command::Subscribe { .. });
         let id = self.next_id;
         self.next_id += 1;
+        let patience = match command {
+            Command::SaveConfig => GIVE_UP_SAVING_AFTER,
+            _ => GIVE_UP_AFTER,
+        };
         let request = Request { id, command };
-        let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
+        let give_up = self.clock.now_us() + patience.as_micros() as u64;
         let mut first = true;
         while self.clock.now_us() < give_up {
             if !std::mem::take(&mut first) {

@@ -15,7 +15,7 @@
 //! | channel | direction | payload | |
 //! | --- | --- | --- | --- |
 //! | 0 `Hello` | both ways | [`Hello`], a layout that never changes | first of all, answered by the robot's own |
-//! | 1 `Request` | to the robot | [`Request`], postcard | answered exactly once for each arrival |
+//! | 1 `Request` | to the robot | [`Request`], postcard | answered once for each arrival, unless the line is full: the host asks again |
 //! | 2 `Reply` | to the host | [`Reply`], postcard | carries the request's id |
 //! | 3 `Telemetry` | to the host | [`Telemetry`], postcard | as subscribed; the first to be dropped on a busy line |
 //! | 4 `Event` | to the host | [`Event`], postcard | may be lost; [`Status`] tells the same on request |

@@ -1,4 +1,5 @@
-//! What is done with the image on the emulated board: its tests and its count of instructions.
+//! What is done with the image on the emulated board: its tests, its count of instructions, and a robot
+//! that hosts can talk to.
 
 use crate::steps::cargo;
 use crate::{Outcome, firmware};
@@ -15,6 +16,17 @@ pub fn test() -> Outcome {
 /// Prints what a control tick costs.
 pub fn bench() -> Outcome {
     with_image("run", &["--example", "cost"])
+}
+
+/// Puts the emulated board behind a TCP port, in real time.
+pub fn serve(args: &[&str]) -> Outcome {
+    with_image("run", &[&["--bin", "emulate", "--"], args].concat())
+}
+
+/// Checks the code of the emulated board's crate.
+pub fn clippy() -> Outcome {
+    let line = [&["clippy"][..], &WHERE, &["--all-targets", "--", "-D", "warnings"]].concat();
+    cargo(&line, &[], "mend what clippy says")
 }
 
 fn with_image(what: &str, args: &[&str]) -> Outcome {

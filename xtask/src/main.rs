@@ -19,6 +19,8 @@ cargo xtask <chore>
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board
+  emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
+                     the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware is none of
   help               this
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
     let outcome = match args[..] {
         ["test"] => test::run(),
         ["firmware", ref args @ ..] => firmware::run(args),
+        ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),

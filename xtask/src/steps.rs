@@ -25,9 +25,9 @@ impl Steps {
 
     /// One line a step.
     pub fn print_summary(&self) {
-        println!("\n{:<12} {:>8}  result", "step", "seconds");
+        println!("\n{:<16} {:>8}  result", "step", "seconds");
         for (name, took, good) in &self.done {
-            println!("{name:<12} {:>8.1}  {}", took.as_secs_f64(), verdict(*good));
+            println!("{name:<16} {:>8.1}  {}", took.as_secs_f64(), verdict(*good));
         }
     }
 }

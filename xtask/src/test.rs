@@ -35,6 +35,8 @@ fn all(steps: &mut Steps) -> Outcome {
         )
     })?;
     steps.run("images", || firmware::run(&[]))?;
+    steps.run("images clippy", firmware::clippy)?;
+    steps.run("emulated clippy", emulated::clippy)?;
     steps.run("emulated", emulated::test)?;
     steps.run("doc", || {
         cargo(

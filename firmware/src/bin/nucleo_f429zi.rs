@@ -7,8 +7,11 @@ mod wiring {
     use embassy_executor::Spawner;
     use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
+    #[cfg(not(feature = "usb"))]
     use embassy_stm32::usart::{self, Uart};
-    use embassy_stm32::{Peri, bind_interrupts, dma, flash, peripherals};
+    use embassy_stm32::{Peri, bind_interrupts, flash};
+    #[cfg(not(feature = "usb"))]
+    use embassy_stm32::{dma, peripherals};
     use firmware::board::beat::{self, TimerBeat};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
@@ -16,11 +19,21 @@ mod wiring {
     use firmware::board::input::PolledInput;
     use firmware::board::lamps::Lamps;
     use firmware::board::supply::{DividedSupply, Divider};
-    use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+    #[cfg(not(feature = "usb"))]
+    use firmware::board::tasks::LINK_BUFFER_LEN;
+    use firmware::board::tasks::{self, SERVICE_PRIORITY};
     use firmware::board::{clocks, guard, reset};
     use firmware::store::FlashStore;
+    #[cfg(not(feature = "usb"))]
     use static_cell::ConstStaticCell;
 
+    #[cfg(feature = "usb")]
+    bind_interrupts!(struct Irqs {
+        OTG_FS => embassy_stm32::usb::InterruptHandler<embassy_stm32::peripherals::USB_OTG_FS>;
+        FLASH => flash::InterruptHandler;
+    });
+
+    #[cfg(not(feature = "usb"))]
     bind_interrupts!(struct Irqs {
         USART3 => usart::InterruptHandler<peripherals::USART3>;
         DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
@@ -29,6 +42,7 @@ mod wiring {
     });
 
     /// What comes in by DMA while nobody looks.
+    #[cfg(not(feature = "usb"))]
     static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
         ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
@@ -46,9 +60,13 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in
-            [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::FLASH]
-        {
+        for irq in [
+            interrupt::USART3,
+            interrupt::DMA1_STREAM3,
+            interrupt::DMA1_STREAM1,
+            interrupt::OTG_FS,
+            interrupt::FLASH,
+        ] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -75,16 +93,21 @@ mod wiring {
         };
         let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
 
-        let mut line = usart::Config::default();
-        line.baudrate = 921_600;
-        let link = Uart::new(p.USART3, p.PD9, p.PD8, p.DMA1_CH3, p.DMA1_CH1, Irqs, line)
-            .expect("921600 baud divides the clock");
-        let (transmitter, receiver) = link.split();
-
         let shared = tasks::shared();
         tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);
         tasks::spawn_lines(spawner, shared, stop, driver_fault);
-        tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
+        #[cfg(not(feature = "usb"))]
+        {
+            let mut line = usart::Config::default();
+            line.baudrate = 921_600;
+            let link = Uart::new(p.USART3, p.PD9, p.PD8, p.DMA1_CH3, p.DMA1_CH1, Irqs, line)
+                .expect("921600 baud divides the clock");
+            let (transmitter, receiver) = link.split();
+            let receiver = receiver.into_ring_buffered(LINK.take());
+            tasks::spawn_link(spawner, shared, transmitter, receiver);
+        }
+        #[cfg(feature = "usb")]
+        firmware::board::usb::spawn(spawner, shared, p.USB_OTG_FS, Irqs, p.PA12, p.PA11);
         tasks::spawn_others(spawner, shared, store, reset_cause, lamps);
     }
 }

@@ -23,6 +23,8 @@ impl ReadNorFlash for StoreFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        // Reading is instant; whoever reads a whole sector lets the others go on in between.
+        embassy_futures::yield_now().await;
         self.0.blocking_read(STORE.start + offset, bytes)
     }
 

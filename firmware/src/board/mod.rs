@@ -14,6 +14,7 @@
 //! | [`lamps`] | what the lights say |
 //! | [`flash`] | the part of the flash where the configuration lives |
 //! | [`reset`] | why the board started; what a panic leaves behind |
+//! | `usb` | the link on the board's own USB connector |
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
 pub mod beat;
@@ -26,6 +27,8 @@ pub mod lamps;
 pub mod reset;
 pub mod supply;
 pub mod tasks;
+#[cfg(feature = "usb")]
+pub mod usb;
 
 #[cfg(feature = "board-nucleo-f429zi")]
 mod nucleo_f429zi;
@@ -36,6 +39,9 @@ pub use nucleo_f429zi::*;
 mod nucleo_f446re;
 #[cfg(feature = "board-nucleo-f446re")]
 pub use nucleo_f446re::*;
+
+#[cfg(all(feature = "usb", feature = "board-nucleo-f446re"))]
+compile_error!("the NUCLEO-F446RE has no USB connector of its own");
 
 #[cfg(all(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
 compile_error!(

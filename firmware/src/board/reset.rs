@@ -1,4 +1,4 @@
-//! Why the board started, and what a panic leaves behind.
+//! Why the board started, and what a panic or a hard fault leaves behind.
 
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
@@ -50,11 +50,24 @@ pub fn cause() -> ResetCause {
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     super::motors_off();
-    // SAFETY: interrupts are off and nobody returns from here.
-    unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
+    remember();
     defmt::error!("panic");
     if DCB::is_debugger_attached() {
         cortex_m::asm::bkpt();
     }
     SCB::sys_reset()
+}
+
+/// What the core cannot carry out, an instruction or an access that is none: as a panic.
+#[cortex_m_rt::exception(trampoline = false)]
+unsafe fn HardFault() -> ! {
+    super::motors_off();
+    remember();
+    SCB::sys_reset()
+}
+
+/// Leaves word for the next start.
+fn remember() {
+    // SAFETY: no task or other interrupt runs any more, and nobody returns from here.
+    unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
 }

@@ -31,7 +31,7 @@ use crate::store::FlashStore;
 use crate::task;
 
 /// What the tasks share.
-type BoardShared = Shared<CriticalSectionRawMutex>;
+pub(super) type BoardShared = Shared<CriticalSectionRawMutex>;
 
 /// What the tasks share: 3.5 KiB. One robot, one static; critical sections, because the control tasks
 /// interrupt the others. It is made at the start: ready-made it would take its size in flash too.

@@ -66,6 +66,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     store_damaged: bool,
     /// What the store holds; the factory configuration if it holds none.
     saved: Config,
+    /// It does hold one.
+    is_saved: bool,
     state: State,
     /// The encoders' signs have been checked since the motors were switched on.
     probed: bool,
@@ -108,6 +110,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             config: saved.clone().unwrap_or_default(),
             config_origin,
             store_damaged,
+            is_saved: saved.is_some(),
             saved: saved.unwrap_or_default(),
             state: State::Idle,
             probed: false,
@@ -141,6 +144,14 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                     State::Stopping => self.end_stop(),
                     State::Driving => self.complete(),
                     _ => {}
+                }
+            }
+            ControlEvent::ClearAsked => {
+                if let Some(report) = self.shared.fault.report()
+                    && report.fault == Fault::EmergencyStop
+                {
+                    // Refused where the host would be refused.
+                    let _ = self.obey_clear(report.number);
                 }
             }
             // Of an order that another has replaced; faults are looked at below, every time.

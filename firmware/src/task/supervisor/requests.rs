@@ -17,7 +17,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
         let Request { id, command } = request;
         let outcome = self.obey(command).await;
-        self.shared.outgoing.send(Outgoing::Reply(Reply { id, outcome })).await;
+        // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
+        // from hearing a renewal or from missing one. Whoever gets no reply asks again.
+        let _ = self.shared.outgoing.try_send(Outgoing::Reply(Reply { id, outcome }));
     }
 
     async fn obey(&mut self, command: Command) -> Result<Answer, Refusal> {
@@ -155,7 +157,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(at)
     }
 
-    fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
+    pub(super) fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
         match self.shared.fault.report() {
             None if number == self.shared.fault.last_number() => Ok(Answer::Done),
             None => Err(Refusal::NoSuchFault),
@@ -181,8 +183,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if !matches!(self.state, State::Idle | State::Faulted) {
             return Err(Refusal::State(self.state));
         }
+        // A host that asks again, because an erasure takes its time, wears no flash out.
+        if self.is_saved && self.saved == self.config {
+            return Ok(Answer::Done);
+        }
         self.store.save(&self.config).await.map_err(|_| Refusal::Store)?;
         self.saved = self.config.clone();
+        self.is_saved = true;
         self.store_damaged = false;
         Ok(Answer::Done)
     }

@@ -1,6 +1,5 @@
-//! What the flashed image does, beside what the simulator does with the same tasks.
+//! The paper's experiment on the flashed image, beside the same one on the simulator.
 
-use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -8,38 +7,10 @@ use emulated_board::{Bench, Emulation, Ended, Spread, TickCost};
 use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
 use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_cli::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};
-use sim_target::Scenario;
 
-/// The image that `cargo xtask test` has built, the very bytes that are flashed.
-fn image() -> std::path::PathBuf {
-    let image = std::env::var_os("BEELINE_IMAGE");
-    image.expect("BEELINE_IMAGE names the image: run these tests by `cargo xtask test`").into()
-}
-
-/// The paper's robot.
-fn scenario() -> (std::path::PathBuf, Scenario) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-target/scenarios/paper.toml");
-    let scenario = Scenario::load(&path).unwrap();
-    (path, scenario)
-}
-
-fn emulation() -> Emulation {
-    Emulation {
-        image: image(),
-        scenario: scenario().1,
-        flash: None,
-        cut_before: None,
-        count: false,
-    }
-}
-
-/// What an emulated life must leave behind in any case: no restart, and no access that the emulator
-/// could not answer as the chip would.
-fn uneventful<T>(ended: &Ended<T>) {
-    assert_eq!(ended.resets, 0);
-    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
-}
+use super::{emulation, scenario, uneventful};
 
 #[test]
 fn the_image_says_who_it_is() {
@@ -65,18 +36,25 @@ async fn paper_run(session: &mut host_cli::session::Session, period_ms: u16) -> 
     motion::drive(session, &Motion::PAPER, options, &mut |_| ()).await.unwrap().telemetry
 }
 
+/// A life in which the paper's run was driven, with 500 telemetry frames a second.
+pub fn driven() -> &'static Ended<(Vec<Telemetry>, HostStatistics)> {
+    static ENDED: OnceLock<Ended<(Vec<Telemetry>, HostStatistics)>> = OnceLock::new();
+    ENDED.get_or_init(|| {
+        emulation()
+            .run(|mut bench: Bench| async move {
+                bench.session.open().await.unwrap();
+                let telemetry = paper_run(&mut bench.session, 2).await;
+                (telemetry, bench.session.statistics())
+            })
+            .unwrap()
+    })
+}
+
 #[test]
 fn both_travel_curves_agree_within_two_counts_at_every_sample() {
-    let ended = emulation()
-        .run(|mut bench: Bench| async move {
-            bench.session.open().await.unwrap();
-            let telemetry = paper_run(&mut bench.session, 2).await;
-            (telemetry, bench.session.statistics())
-        })
-        .unwrap();
-    uneventful(&ended);
-    let (emulated, statistics) = ended.found;
-    assert_eq!(statistics.frames_lost + statistics.frames_damaged, 0, "no loss at 500 frames/s");
+    let ended = driven();
+    uneventful(ended);
+    let emulated = &ended.found.0;
 
     let port = Port::Sim(Some(scenario().0));
     let simulated = with_robot(&port, &SimOptions::default(), async |session, _| {
@@ -84,7 +62,7 @@ fn both_travel_curves_agree_within_two_counts_at_every_sample() {
     })
     .unwrap();
 
-    let deviations = deviations(&emulated, &simulated);
+    let deviations = deviations(emulated, &simulated);
     let largest = deviations.iter().map(|d| d.left.abs().max(d.right.abs())).max().unwrap();
     println!("{} samples, at most {largest} counts apart", deviations.len());
     // 20 s at 500 frames a second, less what precedes and follows the motion.

@@ -1,0 +1,115 @@
+//! `cargo xtask emulate`: the flashed image behind a TCP port, in real time.
+//!
+//! The chip's clock follows the world's. Where the emulator is too slow for that, the chip's clock falls
+//! behind and never hurries to catch up: for the robot a host then only talks more often, so that none of
+//! its timeouts comes early; what the host waits for takes longer.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use emulated_board::{Bench, Emulation};
+use host_cli::cli::Listen;
+use host_cli::interrupt;
+use host_cli::serve::{ServeOptions, Server};
+use sim_target::{Scenario, now_us, sleep_until_us};
+
+/// Chip and client exchange what they have said this often, on the chip's clock \[us\].
+const STEP_US: u64 = 1000;
+
+/// A lag beyond this is not made up for.
+const LAG_MAX: Duration = Duration::from_millis(5);
+
+const USE: &str = "use: cargo xtask emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] \
+                   [--flash FILE]";
+
+struct Options {
+    listen: String,
+    scenario: Option<PathBuf>,
+    camera: Option<PathBuf>,
+    flash: Option<PathBuf>,
+}
+
+impl Options {
+    fn parse() -> Result<Self, String> {
+        let mut options =
+            Self { listen: "127.0.0.1:7701".into(), scenario: None, camera: None, flash: None };
+        let mut args = std::env::args().skip(1);
+        while let Some(option) = args.next() {
+            let value = args.next().ok_or(USE)?;
+            match option.as_str() {
+                "--listen" => options.listen = value,
+                "--scenario" => options.scenario = Some(value.into()),
+                "--camera" => options.camera = Some(value.into()),
+                "--flash" => options.flash = Some(value.into()),
+                _ => return Err(USE.into()),
+            }
+        }
+        Ok(options)
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let options = Options::parse()?;
+    let image = std::env::var_os("BEELINE_IMAGE").ok_or("run this by `cargo xtask emulate`")?;
+    let scenario = match &options.scenario {
+        Some(path) => Scenario::load(path)?,
+        None => Scenario::default(),
+    };
+    // A file that is not there yet is a flash that was never written.
+    let flash = options.flash.as_ref().and_then(|path| std::fs::read(path).ok());
+    interrupt::listen();
+    let emulation =
+        Emulation { image: image.into(), scenario, flash, cut_before: None, count: false };
+    let (listen, camera) = (options.listen, options.camera);
+    let ended = emulation.run(move |mut bench: Bench| async move {
+        // The emulator translates the program's code where it comes to it first, which takes a second or
+        // two; the first host's patience is not for that.
+        bench.session.open().await.map_err(|error| error.to_string())?;
+        bench.session.identify().await.map_err(|error| error.to_string())?;
+        bench.session.read_config().await.map_err(|error| error.to_string())?;
+        let listen = Listen::Tcp(listen);
+        let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
+        let server = Server::open(&listen, &options, bench.wire.clone(), bench.lab.clone());
+        match server {
+            Ok(server) => in_real_time(server).await.map_err(|error| error.to_string()),
+            Err(error) => Err(error.to_string()),
+        }
+    })?;
+    if let Some(path) = &options.flash {
+        std::fs::write(path, &ended.flash)?;
+    }
+    for line in &ended.strange {
+        eprintln!("{line}");
+    }
+    Ok(ended.found?)
+}
+
+async fn in_real_time(mut server: Server) -> host_cli::error::Result<()> {
+    println!("the flashed image on an emulated NUCLEO-F429ZI, on {}", server.address());
+    println!("  beeline identify --port {}", server.address());
+    let begin = Instant::now();
+    let mut start = begin;
+    let start_us = now_us();
+    let mut lost = Duration::ZERO;
+    while !interrupt::requested() {
+        server.exchange()?;
+        sleep_until_us(now_us() + STEP_US).await;
+        let due = start + Duration::from_micros(now_us() - start_us);
+        match due.checked_duration_since(Instant::now()) {
+            Some(early) => std::thread::sleep(early),
+            None => {
+                let late = Instant::now() - due;
+                if late > LAG_MAX {
+                    start += late;
+                    lost += late;
+                }
+            }
+        }
+    }
+    let (chip_s, world_s) = ((now_us() - start_us) as f64 * 1e-6, begin.elapsed().as_secs_f64());
+    println!(
+        "{chip_s:.1} s on the chip's clock in {world_s:.1} s; {:.1} s behind",
+        lost.as_secs_f64()
+    );
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! What the flashed image does, and how it bears what goes wrong.
+
+mod attack;
+mod faults;
+mod hang;
+mod network;
+mod paper;
+mod power_cut;
+mod robot;
+mod storage;
+mod telemetry;
+
+use std::path::Path;
+
+use emulated_board::{Emulation, Ended};
+use sim_target::Scenario;
+
+/// The image that `cargo xtask test` has built, the very bytes that are flashed.
+fn image() -> std::path::PathBuf {
+    let image = std::env::var_os("BEELINE_IMAGE");
+    image.expect("BEELINE_IMAGE names the image: run these tests by `cargo xtask test`").into()
+}
+
+/// The paper's robot.
+fn scenario() -> (std::path::PathBuf, Scenario) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-target/scenarios/paper.toml");
+    let scenario = Scenario::load(&path).unwrap();
+    (path, scenario)
+}
+
+fn emulation() -> Emulation {
+    Emulation {
+        image: image(),
+        scenario: scenario().1,
+        flash: None,
+        cut_before: None,
+        count: false,
+    }
+}
+
+/// What an emulated life must leave behind in any case: no restart, and no access that the emulator
+/// could not answer as the chip would.
+fn uneventful<T>(ended: &Ended<T>) {
+    assert_eq!(ended.resets, 0);
+    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
+}

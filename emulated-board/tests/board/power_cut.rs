@@ -1,0 +1,155 @@
+//! The power goes before every flash operation of a save, on the flashed image.
+//!
+//! A save's operations, each erasure and each programmed word, are noted one by one in a first life. In
+//! a second one the board is switched on with what the flash held before each of them. What a cut in the
+//! middle of an operation leaves is tried here with some of a word's bits programmed; the store's own
+//! tests (`firmware/tests/store/`) try many more ways, on the same code.
+
+use emulated_board::{Bench, Emulation, Flash, Operation, blank};
+use shared_proto::{Config, ConfigOrigin, Name};
+
+use super::robot::Robot;
+use super::{emulation, uneventful};
+
+/// A configuration that can be told from all others by its number.
+fn numbered(number: u32) -> Config {
+    let mut config = Config { name: Name::new("numbered").unwrap(), ..Config::default() };
+    config.geometry.wheel_weight = 1.0 + f64::from(number + 1) * 0.123_456_789e-6;
+    config
+}
+
+/// What was done to the flash by each save, from the first to the first that erases.
+fn saves() -> Vec<Vec<Operation>> {
+    let ended = emulation()
+        .run(|bench: Bench| async move {
+            let mut robot = Robot::meet(bench).await;
+            let (mut ends, mut longest_us) = (Vec::new(), 0);
+            // Three of four sectors take 77 saves each.
+            for number in 0..232 {
+                robot.0.session.write_config(&numbered(number)).await.unwrap();
+                let begin_us = sim_target::now_us();
+                robot.0.session.save_config().await.unwrap();
+                longest_us = longest_us.max(sim_target::now_us() - begin_us);
+                robot.listen(1).await;
+                ends.push(robot.0.watch.flash_operations() as usize);
+            }
+            (ends, longest_us)
+        })
+        .unwrap();
+    uneventful(&ended);
+    let (ends, longest_us) = &ended.found;
+    println!("the longest save of {}: {:.0} ms", ends.len(), *longest_us as f64 * 1e-3);
+    assert_eq!(ends.last(), Some(&ended.flash_journal.len()));
+    let starts = std::iter::once(0).chain(ends.clone());
+    let saves: Vec<_> =
+        starts.zip(ends).map(|(start, &end)| ended.flash_journal[start..end].to_vec()).collect();
+    let erases =
+        saves.iter().position(|save| save.iter().any(|o| matches!(o, Operation::Erase { .. })));
+    let erases = erases.expect("the sectors are full at last");
+    saves[..=erases].to_vec()
+}
+
+/// A case: what the flash holds, and what may be read from it.
+struct Case {
+    what: String,
+    flash: Flash,
+    allowed: [Option<u32>; 2],
+}
+
+/// All cases of one save: the power goes before each operation, or in the middle of it as well.
+fn cases(saves: &[Vec<Operation>], save: usize, in_the_middle: bool) -> Vec<Case> {
+    let mut flash = blank();
+    saves[..save].iter().flatten().for_each(|operation| operation.apply(&mut flash));
+    let allowed = [save.checked_sub(1).map(|old| old as u32), Some(save as u32)];
+    let mut cases = Vec::new();
+    for (number, &operation) in saves[save].iter().enumerate() {
+        let what = format!("save {save}, before operation {number}");
+        cases.push(Case { what, flash: flash.clone(), allowed });
+        let before = flash.clone();
+        operation.apply(&mut flash);
+        if in_the_middle {
+            let what = format!("save {save}, in operation {number}");
+            cases.push(Case { what, flash: torn(&before, &flash, number), allowed });
+        }
+    }
+    let what = format!("save {save}, after it");
+    cases.push(Case { what, flash, allowed: [allowed[1]; 2] });
+    cases
+}
+
+/// Half done: of the bits that the operation changes, a half that looks drawn has changed.
+fn torn(before: &Flash, after: &Flash, seed: usize) -> Flash {
+    let mut noise = seed as u64 + 1;
+    let half = |(&before, &after): (&u8, &u8)| {
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let mask = (noise >> 56) as u8;
+        before & mask | after & !mask
+    };
+    before.iter().zip(after).map(half).collect()
+}
+
+#[test]
+fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_new_configuration()
+{
+    let saves = saves();
+    let erasing = saves.len() - 1;
+    let cases: Vec<Case> = [(0, false), (1, false), (erasing, true)]
+        .into_iter()
+        .flat_map(|(save, in_the_middle)| cases(&saves, save, in_the_middle))
+        .collect();
+    let count = cases.len();
+    let ended = emulation()
+        .run(move |bench: Bench| async move {
+            let mut robot = Robot::meet(bench).await;
+            let mut wrong = Vec::new();
+            for (number, case) in cases.into_iter().enumerate() {
+                robot.0.watch.power_cycle(case.flash);
+                sim_target::sleep_until_us(sim_target::now_us() + 20_000).await;
+                robot.meet_again(2 + number as u32).await;
+                let identity = robot.0.session.identify().await.unwrap();
+                let config = robot.0.session.read_config().await.unwrap();
+                let found = (identity.config_origin == ConfigOrigin::Saved).then_some(config);
+                let allowed = case.allowed.map(|number| number.map(numbered));
+                if identity.store_damaged || !allowed.contains(&found) {
+                    wrong.push(format!("{}: {}", case.what, identity.store_damaged));
+                }
+            }
+            wrong
+        })
+        .unwrap();
+    assert!(ended.found.is_empty(), "{} of {count}: {:#?}", ended.found.len(), ended.found);
+    println!(
+        "{count} power cuts, before each of {} and {} operations of the first two saves, before and in \
+         each of {} of save {}, which erases: old or new configuration each time",
+        saves[0].len(),
+        saves[1].len(),
+        saves[erasing].len(),
+        erasing + 1,
+    );
+    assert!(saves[erasing].len() > 50);
+}
+
+#[test]
+fn a_flash_without_power_keeps_what_it_held_before_the_operation() {
+    // The sweep above takes the flash's content from the journal: here it is the array itself that loses
+    // its power in the middle of a save, and the program that goes on without it.
+    let whole = save_with(None);
+    for operation in [0, 1, 17, 52] {
+        let cut = save_with(Some(operation));
+        let mut expected = blank();
+        whole.flash_journal[..operation as usize].iter().for_each(|o| o.apply(&mut expected));
+        assert!(cut.flash == expected, "before operation {operation}");
+        assert!(!cut.found, "a save without power does not say that it is done");
+    }
+    assert!(whole.found);
+}
+
+fn save_with(cut_before: Option<u64>) -> emulated_board::Ended<bool> {
+    Emulation { cut_before, ..emulation() }
+        .run(|bench: Bench| async move {
+            let mut robot = Robot::meet(bench).await;
+            robot.0.session.write_config(&numbered(0)).await.unwrap();
+            robot.0.session.save_config().await.is_ok()
+        })
+        .unwrap()
+}

@@ -31,6 +31,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 fn rms_m(path: &Path) -> f64 {
     let squares =
         path.measured_m.iter().zip(&path.predicted_m).map(|(a, b)| distance(*a, *b).powi(2));
+    let squares = squares.filter(|it: &f64| it.is_finite());
     (squares.sum::<f64>() / path.measured_m.len().max(1) as f64).sqrt()
 }
 

@@ -11,6 +11,7 @@ use crate::increment::Term;
 use crate::judge::Judgement;
 use crate::look::{Candidate, Look};
 use crate::next_run::next_run;
+use crate::profile::interval;
 use crate::recording::RecordingError;
 use crate::select::{Selection, select};
 use crate::structure::unexplained;
@@ -34,7 +35,7 @@ pub fn explain_by(
     }
     let prepared = campaign.prepare()?;
     let Selection { fitted, kept, rejected, look } = select(&prepared, catalogue);
-    let classes = classes(&look, &kept);
+    let classes = classes(&prepared, &fitted, &look, &kept);
     let order = by_evidence(&look, &kept);
     let mut prefix: Vec<Term<'_>> = Vec::new();
     let baseline = errors(&prepared, &fitted, &[]);
@@ -42,7 +43,7 @@ pub fn explain_by(
     for index in order {
         prefix.push(fitted.terms[index].clone());
         let after = errors(&prepared, &fitted, &prefix);
-        steps.push(step(&fitted, index, &kept[index], &classes[index], after));
+        steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
     }
     let named: Vec<String> = steps.iter().flat_map(|it| it.class.clone()).collect();
     let rejected = rejected
@@ -89,6 +90,7 @@ pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>
 }
 
 fn step(
+    prepared: &Prepared,
     fitted: &Fitted<'_>,
     index: usize,
     judgement: &Judgement,
@@ -97,7 +99,7 @@ fn step(
 ) -> StepFound {
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
-    let parameters = parameters(fitted, index, judgement.dispersion);
+    let parameters = parameters(prepared, fitted, index, judgement.dispersion);
     let values: Vec<String> = parameters
         .iter()
         .map(|it| format!("{} = {:.3e} +- {:.1e} {}", it.name, it.value, it.sigma, it.unit))
@@ -128,6 +130,7 @@ fn step(
 /// The parameters of one effect of a model; `dispersion` is by how much runs scatter more about it than
 /// their noise explains, which widens the intervals.
 pub(crate) fn parameters(
+    prepared: &Prepared,
     fitted: &Fitted<'_>,
     index: usize,
     dispersion: f64,
@@ -137,14 +140,20 @@ pub(crate) fn parameters(
     let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
     parameters
         .map(|(j, (parameter, value))| {
-            let sigma = (dispersion * fitted.covariance[(first + j, first + j)]).sqrt();
+            let own = fitted.covariance[(first + j, first + j)].sqrt();
+            let sigma = dispersion.sqrt() * own;
+            let (low95, high95) = if term.effect.is_linear() {
+                (value - NORMAL_95 * sigma, value + NORMAL_95 * sigma)
+            } else {
+                interval(prepared, fitted, (index, j), (own, dispersion))
+            };
             ParameterFound {
                 name: parameter.name.to_owned(),
                 unit: parameter.unit.to_owned(),
                 value: *value,
                 sigma,
-                low95: value - NORMAL_95 * sigma,
-                high95: value + NORMAL_95 * sigma,
+                low95,
+                high95,
             }
         })
         .collect()
@@ -175,6 +184,8 @@ fn reject(
         format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
     } else if it.held_out_gain <= 0.0 {
         format!("runs held out get no better: {:+.1}", -it.held_out_gain)
+    } else if !it.most_agree() {
+        format!("of the {} runs that it touches {} get better", it.touched, it.better)
     } else if it.dispersion > 3.0 {
         format!(
             "runs disagree about it {:.0} times more than their noise (p = {:.2})",
@@ -193,3 +204,7 @@ fn reject(
 #[cfg(test)]
 #[path = "explain_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "explain_loop_tests.rs"]
+mod loop_tests;

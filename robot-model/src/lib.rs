@@ -58,6 +58,7 @@ pub mod next_run;
 #[cfg(test)]
 mod noise;
 pub mod odometry_noise;
+mod profile;
 mod select;
 pub mod structure;
 #[cfg(test)]

@@ -46,7 +46,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
     let effects = (0..fitted.terms.len())
         .map(|index| ModelEffect {
             effect: effects[index].facts().id,
-            parameters: parameters(&fitted, index, kept[index].dispersion),
+            parameters: parameters(&prepared, &fitted, index, kept[index].dispersion),
         })
         .collect();
     let errors = errors(&prepared, &fitted, &fitted.terms);

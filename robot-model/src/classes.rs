@@ -3,7 +3,13 @@
 //! An effect is taken out and each other effect put in its place, everything fitted anew. If that loses
 //! less than three sigma, 9 in -2 log likelihood, the rival is as good an answer, and it is named in one
 //! breath with the effect. The data decide: no list of confounds is kept.
+//!
+//! A first look is linear about the fitted effect; of a strong one the rivals' fits are off by a share of
+//! what it explains. So whatever comes near is fitted in earnest.
 
+use crate::campaign::Prepared;
+use crate::fit::{Fitted, fit_parameters};
+use crate::increment::Term;
 use crate::judge::Judgement;
 use crate::look::{Candidate, Look, penalty};
 use crate::select::RIVAL_MARGIN;
@@ -11,6 +17,9 @@ use crate::select::RIVAL_MARGIN;
 /// A rival has to do this share of what the effect does: where an effect is weak, chance alone gives
 /// others nearly as much gain.
 const RESEMBLANCE_MIN: f64 = 0.3;
+
+/// What a first look may be off by, as a share of what the effect explains.
+const LOOK_ERROR: f64 = 0.1;
 
 /// An effect with everything that this campaign cannot tell from it.
 #[derive(Clone, Debug)]
@@ -20,21 +29,35 @@ pub(crate) struct Class<'a> {
 }
 
 /// The class of each effect of the model.
-pub(crate) fn classes<'a>(look: &Look<'a>, kept: &[Judgement]) -> Vec<Class<'a>> {
+pub(crate) fn classes<'a>(
+    prepared: &Prepared,
+    fitted: &Fitted<'a>,
+    look: &Look<'a>,
+    kept: &[Judgement],
+) -> Vec<Class<'a>> {
     let mut classes = Vec::new();
     for (index, judgement) in kept.iter().enumerate() {
         // Where runs scatter more than their noise, sigmas are wider.
         let margin = RIVAL_MARGIN * judgement.dispersion;
         let own = judgement.gain - penalty(look.term(index));
         let mut rivals: Vec<Candidate<'a>> = look
-            .candidates_that_gain(&[index], own - margin)
+            .candidates_that_gain(&[index], own - margin - LOOK_ERROR * judgement.gain)
             .into_iter()
             .filter(|it| !it.judgement.implausible)
             .filter(|it| look.resemblance(index, &it.term) > RESEMBLANCE_MIN)
+            .filter(|it| loss(prepared, fitted, index, &it.term) < margin)
             .collect();
         let net = |it: &Candidate<'_>| it.judgement.gain - penalty(&it.term);
         rivals.sort_by(|a, b| net(b).total_cmp(&net(a)));
         classes.push(Class { rivals });
     }
     classes
+}
+
+/// What is lost in -2 log likelihood, penalties included, by a rival in an effect's place.
+fn loss<'a>(prepared: &Prepared, fitted: &Fitted<'a>, index: usize, rival: &Term<'a>) -> f64 {
+    let mut terms = fitted.terms.clone();
+    let own = std::mem::replace(&mut terms[index], rival.clone());
+    let with = fit_parameters(prepared, terms, fitted.noise);
+    with.chi_squared - fitted.chi_squared + penalty(rival) - penalty(&own)
 }

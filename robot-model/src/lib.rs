@@ -61,6 +61,7 @@ pub mod model;
 pub mod next_run;
 mod noise;
 pub mod odometry_noise;
+mod profile;
 mod select;
 pub mod structure;
 #[cfg(test)]

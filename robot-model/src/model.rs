@@ -101,7 +101,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
             let it = &kept[index];
             ModelEffect {
                 effect: id,
-                parameters: parameters(&fitted, index, it.dispersion),
+                parameters: parameters(&prepared, &fitted, index, it.dispersion),
                 verdict: Verdict {
                     p_value: it.p_value,
                     held_out_gain: it.held_out_gain,

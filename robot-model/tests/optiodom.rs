@@ -69,11 +69,11 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
             .collect();
     // Least squares of whole tracks with free start poses, of all runs of each kind in the session.
     let cases = [
-        ("square", [0.04189, 0.04186, 0.2013]),
-        ("circular", [0.04193, 0.04188, 0.2025]),
-        ("", [0.04182, 0.04178, 0.2018]),
+        ("square", [0.04189, 0.04186, 0.2013], [0.0198, 0.0051]),
+        ("circular", [0.04193, 0.04188, 0.2025], [0.0398, 0.0045]),
+        ("", [0.04182, 0.04178, 0.2018], [0.0258, 0.0060]),
     ];
-    for (kind, reference) in cases {
+    for (kind, reference, [nominal_m, three_m]) in cases {
         let model = fit(&campaign(kind), &three).unwrap();
         for (got, want) in geometry(&model).into_iter().zip(reference) {
             // Innovations weigh short ways more than whole tracks do, and these are a third of the runs.
@@ -81,16 +81,35 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
         }
         let nominal = fit(&campaign(kind), &[]).unwrap();
         let errors = [nominal, model].map(|it| it.errors.heldout.position_rms_m);
-        // Some 20, 40 and 30 mm; then 7, 4 and 7 mm.
-        assert!(errors[1] < 0.4 * errors[0], "{kind}: {errors:?}");
+        // Of all runs of the session 19.8, 39.8 and 25.8 mm nominal; these are a third of them.
+        assert!((errors[0] / nominal_m - 1.0).abs() < 0.2, "{kind}: {errors:?}");
+        // Their best fits leave 5.1, 4.5 and 6.0 mm. Here runs are held out, and a fit to innovations does
+        // not make whole tracks least: up to 1.6 times as much, and not far below either.
+        assert!((0.7..1.6).contains(&(errors[1] / three_m)), "{kind}: {errors:?}");
     }
 }
 
+/// R_L, R_R, b: what a person would calibrate.
+const THREE: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
+
+fn effects<'a>(ids: impl IntoIterator<Item = &'a str>) -> Vec<&'static dyn Effect> {
+    ids.into_iter().map(|id| find(id).unwrap()).collect()
+}
+
 #[test]
-fn a_real_robot_is_more_than_the_catalogue_and_the_answer_says_so() {
-    let answer = explain(&campaign("")).unwrap();
+fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_says_what_is_left() {
+    let campaign = campaign("");
+    let answer = explain(&campaign).unwrap();
+    let last = answer.steps[answer.steps.len() - 1].heldout.position_rms_m;
+    let three = fit(&campaign, &effects(THREE)).unwrap().errors.heldout.position_rms_m;
+    // Both learn the noise, and so weigh the runs, with their own effects in place: 5 %.
+    assert!(last <= 1.05 * three, "{last} against {three}");
+    for id in THREE {
+        let named = answer.steps.iter().any(|it| it.class.iter().any(|it| it == id));
+        assert!(named, "{id}: {:?}", answer.steps);
+    }
+    // Squares and circles disagree about the radii beyond their noise: something is missing, and nothing
+    // in the catalogue is it.
     assert!(answer.unexplained.structure, "{:?}", answer.unexplained);
-    assert!(!answer.steps.is_empty());
-    let last = answer.steps[answer.steps.len() - 1].heldout;
-    assert!(last.position_rms_m < answer.baseline.heldout.position_rms_m);
+    assert!(!answer.unexplained.depends_on.is_empty());
 }

@@ -20,6 +20,11 @@ impl Effect for Backlash {
         &FACTS
     }
 
+    /// The way through the play is longer, the wider it is.
+    fn is_linear(&self) -> bool {
+        false
+    }
+
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
         let state = step.dphi_rad.zip(memory.wheel);
         let play = state

@@ -74,6 +74,11 @@ pub trait Effect: Sync + core::fmt::Debug {
         vec![vec![0.0; self.facts().parameters.len()]]
     }
 
+    /// Whether what it does is in proportion to its parameters; an effect with a shape is not.
+    fn is_linear(&self) -> bool {
+        self.facts().parameters.iter().all(|it| it.role == Role::Amplitude)
+    }
+
     /// Within what a parameter has to stay for these runs to show the effect at all: the plausible
     /// range, or less of it.
     fn range(&self, parameter: usize, _survey: &Survey) -> (f64, f64) {

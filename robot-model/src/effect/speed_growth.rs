@@ -1,15 +1,15 @@
 //! The rolling radius grows with the speed.
 //!
 //! ```text
-//! R -> R (1 + k v^2)
+//! R_i -> R_i (1 + k v_i^2)
 //! ```
 //!
-//! k \[s^2/m^2\] > 0: further at speed.
+//! k \[s^2/m^2\] > 0: further at speed. v_i is the speed of the wheel's own rim: it is its spin that makes
+//! a wheel grow.
 
 use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
 use crate::jet::{Jet, PARAMETERS_MAX};
 use crate::motion::Step;
-use crate::sides::Sides;
 
 /// Wheels grow with speed.
 #[derive(Debug)]
@@ -21,15 +21,15 @@ impl Effect for SpeedGrowth {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        let v = step.speed_mps();
-        Change { travel: Sides::both(p[0] * (v * v)), ..Change::NONE }
+        let travel = step.wheel_speed_mps.map(|v| p[0] * (v * v));
+        Change { travel, ..Change::NONE }
     }
 }
 
 static FACTS: Facts = Facts {
     id: "speed_growth",
     name: "wheel radius grows with speed",
-    equation: "R (1 + k v^2)",
+    equation: "R_i (1 + k v_i^2)",
     parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
     acts_on: ActsOn::Motion,
     signature: "an error along the path at high speeds only",

@@ -2,7 +2,8 @@
 //!
 //! The chip's clock follows the world's. Where the emulator is too slow for that, the chip's clock falls
 //! behind and never hurries to catch up: for the robot a host then only talks more often, so that none of
-//! its timeouts comes early; what the host waits for takes longer.
+//! its timeouts comes early; what the host waits for takes longer. A host gives up when an answer, which takes
+//! the chip some milliseconds, has not come after 1.5 s: an emulator a hundred times too slow is no robot.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -10,7 +11,9 @@ use std::time::{Duration, Instant};
 use emulated_board::{Bench, Emulation};
 use host_cli::cli::Listen;
 use host_cli::interrupt;
+use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::serve::{ServeOptions, Server};
+use shared_proto::WheelPair;
 use sim_target::{Scenario, now_us, sleep_until_us};
 
 /// Chip and client exchange what they have said this often, on the chip's clock \[us\].
@@ -62,11 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Emulation { image: image.into(), scenario, flash, cut_before: None, count: false };
     let (listen, camera) = (options.listen, options.camera);
     let ended = emulation.run(move |mut bench: Bench| async move {
-        // The emulator translates the program's code where it comes to it first, which takes a second or
-        // two; the first host's patience is not for that.
-        bench.session.open().await.map_err(|error| error.to_string())?;
-        bench.session.identify().await.map_err(|error| error.to_string())?;
-        bench.session.read_config().await.map_err(|error| error.to_string())?;
+        warm_up(&mut bench).await.map_err(|error| error.to_string())?;
         let listen = Listen::Tcp(listen);
         let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
         let server = Server::open(&listen, &options, bench.wire.clone(), bench.lab.clone());
@@ -82,6 +81,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{line}");
     }
     Ok(ended.found?)
+}
+
+/// Says and drives a little of everything, there and back.
+///
+/// The emulator translates the program's code where it comes to it first, which takes seconds in all: a
+/// host's patience, 1.5 s for an answer, is not for that.
+async fn warm_up(bench: &mut Bench) -> host_cli::error::Result<()> {
+    let session = &mut bench.session;
+    session.open().await?;
+    session.identify().await?;
+    let config = session.read_config().await?;
+    session.write_config(&config).await?;
+    let there = Motion { distance: WheelPair::both(0.2), acceleration: 0.4, ..Motion::PAPER };
+    for motion in [there, there.reversed()] {
+        motion::drive(session, &motion, RecordOptions::default(), &mut |_| ()).await?;
+    }
+    bench.lab.place_at_start();
+    Ok(())
 }
 
 async fn in_real_time(mut server: Server) -> host_cli::error::Result<()> {

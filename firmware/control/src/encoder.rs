@@ -81,7 +81,7 @@ impl SpeedScale {
         let q = q.to_bits();
         let hz = CONTROL_HZ as u64;
         // Q below 1 m keeps this below 2^50.
-        let speed_per_rate = ((q >> 32) * hz << 8) + ((q & 0xFFFF_FFFF) * hz >> 24);
+        let speed_per_rate = (((q >> 32) * hz) << 8) + (((q & 0xFFFF_FFFF) * hz) >> 24);
         // A power of two: it need not be sharp, and takes no division.
         let room = speed_per_rate.leading_zeros().saturating_sub(10);
         let counts_max = if room > 31 { i32::MAX as u32 } else { 1 << room };

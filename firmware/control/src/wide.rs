@@ -17,7 +17,7 @@ pub fn div(n: i128, d: i128) -> i128 {
     let mut rest = 0_u128;
     let mut digits = n.unsigned_abs();
     for _ in 0..u128::BITS {
-        rest = rest << 1 | digits >> 127;
+        rest = (rest << 1) | (digits >> 127);
         digits <<= 1;
         if rest >= divisor {
             rest -= divisor;

@@ -240,6 +240,7 @@ impl Filter<'_> {
             row[4] *= fade;
             row[5] *= fade;
         }
+        #[expect(clippy::needless_range_loop, reason = "a column mixes five rows")]
         for j in 0..STATES {
             p[0][j] += gx * p[2][j];
             p[1][j] += gy * p[2][j];
@@ -370,8 +371,8 @@ impl Filter<'_> {
                 let view = &self.view_by_column[column];
                 let j = along(s) + view_slope(view, quantity, velocity, [sin, cos]);
                 self.row[column] = j * weight;
-                for i in 0..STATES {
-                    s[i] -= gain[i] * j;
+                for (s, gain) in s.iter_mut().zip(&gain) {
+                    *s -= gain * j;
                 }
             }
             self.pose.x_m += gain[0] * nu;
@@ -382,9 +383,9 @@ impl Filter<'_> {
             }
             self.run[0] += gain[PSI] * nu;
             self.run[1] += gain[TAU] * nu;
-            for i in 0..STATES {
-                for j in 0..STATES {
-                    self.covariance[i][j] -= gain[i] * ph[j];
+            for (row, gain) in self.covariance.iter_mut().zip(&gain) {
+                for (p, ph) in row.iter_mut().zip(&ph) {
+                    *p -= gain * ph;
                 }
             }
             sink.row(Innovation { step: index, value: nu, variance }, &self.row);

@@ -79,8 +79,8 @@ fn html(robot: &str, broken: bool) -> String {
         subject: &subject,
         answer: &answer,
         comparisons: [&comparison, &comparison],
-        paths: [&[path.clone()], &[path]],
-        curves: [&[curve.clone()], &[curve]],
+        paths: [std::slice::from_ref(&path), std::slice::from_ref(&path)],
+        curves: [std::slice::from_ref(&curve), std::slice::from_ref(&curve)],
     })
 }
 

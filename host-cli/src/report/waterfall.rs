@@ -37,12 +37,13 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
         "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Error on held-out runs as effects are added\">",
         Px(bottom + 30.0)
     );
-    let most = |of: &dyn Fn(&Errors) -> f64| {
+    let most = |of: fn(&Errors) -> f64| {
         rows.iter().flat_map(|it| [of(&it.2), of(&it.3)]).fold(1e-9, f64::max) * 1e3
     };
-    let columns: [(&str, (f64, f64), &dyn Fn(&Errors) -> f64); 2] = [
-        ("position, mm", POSITION, &|it| it.position_rms_m),
-        ("heading, mrad", HEADING, &|it| it.heading_rms_rad),
+    type Column = (&'static str, (f64, f64), fn(&Errors) -> f64);
+    let columns: [Column; 2] = [
+        ("position, mm", POSITION, |it| it.position_rms_m),
+        ("heading, mrad", HEADING, |it| it.heading_rms_rad),
     ];
     for (title, (from, to), of) in columns {
         let x = Scale::over((0.0, most(of)), (from, to));

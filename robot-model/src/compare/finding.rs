@@ -20,7 +20,7 @@ pub(super) fn sentence(
     } else {
         format!("{mm:.1} mm")
     };
-    if !(position_m.rms > 0.0) {
+    if position_m.rms.is_nan() || position_m.rms <= 0.0 {
         return "No places were measured, so there is nothing to compare with.".to_owned();
     }
     if !position_m.beyond_noise() && !heading_rad.beyond_noise() {

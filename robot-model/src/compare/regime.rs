@@ -71,11 +71,14 @@ impl Cell {
     }
 }
 
+/// Which label a step has, if any.
+type Sorter<'a> = Box<dyn Fn(&PreparedRun, &Step) -> Option<usize> + 'a>;
+
 /// The labels of a question: their names, and which one a step has.
 struct Labels<'a> {
     name: &'static str,
     names: Vec<String>,
-    of: Box<dyn Fn(&PreparedRun, &Step) -> Option<usize> + 'a>,
+    of: Sorter<'a>,
 }
 
 /// Asks everything.
@@ -169,7 +172,7 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
     };
     let eighth =
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
-    let of = |name, names: &[&str], of: Box<dyn Fn(&PreparedRun, &Step) -> Option<usize>>| Labels {
+    let of = |name, names: &[&str], of: Sorter<'static>| Labels {
         name,
         names: names.iter().map(|it| (*it).to_owned()).collect(),
         of,

@@ -1,8 +1,10 @@
 //! A model that somebody chose: these effects and no others, fitted to a campaign.
 
-use crate::answer::{ErrorPair, ParameterFound};
+use crate::answer::{ErrorPair, Errors, ParameterFound};
 use crate::campaign::Campaign;
-use crate::effect::Effect;
+use crate::effect::{Effect, find};
+use crate::errors::train;
+use crate::evidence::Evidence;
 use crate::explain::{errors, parameters};
 use crate::fit::fit_afresh;
 use crate::increment::Term;
@@ -51,4 +53,21 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
         .collect();
     let errors = errors(&prepared, &fitted, &fitted.terms);
     Ok(Model { effects, errors, noise: fitted.noise })
+}
+
+impl Model {
+    /// Errors of this model, as it is, on other runs than those that it was fitted to.
+    pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
+        let prepared = campaign.prepare()?;
+        let mut terms: Vec<Term<'static>> = self
+            .effects
+            .iter()
+            .filter_map(|it| {
+                let values = it.parameters.iter().map(|it| it.value).collect();
+                Some(Term { effect: find(it.effect)?, values, column: None })
+            })
+            .collect();
+        let evidence = Evidence::gather(&prepared, &mut terms, &self.noise);
+        Ok(train(&prepared, (&evidence, &terms), &[], &self.noise))
+    }
 }

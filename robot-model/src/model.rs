@@ -1,8 +1,10 @@
 //! A model that somebody chose: these effects and no others, fitted to a campaign.
 
-use crate::answer::{ErrorPair, ParameterFound};
+use crate::answer::{ErrorPair, Errors, ParameterFound};
 use crate::campaign::{Campaign, Prepared};
-use crate::effect::Effect;
+use crate::effect::{Effect, find};
+use crate::errors::train;
+use crate::evidence::Evidence;
 use crate::explain::{errors, parameters};
 use crate::fit::{self, Fitted, fit_afresh};
 use crate::increment::Term;
@@ -135,4 +137,22 @@ fn fit_from_best_starts<'a>(prepared: &Prepared, effects: &[&'a dyn Effect]) -> 
         fitted = fit::fit(prepared, terms, fitted.noise);
     }
     fitted
+}
+
+impl Model {
+    /// Errors of this model, as it is, on other runs than those that it was fitted to; of the catalogue's
+    /// effects, as one of the user's own is not found by its id alone.
+    pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
+        let prepared = campaign.prepare()?;
+        let mut terms: Vec<Term<'static>> = self
+            .effects
+            .iter()
+            .filter_map(|it| {
+                let values = it.parameters.iter().map(|it| it.value).collect();
+                Some(Term { effect: find(it.effect)?, values, column: None })
+            })
+            .collect();
+        let evidence = Evidence::gather(&prepared, &mut terms, &self.noise);
+        Ok(train(&prepared, (&evidence, &terms), &[], &self.noise))
+    }
 }

@@ -240,14 +240,12 @@ impl Filter<'_> {
             row[4] *= fade;
             row[5] *= fade;
         }
-        #[expect(clippy::needless_range_loop, reason = "a column mixes five rows")]
-        for j in 0..STATES {
-            p[0][j] += gx * p[2][j];
-            p[1][j] += gy * p[2][j];
-            p[3][j] *= fade;
-            p[4][j] *= fade;
-            p[5][j] *= fade;
+        let turned = p[2];
+        for (j, from_heading) in turned.into_iter().enumerate() {
+            p[0][j] += gx * from_heading;
+            p[1][j] += gy * from_heading;
         }
+        p[3..PSI].iter_mut().flatten().for_each(|it| *it *= fade);
         let renewed = 1.0 - fade * fade;
         p[3][3] += renewed * self.noise.position_wobble_m.powi(2);
         p[4][4] += renewed * self.noise.position_wobble_m.powi(2);
@@ -371,9 +369,7 @@ impl Filter<'_> {
                 let view = &self.view_by_column[column];
                 let j = along(s) + view_slope(view, quantity, velocity, [sin, cos]);
                 self.row[column] = j * weight;
-                for (s, gain) in s.iter_mut().zip(&gain) {
-                    *s -= gain * j;
-                }
+                s.iter_mut().zip(gain).for_each(|(s, k)| *s -= k * j);
             }
             self.pose.x_m += gain[0] * nu;
             self.pose.y_m += gain[1] * nu;
@@ -383,10 +379,8 @@ impl Filter<'_> {
             }
             self.run[0] += gain[PSI] * nu;
             self.run[1] += gain[TAU] * nu;
-            for (row, gain) in self.covariance.iter_mut().zip(&gain) {
-                for (p, ph) in row.iter_mut().zip(&ph) {
-                    *p -= gain * ph;
-                }
+            for (line, k) in self.covariance.iter_mut().zip(gain) {
+                line.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
             }
             sink.row(Innovation { step: index, value: nu, variance }, &self.row);
         }

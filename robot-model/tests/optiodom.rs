@@ -19,7 +19,7 @@ const ROBOT: Robot = Robot {
     heading_sigma_rad: None,
 };
 
-/// The runs whose names begin so.
+/// The runs whose names begin with one of these, separated by commas.
 fn campaign(beginning: &str) -> Campaign {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/optiodom/runs");
     let mut files: Vec<_> =
@@ -28,7 +28,7 @@ fn campaign(beginning: &str) -> Campaign {
     let mut runs = Vec::new();
     for file in files {
         let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
-        if !name.starts_with(beginning) {
+        if !beginning.split(',').any(|it| name.starts_with(it)) {
             continue;
         }
         let text = std::fs::read_to_string(&file).unwrap();
@@ -112,4 +112,18 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
     // in the catalogue is it.
     assert!(answer.unexplained.structure, "{:?}", answer.unexplained);
     assert!(!answer.unexplained.depends_on.is_empty());
+}
+
+#[test]
+fn held_out_by_kind_of_run_what_explain_chooses_predicts_better_than_three_parameters_both_ways() {
+    let directions = [("square,ivanjko", "circular"), ("circular", "square,ivanjko")];
+    for (seen, unseen) in directions {
+        let (seen, unseen) = (campaign(seen), campaign(unseen));
+        let answer = explain(&seen).unwrap();
+        let chosen = effects(answer.steps.iter().map(|it| it.effect.as_str()));
+        let errors = [chosen, effects(THREE)]
+            .map(|it| fit(&seen, &it).unwrap().errors_on(&unseen).unwrap().position_rms_m);
+        // 7.8 against 8.2 mm on half circles, 13.6 against 13.8 mm on squares, straights and spins.
+        assert!(errors[0] < errors[1], "{errors:?}");
+    }
 }

@@ -93,8 +93,7 @@ fn torn(before: &Flash, after: &Flash, seed: usize) -> Flash {
 }
 
 #[test]
-fn a_power_cut_before_or_in_any_flash_operation_of_a_save_leaves_the_old_or_the_new_configuration()
-{
+fn a_power_cut_before_any_flash_operation_leaves_the_old_or_the_new_configuration() {
     let saves = saves();
     let erasing = saves.len() - 1;
     // A boot takes the emulator a second: every operation of the save that has most kinds of them, and

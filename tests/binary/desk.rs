@@ -45,7 +45,7 @@ impl Desk {
 
     /// `beeline` with these arguments, separated by spaces.
     pub fn run(&self, arguments: &str) -> Outcome {
-        self.run_with(&arguments.split_whitespace().collect::<Vec<_>>(), "")
+        self.run_with(&words(arguments), "")
     }
 
     /// `beeline` with these arguments and this on its standard input.
@@ -72,4 +72,13 @@ impl Desk {
             .stderr(Stdio::piped());
         command.spawn().expect("the executable starts")
     }
+}
+
+/// The words of a command line; what stands between double quotes is one.
+pub fn words(line: &str) -> Vec<&str> {
+    let quoted = |(index, part): (usize, &'_ str)| index % 2 == 1 && !part.is_empty();
+    let parts = line.split('"').enumerate();
+    parts
+        .flat_map(|it| if quoted(it) { vec![it.1] } else { it.1.split_whitespace().collect() })
+        .collect()
 }

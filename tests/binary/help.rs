@@ -3,7 +3,7 @@
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
 
-use crate::desk::Desk;
+use crate::desk::{Desk, words};
 
 /// Every command with its help, subcommands too.
 fn commands() -> Vec<(String, clap::Command)> {
@@ -38,7 +38,7 @@ fn every_example_in_the_help_is_a_command() {
     let examples = examples();
     assert!(examples.len() >= 20, "{examples:#?}");
     for example in examples {
-        let words = std::iter::once("beeline").chain(example.split_whitespace());
+        let words = std::iter::once("beeline").chain(words(&example));
         if let Err(error) = Cli::try_parse_from(words) {
             panic!("beeline {example}: {error}");
         }

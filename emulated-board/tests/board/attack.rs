@@ -72,7 +72,11 @@ struct Phase {
 async fn drive(robot: &mut Robot, what: Flood) -> Phase {
     let before = robot.status().await.link;
     let from_us = now_us();
-    let options = RecordOptions { period_ms: 2, rest: std::time::Duration::from_millis(50) };
+    let options = RecordOptions {
+        period_ms: 2,
+        rest: std::time::Duration::from_millis(50),
+        ..RecordOptions::default()
+    };
     let (wire, watch) = (robot.0.wire.clone(), robot.0.watch.clone());
     let mut silent = |_| ();
     let driven = motion::drive(&mut robot.0.session, &MOTION, options, &mut silent);

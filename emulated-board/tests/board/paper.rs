@@ -28,11 +28,8 @@ fn the_image_says_who_it_is() {
 
 /// The paper's run with a telemetry frame every so often.
 async fn paper_run(session: &mut host_cli::session::Session, period_ms: u16) -> Vec<Telemetry> {
-    let options = RecordOptions {
-        period_ms,
-        rest: Duration::from_millis(100),
-        ..RecordOptions::default()
-    };
+    let options =
+        RecordOptions { period_ms, rest: Duration::from_millis(100), ..RecordOptions::default() };
     motion::drive(session, &Motion::PAPER, options, &mut |_| ()).await.unwrap().telemetry
 }
 

@@ -64,7 +64,15 @@ impl Robot {
         self.tell(Command::Arm).await;
         let id = self.0.session.new_motion();
         let Motion { unit, distance, cruise, acceleration } = *motion;
-        let drive = Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration };
+        let drive = Drive {
+            motion: id,
+            ttl_ms: TTL_MS,
+            unit,
+            distance,
+            cruise,
+            acceleration,
+            start_us: None,
+        };
         self.tell(Command::Drive(drive)).await;
         self.renew(id, ms).await;
         id

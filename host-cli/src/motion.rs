@@ -113,7 +113,8 @@ pub async fn drive(
     Ok(Recording { telemetry, end })
 }
 
-/// As [`drive`], but whoever calls has the telemetry even if this fails.
+/// As [`drive`], but whoever calls has the telemetry even if this fails, added to what is there of motions
+/// before.
 pub async fn drive_into(
     session: &mut Session,
     motion: &Motion,
@@ -122,7 +123,10 @@ pub async fn drive_into(
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
-    let outcome = drive_armed(session, motion, &options, telemetry, progress).await;
+    // What was recorded before is no concern of this motion's.
+    let mut own = Vec::new();
+    let outcome = drive_armed(session, motion, &options, &mut own, progress).await;
+    telemetry.append(&mut own);
     // Where it failed for want of a link this fails too, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let rest = bring_to_rest(session, motion).await;

@@ -148,3 +148,26 @@ pub fn radius_shares(scenario: &Scenario) -> WheelPair<f64> {
     let nominal_m = PlantParameters::default().geometry.wheel_radius_m;
     scenario.plant.geometry.wheel_radius_m.zip(nominal_m).map(|(is, nominal)| is / nominal)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_holds_all_of_its_pieces() {
+        let mut plan = plan();
+        plan.runs.retain(|run| run.pieces.len() > 1);
+        plan.runs.truncate(1);
+        let planned_s = plan.runs[0].duration_s(0.372, plan.acceleration_mps2);
+        let campaign =
+            record(&sound(3, Kind::Nothing, &[]), &plan, PERIOD_MS).expect("a sound robot drives");
+        let rows = &campaign.runs[0].rows;
+        let spans_s = rows[rows.len() - 1].t_s - rows[0].t_s;
+        assert!(spans_s > 0.9 * planned_s, "{spans_s} s of {planned_s} s");
+        let left: Vec<f64> = rows.iter().filter_map(|row| row.counts.left).collect();
+        let most = left.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // Out, and back to where it began: both ways are there.
+        let (out, back) = (most - left[0], most - left[left.len() - 1]);
+        assert!(out > 1000.0 && back > 0.95 * out, "{out} counts out, {back} back");
+    }
+}

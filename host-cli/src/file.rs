@@ -1,21 +1,54 @@
 //! Files that appear whole or not at all.
+//!
+//! A device or a pipe is no such file: it stays what it is, and what is written goes into it.
 
 use std::fmt;
-use std::io::{self, Write};
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+/// Links behind links that are followed; the systems themselves follow 40.
+const LINKS_MAX: usize = 40;
+
 /// Makes sure that a file can be written, and leaves nothing behind.
 pub fn check_writable(file: &Path) -> Result<(), WriteError> {
+    // To open a pipe would be to wait for its reader.
+    if is_special(file) {
+        return Ok(());
+    }
     beside(&target(file)).map(drop).map_err(WriteError)
 }
 
-/// Writes a file whole or not at all, over the one that is there.
+/// Writes a file whole or not at all, over the one that is there; into a device or a pipe in place.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
-    let file = target(file);
-    let write = || Ok(with_bytes(&file, bytes)?.persist(&file)?);
-    write().map(drop).map_err(WriteError)
+    let write = || -> io::Result<()> {
+        if is_special(file) {
+            return write_in_place(file, bytes);
+        }
+        let file = target(file);
+        with_bytes(&file, bytes)?.persist(&file)?;
+        Ok(())
+    };
+    write().map_err(WriteError)
+}
+
+/// Whether this is, or leads to, something that is there and is neither a file nor a folder.
+pub fn is_special(file: &Path) -> bool {
+    fs::metadata(file).is_ok_and(|it| !it.is_file() && !it.is_dir())
+}
+
+fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut there = OpenOptions::new().write(true).open(file)?;
+    there.write_all(bytes)?;
+    match there.sync_all() {
+        // What has no memory has nothing to sync.
+        Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {
+            Ok(())
+        }
+        synced => synced,
+    }
 }
 
 /// Writes a file that must not be there yet, whole or not at all; false if it is there.
@@ -28,9 +61,18 @@ pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     }
 }
 
-/// Where a link leads to: it stays a link, and what it names is replaced.
-fn target(file: &Path) -> PathBuf {
-    file.canonicalize().unwrap_or_else(|_| file.into())
+/// Where a link leads to, be it there or not: it stays a link, and what it names is replaced.
+pub fn target(file: &Path) -> PathBuf {
+    if let Ok(there) = file.canonicalize() {
+        return there;
+    }
+    let mut file = file.to_owned();
+    for _ in 0..LINKS_MAX {
+        let Ok(next) = fs::read_link(&file) else { break };
+        // A link is read from the folder that it is in.
+        file = file.parent().unwrap_or(Path::new("")).join(next);
+    }
+    file
 }
 
 /// A temporary file beside it with these bytes, on the disk before its name is.
@@ -91,6 +133,36 @@ mod tests {
         write_whole(&link, b"new").unwrap();
         assert!(link.is_symlink());
         assert_eq!(std::fs::read(&file).unwrap(), b"new");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing beside them");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_to_a_file_that_is_not_there_makes_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("file", &link).unwrap();
+        write_whole(&link, b"new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read(folder.path().join("file")).unwrap(), b"new");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_pipe_stays_a_pipe_and_what_is_written_comes_out_of_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let (pipe, link) = (folder.path().join("pipe"), folder.path().join("link"));
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        std::os::unix::fs::symlink(&pipe, &link).unwrap();
+        check_writable(&link).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        write_whole(&link, b"new").unwrap();
+        assert_eq!(reader.join().unwrap(), b"new");
+        assert!(is_special(&pipe) && link.is_symlink());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing beside them");
     }
 

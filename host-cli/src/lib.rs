@@ -6,8 +6,10 @@
 //! | [`link`] | its bytes, and the time they go by |
 //! | [`session`] | handshake, requests with retries, telemetry |
 //! | [`motion`] | drives a motion to its end, safely |
+//! | [`limits`] | what a motion may ask of a robot |
 //! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
+//! | [`undo`] | what was there before the last change |
 //! | [`campaign`] | recorded runs on disk |
 //! | [`survey`] | plans and records whole campaigns |
 //! | [`model`] | `model.toml`: the effects that a user believes in |
@@ -30,6 +32,7 @@ pub mod explain;
 pub mod file;
 pub mod hex;
 pub mod interrupt;
+pub mod limits;
 pub mod link;
 pub mod model;
 pub mod motion;
@@ -44,3 +47,4 @@ pub mod survey;
 pub mod table;
 pub mod track;
 pub mod ui;
+pub mod undo;

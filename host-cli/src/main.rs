@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    match command::run(&cli) {
+    match command::run(&cli).and_then(|()| ui::all_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(&error, cli.common.json),
     }

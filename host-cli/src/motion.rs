@@ -70,6 +70,13 @@ impl Motion {
             2.0 * (distance / acceleration).sqrt()
         }
     }
+
+    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a cruise.
+    pub fn ramp_s(&self) -> f64 {
+        let Self { distance, cruise, acceleration, .. } = *self;
+        let distance = distance.left.abs().max(distance.right.abs());
+        (cruise / acceleration).min((distance / acceleration).sqrt())
+    }
 }
 
 /// What happened during a motion.
@@ -101,7 +108,8 @@ impl Default for RecordOptions {
 
 /// Drives a motion to its end, with the motors off before and after.
 ///
-/// However this ends, by a fault, Ctrl-C or a lost link, the robot is left standing still.
+/// However this ends, by a fault, Ctrl-C or a lost link, the robot is left standing still. What it does
+/// on somebody else's command is left alone: a robot that moves already is an error, and nothing changes.
 pub async fn drive(
     session: &mut Session,
     motion: &Motion,
@@ -122,14 +130,26 @@ pub async fn drive_into(
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
+    let found = session.status().await?.state;
+    if is_moving(found) {
+        return Err(Error::new(format_args!(
+            "the robot is {} already, on somebody else's command; that goes on",
+            found.name()
+        ))
+        .hint("`beeline stop` ends it; `beeline identify` shows when the robot stands"));
+    }
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
+    let mut commanded = false;
     // What was recorded before is no concern of this motion's.
     let mut own = Vec::new();
-    let outcome = drive_armed(session, motion, &options, &mut own, progress).await;
+    let outcome = drive_armed(session, motion, &options, &mut own, progress, &mut commanded).await;
     telemetry.append(&mut own);
     // Where it failed for want of a link this fails too, and the robot has stopped by itself.
     if let Err(error) = outcome {
-        let rest = bring_to_rest(session, motion).await;
+        let rest = match commanded {
+            true => bring_to_rest(session, motion).await,
+            false => leave_as_found(session, found).await,
+        };
         telemetry.extend(session.take_all_telemetry());
         return Err(if error.is_interrupted() { interrupted(&rest) } else { error });
     }
@@ -144,12 +164,13 @@ async fn drive_armed(
     options: &RecordOptions,
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
+    commanded: &mut bool,
 ) -> Result<MotionEnd> {
     let _stale = session.take_telemetry().count() + session.take_events().count();
     stop_if_interrupted()?;
     session.request(Command::Arm).await?;
     let id = session.new_motion();
-    let start_us = start(session, motion, id, options, telemetry).await?;
+    let start_us = start(session, motion, id, options, telemetry, commanded).await?;
 
     let mut heard_us = session.clock().now_us();
     let mut last_us = 0;
@@ -197,13 +218,14 @@ async fn drive_armed(
 /// Has the motion begin at a time of the robot's own clock, which it returns \[us\].
 ///
 /// So a command that had to be repeated begins no later, and the recording holds the same instants of
-/// the motion, whatever the line lost.
+/// the motion, whatever the line lost. `commanded` is true from when the robot may have heard of it.
 async fn start(
     session: &mut Session,
     motion: &Motion,
     id: MotionId,
     options: &RecordOptions,
     telemetry: &mut Vec<Telemetry>,
+    commanded: &mut bool,
 ) -> Result<u64> {
     let Motion { unit, distance, cruise, acceleration } = *motion;
     let rest_us = options.rest.as_micros() as u64;
@@ -225,8 +247,10 @@ async fn start(
         if let Some(lab) = &options.camera {
             lab.trigger_camera(start_us - rest_us);
         }
-        let command = Command::Drive(drive);
-        match session.ask(command).await? {
+        *commanded = true;
+        let answer = session.ask(Command::Drive(drive)).await?;
+        *commanded = answer.is_ok();
+        match answer {
             Ok(_) => return Ok(start_us),
             // Too many copies of the command got lost.
             Err(Refusal::Motion(MotionError::Start)) => {}
@@ -305,6 +329,16 @@ async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> 
     let state = session.status().await?.state;
     let _refused = session.ask(Command::Subscribe { period_ms: 0 }).await?;
     Ok(state)
+}
+
+/// After a motion that never began: takes back what was asked for it, and nothing else.
+async fn leave_as_found(session: &mut Session, found: State) -> Result<State> {
+    // To a robot that moves this would be a stop, and the motion is none of ours.
+    if found == State::Idle && session.status().await?.state == State::Armed {
+        session.request(Command::Disarm).await?;
+    }
+    session.request(Command::Subscribe { period_ms: 0 }).await?;
+    Ok(session.status().await?.state)
 }
 
 /// What a user who pressed Ctrl-C has to know of the robot, and nothing that is not known.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use sim_target::{Lab, Options, Scenario, SimTarget};
 
 use crate::error::{Error, Result};
+use crate::file::{check_writable, is_special, target};
 use crate::link::{Clock, ThreadedWire, Wire};
 use crate::session::Session;
 
@@ -122,13 +123,28 @@ impl SimOptions {
 
     /// The simulated robot of a scenario.
     pub fn target(&self, scenario: &Scenario) -> Result<SimTarget> {
-        let options = Options { flash: self.flash.clone(), ..Options::default() };
-        SimTarget::new(scenario, options).map_err(|error| {
+        let cannot_use = |error: &dyn fmt::Display| {
             let flash = self.flash.as_deref().unwrap_or(Path::new("")).display();
-            Error::new(format_args!("cannot use {flash} as the robot's flash: {error}"))
-                .hint("--flash FILE names a file, which is made if it does not exist")
-        })
+            Error::new(format_args!("cannot use {flash} as the robot's flash: {error}")).hint(
+                "--flash names a file in a folder that is there and can be written; the file is made",
+            )
+        };
+        let flash = self.flash.as_deref().map(usable_flash).transpose();
+        let flash = flash.map_err(|error| cannot_use(&error))?;
+        SimTarget::new(scenario, Options { flash, ..Options::default() })
+            .map_err(|error| cannot_use(&error))
     }
+}
+
+/// Makes sure, before anything moves, that a robot can save into this file; where it really is.
+fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
+    if is_special(file) {
+        return Err("it is a device or a pipe, and remembers nothing".into());
+    }
+    let file = target(file);
+    // In a folder that is not there the first save would fail, after the drive.
+    check_writable(&file).map_err(|error| error.to_string())?;
+    Ok(file)
 }
 
 /// Opens the port, shakes hands with the robot and carries the procedure out.

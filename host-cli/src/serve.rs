@@ -6,7 +6,7 @@
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use sim_target::{HostWire, Lab, SimTarget};
@@ -47,7 +47,7 @@ pub fn serve(
         server.exchange()?;
         std::thread::sleep(STEP);
     }
-    Ok(())
+    server.close()
 }
 
 /// Whether nobody would notice the robot being picked up.
@@ -114,6 +114,14 @@ impl Server {
         self.line.forward(&self.wire);
         match &mut self.camera {
             Some(camera) => camera.append(),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts what the camera has seen on the disk, and closes the port.
+    pub fn close(self) -> Result<()> {
+        match self.camera {
+            Some(CameraFile { file, path, .. }) => file.sync_all().context(path.display()),
             None => Ok(()),
         }
     }
@@ -263,6 +271,7 @@ fn write_all_patiently(stream: &mut TcpStream, mut bytes: &[u8]) -> std::io::Res
 /// The camera's samples as a growing track file.
 struct CameraFile {
     file: File,
+    path: PathBuf,
     lab: Lab,
     written: usize,
 }
@@ -276,7 +285,7 @@ impl CameraFile {
                 .hint("--camera names the track file to write"),
         })?;
         writeln!(file, "t_s,x_m,y_m,heading_rad").context(path.display())?;
-        Ok(Self { file, lab, written: 0 })
+        Ok(Self { file, path: path.into(), lab, written: 0 })
     }
 
     fn append(&mut self) -> Result<()> {
@@ -289,6 +298,9 @@ impl CameraFile {
             .iter()
             .map(|s| format!("{:.6},{:.7},{:.7},{:.7}\n", s.t_s, s.x_m, s.y_m, s.heading_rad))
             .collect();
-        self.file.write_all(lines.as_bytes()).context("the camera's file")
+        self.file.write_all(lines.as_bytes()).map_err(|error| {
+            Error::new(format_args!("cannot write {}: {error}", self.path.display()))
+                .hint("the camera's track goes there: is its disk full?")
+        })
     }
 }

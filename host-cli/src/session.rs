@@ -438,6 +438,7 @@ pub fn refused(what: &str, refusal: &Refusal) -> Error {
         Refusal::Period => refused(&"the telemetry period must be from 1 to 1000 ms"),
         Refusal::Store => {
             refused(&"its flash could not be written; the saved configuration is as it was")
+                .hint("try again; a simulated robot's is --flash FILE: is its disk full?")
         }
         Refusal::Forgotten => refused(&"it no longer keeps that telemetry"),
         Refusal::HelloFirst => refused(&"it restarted"),

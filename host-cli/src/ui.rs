@@ -3,7 +3,8 @@
 //! Results go to standard output, everything else to standard error. Colours only on a terminal.
 
 use std::fmt::Display;
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
@@ -35,10 +36,32 @@ pub fn say(line: impl Display) {
     let _ = is_heard(line);
 }
 
-/// Prints a line of the result; false if its reader has gone away.
+/// Why a line of the result did not get out, the first time.
+static UNSAID: OnceLock<String> = OnceLock::new();
+
+/// Prints a line of the result; false if its reader has gone away, or it cannot be written.
 pub fn is_heard(line: impl Display) -> bool {
     let mut stdout = anstream::stdout().lock();
-    writeln!(stdout, "{line}").and_then(|()| stdout.flush()).is_ok()
+    match writeln!(stdout, "{line}").and_then(|()| stdout.flush()) {
+        Ok(()) => true,
+        Err(error) => {
+            if error.kind() != ErrorKind::BrokenPipe {
+                let _said_before = UNSAID.set(error.to_string());
+            }
+            false
+        }
+    }
+}
+
+/// An error if part of the result was lost, as on a full disk; a reader that went away is none.
+pub fn all_said() -> Result<()> {
+    match UNSAID.get() {
+        None => Ok(()),
+        Some(error) => {
+            Err(Error::new(format_args!("cannot write the result to standard output: {error}"))
+                .hint("what the command did is done; is the disk full to which its output goes?"))
+        }
+    }
 }
 
 /// Prints a line about what is going on.

@@ -4,6 +4,7 @@ use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::task::{Poll, Waker};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -200,9 +201,12 @@ fn to_text(config: &Config) -> Option<String> {
     Some(format!("{HEADER}{}", toml::to_string(config).ok()?))
 }
 
-/// Writes beside the file and renames: it holds the old text or the new one, never half of it.
+/// Writes beside the file, syncs and renames: it holds the old text or the new one, never half of it.
 fn write_whole(path: &std::path::Path, text: &str) -> std::io::Result<()> {
     let beside = path.with_extension("new");
-    std::fs::write(&beside, text)?;
-    std::fs::rename(&beside, path)
+    let mut file = std::fs::File::create(&beside)?;
+    // On the disk before its name is: else the name may outlive what it names.
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    let renamed = written.and_then(|()| std::fs::rename(&beside, path));
+    renamed.inspect_err(|_| drop(std::fs::remove_file(&beside)))
 }

@@ -8,10 +8,6 @@
 //! wheel_radius_scale, delta of track_width. Encoder counts are recorded raw, so (1) is absolute: applying
 //! it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
 
-mod undo;
-
-pub use undo::Undo;
-
 use robot_model::answer::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
 

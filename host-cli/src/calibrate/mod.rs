@@ -9,15 +9,14 @@
 //! The robot's saved configuration changes in one place, at the very end. Until then the new W_T
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
+pub mod believable;
 mod measure;
 mod reading;
 mod track_file;
 pub mod umbmark;
-mod undo;
 
 pub use measure::{Instrument, Measurement, Way};
 pub(crate) use track_file::{check_header, track_so_far};
-pub use undo::{Remembered, Undo, state_folder};
 
 use std::path::PathBuf;
 
@@ -31,6 +30,7 @@ use crate::interrupt;
 use crate::motion::{self, Motion, RecordOptions};
 use crate::picture::Basis;
 use crate::session::Session;
+use crate::undo::{self, Undo};
 
 /// How to calibrate.
 #[derive(Clone, Debug)]
@@ -152,7 +152,7 @@ pub async fn calibrate(
     instrument.check()?;
     let checks = check(session).await?;
     if let Some(folder) = &settings.undo_folder {
-        Undo::check(folder, &checks.identity)?;
+        undo::check::<undo::WheelWeight>(folder, &checks.identity)?;
     }
     tell(Step::Checked(&checks));
     let config = checks.config.clone();
@@ -269,10 +269,7 @@ async fn experiment(
     }
     let mut corrected = config;
     corrected.geometry.wheel_weight = wheel_weight.value;
-    corrected.validate().map_err(|error| {
-        Error::new(format_args!("the measured W_T is not believable: {error}"))
-            .hint("check the readings, the track width and the counts per revolution")
-    })?;
+    believable::check(corrected.geometry)?;
     bench.session.write_config(&corrected).await?;
     (bench.tell)(Step::Written(wheel_weight.value));
 
@@ -289,8 +286,8 @@ async fn experiment(
     }
     let undo = Undo {
         robot: checks.identity.name.as_str().into(),
-        before: before.run.driven_with,
-        after: after.run.driven_with,
+        before: undo::WheelWeight(before.run.driven_with),
+        after: undo::WheelWeight(after.run.driven_with),
     };
     save(bench.session, settings, &checks.identity, &undo).await?;
     if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
@@ -307,7 +304,7 @@ async fn save(
     session: &mut Session,
     settings: &Settings,
     identity: &Identity,
-    undo: &Undo,
+    undo: &Undo<undo::WheelWeight>,
 ) -> Result<()> {
     let Some(folder) = &settings.undo_folder else { return session.save_config().await };
     let remembered = undo.remember(folder, identity)?;

@@ -207,6 +207,9 @@ pub struct ProfileArgs {
     /// Steepness of the ramps: 0.05m/s^2, 0.101rev/s^2.
     #[arg(long, value_name = "ACCELERATION", default_value = "0.101rev/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Acceleration,
+    /// Drive it even if it takes longer than ten minutes.
+    #[arg(long)]
+    pub long: bool,
 }
 
 /// `beeline drive ...`
@@ -327,11 +330,13 @@ pub struct CalibrateArgs {
     /// Noise of the measured track's headings, one sigma.
     #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Angle,
-    /// Also drive back once, so that a pull is not taken for a radius.
+    /// Also drive back once, so that a pull is not taken for a radius. Not with --runs: the way back
+    /// begins where the way out ended, each of several runs at the start line.
     #[arg(long)]
     pub out_and_back: bool,
-    /// Drive this many runs before deciding, and take their mean [default: 1; umbmark: 5 each way].
-    #[arg(long, value_name = "N", conflicts_with = "out_and_back", value_parser = clap::value_parser!(u16).range(1..=100))]
+    /// Drive this many runs before deciding, each from the start line, and take their mean; not with
+    /// --out-and-back [default: 1; umbmark: 5 each way].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
     pub runs: Option<u16>,
     /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]

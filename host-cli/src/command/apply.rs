@@ -5,8 +5,7 @@ use serde_json::json;
 use shared_proto::{ConfigOrigin, GeometryConfig};
 
 use super::identify::display_name;
-use crate::apply::{Believed, Change, Remedy, Undo, believed, chosen};
-use crate::calibrate::state_folder;
+use crate::apply::{Believed, Change, Remedy, believed, chosen};
 use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
@@ -14,6 +13,7 @@ use crate::model::ModelFile;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
+use crate::undo::{Undo, state_folder};
 
 pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     if args.undo {
@@ -98,7 +98,7 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
     Ok(believed(&answer))
 }
 
-fn undo(common: &Common) -> Result<()> {
+pub(super) fn undo(common: &Common) -> Result<()> {
     if common.port.is_sim() && common.flash.is_none() {
         return Err(Error::new(
             "this simulated robot forgets when the command ends: nothing to undo",
@@ -108,7 +108,7 @@ fn undo(common: &Common) -> Result<()> {
     let folder = state_folder()?;
     let undone = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
-        let undo = Undo::recall(&folder, &identity)?;
+        let undo = Undo::<GeometryConfig>::recall(&folder, &identity)?;
         undo.carry_out(session, &folder, &identity).await?;
         Ok(undo)
     })?;

@@ -8,7 +8,7 @@ use toml::Value;
 
 use crate::cli::{Common, ConfigCommand};
 use crate::error::{Context, Error, Result};
-use crate::file::write_whole;
+use crate::file::{is_special, write_whole};
 use crate::port::with_robot;
 use crate::ui::{note, say, tell, warn};
 
@@ -85,8 +85,10 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         let before = session.read_config().await?;
         let after = change(&before)?;
         session.write_config(&after).await?;
-        if save {
-            session.save_config().await?;
+        if save && let Err(error) = session.save_config().await {
+            // Not saved, so not in use either: all of it or nothing.
+            session.write_config(&before).await?;
+            return Err(error);
         }
         Ok((before, after))
     })?;
@@ -129,7 +131,7 @@ fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<
         say(text.trim_end());
         return Ok(());
     }
-    if file.exists() && !force {
+    if file.exists() && !is_special(file) && !force {
         return Err(
             Error::new(format_args!("{} exists", file.display())).hint("--force overwrites it")
         );

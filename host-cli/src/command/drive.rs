@@ -5,6 +5,7 @@ use shared_proto::{Command, Config, TravelUnit, WheelPair};
 
 use crate::cli::{Common, DriveCommand, ProfileArgs};
 use crate::error::{Error, Result};
+use crate::limits;
 use crate::motion::{self, Motion, RecordOptions, Recording};
 use crate::port::with_robot;
 use crate::quantity::{Acceleration, Distance, Speed};
@@ -14,6 +15,7 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
     let (recording, config) = with_robot(&common.port, &common.sim(), async |session, _| {
         let config = session.read_config().await?;
         let motion = motion_of(command, &config)?;
+        limits::check(&motion, &config, profile_of(command).long)?;
         let progress = Progress::new(kind(command), common.json);
         let options = RecordOptions::default();
         let recording =
@@ -54,6 +56,15 @@ pub(super) fn kind(command: &DriveCommand) -> &'static str {
         DriveCommand::Straight { .. } => "straight",
         DriveCommand::Spin { .. } => "spin",
         DriveCommand::Arc { .. } => "arc",
+    }
+}
+
+/// Shape of the motion.
+pub(super) fn profile_of(command: &DriveCommand) -> &ProfileArgs {
+    match command {
+        DriveCommand::Straight { profile, .. }
+        | DriveCommand::Spin { profile, .. }
+        | DriveCommand::Arc { profile, .. } => profile,
     }
 }
 
@@ -139,7 +150,11 @@ mod tests {
     use crate::quantity::{Angle, Length};
 
     fn profile() -> ProfileArgs {
-        ProfileArgs { cruise: Speed::Ground(0.2), acceleration: Acceleration::Ground(0.1) }
+        ProfileArgs {
+            cruise: Speed::Ground(0.2),
+            acceleration: Acceleration::Ground(0.1),
+            long: false,
+        }
     }
 
     fn arc(radius_m: f64, angle_rad: f64) -> WheelPair<f64> {

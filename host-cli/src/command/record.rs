@@ -3,11 +3,12 @@
 use serde_json::json;
 use sim_target::Lab;
 
-use super::drive::{kind, motion_of};
+use super::drive::{kind, motion_of, profile_of};
 use crate::campaign::{Campaign, CampaignWriter, RunFacts};
 use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
+use crate::limits;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
@@ -18,6 +19,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     let (path, rows) = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
+        limits::check(&motion, &config, profile_of(&args.motion).long)?;
         // Before the robot moves: a folder that cannot be written must not cost a run.
         let mut robot = robot_file(&config, lab.as_ref());
         // In the simulator, whoever asks for other noise asks for another seed, and so for another uid.

@@ -4,16 +4,17 @@ use serde_json::json;
 use shared_proto::GeometryConfig;
 
 use super::identify::display_name;
-use crate::apply::Undo;
-use crate::calibrate::state_folder;
 use crate::calibrate::umbmark::{
     Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
 use crate::cli::{CalibrateArgs, Common};
 use crate::error::{Error, Result};
+use crate::limits;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
+use crate::survey::piece::{self, Piece};
 use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+use crate::undo::{Undo, state_folder};
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
@@ -25,6 +26,12 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             speed_mps: args.profile.cruise.mps(radius_m),
             acceleration_mps2: args.profile.acceleration.mps2(radius_m),
         };
+        let side = Piece::Straight { travel_m: settings.side_m, speed_mps: settings.speed_mps };
+        if let Some(motion) =
+            piece::motion(&side, config.geometry.track_width_m, settings.acceleration_mps2)
+        {
+            limits::check(&motion, &config, args.profile.long)?;
+        }
         let mut instrument = super::calibrate::instrument(args, lab)?;
         let mut progress = None;
         let quiet = common.json;
@@ -68,7 +75,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             let undo = Undo { robot: display_name(&identity), before, after };
             if let Err(error) = state_folder().and_then(|folder| undo.remember(&folder, &identity))
             {
-                warn(format_args!("`apply --undo` will not know of this: {error}"));
+                warn(format_args!("--undo will not know of this: {error}"));
             }
         }
         Ok(outcome)

@@ -2,11 +2,14 @@
 
 use robot_model::{Deviation, Experiment, Geometry, Turns, WheelWeight};
 use serde_json::{Value, json};
+use shared_proto::GeometryConfig;
 
+use crate::calibrate::believable;
 use crate::cli::{Common, WheelWeightArgs};
 use crate::error::{Error, Result};
+use crate::limits;
 use crate::quantity::LengthUnit;
-use crate::ui::{BOLD, DIM, paint, say};
+use crate::ui::{BOLD, DIM, paint, say, warn};
 
 pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     let geometry = Geometry {
@@ -31,10 +34,22 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     let weight = experiment
         .wheel_weight()
         .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
+    // What a calibration on the robot itself would refuse, or doubt.
+    believable::check(GeometryConfig {
+        wheel_radius_m: args.radius.m,
+        track_width_m: args.track_width.m,
+        wheel_weight: weight.value,
+    })?;
+    let rolled_m = args.radius.m * turns.phi_left_rad.abs().min(turns.phi_right_rad.abs());
+    limits::check_length(rolled_m, args.track_width.m)?;
+    let doubt = believable::doubt(weight.value);
     if common.json {
-        say(to_json(&weight, &geometry));
+        let mut value = to_json(&weight, &geometry);
+        value["doubt"] = json!(doubt);
+        say(value);
     } else {
         show(&weight, &geometry);
+        doubt.into_iter().for_each(warn);
     }
     Ok(())
 }

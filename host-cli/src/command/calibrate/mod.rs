@@ -1,0 +1,144 @@
+//! `beeline calibrate`
+
+mod next;
+mod outcome;
+mod teller;
+
+use std::path::Path;
+
+use serde_json::json;
+use sim_target::Lab;
+
+use self::outcome::finish;
+use self::teller::Teller;
+use super::drive::straight;
+use crate::calibrate::{Instrument, Settings, calibrate};
+use crate::cli::{CalibrateArgs, Common, Measure, Method};
+use crate::error::{Error, Result};
+use crate::file::check_writable;
+use crate::limits;
+use crate::port::with_robot;
+use crate::ui::say;
+use crate::undo::{Undo, WheelWeight, state_folder};
+
+pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
+    let umbmark = args.method == Method::Umbmark;
+    match (args.undo, umbmark) {
+        (true, true) => return super::apply::undo(common),
+        (true, false) => return undo(common),
+        _ => check_combination(args)?,
+    }
+    if umbmark {
+        return super::umbmark::run(common, args);
+    }
+    check_ending(&args.output)?;
+    // Before the robot moves: a picture that cannot be written must not cost a calibration.
+    check_writable(&args.output)
+        .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
+    let forgets = common.port.is_sim() && common.flash.is_none();
+    let undo_folder = if forgets { None } else { Some(state_folder()?) };
+    let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
+        let config = session.read_config().await?;
+        let motion = straight(args.distance, &args.profile, &config);
+        limits::check_distance(&motion, &config)?;
+        limits::check(&motion, &config, args.profile.long)?;
+        let settings = Settings {
+            motion,
+            tolerance_share: args.tolerance_percent / 100.0,
+            start_heading_sigma_rad: args.start_heading.rad,
+            out_and_back: args.out_and_back,
+            runs: args.runs.unwrap_or(1),
+            undo_folder,
+        };
+        let mut instrument = instrument(args, lab)?;
+        let mut teller = Teller::new(common, &settings, args);
+        calibrate(session, &mut instrument, &settings, &mut |step| teller.tell(step)).await
+    })?;
+    finish(common, args, outcome)
+}
+
+/// Refuses options that contradict each other.
+fn check_combination(args: &CalibrateArgs) -> Result<()> {
+    if !args.out_and_back {
+        return Ok(());
+    }
+    if args.method == Method::Umbmark {
+        return Err(Error::new(
+            "--out-and-back is of --method straight: UMBmark has no way back, its squares go both ways round",
+        )
+        .hint("leave one of the two out"));
+    }
+    if args.runs.is_some_and(|runs| runs > 1) {
+        return Err(Error::new(
+            "--out-and-back and --runs do not go together: the way back begins where the way out ended, each of several runs at the start line",
+        )
+        .hint("--out-and-back tells a pull from a radius, --runs makes W_T surer: one after the other"));
+    }
+    Ok(())
+}
+
+fn check_ending(output: &Path) -> Result<()> {
+    let ending = output.extension().unwrap_or_default();
+    if ["html", "htm", "svg"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        return Ok(());
+    }
+    Err(Error::new(format_args!("the picture {} must end in .html or .svg", output.display()))
+        .hint("-o calibration.svg"))
+}
+
+fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
+    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
+}
+
+fn undo(common: &Common) -> Result<()> {
+    if common.port.is_sim() && common.flash.is_none() {
+        return Err(Error::new(
+            "this simulated robot forgets when the command ends: nothing to undo",
+        )
+        .hint(
+            "give it a memory with --flash FILE, or run `beeline sim --listen` and use that port",
+        ));
+    }
+    let folder = state_folder()?;
+    let undone = with_robot(&common.port, &common.sim(), async |session, _| {
+        let identity = session.identify().await?;
+        let undo = Undo::<WheelWeight>::recall(&folder, &identity)?;
+        undo.carry_out(session, &folder, &identity).await?;
+        Ok(undo)
+    })?;
+    if common.json {
+        say(json!({"undone": {"wheel_weight": undone.before.0, "was": undone.after.0}}));
+    } else {
+        say(format_args!(
+            "W_T is {} again, as before the last calibration; saved",
+            undone.before.0
+        ));
+    }
+    Ok(())
+}
+
+pub(super) fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
+    let measure = args.measure.clone().unwrap_or(match lab {
+        Some(_) => Measure::Camera,
+        None => Measure::Ask,
+    });
+    let confirm = !args.yes;
+    match (measure, lab) {
+        (Measure::Camera, Some(lab)) => Ok(Instrument::Camera(lab, 0)),
+        (Measure::Ruler, Some(lab)) => Ok(Instrument::Ruler(lab)),
+        (Measure::Camera | Measure::Ruler, None) => {
+            Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
+                .hint("--measure ask, or --measure track:FILE"))
+        }
+        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
+            .hint("--measure ask, or --measure track:FILE")),
+        (Measure::Ask, _) => Ok(Instrument::Person { resolution_m: args.ruler.m, confirm }),
+        (Measure::Track(path), _) => Ok(Instrument::TrackFile {
+            path,
+            position_sigma_m: args.position_sigma.m,
+            heading_sigma_rad: args.heading_sigma.rad,
+            confirm,
+            seen: 0,
+        }),
+    }
+}

@@ -1,0 +1,107 @@
+//! What to do next: never what has just been done.
+
+use robot_model::Source;
+
+use crate::calibrate::Outcome;
+use crate::cli::{CalibrateArgs, Common, Measure};
+use crate::picture::Basis;
+use crate::port::Port;
+use crate::ui::{DIM, paint, say};
+
+/// The seed that is suggested, and the one for whoever has just used it.
+const OTHER_SEEDS: [u64; 2] = [7, 8];
+
+/// What would make W_T more certain, one thought a line.
+pub(super) fn advise(outcome: &Outcome) {
+    if outcome.basis != Basis::OneRun {
+        // The advice is about one run by itself.
+        say(format_args!("           {}", outcome.basis));
+        return;
+    }
+    for thought in outcome.before.wheel_weight.what_would_reduce_it_most().to_string().split("; ") {
+        say(format_args!("           {thought}"));
+    }
+    if outcome.before.wheel_weight.what_would_reduce_it_most().dominating == Source::Wander {
+        say("           beeline calibrate --runs 4 does that");
+    }
+}
+
+/// What to try after a measurement from which nothing follows.
+pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> String {
+    let weight = &outcome.before.wheel_weight;
+    match outcome.basis {
+        Basis::OneRun => weight.what_would_reduce_it_most().to_string(),
+        Basis::Mean(runs) if runs < 50 => format!(
+            "more runs, --runs {}, or longer ones, --distance; {} is what one is least sure of",
+            2 * runs,
+            weight.what_would_reduce_it_most().dominating.name()
+        ),
+        Basis::Mean(_) | Basis::BothWays => format!(
+            "drive farther than the {} of --distance, or measure better: {} is what one run is least sure of",
+            args.distance,
+            weight.what_would_reduce_it_most().dominating.name()
+        ),
+    }
+}
+
+/// What to try after a new W_T that made it no better.
+pub(super) fn after_no_better(args: &CalibrateArgs) -> &'static str {
+    match (args.out_and_back, args.runs) {
+        (false, None | Some(1)) => {
+            "is the start line-up good enough? --out-and-back tells a pull from a radius"
+        }
+        (false, Some(_)) => {
+            "is something else bending the path? --out-and-back tells a pull from a radius"
+        }
+        (true, _) => "is the start line-up good enough? --runs 4 takes the mean of four runs",
+    }
+}
+
+/// Commands to try after a calibration that went well.
+pub(super) fn say_steps(common: &Common, args: &CalibrateArgs) {
+    let steps = match common.port {
+        Port::Sim(_) => on_simulator(common, args),
+        _ => vec![
+            (format!("drive straight 8rev --port {}", common.port), "look along the line"),
+            (format!("calibrate --undo --port {}", common.port), "put the old W_T back"),
+        ],
+    };
+    let width = steps.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
+    say("\nWhat to try next:");
+    for (command, why) in steps {
+        say(format_args!("  beeline {command:<width$}   {}", paint(DIM, why)));
+    }
+}
+
+fn on_simulator(common: &Common, args: &CalibrateArgs) -> Vec<(String, &'static str)> {
+    let scenario = match &common.port {
+        Port::Sim(Some(_)) => format!(" --port {}", common.port),
+        _ => String::new(),
+    };
+    let again = |options: &str| format!("calibrate {options}{scenario}");
+    let seed = OTHER_SEEDS.into_iter().find(|seed| common.seed != Some(*seed)).unwrap_or_default();
+    let other = match args.measure {
+        None | Some(Measure::Camera) => (
+            again(&format!("--seed {seed} --measure ruler")),
+            "other noise, and a ruler instead of the camera",
+        ),
+        _ => (
+            again(&format!("--seed {seed} --measure camera")),
+            "other noise, and what the camera says",
+        ),
+    };
+    let first = match &common.flash {
+        // A robot that remembers drives straight now: to measure it once more says no more than that.
+        Some(flash) => (
+            format!("calibrate --undo --flash {}{scenario}", flash.display()),
+            "put the old W_T back",
+        ),
+        None => other,
+    };
+    let second = if args.out_and_back {
+        (again("--runs 4"), "the mean of four runs")
+    } else {
+        (again("--out-and-back"), "is it the radius at all?")
+    };
+    vec![first, second, ("calibrate --port /dev/ttyACM0".into(), "a real one")]
+}

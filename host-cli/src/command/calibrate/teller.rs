@@ -1,0 +1,119 @@
+//! What the user is told while a calibration goes on.
+
+use crate::calibrate::{Checks, Drive, Measurement, Settings, Step, believable};
+use crate::cli::{CalibrateArgs, Common};
+use crate::command::identify::display_name;
+use crate::quantity::{LengthUnit, plus_minus};
+use crate::ui::{BOLD, Progress, note, paint, warn};
+
+/// Tells the user what is going on.
+pub(super) struct Teller {
+    quiet: bool,
+    forgets: bool,
+    distance: String,
+    /// Drives with the W_T that was there.
+    drives: u32,
+    progress: Option<Progress>,
+}
+
+impl Teller {
+    pub(super) fn new(common: &Common, settings: &Settings, args: &CalibrateArgs) -> Self {
+        let distance = format!("{}, {:.1} s", args.distance, settings.motion.duration_s());
+        let forgets = common.port.is_sim() && common.flash.is_none();
+        Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
+    }
+
+    pub(super) fn tell(&mut self, step: Step<'_>) {
+        if self.quiet {
+            return;
+        }
+        match step {
+            Step::Checked(checks) => self.checked(checks),
+            Step::Driving(which, share) => {
+                let title = match which {
+                    Drive::Before => "driving",
+                    Drive::Back => "driving back",
+                    Drive::After => "driving with the new W_T",
+                };
+                self.progress.get_or_insert_with(|| Progress::new(title, false)).set(share);
+            }
+            Step::Measured(which, measurement) => {
+                self.progress = None;
+                self.drives += u32::from(which == Drive::Before);
+                self.measured(which, measurement);
+            }
+            Step::OutAndBack(both) => {
+                note(format_args!(
+                    "  way back   turned by {:+.1} mrad",
+                    -both.back_alpha_rad * 1e3
+                ));
+                note(format_args!("  verdict    {}", both.verdict.sentence()));
+                note(format_args!(
+                    "  W_T        {}",
+                    plus_minus(both.wheel_weight, both.wheel_weight_sigma)
+                ));
+            }
+            Step::Written(value) => {
+                note(format_args!("  written    W_T {value:.6}, read back"));
+                note(paint(BOLD, "Driving again"));
+            }
+            Step::Saved if self.forgets => {
+                note(
+                    "  saved      (a simulated robot without --flash FILE forgets when this ends)",
+                );
+            }
+            Step::Saved => note("  saved      survives power-off"),
+        }
+    }
+
+    fn checked(&self, checks: &Checks) {
+        let config = &checks.config;
+        note(paint(BOLD, format_args!("Calibrating {}", display_name(&checks.identity))));
+        note(format_args!(
+            "  link       {} questions answered, {} asked again",
+            checks.asked, checks.repeated
+        ));
+        note(format_args!("  supply     {:.2} V", checks.supply_v));
+        if checks.identity.unsaved {
+            warn(
+                "what was changed and not saved is dropped: a calibration starts from the saved configuration",
+            );
+        }
+        note(format_args!(
+            "  geometry   wheels {}, track {}, W_T {:.6}",
+            LengthUnit::Cm.format(config.geometry.wheel_radius_m, 2),
+            LengthUnit::Cm.format(config.geometry.track_width_m, 2),
+            config.geometry.wheel_weight
+        ));
+        note(paint(BOLD, format_args!("Driving {}", self.distance)));
+    }
+
+    fn measured(&self, which: Drive, measurement: &Measurement) {
+        let end = measurement.run.end;
+        let side = if end.lateral_offset_m < 0.0 { "right" } else { "left" };
+        let off = LengthUnit::Mm.format(end.lateral_offset_m.abs(), 1);
+        let heading_mrad = end.heading_rad * 1e3;
+        match which {
+            Drive::Before => {
+                if self.drives == 1 {
+                    note("  encoders   run with their motors");
+                }
+                note(format_args!(
+                    "  before     {off} to the {side}, heading {heading_mrad:+.1} mrad"
+                ));
+                let weight = &measurement.wheel_weight;
+                note(format_args!("  W_T        {}", plus_minus(weight.value, weight.sigma)));
+                if let Some(doubt) = believable::doubt(weight.value) {
+                    warn(doubt);
+                }
+            }
+            // What it says takes both ways: see the verdict.
+            Drive::Back => {}
+            Drive::After => {
+                note(format_args!(
+                    "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"
+                ));
+            }
+        }
+    }
+}

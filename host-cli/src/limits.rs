@@ -1,0 +1,135 @@
+//! What a motion may ask of a robot, found out before anybody says that it drives.
+//!
+//! The robot judges for itself, and has the last word: here is what it would say, in words that name the
+//! argument, and what only a person can mean or not mean.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use shared_proto::{Config, Drive, MotionError, Refusal, TravelUnit};
+
+use crate::calibrate::believable::DIFFERENCE_USUAL;
+use crate::error::{Error, Result};
+use crate::motion::Motion;
+use crate::quantity::LengthUnit;
+use crate::session::refused;
+
+/// Longer than this is more likely a slip of the finger than meant \[s\]: the paper's run takes 20 s, and
+/// 60 m at its speed as long as this.
+pub const DURATION_S_USUAL: f64 = 600.0;
+
+/// Two computations of the same limit differ by a few roundings; these are left to the robot.
+const ROUNDING: f64 = 1e-9;
+
+/// Refuses what the robot would refuse, and what takes longer than [`DURATION_S_USUAL`] unless `long`.
+pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
+    refusal(motion, config).map_err(|error| refused("drive", &Refusal::Motion(error)))?;
+    let duration_s = motion.duration_s();
+    if duration_s > DURATION_S_USUAL && !long {
+        return Err(Error::new(format_args!("this drive takes {}", time(duration_s)))
+            .hint("a higher --cruise or --acceleration; with --long it is driven all the same"));
+    }
+    Ok(())
+}
+
+/// Refuses a straight line so long that nothing could be read off its end.
+///
+/// Wheels that differ by a share d turn the robot by alpha = s d / b on s metres. From a quarter turn on
+/// two W_T have the same tangent and soon the same offset, so for [`DIFFERENCE_USUAL`] alpha stays below it.
+pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
+    let length_m = motion.distance.left.abs() * unit_m(motion, config);
+    check_length(length_m, config.geometry.track_width_m)
+}
+
+/// As [`check_distance`], of a length that was driven on a track of this width \[m\].
+pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
+    let length_m_max = FRAC_PI_2 * track_width_m / DIFFERENCE_USUAL;
+    if length_m <= length_m_max {
+        return Ok(());
+    }
+    Err(Error::new(format_args!(
+        "{length_m:.0} m are too far to tell W_T by: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
+        100.0 * DIFFERENCE_USUAL
+    ))
+    .hint(format_args!(
+        "at most {:.1} m with a track of {}",
+        (length_m_max * 10.0).floor() / 10.0,
+        LengthUnit::Cm.format(track_width_m, 1)
+    )))
+}
+
+fn unit_m(motion: &Motion, config: &Config) -> f64 {
+    match motion.unit {
+        TravelUnit::Meter => 1.0,
+        TravelUnit::WheelRevolution => TAU * config.geometry.wheel_radius_m,
+    }
+}
+
+/// What the robot itself would say to a motion from a stand.
+fn refusal(motion: &Motion, config: &Config) -> std::result::Result<(), MotionError> {
+    let Motion { distance, cruise, acceleration, .. } = *motion;
+    let unit_m = unit_m(motion, config);
+    let beyond = |value: f64, limit: f64| value * unit_m > limit * (1.0 + ROUNDING);
+    if !distance.all(f64::is_finite) {
+        Err(MotionError::NotPositive)
+    } else if distance.any(|distance| beyond(distance.abs(), Drive::DISTANCE_M_MAX)) {
+        Err(MotionError::TooFar)
+    } else if beyond(cruise, config.limits.speed_mps_max) {
+        Err(MotionError::TooFast)
+    } else if beyond(acceleration, config.limits.acceleration_mps2_max) {
+        Err(MotionError::TooSteep)
+    } else if distance.all(|distance| distance == 0.0) {
+        Err(MotionError::NoDistance)
+    } else if motion.ramp_s() > Drive::RAMP_S_MAX || motion.duration_s() > Drive::DURATION_S_MAX {
+        Err(MotionError::TooLong)
+    } else {
+        Ok(())
+    }
+}
+
+/// A time as people say it: `42 min`, `5 h 2 min`.
+fn time(s: f64) -> String {
+    let minutes = (s / 60.0).round();
+    if minutes < 60.0 {
+        return format!("{minutes} min");
+    }
+    format!("{} h {} min", (minutes / 60.0).floor(), minutes % 60.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused_for(motion: Motion) -> String {
+        check(&motion, &Config::default(), false).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_motion_at_the_limits_themselves_is_left_to_the_robot() {
+        let config = Config::default();
+        let (cruise, acceleration) =
+            (config.limits.speed_mps_max, config.limits.acceleration_mps2_max);
+        let unit_m = TAU * config.geometry.wheel_radius_m;
+        let turns = Motion {
+            cruise: cruise / unit_m,
+            acceleration: acceleration / unit_m,
+            ..Motion::PAPER
+        };
+        let meters = Motion { unit: TravelUnit::Meter, cruise, acceleration, ..Motion::PAPER };
+        for motion in [turns, meters, Motion::PAPER] {
+            check(&motion, &config, false).unwrap();
+        }
+        let too_fast = Motion { cruise: cruise * 1.001, ..meters };
+        assert!(refused_for(too_fast).contains("limits.speed_mps_max"));
+        let too_steep = Motion { acceleration: acceleration * 1.001 / unit_m, ..turns };
+        assert!(refused_for(too_steep).contains("limits.acceleration_mps2_max"));
+    }
+
+    #[test]
+    fn what_takes_hours_is_driven_only_if_it_is_meant() {
+        let slow = Motion { cruise: 0.0001, unit: TravelUnit::Meter, ..Motion::PAPER };
+        assert!(refused_for(slow).contains("22 h 13 min"), "{}", refused_for(slow));
+        check(&slow, &Config::default(), true).unwrap();
+        let hour = Motion { cruise: 8.0 / 3570.0, ..Motion::PAPER };
+        assert!(refused_for(hour).contains("1 h 0 min"), "{}", refused_for(hour));
+    }
+}

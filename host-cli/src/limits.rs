@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use shared_proto::{Config, Drive, MotionError, Refusal, TravelUnit};
+use shared_proto::{Config, Drive, MotionError, Readable, Refusal, TravelUnit};
 
 use crate::calibrate::believable::DIFFERENCE_USUAL;
 use crate::error::{Error, Result};
@@ -47,7 +47,8 @@ pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::new(format_args!(
-        "{length_m:.0} m are too far to tell W_T by: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
+        "{} m are too far to tell W_T by: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
+        Readable((length_m * 10.0).round() / 10.0),
         100.0 * DIFFERENCE_USUAL
     ))
     .hint(format_args!(

@@ -16,9 +16,13 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    match command::run(&cli).and_then(|()| ui::all_said()) {
+    if let Err(error) = command::run(&cli) {
+        return fail(&error, cli.common.json);
+    }
+    match ui::all_said() {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => fail(&error, cli.common.json),
+        // In words for machines too: what they read is what could not be written.
+        Err(error) => fail(&error, false),
     }
 }
 

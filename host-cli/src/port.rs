@@ -142,7 +142,10 @@ fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
         return Err("it is a device or a pipe, and remembers nothing".into());
     }
     let file = target(file);
-    // In a folder that is not there the first save would fail, after the drive.
+    // The first save would fail, after the drive.
+    if let Some(folder) = file.parent().filter(|it| !it.as_os_str().is_empty() && !it.is_dir()) {
+        return Err(format!("there is no folder {}", folder.display()));
+    }
     check_writable(&file).map_err(|error| error.to_string())?;
     Ok(file)
 }

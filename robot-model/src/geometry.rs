@@ -82,7 +82,13 @@ pub struct GeometryError {
 
 impl fmt::Display for GeometryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the {} is {}: it {}", self.name, self.value, self.rule)
+        // 1e300, and not a one with three hundred zeros.
+        match self.value {
+            value if value.abs() >= 1e15 && value.is_finite() => {
+                write!(f, "the {} is {value:e}: it {}", self.name, self.rule)
+            }
+            value => write!(f, "the {} is {value}: it {}", self.name, self.rule),
+        }
     }
 }
 

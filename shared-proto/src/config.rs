@@ -3,7 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Name, WheelPair};
+use crate::{Name, Readable, WheelPair};
 
 /// Everything about a robot that is not the same for every robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -247,15 +247,20 @@ impl core::fmt::Display for ConfigError {
             ConfigError::OutOfRange { field, value } => match Config::FIELDS.get(field as usize) {
                 Some(FieldRange { path, unit, min, max, .. }) => {
                     let space = if unit.is_empty() { "" } else { " " };
+                    let value = Readable(value);
                     write!(f, "{path} = {value}: must be from {min} to {max}{space}{unit}")
                 }
-                None => write!(f, "field {field} of the configuration = {value}: out of range"),
+                None => {
+                    let value = Readable(value);
+                    write!(f, "field {field} of the configuration = {value}: out of range")
+                }
             },
             ConfigError::DistancePerCount { wheel, meters } => write!(
                 f,
-                "the {} wheel travels {meters} m per count (from geometry.wheel_radius_m, \
+                "the {} wheel travels {} m per count (from geometry.wheel_radius_m, \
                  encoder.{0}.counts_per_rev and encoder.{0}.gear_reduction): must be from {} to {} m",
                 wheel.name(),
+                Readable(meters),
                 Config::METERS_PER_COUNT.start(),
                 Config::METERS_PER_COUNT.end(),
             ),

@@ -58,6 +58,7 @@ mod message;
 mod motion;
 mod name;
 mod pair;
+mod readable;
 
 pub use bound::Bound;
 pub use config::*;
@@ -68,3 +69,4 @@ pub use message::*;
 pub use motion::*;
 pub use name::*;
 pub use pair::*;
+pub use readable::Readable;

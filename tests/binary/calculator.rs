@@ -82,3 +82,44 @@ fn counts_of_a_run_backwards_are_read() {
     let by_turns = "wheel-weight --lateral 36mm --revolutions -8";
     assert_eq!(desk.run(by_counts).ok().stdout, desk.run(by_turns).ok().stdout);
 }
+
+#[test]
+fn what_a_calibration_would_refuse_is_refused_and_what_it_would_doubt_is_doubted() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("--dx 1mm --dy 10m", "must be from 0.8 to 1.25"),
+        ("--dx 2.525cm --dy -50mm", "not believable"),
+        ("--lateral 1mm --radius 100m --revolutions 0.001", "geometry.wheel_radius_m = 100"),
+        ("--lateral 1mm --revolutions 1000", "too far to tell W_T by"),
+        ("--lateral 1mm --left-counts 90000 --right-counts 90000", "too far to tell W_T by"),
+    ] {
+        let message = desk.run(&format!("wheel-weight {arguments}")).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    let rare = "wheel-weight --dx 2.525cm --dy 5mm";
+    let warning = "wheels that differ by more than 3 % are rare";
+    assert!(desk.run(rare).ok().stderr.contains(warning));
+    let value = desk.run(&format!("{rare} --json")).ok().json();
+    assert!(value["doubt"].as_str().is_some_and(|doubt| doubt.contains(warning)), "{value}");
+    let paper = desk.run("wheel-weight --dx 2.525cm --dy 1mm").ok();
+    assert_eq!(paper.stderr, "");
+}
+
+#[test]
+fn no_number_in_an_error_is_a_row_of_zeros() {
+    let desk = Desk::new();
+    for arguments in [
+        "config set geometry.wheel_weight -1e300",
+        "wheel-weight --lateral -1e300m",
+        "wheel-weight --dx 1e-300m --dy 1e300m",
+        "wheel-weight --lateral 1mm --counts-per-rev -1e300 --left-counts 1 --right-counts 1",
+        "wheel-weight --lateral 1mm --revolutions 1e300",
+        "calibrate --distance 1e300m",
+        "drive straight 1e300m",
+        "drive straight 1m --cruise 1e300m/s",
+        "calibrate --side 1e300m --method umbmark",
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(!message.contains("00000000000000000000"), "{arguments}: {message}");
+    }
+}

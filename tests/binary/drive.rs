@@ -59,6 +59,40 @@ fn a_motion_beyond_the_limits_is_refused_and_the_robot_stands() {
 }
 
 #[test]
+fn a_drive_of_hours_is_driven_only_if_it_is_meant() {
+    let desk = Desk::new();
+    for arguments in ["drive straight 1m", "record new spin 1rev", "calibrate --distance 1m"] {
+        let message = desk.run(&format!("{arguments} --cruise 0.0001m/s")).refused();
+        assert!(message.contains("this drive takes 2 h 47 min") || message.contains("3 h 15 min"));
+        assert!(message.contains("--long") && !message.contains("Driving"), "{message}");
+    }
+    assert_eq!(desk.listing(), [""; 0]);
+    // 11 minutes.
+    desk.run("drive straight 66cm --cruise 1mm/s --long").ok();
+}
+
+#[test]
+fn nobody_says_driving_before_the_limits_are_kept() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("calibrate --cruise 100m/s", "limits.speed_mps_max"),
+        ("calibrate --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
+        ("calibrate --method umbmark --cruise 100m/s", "limits.speed_mps_max"),
+        ("calibrate --distance 1km", "at most 19.4 m with a track of 37.2 cm"),
+        ("calibrate --distance 19.5m", "too far to tell W_T by"),
+        ("calibrate --out-and-back --runs 4", "begins where the way out ended"),
+        ("calibrate --out-and-back --method umbmark", "has no way back"),
+        ("record new straight 1m --cruise 100m/s", "limits.speed_mps_max"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+        assert!(!message.contains("Driving") && !message.contains("UMBmark of"), "{message}");
+    }
+    assert_eq!(desk.listing(), [""; 0]);
+    desk.run("calibrate --distance 19.4m").ok();
+}
+
+#[test]
 fn recorded_runs_are_numbered_and_read_back() {
     let desk = Desk::new();
     let first = desk.run("record robot straight 1rev --json").ok().json();

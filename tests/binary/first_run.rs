@@ -36,6 +36,30 @@ fn what_it_suggests_to_try_next_works() {
 }
 
 #[test]
+fn what_it_suggests_to_try_next_is_not_what_was_just_done() {
+    let desk = Desk::new();
+    for (done, not, instead) in [
+        ("--out-and-back", "--out-and-back", "--runs 4"),
+        ("--runs 4", "--runs 4", "--out-and-back"),
+        ("--measure ruler --seed 7", "--measure ruler", "--measure camera"),
+        ("--measure camera", "--measure camera", "--measure ruler"),
+        ("--seed 7", "--seed 7", "--seed 8"),
+        ("--flash flash", "--flash flash --out-and-back", "--undo --flash flash"),
+    ] {
+        let outcome = desk.run(&format!("calibrate {done}")).ok();
+        let (result, next) = outcome.stdout.split_once("What to try next:\n").expect("steps");
+        assert!(!next.contains(not) && next.contains(instead), "{done}: {next}");
+        assert!(!result.contains(&format!("calibrate {done}")), "{done}: {result}");
+    }
+    let unsure = "calibrate --measure ruler --start-heading 2deg";
+    for done in ["--runs 4", "--out-and-back"] {
+        let outcome = desk.run(&format!("{unsure} {done}"));
+        assert!(!outcome.stderr.contains(&format!("try: {done}")), "{outcome:#?}");
+        assert!(!outcome.stderr.contains("four such runs"), "{outcome:#?}");
+    }
+}
+
+#[test]
 fn a_second_run_draws_the_same_picture_byte_for_byte() {
     let desk = Desk::new();
     desk.run("").ok();

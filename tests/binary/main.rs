@@ -8,6 +8,7 @@ mod calculator;
 mod campaign;
 mod desk;
 mod drive;
+mod files;
 mod first_run;
 mod help;
 mod insight;

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
-use shared_proto::WheelPair;
+use shared_proto::{Readable, WheelPair};
 
 use super::body::BodyParameters;
 use super::caster::CasterParameters;
@@ -181,7 +181,7 @@ pub struct ParameterError {
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: must be {}", self.field, self.value, self.expected)
+        write!(f, "{} = {}: must be {}", self.field, Readable(self.value), self.expected)
     }
 }
 

@@ -3,6 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
+use shared_proto::Readable;
 use toml::de::{DeTable, DeValue};
 
 use crate::plant::ParameterError;
@@ -63,7 +64,7 @@ impl ScenarioError {
         Self {
             origin: origin.into(),
             place: locate(text, &error.field).map(|span| line_and_column(text, span.start)),
-            problem: format!("{} = {} is out of range", error.field, error.value),
+            problem: format!("{} = {} is out of range", error.field, Readable(error.value)),
             hint: format!("{} must be {}", error.field, error.expected),
         }
     }

@@ -150,3 +150,43 @@ fn a_motion_that_replaces_another_goes_as_far_as_it_says_from_where_it_began() {
         assert!((way_um - 503_000.0).abs() < 700.0, "{way_um}");
     });
 }
+
+#[test]
+fn a_drive_that_is_refused_leaves_the_motion_of_another_host_alone() {
+    on_robot(&fast_line(), async |robot| {
+        let id = robot.cruise(&meters(1.0, 1.0, 0.3, 0.5), 1.0).await;
+        // The host that began it is gone; this one keeps it alive, and would have another one driven.
+        robot.reconnect(2).await;
+        let refused = host_cli::motion::drive(
+            &mut robot.session,
+            &Motion::PAPER,
+            host_cli::motion::RecordOptions::default(),
+            &mut |_| {},
+        );
+        let error = refused.await.expect_err("the robot moves").to_string();
+        assert!(error.contains("driving already"), "{error}");
+        let status = robot.session.status().await.expect("it answers");
+        assert_eq!((status.state, status.motion), (State::Driving, Some(id)));
+        let (_, end) = settled(robot).await;
+        assert_eq!(end, Some(MotionEnd::Completed), "to its own target");
+    });
+}
+
+#[test]
+fn a_drive_that_is_refused_leaves_an_armed_robot_armed_and_an_idle_one_idle() {
+    on_robot(&fast_line(), async |robot| {
+        let too_fast = Motion { cruise: 100.0, ..Motion::PAPER };
+        for state in [State::Idle, State::Armed] {
+            if state == State::Armed {
+                robot.tell(Command::Arm).await;
+            }
+            let options = host_cli::motion::RecordOptions::default();
+            let refused =
+                host_cli::motion::drive(&mut robot.session, &too_fast, options, &mut |_| {});
+            let error = refused.await.expect_err("it is too fast").to_string();
+            assert!(error.contains("limits.speed_mps_max"), "{error}");
+            assert_eq!(robot.state().await, state);
+            assert_eq!(robot.fault().await, None);
+        }
+    });
+}

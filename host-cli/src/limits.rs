@@ -31,12 +31,23 @@ pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a straight line so long that nothing could be read off its end.
+/// Refuses a straight line so long, or so short, that nothing could be read off its end.
 ///
-/// Wheels that differ by a share d turn the robot by alpha = s d / b on s metres. From a quarter turn on
+/// On a short one the rounding of a count, q of s metres, is more of W_T than [`DIFFERENCE_USUAL`]. Wheels that differ by a share d turn the robot by alpha = s d / b on s metres. From a quarter turn on
 /// two W_T have the same tangent and soon the same offset, so for [`DIFFERENCE_USUAL`] alpha stays below it.
 pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
     let length_m = motion.distance.left.abs() * unit_m(motion, config);
+    let encoder = config.encoder;
+    let count_m = encoder.map(|it| config.meters_per_count(&it));
+    let length_m_min = count_m.left.max(count_m.right) / DIFFERENCE_USUAL;
+    if length_m < length_m_min {
+        return Err(Error::new(format_args!(
+            "{} mm are too short to tell W_T by: one count of an encoder is more than {:.0} % of it",
+            Readable(length_m * 1e3),
+            100.0 * DIFFERENCE_USUAL
+        ))
+        .hint(format_args!("a metre or two; at least {:.0} mm", (length_m_min * 1e3).ceil())));
+    }
     check_length(length_m, config.geometry.track_width_m)
 }
 
@@ -56,6 +67,21 @@ pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
         (length_m_max * 10.0).floor() / 10.0,
         LengthUnit::Cm.format(track_width_m, 1)
     )))
+}
+
+/// Refuses a square that is smaller than the robot: its legs would end within the turns.
+pub fn check_square(side_m: f64, config: &Config) -> Result<()> {
+    let track_m = config.geometry.track_width_m;
+    if side_m >= track_m {
+        return Ok(());
+    }
+    let cm = |value_m| LengthUnit::Cm.format(value_m, 1);
+    Err(Error::new(format_args!(
+        "a square of {} is smaller than the robot: its track is {}",
+        cm(side_m),
+        cm(track_m)
+    ))
+    .hint("--side 1m, or larger"))
 }
 
 fn unit_m(motion: &Motion, config: &Config) -> f64 {

@@ -101,6 +101,8 @@ fn what_a_calibration_would_refuse_is_refused_and_what_it_would_doubt_is_doubted
     assert!(desk.run(rare).ok().stderr.contains(warning));
     let value = desk.run(&format!("{rare} --json")).ok().json();
     assert!(value["doubt"].as_str().is_some_and(|doubt| doubt.contains(warning)), "{value}");
+    let vague = desk.run("wheel-weight --dx 1mm --dy 0mm").ok();
+    assert!(vague.stderr.contains("less certain than the 3 %"), "{vague:#?}");
     let paper = desk.run("wheel-weight --dx 2.525cm --dy 1mm").ok();
     assert_eq!(paper.stderr, "");
 }

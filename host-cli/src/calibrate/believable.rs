@@ -1,5 +1,6 @@
 //! Which W_T can be believed, of a calibration and of numbers typed in alike.
 
+use robot_model::wheel_weight::SIGMAS_95;
 use shared_proto::{Config, GeometryConfig};
 
 use crate::error::{Error, Result};
@@ -27,6 +28,13 @@ pub fn doubt(wheel_weight: f64) -> Option<&'static str> {
     )
 }
 
+/// Why a W_T with this sigma says nothing, whatever it is.
+pub fn vague(sigma: f64) -> Option<&'static str> {
+    (SIGMAS_95 * sigma > DIFFERENCE_USUAL).then_some(
+        "this W_T is less certain than the 3 % by which wheels differ at most: measure better",
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,5 +45,7 @@ mod tests {
         assert!(doubt(1.0 - 1.01 * DIFFERENCE_USUAL).unwrap().contains(&percent));
         assert!(doubt(1.0 + 1.01 * DIFFERENCE_USUAL).is_some());
         assert_eq!(doubt(1.0 + 0.99 * DIFFERENCE_USUAL), None);
+        assert!(vague(0.6 * DIFFERENCE_USUAL).unwrap().contains(&percent));
+        assert_eq!(vague(0.5 * DIFFERENCE_USUAL), None);
     }
 }

@@ -131,6 +131,10 @@ fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<
         say(text.trim_end());
         return Ok(());
     }
+    if file.is_dir() {
+        return Err(Error::new(format_args!("{} is a folder", file.display()))
+            .hint("name the file too, for example my-robot.toml in it"));
+    }
     if file.exists() && !is_special(file) && !force {
         return Err(
             Error::new(format_args!("{} exists", file.display())).hint("--force overwrites it")
@@ -200,12 +204,13 @@ fn get<'a>(value: &'a Value, field: &str) -> Result<&'a Value> {
 }
 
 fn no_such_field(root: &Value, field: &str) -> Error {
-    let last = field.rsplit('.').next().unwrap_or(field);
+    let last = field.trim_end_matches('.').rsplit('.').next().unwrap_or(field);
     let similar: Vec<_> = leaves(root)
         .into_iter()
         .map(|(path, _)| path)
         .filter(|path| {
-            path.contains(last) || path.rsplit('.').next().is_some_and(|name| last.contains(name))
+            !last.is_empty() && path.contains(last)
+                || path.rsplit('.').next().is_some_and(|name| last.contains(name))
         })
         .take(4)
         .collect();
@@ -229,7 +234,7 @@ fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
         }
     }
     *place = match place {
-        Value::Float(_) => Value::Float(text.parse().map_err(|_| {
+        Value::Float(_) => Value::Float(text.trim().parse().map_err(|_| {
             Error::new(format_args!("{field} = {text}: must be a number, in SI units"))
                 .hint("for example 0.9919")
         })?),

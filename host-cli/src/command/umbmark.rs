@@ -26,6 +26,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             speed_mps: args.profile.cruise.mps(radius_m),
             acceleration_mps2: args.profile.acceleration.mps2(radius_m),
         };
+        limits::check_square(settings.side_m, &config)?;
         let side = Piece::Straight { travel_m: settings.side_m, speed_mps: settings.speed_mps };
         if let Some(motion) =
             piece::motion(&side, config.geometry.track_width_m, settings.acceleration_mps2)

@@ -42,7 +42,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     })?;
     let rolled_m = args.radius.m * turns.phi_left_rad.abs().min(turns.phi_right_rad.abs());
     limits::check_length(rolled_m, args.track_width.m)?;
-    let doubt = believable::doubt(weight.value);
+    let doubt = believable::doubt(weight.value).or(believable::vague(weight.sigma));
     if common.json {
         let mut value = to_json(&weight, &geometry);
         value["doubt"] = json!(doubt);

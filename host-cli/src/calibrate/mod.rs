@@ -10,11 +10,14 @@
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
 pub mod believable;
+mod checks;
+mod decide;
 mod measure;
 mod reading;
 mod track_file;
 pub mod umbmark;
 
+pub use checks::Checks;
 pub use measure::{Instrument, Measurement, Way};
 pub(crate) use track_file::{check_header, track_so_far};
 
@@ -22,9 +25,11 @@ use std::path::PathBuf;
 
 use robot_model::track_fit::Estimate;
 use robot_model::wheel_weight::SIGMAS_95;
-use robot_model::{Deviation, Geometry, OutAndBack, Source, Verdict, WheelWeight};
-use shared_proto::{Config, ConfigOrigin, Identity, State};
+use robot_model::{Deviation, Geometry, OutAndBack, Verdict};
+use shared_proto::{Config, ConfigOrigin, Identity};
 
+use self::checks::check;
+use self::decide::{is_straight_within, mean};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::motion::{self, Motion, RecordOptions};
@@ -88,21 +93,6 @@ pub enum Drive {
     Back,
     /// With the new W_T.
     After,
-}
-
-/// What was found before the first drive.
-#[derive(Clone, Debug)]
-pub struct Checks {
-    /// Who the robot is.
-    pub identity: Identity,
-    /// Its configuration.
-    pub config: Config,
-    /// Questions asked to check the link.
-    pub asked: u32,
-    /// How many of these had to be repeated.
-    pub repeated: u64,
-    /// Supply \[V\].
-    pub supply_v: f64,
 }
 
 /// What came of it.
@@ -176,38 +166,6 @@ async fn put_back(session: &mut Session, saved: &Config) -> Result<()> {
         session.restore_config(ConfigOrigin::Saved).await?;
     }
     Ok(())
-}
-
-/// Link, state and supply, before anything moves. The robot itself checks its encoders' signs
-/// before it closes the loop.
-async fn check(session: &mut Session) -> Result<Checks> {
-    const QUESTIONS: u32 = 20;
-    let before = session.statistics().retries;
-    let mut status = session.status().await?;
-    for _ in 1..QUESTIONS {
-        status = session.status().await?;
-    }
-    if let Some(report) = status.fault {
-        return Err(Error::new(format_args!("a fault is latched: {}", report.fault))
-            .hint(format_args!("{}; then `beeline clear`", report.fault.remedy())));
-    }
-    if status.state != State::Idle {
-        return Err(Error::new(format_args!("the robot is {}", status.state.name()))
-            .hint("`beeline stop` ends a motion"));
-    }
-    let identity = session.identify().await?;
-    if identity.unsaved {
-        // Left over from a calibration that was killed, or from a `config set` without a save.
-        session.restore_config(ConfigOrigin::Saved).await?;
-    }
-    let config = session.read_config().await?;
-    let supply_v = f64::from(session.status().await?.supply_mv) * 1e-3;
-    if supply_v < config.protection.supply_v_min {
-        return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
-            .hint("charge the battery; protection.supply_v_min is the bound"));
-    }
-    let repeated = session.statistics().retries - before;
-    Ok(Checks { identity, config, asked: QUESTIONS, repeated, supply_v })
 }
 
 async fn experiment(
@@ -313,38 +271,6 @@ async fn save(
         return Err(error);
     }
     Ok(())
-}
-
-/// The mean of several runs, each weighted by what it alone adds.
-///
-/// What the runs have in common, the tolerances of the nominal robot, no mean makes smaller:
-/// sigma^2 = 1 / sum(1 / own_i^2) + common^2.
-fn mean(said: &[WheelWeight]) -> Estimate {
-    if let [one] = said {
-        return Estimate { value: one.value, sigma: one.sigma };
-    }
-    let is_common = |source| matches!(source, Source::TrackWidth | Source::WheelRadius);
-    let (mut common, mut total, mut sum) = (0.0_f64, 0.0, 0.0);
-    for weight in said {
-        let square = |common: bool| -> f64 {
-            let parts = weight.contributions.iter().filter(|part| is_common(part.source) == common);
-            parts.map(|part| part.sigma * part.sigma).sum()
-        };
-        let share = 1.0 / square(false).max(f64::MIN_POSITIVE);
-        common = common.max(square(true));
-        total += share;
-        sum += share * weight.value;
-    }
-    Estimate { value: sum / total, sigma: (1.0 / total + common).sqrt() }
-}
-
-/// Whether a W_T that is wrong by this much still counts as straight: a centimetre in two metres.
-///
-/// The deviation angle after s metres is alpha = s dW / b, the offset from the line y = s alpha / 2.
-fn is_straight_within(wheel_weight_error: f64, geometry: &Geometry) -> bool {
-    const DISTANCE_M: f64 = 2.0;
-    const OFFSET_M: f64 = 0.01;
-    DISTANCE_M * DISTANCE_M * wheel_weight_error / (2.0 * geometry.track_width_m) <= OFFSET_M
 }
 
 /// What every drive of the experiment needs.

@@ -29,9 +29,9 @@ use robot_model::Pose;
 use robot_model::plan::Piece;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 
+use super::checks::{Checks, check};
 use super::measure::Instrument;
 use super::track_file::track_so_far;
-use super::{Checks, check};
 use crate::campaign::{Campaign, Run, RunFacts};
 use crate::error::{Error, Result};
 use crate::motion::{self, RecordOptions};

@@ -1,0 +1,53 @@
+//! What is found out before the first drive.
+
+use shared_proto::{Config, ConfigOrigin, Identity, State};
+
+use crate::error::{Error, Result};
+use crate::session::Session;
+
+/// What was found before the first drive.
+#[derive(Clone, Debug)]
+pub struct Checks {
+    /// Who the robot is.
+    pub identity: Identity,
+    /// Its configuration.
+    pub config: Config,
+    /// Questions asked to check the link.
+    pub asked: u32,
+    /// How many of these had to be repeated.
+    pub repeated: u64,
+    /// Supply \[V\].
+    pub supply_v: f64,
+}
+
+/// Link, state and supply, before anything moves. The robot itself checks its encoders' signs
+/// before it closes the loop.
+pub(super) async fn check(session: &mut Session) -> Result<Checks> {
+    const QUESTIONS: u32 = 20;
+    let before = session.statistics().retries;
+    let mut status = session.status().await?;
+    for _ in 1..QUESTIONS {
+        status = session.status().await?;
+    }
+    if let Some(report) = status.fault {
+        return Err(Error::new(format_args!("a fault is latched: {}", report.fault))
+            .hint(format_args!("{}; then `beeline clear`", report.fault.remedy())));
+    }
+    if status.state != State::Idle {
+        return Err(Error::new(format_args!("the robot is {}", status.state.name()))
+            .hint("`beeline stop` ends a motion"));
+    }
+    let identity = session.identify().await?;
+    if identity.unsaved {
+        // Left over from a calibration that was killed, or from a `config set` without a save.
+        session.restore_config(ConfigOrigin::Saved).await?;
+    }
+    let config = session.read_config().await?;
+    let supply_v = f64::from(session.status().await?.supply_mv) * 1e-3;
+    if supply_v < config.protection.supply_v_min {
+        return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
+            .hint("charge the battery; protection.supply_v_min is the bound"));
+    }
+    let repeated = session.statistics().retries - before;
+    Ok(Checks { identity, config, asked: QUESTIONS, repeated, supply_v })
+}

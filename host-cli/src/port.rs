@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::file::{check_writable, is_special, target};
 use crate::link::{Clock, ThreadedWire, Wire};
 use crate::session::Session;
+use crate::ui::warn;
 
 /// The link's speed on a serial device unless the port says otherwise (`/dev/ttyACM0@115200`).
 pub const BAUD: u32 = 921_600;
@@ -172,6 +173,11 @@ pub fn with_robot<T>(
             })
         }
         Port::Tcp(_) | Port::Serial { .. } => {
+            if sim.flash.is_some() || sim.seed.is_some() {
+                warn(format_args!(
+                    "--flash and --seed are of the simulator in this process: {port} has its own"
+                ));
+            }
             let wire = Wire::Threaded(open_device(port)?);
             let start = Instant::now();
             let number = session_number();

@@ -136,10 +136,10 @@ pub async fn drive_into(
     let found = session.status().await?.state;
     if is_moving(found) {
         return Err(Error::new(format_args!(
-            "the robot is {} already, on somebody else's command; that goes on",
+            "not driven: the robot is {} already, on an earlier command",
             found.name()
         ))
-        .hint("`beeline stop` ends it; `beeline identify` shows when the robot stands"));
+        .hint("`beeline stop` ends that; a robot whose host is gone stops by itself"));
     }
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
     let mut commanded = false;

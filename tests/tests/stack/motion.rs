@@ -1,7 +1,7 @@
 //! New commands while the robot moves: no jump, whatever is asked when.
 
 use beeline_tests::robot::{Robot, meters, on_robot};
-use host_cli::motion::Motion;
+use host_cli::motion::{Motion, RecordOptions, drive};
 use shared_proto::{Command, MotionEnd, Refusal, State, Telemetry, Wheel};
 use sim_target::Scenario;
 
@@ -151,19 +151,20 @@ fn a_motion_that_replaces_another_goes_as_far_as_it_says_from_where_it_began() {
     });
 }
 
+/// What a host says that may not drive.
+async fn refused(robot: &mut Robot, motion: &Motion) -> String {
+    let options = RecordOptions::default();
+    let driven = drive(&mut robot.session, motion, options, &mut |_| {}).await;
+    driven.expect_err("it must not drive").to_string()
+}
+
 #[test]
 fn a_drive_that_is_refused_leaves_the_motion_of_another_host_alone() {
     on_robot(&fast_line(), async |robot| {
         let id = robot.cruise(&meters(1.0, 1.0, 0.3, 0.5), 1.0).await;
         // The host that began it is gone; this one keeps it alive, and would have another one driven.
         robot.reconnect(2).await;
-        let refused = host_cli::motion::drive(
-            &mut robot.session,
-            &Motion::PAPER,
-            host_cli::motion::RecordOptions::default(),
-            &mut |_| {},
-        );
-        let error = refused.await.expect_err("the robot moves").to_string();
+        let error = refused(robot, &Motion::PAPER).await;
         assert!(error.contains("driving already"), "{error}");
         let status = robot.session.status().await.expect("it answers");
         assert_eq!((status.state, status.motion), (State::Driving, Some(id)));
@@ -180,10 +181,7 @@ fn a_drive_that_is_refused_leaves_an_armed_robot_armed_and_an_idle_one_idle() {
             if state == State::Armed {
                 robot.tell(Command::Arm).await;
             }
-            let options = host_cli::motion::RecordOptions::default();
-            let refused =
-                host_cli::motion::drive(&mut robot.session, &too_fast, options, &mut |_| {});
-            let error = refused.await.expect_err("it is too fast").to_string();
+            let error = refused(robot, &too_fast).await;
             assert!(error.contains("limits.speed_mps_max"), "{error}");
             assert_eq!(robot.state().await, state);
             assert_eq!(robot.fault().await, None);

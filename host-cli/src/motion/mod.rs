@@ -133,7 +133,12 @@ pub async fn drive_into(
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
-    let found = session.status().await?.state;
+    let status = session.status().await?;
+    if let Some(report) = status.fault {
+        // It may be braking for it still: the fault says more than that.
+        return Err(refused("drive", &Refusal::Faulted(report)));
+    }
+    let found = status.state;
     if is_moving(found) {
         return Err(Error::new(format_args!(
             "not driven: the robot is {} already, on an earlier command",

@@ -144,7 +144,7 @@ pub struct RemoveArgs {
 pub struct ReportArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
-    /// Where the page goes; it needs nothing else, no network.
+    /// Where the page goes; it needs nothing else, no network. FILE.svg: its main picture alone.
     #[arg(long, short, value_name = "FILE", default_value = "report.html")]
     pub output: PathBuf,
 }

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed};
 use crate::file::{check_writable, write_whole};
 use crate::model::ModelFile;
-use crate::report::{CampaignReport, to_html};
+use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
@@ -41,14 +41,16 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let comparisons = [comparer.compare(&[]), comparer.compare(&found)];
     let paths = [comparer.paths(&[]), comparer.paths(&found)];
     let curves = [comparer.curves(&[]), comparer.curves(&found)];
-    let html = to_html(&CampaignReport {
+    let report = CampaignReport {
         subject: &subject,
         answer: &answer,
         comparisons: comparisons.each_ref(),
         paths: paths.each_ref().map(Vec::as_slice),
         curves: curves.each_ref().map(Vec::as_slice),
-    });
-    write_whole(&args.output, html.as_bytes()).map_err(|error| cannot(&error))?;
+    };
+    let is_drawing = args.output.extension().is_some_and(|it| it.eq_ignore_ascii_case("svg"));
+    let page = if is_drawing { to_svg(&report) } else { to_html(&report) };
+    write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
     tell(common, json!({"report": args.output}), format_args!("{output} written"));
     Ok(())
 }

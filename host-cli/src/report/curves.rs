@@ -10,7 +10,7 @@ use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 /// So many drawings at most, those with most left first.
 const PANELS: usize = 6;
 const X: (f64, f64) = (54.0, 452.0);
-const Y: (f64, f64) = (168.0, 14.0);
+const Y: (f64, f64) = (168.0, 24.0);
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.curves;
@@ -39,9 +39,9 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 
 fn unit(aspect: Aspect) -> &'static str {
     match aspect {
-        Aspect::Ahead => "too far ahead, mm per m",
-        Aspect::Left => "drift to the left, mm per m",
-        Aspect::Turn => "turn to the left, mrad per m",
+        Aspect::Ahead => "mm/m too far ahead",
+        Aspect::Left => "mm/m of drift to the left",
+        Aspect::Turn => "mrad/m of turn to the left",
     }
 }
 
@@ -61,13 +61,16 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
     let room = 0.06 * (range.1 - range.0).max(1e-6);
     let range = (range.0 - room, range.1 + room);
     let (x, y) = (Scale::over(span, X), Scale::over(range, Y));
-    let mark = if named { "<span class=\"before\">depends on it</span>" } else { "" };
+    let mark = if named { "<span class=\"before\">what is left depends on it</span>" } else { "" };
     let _ = write!(
         html,
-        "<figure><figcaption><b>{}</b>{mark}</figcaption>\
-         <svg class=\"d thin\" viewBox=\"0 0 460 212\" role=\"img\" aria-label=\"Residual against {}\">",
-        unit(curve.aspect),
-        curve.axis
+        "<figure><figcaption><b>Against {}</b>{mark}</figcaption>\
+         <svg class=\"d thin\" viewBox=\"0 0 460 194\" role=\"img\" aria-label=\"Residual against {}\">\
+         <text class=\"tick\" x=\"{}\" y=\"10\">{}</text>",
+        curve.axis,
+        curve.axis,
+        Px(X.0),
+        unit(curve.aspect)
     );
     let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
     for level in levels {
@@ -92,12 +95,6 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
             number(stop, places)
         );
     }
-    let _ = write!(
-        html,
-        "<text class=\"tick\" x=\"{}\" y=\"206\" text-anchor=\"middle\">{}</text>",
-        Px((X.0 + X.1) / 2.0),
-        curve.axis
-    );
     let line = |points: &[(f64, f64, f64)]| {
         let mut data = String::new();
         for (at, value, _) in points {

@@ -7,10 +7,12 @@
 //! | each effect: why, values with intervals, what can be done | `effects.rs` |
 //! | where the error comes from, before and after | `regimes.rs` |
 //! | the shape of what is still unexplained | `curves.rs` |
+//! | two of these as one picture | `drawing.rs` |
 //!
 //! Nothing in it comes from the network, and nothing in it runs. The same campaign gives the same bytes.
 
 mod curves;
+mod drawing;
 mod effects;
 mod paths;
 mod regimes;
@@ -27,6 +29,8 @@ use crate::explain::{Subject, headline, next_run_command, text};
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
+
+pub use drawing::to_svg;
 
 /// Everything that is on the page.
 pub struct CampaignReport<'a> {
@@ -46,14 +50,13 @@ const REPORT_STYLE: &str = "\
 .grid{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:14px}.grid svg{margin:0}\
 .grid figure,.pair figure{margin:0;border:1px solid var(--faint);border-radius:10px;padding:12px 12px 8px;break-inside:avoid}\
 .pair{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:14px}.pair svg{margin:0}\
-figcaption{font-size:14px;color:var(--soft);display:flex;justify-content:space-between;gap:10px;margin-bottom:6px;\
-align-items:baseline}figcaption b{min-width:0;color:var(--ink);font-weight:650;overflow:hidden;text-overflow:ellipsis;white-space:nowrap}\
+h1{text-wrap:balance}figcaption{font-size:14px;color:var(--soft);display:flex;flex-wrap:wrap;justify-content:space-between;gap:0 10px;\
+margin-bottom:6px;align-items:baseline}figcaption b{min-width:0;color:var(--ink);font-weight:650;overflow-wrap:anywhere}\
 figcaption span{white-space:nowrap}\
 .legend{display:flex;flex-wrap:wrap;gap:6px 22px;color:var(--soft);font-size:14px;margin:0 0 12px}\
 .legend i{display:inline-block;width:22px;height:0;border-top:3px solid;vertical-align:middle;margin-right:7px}\
 .legend i.k{border-color:var(--line);border-top-width:6px;border-radius:3px}.legend i.b{border-color:var(--before)}.legend i.a{border-color:var(--after)}\
-.seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
-.thin .p{stroke-width:1.7}.card{border:1px solid var(--faint);border-radius:12px;padding:18px 22px 16px;margin:14px 0;break-inside:avoid}\
+.card{border:1px solid var(--faint);border-radius:12px;padding:18px 22px 16px;margin:14px 0;break-inside:avoid}\
 .card h3{margin:0 0 2px;font-size:18px;font-weight:650}.card h3 .n{color:var(--after);margin-right:10px}\
 .card p{margin:8px 0 0}.card code,.next code{font:14px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;color:var(--soft)}\
 .class{border-left:4px solid var(--before);padding:2px 0 2px 14px;margin-top:12px}\
@@ -61,10 +64,16 @@ figcaption span{white-space:nowrap}\
 .next code{display:inline-block;padding:8px 12px;border:1px solid var(--faint);border-radius:8px;color:var(--ink);margin-top:6px;overflow-wrap:anywhere}\
 .ids{color:var(--soft);font-size:14px}.rej td{vertical-align:top;text-align:left}.rej td:last-child,.rej th:last-child{text-align:right;white-space:nowrap}\
 .rej th{text-align:left}.noise{fill:var(--faint);opacity:.6}.whisker{stroke-width:1.3;fill:none}\
-.zero{stroke:var(--line);stroke-width:1.2;fill:none}.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}\
+@media screen and (max-width:640px){.wide{overflow-x:auto}.wide svg{width:760px}.wide .d text{font-size:13px}}\
 @media(max-width:820px){.grid{grid-template-columns:1fr 1fr}.pair{grid-template-columns:1fr}}\
 @media(max-width:520px){.grid{grid-template-columns:1fr}}\
-@media print{figcaption{font-size:11px}.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
+@media print{p,li{orphans:3;widows:3}tr,.next{break-inside:avoid}thead{display:table-header-group}.lead{font-size:15px}figcaption{font-size:11px}.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
+
+/// How the lines of this page's drawings look, beyond those of a calibration's.
+const DRAWING_STYLE: &str = "\
+.seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
+.thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
+.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
 
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {
@@ -72,21 +81,23 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
-         <title>{robot}: what is missing</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{REPORT_STYLE}</style></head>\n<body>\n"
+         <title>{robot}: what is missing</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{DRAWING_STYLE}{REPORT_STYLE}</style></head>\n<body>\n"
     );
     header(&mut html, report, &robot);
     section(
         &mut html,
         "The error falls",
-        "Each run predicted by a fit to all the others: what a model \
-        earns here, it has not merely learnt by heart. The small mark is the error on the runs fitted to.",
+        "Each run is predicted by a fit to all the others: what a model \
+        earns here, it has not merely learnt by heart. Bars are root mean squares over all runs; the upright mark \
+        is the error on the runs fitted to, and p is how often chance alone would do as well.",
     );
     html.push_str(&waterfall::draw(report));
     section(
         &mut html,
         "Measured and predicted",
-        "The runs with the largest errors of each kind. \
-        Deviations of the predictions are drawn enlarged by the factor in the corner; the measured path is not.",
+        "The runs with the largest errors of each kind, from above, and \
+        their errors before and after. How far a prediction is off is drawn enlarged by the factor in the corner, \
+        averaged over a twentieth of the run; the measured path is drawn as it is.",
     );
     html.push_str(&paths::draw(report));
     if !report.answer.steps.is_empty() {
@@ -98,7 +109,8 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         "Where the error comes from",
         "Every run is cut where the regime changes; each dot \
         is the error over all stretches of one kind, in multiples of what noise alone gives. Within the \
-        grey band it is noise.",
+        grey band it is noise. On the right: what is the same in all stretches of a kind for the nominal robot, \
+        per metre that the rims roll, where it is more than noise.",
     );
     html.push_str(&regimes::draw(report));
     unexplained(&mut html, report);
@@ -118,12 +130,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
     let mm = |it: &robot_model::answer::Errors| format!("{:.1} mm", it.position_rms_m * 1e3);
     let (before, after) = (mm(&answer.baseline.heldout), mm(last));
-    let title = match (answer.steps.len(), answer.unexplained.structure) {
-        (0, false) => "Nothing is missing".to_owned(),
-        (0, true) => "An unknown effect".to_owned(),
-        (1, _) => "One effect is missing".to_owned(),
-        (n, _) => format!("{} effects are missing", crate::explain::count(n)),
-    };
+    let title = title(answer);
     let _ = write!(
         html,
         "<p class=\"sub\">{robot} \u{b7} {} runs</p>\n<h1>{title}",
@@ -141,6 +148,16 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
         escape(&headline(answer, report.subject))
     );
     let _ = writeln!(html, "<p class=\"sub\">{}</p>", escape(&report.comparisons[0].finding));
+}
+
+/// The finding in a few words.
+fn title(answer: &Answer) -> String {
+    match (answer.steps.len(), answer.unexplained.structure) {
+        (0, false) => "Nothing is missing".to_owned(),
+        (0, true) => "An unknown effect".to_owned(),
+        (1, _) => "One effect is missing".to_owned(),
+        (n, _) => format!("{} effects are missing", crate::explain::count(n)),
+    }
 }
 
 fn section(html: &mut String, title: &str, words: &str) {
@@ -175,6 +192,11 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     };
     section(html, if it.structure { "Still unexplained" } else { "What is left" }, "");
     let _ = writeln!(html, "<p>{words}</p>");
+    html.push_str(
+        "<p class=\"sub\">Each drawing has one question across, and upwards what is the same in all runs there, per \
+         metre that the rims roll. Upright bars hold the true value in 95 % of cases: a curve whose bars all touch \
+         zero shows nothing.</p>\n",
+    );
     html.push_str(&curves::draw(report));
 }
 
@@ -199,7 +221,11 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
     if report.answer.rejected.is_empty() {
         return;
     }
-    section(html, "Looked at, and not believed", "");
+    section(
+        html,
+        "Looked at, and not believed",
+        "Amounts without a unit are in -2 log likelihood of runs held out: one that gives less than 4 is noise.",
+    );
     html.push_str("<table class=\"rej\"><thead><tr><th>effect</th><th>why not</th><th>held out, with it</th></tr></thead><tbody>");
     for it in &report.answer.rejected {
         let _ = write!(

@@ -10,8 +10,8 @@ use crate::picture::scale::{Px, escape, nice_step, number};
 /// So many drawings at most.
 const PANELS: usize = 9;
 /// Size of a drawing, in its own units.
-const WIDTH: f64 = 300.0;
-const HEIGHT: f64 = 230.0;
+pub(super) const WIDTH: f64 = 300.0;
+pub(super) const HEIGHT: f64 = 230.0;
 const PAD: f64 = 16.0;
 /// A turn on the spot leaves no path to be seen \[m\].
 const SIZE_MIN_M: f64 = 0.1;
@@ -66,18 +66,79 @@ fn chosen(paths: &[Path]) -> Vec<usize> {
 }
 
 fn panel(html: &mut String, nominal: &Path, model: &Path) {
-    let off = nominal.measured_m.iter().zip(&nominal.predicted_m).map(|(a, b)| distance(*a, *b));
-    let off_m = off.fold(0.0, f64::max);
+    let name = escape(&nominal.run);
+    let _ = write!(
+        html,
+        "<figure><figcaption><b>{name}</b><span>{}</span></figcaption>\
+         <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">{}</svg></figure>",
+        errors(nominal, model),
+        Px(WIDTH),
+        Px(HEIGHT),
+        drawing(nominal, model)
+    );
+}
+
+/// The largest few runs of a drawing that stands alone, side by side: each `WIDTH` x `HEIGHT`.
+pub(super) fn worst(report: &CampaignReport<'_>, most: usize) -> Vec<(String, String)> {
+    let mut indices = chosen(report.paths[0]);
+    let off = |i: &usize| rms_m(&report.paths[0][*i]);
+    indices.sort_by(|a, b| off(b).total_cmp(&off(a)));
+    let one_a_kind = |it: &usize| report.paths[0][*it].kind.clone();
+    let mut kinds = Vec::new();
+    indices.retain(|it| {
+        let kind = one_a_kind(it);
+        let new = !kinds.contains(&kind);
+        kinds.push(kind);
+        new
+    });
+    let pair = |i: usize| (&report.paths[0][i], &report.paths[1][i]);
+    let panels = indices.into_iter().take(most).map(pair);
+    panels.map(|(nominal, model)| (escape(&nominal.run), drawing(nominal, model))).collect()
+}
+
+/// `20.5 -> 1.4 mm`, in the two colours.
+fn errors(nominal: &Path, model: &Path) -> String {
+    format!(
+        "<span class=\"before\">{}</span> \u{2192} <span class=\"after\">{} mm</span>",
+        number(rms_m(nominal) * 1e3, 1),
+        number(rms_m(model) * 1e3, 1)
+    )
+}
+
+/// How far off the prediction is along the run \[m\], each the mean over a twentieth of the run: it is
+/// the shape that is to be seen, not the noise of single samples, which would be enlarged with it.
+fn deviations_m(path: &Path) -> Vec<[f64; 2]> {
+    let off: Vec<[f64; 2]> = path
+        .measured_m
+        .iter()
+        .zip(&path.predicted_m)
+        .map(|(a, b)| [b[0] - a[0], b[1] - a[1]])
+        .collect();
+    let reach = off.len() / 40;
+    let mean = |at: usize| {
+        // As far to both sides: at its ends a run is not drawn towards its middle.
+        let reach = reach.min(at).min(off.len() - 1 - at);
+        let near = &off[at - reach..=at + reach];
+        let finite: Vec<_> = near.iter().filter(|it| it.iter().all(|it| it.is_finite())).collect();
+        [0, 1].map(|axis| finite.iter().map(|it| it[axis]).sum::<f64>() / finite.len() as f64)
+    };
+    (0..off.len()).map(mean).collect()
+}
+
+/// The lines of one drawing.
+fn drawing(nominal: &Path, model: &Path) -> String {
+    let [off_nominal, off_model] = [deviations_m(nominal), deviations_m(model)];
+    let off_m = off_nominal.iter().map(|it| it[0].hypot(it[1])).fold(0.0, f64::max);
     let (low, high) = bounds(nominal.measured_m.iter());
     let size_m = (high[0] - low[0]).max(high[1] - low[1]).max(0.02);
     // The largest deviation is to be a seventh of the drawing.
     let wanted = 0.14 * size_m / off_m.max(1e-9);
     let factor = [10.0, 5.0, 2.0].into_iter().find(|it| *it <= wanted).unwrap_or(1.0);
-    let enlarged = |path: &Path| -> Vec<[f64; 2]> {
-        let both = path.measured_m.iter().zip(&path.predicted_m);
-        both.map(|(a, b)| [a[0] + factor * (b[0] - a[0]), a[1] + factor * (b[1] - a[1])]).collect()
+    let enlarged = |path: &Path, off: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        let both = path.measured_m.iter().zip(off);
+        both.map(|(a, off)| [a[0] + factor * off[0], a[1] + factor * off[1]]).collect()
     };
-    let (before, after) = (enlarged(nominal), enlarged(model));
+    let (before, after) = (enlarged(nominal, &off_nominal), enlarged(model, &off_model));
     let (low, high) = bounds(nominal.measured_m.iter().chain(&before).chain(&after));
     let scale = ((WIDTH - 2.0 * PAD) / (high[0] - low[0]).max(0.05))
         .min((HEIGHT - 2.0 * PAD - 16.0) / (high[1] - low[1]).max(0.05));
@@ -99,46 +160,23 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
         }
         data
     };
-    let _ = write!(
-        html,
-        "<figure><figcaption><b title=\"{name}\">{short}</b><span><span class=\"before\">{}</span> \u{2192} \
-         <span class=\"after\">{} mm</span></span></figcaption>\
-         <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">\
-         <path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>",
-        number(rms_m(nominal) * 1e3, 1),
-        number(rms_m(model) * 1e3, 1),
-        Px(WIDTH),
-        Px(HEIGHT),
+    let bar_m = nice_step(WIDTH / scale, 6.0);
+    format!(
+        "<path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>\
+         <path class=\"zero\" d=\"M{x0} {y0}h{length}m0 -3v6m-{length} -6v6\"/><text class=\"tick\" x=\"{tx}\" y=\"{ty}\">{}</text>\
+         <text class=\"tick\" x=\"{xe}\" y=\"{ty}\" text-anchor=\"end\">\u{d7}{}</text>",
         data(&nominal.measured_m),
         data(&before),
         data(&after),
-        name = escape(&nominal.run),
-        short = escape(&shortened(&nominal.run)),
-    );
-    let bar_m = nice_step(WIDTH / scale, 6.0);
-    let (text, y) = (bar_text(bar_m), HEIGHT - 6.0);
-    let _ = write!(
-        html,
-        "<path class=\"zero\" d=\"M{x0} {y0}h{length}m0 -3v6m-{length} -6v6\"/><text class=\"tick\" x=\"{tx}\" y=\"{ty}\">{text}</text>\
-         <text class=\"tick\" x=\"{xe}\" y=\"{ty}\" text-anchor=\"end\">\u{d7}{}</text></svg></figure>",
+        bar_text(bar_m),
         number(factor, 0),
         x0 = Px(PAD),
-        y0 = Px(y - 4.0),
+        y0 = Px(HEIGHT - 10.0),
         length = Px(bar_m * scale),
         tx = Px(PAD + bar_m * scale + 8.0),
-        ty = Px(y),
+        ty = Px(HEIGHT - 6.0),
         xe = Px(WIDTH - 4.0),
-    );
-}
-
-/// A name that fits; its end, which tells runs apart, is kept.
-fn shortened(name: &str) -> String {
-    let count = name.chars().count();
-    if count <= 19 {
-        return name.to_owned();
-    }
-    let kept = |from: usize, to: usize| name.chars().skip(from).take(to - from).collect::<String>();
-    format!("{}\u{2026}{}", kept(0, 8), kept(count - 10, count))
+    )
 }
 
 fn bar_text(metres: f64) -> String {

@@ -22,7 +22,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let x = Scale::over((0.0, most), X);
     let _ = write!(
         html,
-        "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Error by regime in multiples of noise\">\
+        "<div class=\"wide\"><svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Error by regime in multiples of noise\">\
          <rect class=\"noise\" x=\"{}\" y=\"22\" width=\"{}\" height=\"{}\"/>",
         Px(bottom + 44.0),
         Px(X.0),
@@ -43,7 +43,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let _ = write!(
         html,
         "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\
-         <text class=\"tick\" x=\"690\" y=\"13\">systematic, per metre of rolling, nominal robot</text>",
+         <text class=\"tick\" x=\"690\" y=\"13\">the same everywhere, nominal robot</text>",
         Px((X.0 + X.1) / 2.0),
         Px(bottom + 36.0)
     );
@@ -63,7 +63,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
             y += ROW;
         }
     }
-    html.push_str("</svg>\n");
+    html.push_str("</svg></div>\n");
     html
 }
 

@@ -26,6 +26,11 @@ pub const BAD: Style = AnsiColor::Red.on_default().bold();
 /// Take care.
 pub const WARN: Style = AnsiColor::Yellow.on_default();
 
+/// `1 run`, `3 runs`.
+pub fn runs(count: usize) -> String {
+    format!("{count} run{}", if count == 1 { "" } else { "s" })
+}
+
 /// Text in a style.
 pub fn paint(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")

@@ -99,7 +99,7 @@ fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files
     let mut said = String::new();
     stderr.read_to_string(&mut said).unwrap();
     if outcome.code == Some(130) {
-        assert!(said.contains("are complete and stay"), "{said}");
+        assert!(said.contains("complete and kept"), "{said}");
         assert!(runs(&desk).len() < 3, "{said}");
     } else {
         // It was faster than the signal.
@@ -113,7 +113,7 @@ fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files
     assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
     assert_eq!(desk.read("robot/runs/01_a.csv"), kept);
     let again = desk.run("campaign record robot").ok();
-    assert!(again.stdout.contains("complete: all 3 runs"), "{again:#?}");
+    assert!(again.stdout.contains("complete: it has the 3 runs"), "{again:#?}");
 }
 
 #[test]
@@ -127,12 +127,12 @@ fn a_fault_ends_the_campaign_with_the_complete_runs_kept_and_nothing_of_the_brok
     let message =
         desk.run("campaign record robot --plan plan.toml --port sim:blocked.toml").refused();
     assert!(message.contains("stopped with a fault"), "{message}");
-    assert!(message.contains("1 runs are complete"), "{message}");
+    assert!(message.contains("1 run complete"), "{message}");
     assert_eq!(runs(&desk), ["01_a"]);
     assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
     // Mended.
     let outcome = desk.run("campaign record robot").ok();
-    assert!(outcome.stderr.contains("1 runs of the plan are there already"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("there already: 1 run of the plan"), "{outcome:#?}");
     assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
     let campaign = Campaign::read(&desk.path("robot")).unwrap();
     let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
@@ -155,7 +155,7 @@ fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
     );
     // The campaign's own plan is as it was, and complete.
     let again = desk.run("campaign record robot").ok();
-    assert!(again.stdout.contains("complete: all 3 runs"), "{again:#?}");
+    assert!(again.stdout.contains("complete: it has the 3 runs"), "{again:#?}");
     let message = desk.run("campaign record robot --run loop").refused();
     assert!(message.contains("arcs of two radii"), "{message}");
 }

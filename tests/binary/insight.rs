@@ -210,3 +210,30 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
     );
     assert_eq!(desk.listing(), ["robot", "t.csv"]);
 }
+
+#[test]
+fn what_is_no_campaign_is_refused_by_its_name_and_one_run_is_said_to_prove_little() {
+    let desk = Desk::new();
+    simulated_runs(&desk);
+    for (arguments, expected) in [
+        ("compare robot/robot.toml", "robot/robot.toml: this is a file, not a campaign"),
+        ("model show nowhere", "nowhere does not exist"),
+        ("model remove scrub robot", "scrub is not in the model"),
+        ("apply nowhere --yes", "nowhere/robot.toml: there is no such file"),
+        ("report robot/runs -o page.html", "robot/runs/robot.toml: there is no such file"),
+    ] {
+        let message = desk.run(arguments).refused();
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    assert_eq!(desk.listing(), ["robot"]);
+    for run in ["02_straight", "03_spin", "04_spin", "05_arc"] {
+        std::fs::remove_file(desk.path(&format!("robot/runs/{run}.csv"))).unwrap();
+    }
+    let outcome = desk.run("explain robot").ok();
+    assert!(outcome.stderr.contains("one run alone"), "{outcome:#?}");
+    let compared = desk.run("compare robot").ok().stdout;
+    assert!(compared.contains("all 1 run "), "{compared}");
+    desk.run("model add wheel_radius_ratio robot").ok();
+    let twice = desk.run("model add wheel_radius_ratio robot").refused();
+    assert!(twice.contains("wheel_radius_ratio is in the model already"), "{twice}");
+}

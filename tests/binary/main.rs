@@ -1,6 +1,7 @@
 //! The `beeline` executable itself, as a user would run it: arguments in; exit code, output and
 //! files out. In its own folder each time, and with nothing remembered from before.
 
+mod answers;
 mod apply;
 mod bad_input;
 mod bad_port;
@@ -10,6 +11,7 @@ mod desk;
 mod drive;
 mod files;
 mod first_run;
+mod gyro;
 mod help;
 mod insight;
 mod memory;
@@ -17,3 +19,4 @@ mod outcome;
 mod question;
 mod real_time;
 mod served;
+mod walkthrough;

@@ -42,6 +42,12 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let mystery = Mystery::draw(seed);
     assert_eq!(seal(&mystery.answer()), sha256);
 
+    // What the README shows of the opened seal.
+    let readme = std::fs::read_to_string(folder.join("../../README.md")).unwrap();
+    for words in [mystery.answer(), sha256] {
+        assert!(readme.contains(&words), "README.md is to show:\n{words}");
+    }
+
     let campaign = host_cli::campaign::Campaign::read(&folder).unwrap();
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];

@@ -42,7 +42,7 @@ pub(crate) fn track_so_far(path: &Path) -> Result<Vec<TrackSample>> {
 }
 
 /// A file that is being written, up to its last line feed: what comes after it is not all there yet.
-fn whole_lines(path: &Path) -> std::io::Result<String> {
+pub(crate) fn whole_lines(path: &Path) -> std::io::Result<String> {
     let mut bytes = std::fs::read(path)?;
     bytes.truncate(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));
     String::from_utf8(bytes).map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error))

@@ -67,6 +67,11 @@ impl RobotFile {
                 "there is no such file",
                 "a campaign is a folder with a robot.toml and a folder runs",
             ),
+            io::ErrorKind::NotADirectory => CampaignError::new(
+                Place::whole(file.parent().unwrap_or(file)),
+                "this is a file, not a campaign",
+                "a campaign is a folder with a robot.toml and a folder runs",
+            ),
             _ => CampaignError::io(file, "read it", error),
         })?;
         Self::parse(file, &text)

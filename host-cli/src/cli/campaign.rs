@@ -107,6 +107,9 @@ pub struct CampaignRecordArgs {
     /// camera, ask, track:FILE or none.
     #[arg(long, value_name = "HOW")]
     pub measure: Option<Measure>,
+    /// A CSV (t_s,gyro_z_rad_s) that a yaw rate sensor's logger appends to, by any clock.
+    #[arg(long, value_name = "FILE")]
+    pub gyro: Option<PathBuf>,
     /// Noise of the measured track's positions, one sigma; if not given, it is found in the data.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub position_sigma: Option<Length>,

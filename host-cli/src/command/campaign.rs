@@ -14,9 +14,10 @@ use crate::port::with_robot;
 use crate::survey::extra::{Extra, runs_of};
 use crate::survey::record::plan_path;
 use crate::survey::{
-    Floor, Plan, PlanSettings, PlannedRun, RecordSettings, Step, Summary, Witness, record_campaign,
+    Floor, GyroLog, Plan, PlanSettings, PlannedRun, RecordSettings, Step, Summary, Witness,
+    record_campaign,
 };
-use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, warn};
 
 pub(super) fn run(common: &Common, command: &CampaignCommand) -> Result<()> {
     match command {
@@ -200,8 +201,9 @@ fn goes_on(error: Error, folder: &Path) -> Error {
     let runs = Campaign::read_if_any(folder).ok().flatten().map_or(0, |it| it.runs.len());
     if runs > 0 {
         note(format_args!(
-            "{}: {runs} runs are complete and stay; the same command goes on with the next",
-            folder.display()
+            "{}: {} complete and kept; the same command goes on with the next",
+            folder.display(),
+            ui::runs(runs)
         ));
     }
     error
@@ -236,6 +238,20 @@ fn what_to_record(
 }
 
 fn witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> {
+    match &args.gyro {
+        None => pose_witness(args, lab),
+        Some(_) if lab.is_some() => {
+            Err(Error::new("the simulated robot has a gyro of its own, if its scenario says so")
+                .hint("leave --gyro out, and put a section [gyro] into the scenario"))
+        }
+        Some(path) => {
+            let other = Box::new(pose_witness(args, lab)?);
+            Ok(Witness::WithGyro { other, log: GyroLog::new(path) })
+        }
+    }
+}
+
+fn pose_witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> {
     let measure = args.measure.clone().unwrap_or(match lab {
         Some(_) => Measure::Camera,
         None => Measure::Ask,
@@ -267,7 +283,7 @@ impl Teller {
     fn tell(&mut self, step: Step<'_>) {
         match step {
             Step::GoesOn(runs) if !self.quiet => {
-                note(format_args!("{runs} runs of the plan are there already"));
+                note(format_args!("there already: {} of the plan", ui::runs(runs)));
             }
             Step::Begins(index, of, run) => {
                 let title = format!("{index:>2}/{of} {}", run.name);
@@ -303,8 +319,8 @@ impl Teller {
 fn finish(common: &Common, folder: &Path, summary: &Summary) {
     if summary.without_poses > 0 {
         warn(format_args!(
-            "{} runs have no measured poses: add x_m, y_m and heading_rad to the files before you compare them",
-            summary.without_poses
+            "{} without measured poses: add x_m, y_m and heading_rad to the files before you compare them",
+            ui::runs(summary.without_poses)
         ));
     }
     if common.json {
@@ -320,15 +336,16 @@ fn finish(common: &Common, folder: &Path, summary: &Summary) {
     let runs = summary.recorded.len();
     if runs == 0 && summary.skipped.is_empty() {
         say(format_args!(
-            "{} is complete: all {} runs are there",
+            "{} is complete: it has the {} of its plan",
             folder.display(),
-            summary.before
+            ui::runs(summary.before)
         ));
         return;
     }
     say(format_args!(
-        "{} {runs} runs{}",
+        "{} {}{}",
         paint(GOOD, format_args!("{}:", folder.display())),
+        ui::runs(runs),
         match summary.before {
             0 => String::new(),
             before => format!(", {before} were there before"),

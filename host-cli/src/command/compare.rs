@@ -52,3 +52,12 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Ca
     let campaign = read.to_model(folder)?;
     Ok((read, campaign))
 }
+
+/// One run is predicted by a fit to itself: what looks like an error on runs held out is none.
+pub(super) fn warn_if_lone(campaign: &robot_model::campaign::Campaign) {
+    if campaign.runs.len() == 1 {
+        warn(
+            "one run alone: nothing is held out, and its errors are those of the fit to it; record more",
+        );
+    }
+}

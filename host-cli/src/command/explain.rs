@@ -3,7 +3,7 @@
 use robot_model::compare::Comparer;
 use robot_model::explain::explain_by;
 
-use super::compare::read;
+use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, show};
@@ -12,6 +12,7 @@ use crate::ui::say;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let (read, campaign) = read(&args.campaign)?;
+    warn_if_lone(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let asked: Vec<_> = catalogue.iter().map(|it| *it as _).collect();

@@ -8,7 +8,7 @@ use robot_model::effect::Effect;
 use robot_model::model::{Model, fit};
 use serde_json::json;
 
-use super::compare::read;
+use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ModelCommand};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
@@ -18,7 +18,7 @@ use crate::model::{
 };
 use crate::quantity::{friendly, friendly_interval};
 use crate::table::{Cell, Table, wrapped};
-use crate::ui::{BAD, BOLD, DIM, GOOD, paint, say};
+use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say};
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
@@ -119,6 +119,7 @@ struct Task {
 impl Task {
     fn new(folder: &Path, model: Option<&Path>) -> Result<Self> {
         let (read, campaign) = read(folder)?;
+        warn_if_lone(&campaign);
         let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
         let model = ModelFile::read_or_empty(&file)?;
         let before = model.chosen();
@@ -262,6 +263,10 @@ fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
 fn show(common: &Common, campaign: &Path) -> Result<()> {
     // A model file, or a campaign folder with one in it.
     let file = if campaign.is_dir() { ModelFile::place(campaign) } else { campaign.to_owned() };
+    if !campaign.exists() {
+        return Err(Error::new(format_args!("{} does not exist", campaign.display()))
+            .hint("give a campaign folder, or a model.toml"));
+    }
     let model = ModelFile::read_or_empty(&file)?;
     if common.json {
         let effects: Vec<_> = model
@@ -303,7 +308,7 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
             table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
         };
-        row(format!("on the {} runs fitted to", fit.runs), &|it| it.train);
+        row(format!("on the {} fitted to", runs(fit.runs)), &|it| it.train);
         row("on runs held out".into(), &|it| it.heldout);
         table.say(0);
     }

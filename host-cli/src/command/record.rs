@@ -12,7 +12,7 @@ use crate::limits;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
-use crate::survey::samples::{camera_track, columns, robot_file, rows};
+use crate::survey::samples::{camera_track, columns, gyro_readings, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
@@ -34,12 +34,13 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
         let started_s = lab.is_none().then_some((now_s * 1e3).round() / 1e3);
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
-        let mut run = writer.start_run(name, &columns(lab.is_some(), false))?;
+        drop(writer.start_run(name, &[])?);
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = period_ms(args.rate);
         let options = RecordOptions { period_ms, camera: lab.clone(), ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
+        let gyro_seen = lab.as_ref().map_or(0, Lab::gyro_len);
         let dropped = session.status().await?.link.telemetry_dropped;
         let mut telemetry = Vec::new();
         let driven = motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
@@ -48,11 +49,13 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         .await;
         drop(progress);
         let track = lab.as_ref().map(|lab| camera_track(lab, seen)).unwrap_or_default();
-        let rows = rows(&telemetry, &track, &[]);
+        let gyro = lab.as_ref().map(|lab| gyro_readings(lab, gyro_seen)).unwrap_or_default();
+        let rows = rows(&telemetry, &track, &gyro);
         if rows.len() < 2 {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));
         }
+        let mut run = writer.start_run(name, &columns(lab.is_some(), !gyro.is_empty()))?;
         for row in &rows {
             run.push(row)?;
         }

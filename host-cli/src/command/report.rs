@@ -5,7 +5,7 @@ use robot_model::effect::{CATALOGUE, Effect};
 use robot_model::explain::explain_by;
 use serde_json::json;
 
-use super::compare::read;
+use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed};
@@ -16,6 +16,7 @@ use crate::ui::tell;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let (read, campaign) = read(&args.campaign)?;
+    warn_if_lone(&campaign);
     let output = args.output.display();
     let cannot = |error: &dyn std::fmt::Display| {
         Error::new(format_args!("cannot write {output}: {error}"))

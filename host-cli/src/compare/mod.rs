@@ -4,7 +4,7 @@ use anstyle::Style;
 use robot_model::compare::{Aspect, Comparison, Drift, Rms};
 
 use crate::table::{Cell, Table, wrapped};
-use crate::ui::{BAD, BOLD, DIM, paint, say};
+use crate::ui::{self, BAD, BOLD, DIM, paint, say};
 
 /// A systematic error surer than this is shown in full strength.
 const SURE_SIGMAS: f64 = 4.0;
@@ -48,7 +48,7 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
     }
     let mut total = |name: &str, it: &Comparison| {
         let path_m: f64 = it.runs.iter().map(|run| run.path_m).sum();
-        let name = Cell::styled(BOLD, format!("{name} {} runs", it.runs.len()));
+        let name = Cell::styled(BOLD, format!("{name} {}", ui::runs(it.runs.len())));
         let mut row = vec![name, "".into(), format!("{path_m:.1} m").into()];
         row.extend(cells(Some(&it.position_m), "mm"));
         row.push("".into());

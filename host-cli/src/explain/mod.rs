@@ -73,13 +73,14 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     };
     match answer.steps.as_slice() {
         [] if answer.unexplained.structure => format!(
-            "No known effect explains what these {} runs show, but something is there: it depends on {}.",
-            subject.runs,
+            "No known effect explains what {} {}, but something is there: it depends on {}.",
+            these(subject.runs),
+            if subject.runs == 1 { "shows" } else { "show" },
             answer.unexplained.depends_on.join(", ")
         ),
         [] => format!(
-            "Nothing is missing that these {} runs could show: what is left is noise.",
-            subject.runs
+            "Nothing is missing that {} could show: what is left is noise.",
+            these(subject.runs)
         ),
         [one] => format!("One effect is missing: {}. With it {error}{more}.", says(one, subject)),
         steps => {
@@ -91,6 +92,11 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             )
         }
     }
+}
+
+/// `this run`, `these 21 runs`.
+fn these(runs: usize) -> String {
+    if runs == 1 { "this run".into() } else { format!("these {runs} runs") }
 }
 
 /// A small number in words.

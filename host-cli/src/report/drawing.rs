@@ -24,10 +24,10 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
          <title>{name}</title><style>{COLOURS}{STYLE}{DRAWING_STYLE}</style>\
          <rect width=\"100%\" height=\"100%\" rx=\"12\" style=\"fill:var(--paper)\"/>\
          <text class=\"t\" x=\"{MARGIN}\" y=\"40\">{}</text>\
-         <text x=\"{MARGIN}\" y=\"62\">{name}, {} runs: each predicted by a fit to all others</text>\
+         <text x=\"{MARGIN}\" y=\"62\">{name}, {}: each predicted by a fit to all others</text>\
          <g transform=\"translate({MARGIN} {fall_y})\">{fall}</g>",
         escape(&title(report.answer)),
-        report.subject.runs,
+        crate::ui::runs(report.subject.runs),
         w = Px(width),
         h = Px(height)
     );

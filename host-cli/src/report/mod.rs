@@ -51,7 +51,7 @@ const REPORT_STYLE: &str = "\
 .grid figure,.pair figure{margin:0;border:1px solid var(--faint);border-radius:10px;padding:12px 12px 8px;break-inside:avoid}\
 .pair{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:14px}.pair svg{margin:0}\
 h1{text-wrap:balance}figcaption{font-size:14px;color:var(--soft);display:flex;flex-wrap:wrap;justify-content:space-between;gap:0 10px;\
-margin-bottom:6px;align-items:baseline}figcaption b{min-width:0;color:var(--ink);font-weight:650;overflow-wrap:anywhere}\
+margin-bottom:6px;align-items:baseline}figcaption b{flex-basis:100%;color:var(--ink);font-weight:650;overflow-wrap:anywhere}\
 figcaption span{white-space:nowrap}\
 .legend{display:flex;flex-wrap:wrap;gap:6px 22px;color:var(--soft);font-size:14px;margin:0 0 12px}\
 .legend i{display:inline-block;width:22px;height:0;border-top:3px solid;vertical-align:middle;margin-right:7px}\
@@ -116,10 +116,10 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     unexplained(&mut html, report);
     advice(&mut html, report);
     rejected(&mut html, report);
-    let runs = report.subject.runs;
+    let runs = crate::ui::runs(report.subject.runs);
     let _ = write!(
         html,
-        "\n<footer>{runs} runs. Start poses are free in each. \u{b1} is one standard error; intervals hold the truth \
+        "\n<footer>{runs}. Start poses are free in each. \u{b1} is one standard error; intervals hold the truth \
          in 95 % of cases. Model: exact arcs from encoder counts, and the effects named here.</footer>\n</body></html>\n"
     );
     html
@@ -133,8 +133,8 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let title = title(answer);
     let _ = write!(
         html,
-        "<p class=\"sub\">{robot} \u{b7} {} runs</p>\n<h1>{title}",
-        report.subject.runs
+        "<p class=\"sub\">{robot} \u{b7} {}</p>\n<h1>{title}",
+        crate::ui::runs(report.subject.runs)
     );
     if !answer.steps.is_empty() {
         let _ = write!(

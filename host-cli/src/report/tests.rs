@@ -47,6 +47,10 @@ fn answer() -> Answer {
 }
 
 fn html(robot: &str, broken: bool) -> String {
+    drawn(robot, broken, to_html)
+}
+
+fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> String {
     let answer = answer();
     let rms = Rms { rms: 0.02, noise: 0.002, noise_high: 0.003 };
     let comparison = Comparison {
@@ -75,7 +79,7 @@ fn html(robot: &str, broken: bool) -> String {
         catalogue: &CATALOGUE,
         combinations: &[Some("2.0 mm to the left per metre".into())],
     };
-    to_html(&CampaignReport {
+    draw(&CampaignReport {
         subject: &subject,
         answer: &answer,
         comparisons: [&comparison, &comparison],
@@ -98,9 +102,12 @@ fn the_page_needs_nothing_but_itself_and_names_stay_text() {
 
 #[test]
 fn elements_are_closed_and_no_coordinate_is_nan() {
-    for page in [html("Bee", false), html("Bee", true)] {
+    let pictures = [false, true].map(|broken| drawn("Bee", broken, to_svg));
+    for page in [html("Bee", false), html("Bee", true)].iter().chain(&pictures) {
         assert!(!page.contains("NaN") && !page.contains("inf\""), "a number that is none");
-        for tag in ["svg", "table", "tr", "td", "div", "text", "p", "h2", "span", "figure"] {
+        for tag in
+            ["svg", "g", "style", "table", "tr", "td", "div", "text", "p", "h2", "span", "figure"]
+        {
             let opened = page.matches(&format!("<{tag}>")).count()
                 + page.matches(&format!("<{tag} ")).count();
             assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
@@ -122,5 +129,16 @@ fn the_page_says_what_explain_says() {
         "20.0 \u{b1} 1.0 ms",
     ] {
         assert!(page.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn the_picture_alone_has_the_falling_error_and_a_run() {
+    let svg = drawn("Bee & Co", false, to_svg);
+    assert!(
+        svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\"") && svg.ends_with("</svg>\n")
+    );
+    for words in ["One effect is missing", "Bee &amp; Co, 3 runs", "25.8", "6.0", "01_&lt;a&gt;"] {
+        assert!(svg.contains(words), "{words}: {svg}");
     }
 }

@@ -86,7 +86,11 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
             name.truncate(LINES);
             name[LINES - 1].push_str(" \u{2026}");
         }
-        let p = format!("p = {}", probability(step.p_value).replace("< ", "less than "));
+        let p = probability(step.p_value);
+        let p = match p.strip_prefix("< ") {
+            Some(less) => format!("p &lt; {less}"),
+            None => format!("p = {p}"),
+        };
         let y = rows.last().map_or(TOP, |it| it.y + it.height());
         rows.push(Row { name, p, train: step.train, heldout: step.heldout, y });
     }

@@ -18,6 +18,7 @@
 //! | [`witness`] | who measures the robot, and puts it at its mark |
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`align`] | a tracker's clock brought to the robot's |
+//! | [`gyro_log`] | a yaw rate sensor's log, its clock brought to the robot's |
 //! | [`clock`] | one clock for all runs, over interruptions |
 //! | [`record`] | the procedure |
 
@@ -25,6 +26,7 @@ pub mod align;
 pub mod clock;
 pub mod extra;
 pub mod floor;
+pub mod gyro_log;
 pub mod piece;
 pub mod plan;
 pub mod plan_file;
@@ -33,6 +35,7 @@ pub mod samples;
 pub mod witness;
 
 pub use floor::Floor;
+pub use gyro_log::GyroLog;
 pub use plan::{Plan, PlanSettings, PlannedRun};
 pub use record::{RecordSettings, RecordedRun, Step, Summary, record_campaign, record_run};
 pub use witness::Witness;

@@ -213,7 +213,7 @@ pub async fn record_run(
     }
     telemetry.sort_by_key(|frame| frame.t_us);
     let track = witness.track(session, run, config, &telemetry).await?;
-    let rows = rows(&telemetry, &track, &witness.gyro());
+    let rows = rows(&telemetry, &track, &witness.gyro(run, config, &telemetry)?);
     if rows.len() < 2 {
         return Err(Error::new("the robot sent no telemetry during the run")
             .hint("`beeline watch` shows whether it sends any"));

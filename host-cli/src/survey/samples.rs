@@ -51,6 +51,13 @@ pub fn camera_track(lab: &Lab, seen: usize) -> Vec<TrackSample> {
     sample.collect()
 }
 
+/// What the simulator's gyro has read since the reading with this number: time on the robot's clock, rate
+/// \[s, rad/s\]; nothing if its robot has none.
+pub fn gyro_readings(lab: &Lab, seen: usize) -> Vec<(f64, f64)> {
+    let readings = lab.gyro_samples_from(seen).into_iter();
+    readings.map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect()
+}
+
 /// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose gets a row
 /// of its own. What is from before and after the telemetry is left out.
 pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)]) -> Vec<Row> {

@@ -8,8 +8,9 @@ use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
 use super::align::{Reckoned, shift_s};
+use super::gyro_log::GyroLog;
 use super::plan::PlannedRun;
-use super::samples::camera_track;
+use super::samples::{camera_track, gyro_readings};
 use crate::calibrate::{check_header, geometry, track_so_far};
 use crate::error::{Error, Result};
 use crate::session::Session;
@@ -46,6 +47,13 @@ pub enum Witness {
         /// Whether to ask before each run.
         confirm: bool,
     },
+    /// One of the others, and a yaw rate sensor that is logged to a file.
+    WithGyro {
+        /// Who measures the pose.
+        other: Box<Witness>,
+        /// The sensor's log.
+        log: GyroLog,
+    },
 }
 
 /// What to do with a run.
@@ -68,7 +76,11 @@ impl Witness {
 
     /// Whether runs have measured poses without anybody being asked.
     pub fn sees(&self) -> bool {
-        matches!(self, Witness::Camera { .. } | Witness::TrackFile { .. })
+        match self {
+            Witness::Camera { .. } | Witness::TrackFile { .. } => true,
+            Witness::Person { .. } | Witness::Nobody { .. } => false,
+            Witness::WithGyro { other, .. } => other.sees(),
+        }
     }
 
     /// Has the robot put at the mark of a run.
@@ -86,6 +98,7 @@ impl Witness {
             Witness::TrackFile { confirm, .. }
             | Witness::Person { confirm }
             | Witness::Nobody { confirm } => *confirm,
+            Witness::WithGyro { other, .. } => return Box::pin(other.place(session, run)).await,
         };
         if !confirm {
             return Ok(Go::Drive);
@@ -116,6 +129,10 @@ impl Witness {
                 *seen = track_so_far(path)?.len();
             }
             Witness::Person { .. } | Witness::Nobody { .. } => {}
+            Witness::WithGyro { other, log } => {
+                other.begin()?;
+                log.begin()?;
+            }
         }
         Ok(())
     }
@@ -160,20 +177,23 @@ impl Witness {
                 }
             },
             Witness::Nobody { .. } => Ok(Vec::new()),
+            Witness::WithGyro { other, .. } => {
+                Box::pin(other.track(session, run, config, telemetry)).await
+            }
         }
     }
-}
 
-impl Witness {
     /// What a yaw rate sensor read during the run: time on the robot's clock, rate \[s, rad/s\].
-    pub fn gyro(&self) -> Vec<(f64, f64)> {
+    pub fn gyro(
+        &mut self,
+        run: &PlannedRun,
+        config: &Config,
+        telemetry: &[Telemetry],
+    ) -> Result<Vec<(f64, f64)>> {
         match self {
-            Witness::Camera { lab, gyro_seen, .. } => lab
-                .gyro_samples_from(*gyro_seen)
-                .into_iter()
-                .map(|sample| (sample.t_s, sample.yaw_rate_rad_s))
-                .collect(),
-            _ => Vec::new(),
+            Witness::Camera { lab, gyro_seen, .. } => Ok(gyro_readings(lab, *gyro_seen)),
+            Witness::WithGyro { log, .. } => log.take(&run.name, &reckoned(config, telemetry)),
+            _ => Ok(Vec::new()),
         }
     }
 }

@@ -1,0 +1,288 @@
+//! A yaw rate sensor that a logger writes to a file while the robot drives, by a clock of its own.
+//!
+//! Its clock is brought to the robot's by the turns themselves: the shift is the one at which readings and
+//! yaw rate by the wheels are most alike,
+//!
+//! ```text
+//! shift = argmax  corr(reading(t), omega_wheels(t + shift))
+//! ```
+//!
+//! A correlation knows neither bias nor scale, so both stay in the data for `explain` to find. A constant
+//! lateness of the sensor goes into the shift. Where a run does not turn, the shift of the last one that did
+//! is used; before the first turn, the file's first reading of the run is put at the run's first sample, which
+//! a robot that does not turn cannot mind.
+
+use std::path::{Path, PathBuf};
+
+use super::align::Reckoned;
+use crate::calibrate::whole_lines;
+use crate::campaign::table::Table;
+use crate::campaign::{CampaignError, Column};
+use crate::error::{Error, Result};
+use crate::ui;
+
+/// Below this spread of the yaw rate by the wheels a run does not turn \[rad/s\].
+const TURNS: f64 = 0.03;
+/// How far the first guess may be off \[s\], and how closely it is looked for first.
+const REACH_S: f64 = 4.0;
+const COARSE_S: f64 = 0.02;
+/// A gyro that reads the robot is far more like its wheels than this.
+const ALIKE: f64 = 0.7;
+/// Fewer readings in a run are no log of it.
+const READINGS: usize = 10;
+
+/// The log, and how much of it is from before the run.
+#[derive(Clone, Debug)]
+pub struct GyroLog {
+    path: PathBuf,
+    seen: usize,
+    shift_s: Option<f64>,
+}
+
+impl GyroLog {
+    /// A log that is there, or will be when a run begins.
+    pub fn new(path: &Path) -> Self {
+        Self { path: path.into(), seen: 0, shift_s: None }
+    }
+
+    /// Notes where the log stands before a run.
+    ///
+    /// # Errors
+    /// If it cannot be read, or lacks a column.
+    pub fn begin(&mut self) -> Result<()> {
+        if !self.path.exists() {
+            return Err(Error::new(format_args!("there is no gyro log {}", self.path.display()))
+                .hint("start the logger first, so that the file is there"));
+        }
+        self.seen = self.so_far()?.len();
+        Ok(())
+    }
+
+    /// What was read during the run that the wheels have made: time on the robot's clock, rate, \[s, rad/s\].
+    ///
+    /// # Errors
+    /// If the log did not grow, or turned when the robot did not.
+    pub fn take(&mut self, run: &str, wheels: &[Reckoned]) -> Result<Vec<(f64, f64)>> {
+        let mut readings = self.so_far()?.split_off(self.seen);
+        let path = self.path.display();
+        if readings.len() < READINGS {
+            return Err(Error::new(format_args!(
+                "{path} got {} readings during the run {run}",
+                readings.len()
+            ))
+            .hint("is the logger running, and does it append to this file?"));
+        }
+        let rates = yaw_rates(wheels);
+        let (Some(first), Some(begin)) = (readings.first(), wheels.first()) else {
+            return Ok(Vec::new());
+        };
+        let guess_s = self.shift_s.unwrap_or(begin.t_s - first.0);
+        let shift_s = if spread(rates.iter().map(|it| it.1)) < TURNS {
+            guess_s
+        } else {
+            let (shift_s, alike) = best_shift_s(&readings, &rates, guess_s);
+            if alike < ALIKE {
+                return Err(Error::new(format_args!(
+                    "{path} and the wheels have no turn in common in the run {run}"
+                ))
+                .hint("is it this robot's, in rad/s, and counter-clockwise positive?"));
+            }
+            self.shift_s = Some(shift_s);
+            shift_s
+        };
+        readings.iter_mut().for_each(|it| it.0 += shift_s);
+        Ok(readings)
+    }
+
+    /// All whole lines of the log; none if there is no row yet.
+    fn so_far(&self) -> Result<Vec<(f64, f64)>> {
+        const HEADER_AND_TWO_ROWS: usize = 3;
+        let text = whole_lines(&self.path)
+            .map_err(|error| CampaignError::io(&self.path, "read it", error))?;
+        if text.is_empty() {
+            return Ok(Vec::new());
+        }
+        let known = |name: &str| {
+            Column::from_name(name).filter(|it| matches!(it, Column::Time | Column::GyroZ))
+        };
+        let required = [Column::Time, Column::GyroZ].map(|column| (column, column.name()));
+        let short = text.lines().count() < HEADER_AND_TWO_ROWS;
+        // Two rows stand in for those that will come: the header is judged now.
+        let text = if short { header_and_zeros(&text) } else { text };
+        let table = Table::parse(&self.path, text.as_bytes(), known, Column::Time, &required)?;
+        if short {
+            return Ok(Vec::new());
+        }
+        if self.seen == 0 {
+            table.warnings.iter().for_each(ui::warn);
+        }
+        let reading = |cells: &[(Column, Option<f64>)]| {
+            let cell = |column| cells.iter().find(|it| it.0 == column).and_then(|it| it.1);
+            Some((cell(Column::Time)?, cell(Column::GyroZ)?))
+        };
+        Ok(table.rows.iter().filter_map(|(_, cells)| reading(cells)).collect())
+    }
+}
+
+fn header_and_zeros(text: &str) -> String {
+    let header = text.lines().next().unwrap_or_default();
+    let row = |t: u8| header.split(',').map(|_| t.to_string()).collect::<Vec<_>>().join(",");
+    format!("{header}\n{}\n{}\n", row(0), row(1))
+}
+
+/// Yaw rate by the wheels between samples: time, rate \[s, rad/s\].
+fn yaw_rates(wheels: &[Reckoned]) -> Vec<(f64, f64)> {
+    let rate = |pair: &[Reckoned]| {
+        let dt_s = pair[1].t_s - pair[0].t_s;
+        let turned_rad = pair[1].pose.heading_rad - pair[0].pose.heading_rad;
+        (dt_s > 0.0).then(|| ((pair[0].t_s + pair[1].t_s) / 2.0, turned_rad / dt_s))
+    };
+    wheels.windows(2).filter_map(rate).collect()
+}
+
+/// Standard deviation.
+fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    (values.map(|it| (it - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// The shift at which both are most alike \[s\], and how alike they are, -1 to 1.
+fn best_shift_s(readings: &[(f64, f64)], rates: &[(f64, f64)], guess_s: f64) -> (f64, f64) {
+    let alike = |shift_s: f64| correlation(readings, rates, shift_s);
+    let best_of = |tries: &mut dyn Iterator<Item = f64>| {
+        let scored = tries.map(|shift_s| (shift_s, alike(shift_s)));
+        scored.fold((guess_s, -1.0), |best, it| if it.1 > best.1 { it } else { best })
+    };
+    let steps = (REACH_S / COARSE_S) as i32;
+    let mut best = best_of(&mut (-steps..=steps).map(|k| guess_s + f64::from(k) * COARSE_S));
+    let mut step_s = COARSE_S / 4.0;
+    // To a tenth of a millisecond.
+    while step_s > 1e-4 {
+        let about = best.0;
+        best = best_of(&mut (-4..=4).map(|k| about + f64::from(k) * step_s));
+        step_s /= 3.0;
+    }
+    best
+}
+
+/// Of the readings that lie within the wheels' time.
+fn correlation(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> f64 {
+    let (mut n, mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut after = 0;
+    for (t_s, reading) in readings {
+        let t_s = t_s + shift_s;
+        while after < rates.len() && rates[after].0 <= t_s {
+            after += 1;
+        }
+        let (Some(a), Some(b)) = (after.checked_sub(1).map(|k| rates[k]), rates.get(after)) else {
+            continue;
+        };
+        let rate = a.1 + (t_s - a.0) / (b.0 - a.0) * (b.1 - a.1);
+        n += 1.0;
+        x += reading;
+        y += rate;
+        xx += reading * reading;
+        xy += reading * rate;
+        yy += rate * rate;
+    }
+    // Half of them at least: two samples are always alike.
+    if n < 0.5 * readings.len() as f64 {
+        return -1.0;
+    }
+    let (cov, var) = (n * xy - x * y, (n * xx - x * x) * (n * yy - y * y));
+    if var > 0.0 { cov / var.sqrt() } else { -1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use robot_model::Pose;
+
+    use super::*;
+
+    /// Turns left, then right, with ramps of a second: the heading \[rad\].
+    fn heading_rad(t_s: f64) -> f64 {
+        let hill = |t: f64| {
+            let t = t.clamp(0.0, 4.0);
+            match t {
+                t if t < 1.0 => 0.25 * t * t,
+                t if t < 3.0 => 0.25 + 0.5 * (t - 1.0),
+                t => 1.5 - 0.25 * (4.0 - t) * (4.0 - t),
+            }
+        };
+        hill(t_s - 1.0) - 0.7 * hill(t_s - 6.0)
+    }
+
+    fn wheels(turning: f64) -> Vec<Reckoned> {
+        let at = |k: i32| {
+            let t_s = f64::from(k) * 0.02;
+            Reckoned { t_s: 50.0 + t_s, pose: Pose::new(0.0, 0.0, turning * heading_rad(t_s)) }
+        };
+        (0..550).map(at).collect()
+    }
+
+    /// A log by a clock that is 43 s behind, begun 0.6 s before the run, with a bias and 3 % too much.
+    fn log(turning: f64) -> tempfile::NamedTempFile {
+        let mut text = String::from("t_s,gyro_z_rad_s\n");
+        for k in 0..1200 {
+            let t_s = f64::from(k) * 0.01 - 0.6;
+            let rate = turning * (heading_rad(t_s + 5e-4) - heading_rad(t_s - 5e-4)) / 1e-3;
+            let _ = writeln!(text, "{:.4},{:.6}", t_s + 7.0, 1.03 * rate + 0.02);
+        }
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        file
+    }
+
+    #[test]
+    fn a_turn_brings_the_clocks_together_and_leaves_bias_and_scale_alone() {
+        let file = log(1.0);
+        let mut log = GyroLog::new(file.path());
+        let readings = log.take("spin", &wheels(1.0)).unwrap();
+        // On ramps of 0.5 rad/s^2 a millisecond is 0.5 mrad/s.
+        assert!((log.shift_s.unwrap() - 43.0).abs() < 1e-3, "{:?}", log.shift_s);
+        let cruise = readings.iter().find(|it| it.0 > 53.0).unwrap();
+        assert!((cruise.1 - (1.03 * 0.5 + 0.02)).abs() < 1e-5, "{cruise:?}");
+        // The next run goes straight: the same clock.
+        let file = super::tests::log(0.0);
+        log.path = file.path().into();
+        let readings = log.take("straight", &wheels(0.0)).unwrap();
+        assert!((readings[0].0 - (43.0 + 6.4)).abs() < 1e-3, "{:?}", readings[0]);
+    }
+
+    #[test]
+    fn the_first_run_that_does_not_turn_is_laid_over_the_telemetry() {
+        let file = log(0.0);
+        let readings = GyroLog::new(file.path()).take("rest", &wheels(0.0)).unwrap();
+        assert!((readings[0].0 - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_no_log_of_this_run_is_refused_with_its_name() {
+        let refused = |text: &str| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), text).unwrap();
+            let mut log = GyroLog::new(file.path());
+            let error = log.begin().and_then(|()| {
+                log.seen = 0;
+                log.take("spin", &wheels(1.0)).map(drop)
+            });
+            error.unwrap_err().to_string()
+        };
+        assert!(refused("t_s,yaw\n").contains("`gyro_z_rad_s` is missing"));
+        assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,x\n").contains("line 3, column 2"));
+        assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,0\n").contains("got 2 readings"));
+        let file = log(-1.0);
+        let error = GyroLog::new(file.path()).take("spin", &wheels(1.0)).unwrap_err();
+        assert!(error.to_string().contains("no turn in common in the run spin"));
+        let error = GyroLog::new(Path::new("none.csv")).begin().unwrap_err();
+        assert!(error.to_string().contains("none.csv"));
+        // One that has only been created, or has its header alone, is fine.
+        for text in ["", "t_s,gyro_z_rad_s\n"] {
+            std::fs::write(file.path(), text).unwrap();
+            GyroLog::new(file.path()).begin().unwrap();
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Every kind of answer that `explain` has, in the shape of its schema, and with its exit code.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::desk::Desk;
+
+/// Copies those runs of an example whose names contain one of these parts.
+fn runs_of(desk: &Desk, example: &str, parts: &[&str], to: &str) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(example);
+    std::fs::create_dir_all(desk.path(&format!("{to}/runs"))).unwrap();
+    let text = std::fs::read_to_string(from.join("robot.toml")).unwrap();
+    let robot = text.split("[[run]]").next().unwrap();
+    desk.write(&format!("{to}/robot.toml"), robot);
+    for entry in std::fs::read_dir(from.join("runs")).unwrap() {
+        let file = entry.unwrap().path();
+        let name = file.file_name().unwrap().to_str().unwrap().to_owned();
+        if parts.iter().any(|part| name.contains(part)) {
+            std::fs::copy(&file, desk.path(&format!("{to}/runs/{name}"))).unwrap();
+        }
+    }
+}
+
+/// The answer; it keeps to the schema, and its exit code says whether something is missing.
+fn asked(desk: &Desk, campaign: &str) -> Value {
+    let schema: Value =
+        serde_json::from_str(include_str!("../../docs/explain.schema.json")).unwrap();
+    let schema = jsonschema::validator_for(&schema).unwrap();
+    let outcome = desk.run(&format!("explain {campaign} --format json --exit-code"));
+    let answer = outcome.json();
+    let errors: Vec<String> = schema.iter_errors(&answer).map(|it| format!("{it}")).collect();
+    assert!(errors.is_empty(), "{campaign}: {errors:#?}\n{answer:#}");
+    let missing = steps(&answer) > 0 || answer["unexplained"]["structure"] == true;
+    assert_eq!(outcome.code, Some(i32::from(missing)), "{campaign}");
+    answer
+}
+
+fn steps(answer: &Value) -> usize {
+    answer["steps"].as_array().unwrap().len()
+}
+
+#[test]
+fn nothing_missing() {
+    let desk = Desk::new();
+    runs_of(&desk, "mystery-robot", &["rest", "spin_slow"], "robot");
+    let answer = asked(&desk, "robot");
+    assert_eq!(steps(&answer), 0, "{answer:#}");
+    assert_eq!(answer["unexplained"]["structure"], false, "{answer:#}");
+    assert_eq!(answer["unexplained"]["depends_on"], serde_json::json!([]));
+    assert!(desk.run("explain robot").ok().stdout.starts_with("Nothing is missing"));
+}
+
+#[test]
+fn one_effect_and_no_further_run() {
+    let desk = Desk::new();
+    runs_of(&desk, "mystery-robot", &[""], "robot");
+    let answer = asked(&desk, "robot");
+    assert_eq!(steps(&answer), 1, "{answer:#}");
+    assert_eq!(answer["next_run"], Value::Null, "{answer:#}");
+}
+
+#[test]
+fn a_class_and_the_run_that_tells_it_apart() {
+    let desk = Desk::new();
+    runs_of(&desk, "mystery-robot", &["arc_large_fast"], "robot");
+    let answer = asked(&desk, "robot");
+    let class = answer["steps"][0]["class"].as_array().unwrap();
+    assert!(class.len() > 1, "{answer:#}");
+    assert!(class.contains(&answer["steps"][0]["effect"]), "the chosen one is included");
+    assert!(answer["next_run"]["kind"].is_string(), "{answer:#}");
+}
+
+#[test]
+fn structure_that_nothing_explains() {
+    let desk = Desk::new();
+    runs_of(&desk, "optiodom", &["circular", "ivanjko"], "robot");
+    let answer = asked(&desk, "robot");
+    assert_eq!(answer["unexplained"]["structure"], true, "{answer:#}");
+    assert!(!answer["unexplained"]["depends_on"].as_array().unwrap().is_empty(), "{answer:#}");
+}

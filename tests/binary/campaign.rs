@@ -221,7 +221,7 @@ fn a_person_skips_a_run_names_a_track_for_another_and_has_none_for_the_last() {
     let outcome = desk.run_with(&arguments, "s\n\nnone.csv\ntrack.csv\n\n\n").ok();
     assert!(outcome.stdout.contains("left out: a"), "{outcome:#?}");
     assert!(outcome.stderr.contains("facing 90 degrees"), "{outcome:#?}");
-    assert!(outcome.stderr.contains("1 runs have no measured poses"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("1 run without measured poses"), "{outcome:#?}");
     assert_eq!(runs(&desk), ["01_b", "02_c"]);
     // The same robot drove: on the robot's clock its camera and this track agree to milliseconds.
     let campaign = Campaign::read(&desk.path("robot")).unwrap();

@@ -97,9 +97,9 @@ fn output_of(desk: &Desk, command: &str) -> Option<String> {
             copy(&repository().join(from), &desk.path(to));
             Some(String::new())
         }
-        ["grep", word, file] => {
+        ["tail", "-n", "1", file] => {
             let text = String::from_utf8(desk.read(file)).unwrap();
-            Some(text.lines().filter(|it| it.contains(word)).map(|it| format!("{it}\n")).collect())
+            text.lines().last().map(str::to_owned)
         }
         // Held by the tests of the example itself.
         ["cargo", "run", "--release", "-p", "beeline-tests", "--example", "mystery", ..] => None,

@@ -166,8 +166,22 @@ fn best_shift_s(readings: &[(f64, f64)], rates: &[(f64, f64)], guess_s: f64) -> 
     best
 }
 
+/// Whether a log with this shift has the whole run, to a tenth at each end. Else a turn to the right could be
+/// laid over one to the left that came before it.
+fn covers(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> bool {
+    let ends = |of: &[(f64, f64)]| Some((of.first()?.0, of.last()?.0));
+    let (Some((log0, log1)), Some((run0, run1))) = (ends(readings), ends(rates)) else {
+        return false;
+    };
+    let slack_s = 0.1 * (run1 - run0);
+    log0 + shift_s <= run0 + slack_s && log1 + shift_s >= run1 - slack_s
+}
+
 /// Of the readings that lie within the wheels' time.
 fn correlation(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> f64 {
+    if !covers(readings, rates, shift_s) {
+        return -1.0;
+    }
     let (mut n, mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let mut after = 0;
     for (t_s, reading) in readings {
@@ -185,10 +199,6 @@ fn correlation(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> f
         xx += reading * reading;
         xy += reading * rate;
         yy += rate * rate;
-    }
-    // Half of them at least: two samples are always alike.
-    if n < 0.5 * readings.len() as f64 {
-        return -1.0;
     }
     let (cov, var) = (n * xy - x * y, (n * xx - x * x) * (n * yy - y * y));
     if var > 0.0 { cov / var.sqrt() } else { -1.0 }
@@ -275,7 +285,8 @@ mod tests {
         assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,x\n").contains("line 3, column 2"));
         assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,0\n").contains("got 2 readings"));
         let file = log(-1.0);
-        let error = GyroLog::new(file.path()).take("spin", &wheels(1.0)).unwrap_err();
+        let taken = GyroLog::new(file.path()).take("spin", &wheels(1.0)).map(|it| it.len());
+        let error = taken.unwrap_err();
         assert!(error.to_string().contains("no turn in common in the run spin"));
         let error = GyroLog::new(Path::new("none.csv")).begin().unwrap_err();
         assert!(error.to_string().contains("none.csv"));

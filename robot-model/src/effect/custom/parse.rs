@@ -18,6 +18,8 @@ use crate::jet::PARAMETERS_MAX;
 
 /// Deepest nesting: nobody writes more, and no text can exhaust the stack.
 const DEPTH_MAX: usize = 64;
+/// Most numbers, names and operators: a sum of so many terms is a tree as deep.
+const NODES_MAX: usize = 1000;
 
 /// A node and where it stands, in bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +92,7 @@ impl Function {
 
 /// Reads the right-hand side; the parameters' names come in the order in which they appear.
 pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
-    let mut parser = Parser { text, at: 0, depth: 0, parameters: Vec::new() };
+    let mut parser = Parser { text, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
     let tree = parser.sum()?;
     parser.space();
     match parser.rest().chars().next() {
@@ -103,10 +105,18 @@ pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
     }
 }
 
+impl super::Custom {
+    /// The names of its parameters, in the order in which they appear.
+    pub fn parameters(&self) -> Result<Vec<String>, CustomError> {
+        Ok(parse(&self.expression)?.1)
+    }
+}
+
 struct Parser<'t> {
     text: &'t str,
     at: usize,
     depth: usize,
+    nodes: usize,
     parameters: Vec<String>,
 }
 
@@ -157,6 +167,12 @@ impl<'t> Parser<'t> {
 
     fn power(&mut self) -> Result<Tree, CustomError> {
         self.depth += 1;
+        // Every operator and every call has a power on its right or inside it: two nodes each at most.
+        self.nodes += 2;
+        if self.nodes > NODES_MAX {
+            let hint = "write it with fewer terms";
+            return Err(self.error("this has more than 1000 numbers, names and operators", hint));
+        }
         if self.depth > DEPTH_MAX {
             return Err(self.error("nested too deep", "write it with fewer parentheses"));
         }

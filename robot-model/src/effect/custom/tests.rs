@@ -80,6 +80,36 @@ fn every_mistake_is_pointed_at_and_has_a_hint() {
 }
 
 #[test]
+fn a_chain_too_long_for_the_stack_is_refused() {
+    for operator in ["+", "*", "-", "/"] {
+        let chain = vec!["k"; 100_000].join(operator);
+        let said = refused(&format!("dtheta = {chain}")).0;
+        assert!(said.contains("more than 1000"), "{said}");
+    }
+    let long = vec!["k"; 400].join("+");
+    assert_eq!(units(&format!("dtheta/ds = {long}")), ["1/m"]);
+}
+
+#[test]
+fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
+    for equation in [
+        "dn/ds = k * sqrt(payload)",
+        "dtheta/ds = k * v ^ 1.5",
+        "dtheta = k * abs(v) ^ (1/3)",
+        "dtheta/ds = k * sqrt(a) * sqrt(payload)",
+    ] {
+        let mut custom = Custom::from_equation(equation).unwrap();
+        let unit = custom.build().unwrap().facts().parameters[0].unit;
+        custom.units.insert("k".into(), unit.into());
+        let again = custom.build().map(|it| it.facts().parameters[0].unit);
+        assert_eq!(again.as_deref(), Ok(unit), "{equation}");
+    }
+    for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
+        assert!(unit::Unit::parse(&format!("m^{power}")).is_err(), "{power}");
+    }
+}
+
+#[test]
 fn a_declared_unit_is_checked_against_the_expression() {
     let mut custom = Custom::from_equation("dtheta = k * v^2 * omega").unwrap();
     custom.units.insert("k".into(), "s^2/m^2".into());

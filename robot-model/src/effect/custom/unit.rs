@@ -36,7 +36,7 @@ impl Unit {
         for (part, sign) in [(above, 1.0), (below.unwrap_or("1"), -1.0)] {
             for factor in part.split(['*', ' ', '\u{b7}']).filter(|it| !it.is_empty()) {
                 let (name, power) = match factor.split_once('^') {
-                    Some((name, power)) => (name, power.parse::<i8>().ok().map(f64::from)),
+                    Some((name, power)) => (name, exponent(power)),
                     None => (factor, Some(1.0)),
                 };
                 let Some(power) = power else { return bad(factor) };
@@ -57,14 +57,29 @@ impl Unit {
     }
 }
 
+/// Exponents that differ by less are the same: a third is read as 0.333333.
+const EXPONENT_TOLERANCE: f64 = 1e-5;
+
+/// Largest exponent: no quantity has one like it.
+const EXPONENT_MAX: f64 = 100.0;
+
+/// An exponent: whole, or a fraction as a root leaves it.
+fn exponent(text: &str) -> Option<f64> {
+    // No `inf`, `nan` or 1e3.
+    let plain = text.bytes().all(|it| it.is_ascii_digit() || matches!(it, b'.' | b'-' | b'+'));
+    text.parse().ok().filter(|it: &f64| plain && it.abs() <= EXPONENT_MAX)
+}
+
+/// What [`Unit::parse`] reads back; exponents are rounded to 1e-6.
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let side = |sign: f64| -> Vec<String> {
-            let names = ["m", "s", "kg"].into_iter().zip(self.0);
-            let there = names.filter(|(_, power)| sign * power > 1e-9);
+            let rounded = self.0.map(|power| (power * 1e6).round() / 1e6);
+            let names = ["m", "s", "kg"].into_iter().zip(rounded);
+            let there = names.filter(|(_, power)| sign * power > 0.0);
             there
                 .map(|(name, power)| match power.abs() {
-                    one if (one - 1.0).abs() < 1e-9 => name.to_owned(),
+                    1.0 => name.to_owned(),
                     power => format!("{name}^{power}"),
                 })
                 .collect()
@@ -161,7 +176,7 @@ pub(super) fn units(
                 }
                 solved[j] = Some((j, unit));
             }
-            None if open.known.iter().any(|it| it.abs() > 1e-9) => {
+            None if open.known.iter().any(|it| it.abs() > EXPONENT_TOLERANCE) => {
                 let surplus = Unit(open.known);
                 let problem = format!("{} (by a factor of {surplus})", equation.problem);
                 let at = equation.at;

@@ -107,7 +107,18 @@ fn a_campaign_of_another_robot_or_none_is_not_applied() {
 
 #[test]
 fn umbmark_corrects_wheels_and_track_and_its_squares_close() {
+    umbmark_closes_squares(&crooked());
+}
+
+#[test]
+fn umbmark_of_a_slow_camera_begins_where_the_robot_was_put() {
     let desk = crooked();
+    // Half a second has five pictures: half of the last ten are from before the robot was put there.
+    desk.write("crooked.toml", &format!("{CROOKED}[camera]\nrate_hz = 10\n"));
+    umbmark_closes_squares(&desk);
+}
+
+fn umbmark_closes_squares(desk: &Desk) {
     let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
                      --port sim:crooked.toml --flash flash --json";
     let json = desk.run(arguments).ok().json();
@@ -118,9 +129,23 @@ fn umbmark_corrects_wheels_and_track_and_its_squares_close() {
     assert!((0.05..0.15).contains(&before), "{before}");
     assert!(after < before / 5.0, "{before} {after}");
     // First order in errors of 1 %, and two squares under a camera of 2 mrad.
-    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
-    assert!((geometry(&desk, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
+    assert!((geometry(desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
+    assert!((geometry(desk, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
     assert!(!json["explained"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn umbmark_that_cannot_be_remembered_is_refused_before_the_robot_moves() {
+    let desk = crooked();
+    // Where the folder of that name would have to be.
+    desk.write("state", "");
+    desk.run("config save --flash flash").ok();
+    let flash = desk.read("flash");
+    let arguments = "calibrate --method umbmark --runs 1 --cruise 0.2m/s --acceleration 0.3m/s^2 \
+                     --port sim:crooked.toml --flash flash";
+    let message = desk.run(arguments).refused();
+    assert!(message.contains("for --undo") && message.contains("XDG_STATE_HOME"), "{message}");
+    assert_eq!(desk.read("flash"), flash);
 }
 
 #[test]

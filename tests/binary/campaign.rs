@@ -153,6 +153,12 @@ fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
         names[3..],
         ["04_arcs_both_ways", "05_arcs_both_ways_2", "06_arcs_both_ways_3", "07_arcs_both_ways_4"]
     );
+    // The campaign's fastest is 0.2 m/s, and a straight is driven at 0.7 of what is fastest: 1.5 m in
+    // 11 s. At the usual speed it would be 6 s.
+    desk.run("campaign record robot --run straight").ok();
+    let last = Campaign::read(&desk.path("robot")).unwrap().runs.pop().unwrap();
+    assert_eq!(last.name, "08_straight");
+    assert!((10.5..13.0).contains(&last.rows.last().unwrap().t_s), "{:?}", last.rows.last());
     // The campaign's own plan is as it was, and complete.
     let again = desk.run("campaign record robot").ok();
     assert!(again.stdout.contains("complete: it has the 3 runs"), "{again:#?}");
@@ -167,6 +173,8 @@ fn what_cannot_be_recorded_is_refused_before_anything_moves() {
     desk.write("fast.toml", &SHORT.replace("speed_mps = 0.1", "speed_mps = 3"));
     desk.write("bad.toml", &SHORT.replace("rest_s = 1", "rest_s = one"));
     desk.write("worse.toml", &SHORT.replace("radius_m = 0.3, ", ""));
+    let spin = "spin_deg = 180000, speed_mps = 0.1";
+    desk.write("spin.toml", &SHORT.replace("arc_deg = -90, radius_m = 0.3, speed_mps = 0.1", spin));
     desk.write("file", "");
     for (arguments, expected) in [
         ("campaign record robot --plan bad.toml", "bad.toml, line 4, column 22"),
@@ -180,6 +188,9 @@ fn what_cannot_be_recorded_is_refused_before_anything_moves() {
         ("campaign record file --plan good.toml", "file"),
         ("campaign record robot --measure ruler", "too little"),
         ("campaign record robot --floor 1mx3m", "too small"),
+        ("campaign record robot --run arc --floor 1.5mx3m", "`arc` needs a floor of 2 m by 2 m"),
+        ("campaign plan --plan spin.toml", "the run c would take"),
+        ("campaign record robot --plan spin.toml", "the run c would take"),
         ("campaign plan --floor 1x3m", "unit"),
         ("campaign plan -o /proc/plan.toml", "/proc/plan.toml"),
         ("campaign record robot --measure track:none.csv --yes --plan good.toml", "none.csv"),

@@ -7,6 +7,8 @@
 //! R and b are the nominal robot of the campaign (`robot.toml`), rho of wheel_radius_ratio, s of
 //! wheel_radius_scale, delta of track_width. Encoder counts are recorded raw, so (1) is absolute: applying
 //! it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
+//!
+//! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 
 use robot_model::answer::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
@@ -73,8 +75,15 @@ const COMPENSABLE: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "tra
 
 impl Change {
     /// What these effects ask for on the robot with this configuration.
-    pub fn new(effects: &[Believed], nominal: &RobotFile, config: &Config) -> Result<Self> {
-        same_robot(nominal, config)?;
+    ///
+    /// `uid` is the robot's own number, in hexadecimal; none for a simulated one.
+    pub fn new(
+        effects: &[Believed],
+        nominal: &RobotFile,
+        config: &Config,
+        uid: Option<&str>,
+    ) -> Result<Self> {
+        same_robot(nominal, config, uid)?;
         let mut after = config.geometry;
         let (mut rho, mut s, mut delta) = (None, None, None);
         let mut remedies = Vec::new();
@@ -92,9 +101,15 @@ impl Change {
         }
         // (1); what nobody believes in stays as it is.
         if rho.is_some() || s.is_some() {
-            let (rho, s) = (rho.unwrap_or(0.0), s.unwrap_or(0.0));
-            after.wheel_radius_m = nominal.wheel_radius_m * (1.0 + s) * (1.0 - rho / 2.0);
-            after.wheel_weight = (1.0 + rho / 2.0) / (1.0 - rho / 2.0);
+            let in_use = config.geometry;
+            let mean_m = match s {
+                Some(s) => nominal.wheel_radius_m * (1.0 + s),
+                None => in_use.wheel_radius_m * (1.0 + in_use.wheel_weight) / 2.0,
+            };
+            if let Some(rho) = rho {
+                after.wheel_weight = (1.0 + rho / 2.0) / (1.0 - rho / 2.0);
+            }
+            after.wheel_radius_m = 2.0 * mean_m / (1.0 + after.wheel_weight);
         }
         if let Some(delta) = delta {
             after.track_width_m = nominal.track_width_m * (1.0 + delta);
@@ -130,9 +145,18 @@ fn remedy(it: &Believed) -> Remedy {
 }
 
 /// Refuses the campaign of another robot.
-fn same_robot(nominal: &RobotFile, config: &Config) -> Result<()> {
+fn same_robot(nominal: &RobotFile, config: &Config, uid: Option<&str>) -> Result<()> {
     /// No wheel, and no calibration, is off by more.
     const FAR: f64 = 0.1;
+    if let (Some(there), Some(here)) = (nominal.uid.as_deref(), uid)
+        && !there.eq_ignore_ascii_case(here)
+    {
+        return Err(Error::new(format_args!(
+            "this campaign is another robot's: its uid is {there}, this robot has {here}"
+        ))
+        .hint("choose the robot's own campaign"));
+    }
+    // The counts of both wheels are recorded as the left encoder's.
     let encoder = config.encoder.left;
     for (name, there, here, far) in [
         ("counts_per_rev", nominal.counts_per_rev, encoder.counts_per_rev, 1e-9),
@@ -180,23 +204,63 @@ mod tests {
         ];
         let mut config = Config::default();
         let nominal = nominal(&config);
-        let once = Change::new(&effects, &nominal, &config).unwrap();
+        let once = Change::new(&effects, &nominal, &config, None).unwrap();
         let g = once.after;
         assert!((g.wheel_radius_m - 0.036 * 1.002 * 1.004).abs() < 1e-12);
         assert!((g.wheel_weight - 0.996 / 1.004).abs() < 1e-12);
         assert!((g.track_width_m - 0.372 * 1.01).abs() < 1e-12);
         assert!(once.changes());
         config.geometry = g;
-        let twice = Change::new(&effects, &nominal, &config).unwrap();
-        assert_eq!(twice.after, g);
+        let twice = Change::new(&effects, &nominal, &config, None).unwrap();
+        assert!((twice.after.wheel_radius_m - g.wheel_radius_m).abs() < 1e-15);
         assert!(!twice.changes());
+    }
+
+    /// A robot that was calibrated before: W_T and radius are not what is nominal.
+    fn calibrated() -> Config {
+        let mut config = Config::default();
+        config.geometry.wheel_weight = 1.008;
+        config.geometry.wheel_radius_m *= 1.01;
+        config
+    }
+
+    #[test]
+    fn a_scale_alone_leaves_the_wheel_weight_in_use() {
+        let (nominal, config) = (nominal(&Config::default()), calibrated());
+        let effects = [
+            effect("wheel_radius_ratio", 0.003, &["wheel_radius_ratio", "heading_pull"]),
+            effect("wheel_radius_scale", 0.002, &["wheel_radius_scale"]),
+        ];
+        let g = Change::new(&effects, &nominal, &config, None).unwrap().after;
+        assert_eq!(g.wheel_weight, 1.008);
+        let mean_m = g.wheel_radius_m * (1.0 + g.wheel_weight) / 2.0;
+        assert!((mean_m - 0.036 * 1.002).abs() < 1e-12, "{mean_m}");
+    }
+
+    #[test]
+    fn a_ratio_alone_leaves_the_mean_radius_in_use() {
+        let (nominal, config) = (nominal(&Config::default()), calibrated());
+        let effects = [effect("wheel_radius_ratio", -0.006, &["wheel_radius_ratio"])];
+        let g = Change::new(&effects, &nominal, &config, None).unwrap().after;
+        assert!((g.wheel_weight - 0.997 / 1.003).abs() < 1e-12);
+        let mean_m = |g: &GeometryConfig| g.wheel_radius_m * (1.0 + g.wheel_weight) / 2.0;
+        assert!((mean_m(&g) - mean_m(&config.geometry)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_track_alone_leaves_the_wheels_in_use() {
+        let (nominal, config) = (nominal(&Config::default()), calibrated());
+        let effects = [effect("track_width", 0.01, &["track_width"])];
+        let g = Change::new(&effects, &nominal, &config, None).unwrap().after;
+        let GeometryConfig { wheel_radius_m, wheel_weight, .. } = config.geometry;
+        assert_eq!((g.wheel_radius_m, g.wheel_weight), (wheel_radius_m, wheel_weight));
     }
 
     #[test]
     fn what_cannot_be_told_from_something_else_is_not_written() {
         let config = Config::default();
         let effects = [effect("wheel_radius_ratio", 0.01, &["wheel_radius_ratio", "heading_pull"])];
-        let change = Change::new(&effects, &nominal(&config), &config).unwrap();
+        let change = Change::new(&effects, &nominal(&config), &config, None).unwrap();
         assert!(!change.changes());
         assert_eq!(change.remedies[0].1, Remedy::Ambiguous(vec!["heading_pull".into()]));
     }
@@ -208,7 +272,7 @@ mod tests {
             effect("side_slip", 0.02, &["side_slip"]),
             effect("measurement_delay", 0.04, &["measurement_delay"]),
         ];
-        let change = Change::new(&effects, &nominal(&config), &config).unwrap();
+        let change = Change::new(&effects, &nominal(&config), &config, None).unwrap();
         assert!(matches!(change.remedies[0].1, Remedy::Uncompensated(_)));
         assert_eq!(change.remedies[1].1, Remedy::Measurement);
         assert!(!change.changes());
@@ -218,7 +282,14 @@ mod tests {
     fn the_campaign_of_another_robot_is_refused() {
         let config = Config::default();
         let other = RobotFile { counts_per_rev: 1000.0, ..nominal(&config) };
-        let error = Change::new(&[], &other, &config).unwrap_err().to_string();
+        let error = Change::new(&[], &other, &config, None).unwrap_err().to_string();
         assert!(error.contains("counts_per_rev"), "{error}");
+        let other = RobotFile { uid: Some("00aa".into()), ..nominal(&config) };
+        let error = Change::new(&[], &other, &config, Some("00bb")).unwrap_err().to_string();
+        assert!(error.contains("uid is 00aa, this robot has 00bb"), "{error}");
+        assert!(Change::new(&[], &other, &config, Some("00AA")).is_ok());
+        // A campaign of before uids were recorded, and a simulated robot.
+        assert!(Change::new(&[], &nominal(&config), &config, Some("00bb")).is_ok());
+        assert!(Change::new(&[], &other, &config, None).is_ok());
     }
 }

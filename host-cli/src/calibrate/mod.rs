@@ -247,7 +247,8 @@ async fn experiment(
         before: undo::WheelWeight(before.run.driven_with),
         after: undo::WheelWeight(after.run.driven_with),
     };
-    save(bench.session, settings, &checks.identity, &undo).await?;
+    let undo_folder = settings.undo_folder.as_deref();
+    save(bench.session, undo_folder, &checks.identity, &undo).await?;
     if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
         return Err(Error::new("the robot saved another configuration than it was told to")
             .hint("`beeline config get` shows what is there"));
@@ -258,13 +259,13 @@ async fn experiment(
 
 /// Saves what is in use, and remembers what was there: first the second, as a robot that was changed
 /// and cannot be changed back is the worse half.
-async fn save(
+async fn save<T: undo::Undoable>(
     session: &mut Session,
-    settings: &Settings,
+    undo_folder: Option<&std::path::Path>,
     identity: &Identity,
-    undo: &Undo<undo::WheelWeight>,
+    undo: &Undo<T>,
 ) -> Result<()> {
-    let Some(folder) = &settings.undo_folder else { return session.save_config().await };
+    let Some(folder) = undo_folder else { return session.save_config().await };
     let remembered = undo.remember(folder, identity)?;
     if let Err(error) = session.save_config().await {
         remembered.take_back()?;

@@ -23,6 +23,7 @@
 //! for turns to the left positive, and use both coordinates.
 
 use std::f64::consts::FRAC_PI_2;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use robot_model::Pose;
@@ -31,6 +32,7 @@ use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 
 use super::checks::{Checks, check};
 use super::measure::Instrument;
+use super::save;
 use super::track_file::track_so_far;
 use crate::campaign::{Campaign, Run, RunFacts};
 use crate::error::{Error, Result};
@@ -38,12 +40,13 @@ use crate::motion::{self, RecordOptions};
 use crate::quantity::Length;
 use crate::session::Session;
 use crate::survey::piece;
-use crate::survey::samples::{camera_track, robot_file, rows};
+use crate::survey::samples::{camera_track, on_one_encoder, robot_file, rows};
 use crate::survey::witness::reckoned;
 use crate::ui;
+use crate::undo::{self, Undo};
 
 /// How to drive the squares.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UmbmarkSettings {
     /// Side of the square \[m\].
     pub side_m: f64,
@@ -53,6 +56,8 @@ pub struct UmbmarkSettings {
     pub speed_mps: f64,
     /// Their acceleration \[m/s^2\].
     pub acceleration_mps2: f64,
+    /// Where the geometry before this one is remembered, so that it can be undone; `None`: nowhere.
+    pub undo_folder: Option<PathBuf>,
 }
 
 /// Which way round.
@@ -155,11 +160,14 @@ pub async fn umbmark(
 ) -> Result<UmbmarkOutcome> {
     instrument.begin()?;
     let checks = check(session).await?;
+    if let Some(folder) = &settings.undo_folder {
+        undo::check::<GeometryConfig>(folder, &checks.identity)?;
+    }
     tell(UmbmarkStep::Checked(&checks));
-    let config = checks.config;
-    let outcome = experiment(session, instrument, settings, &config, tell).await;
+    let config = &checks.config;
+    let outcome = experiment(session, instrument, settings, &checks, tell).await;
     let saved = matches!(&outcome, Ok(outcome) if outcome.saved);
-    if !saved && session.read_config().await.is_ok_and(|now| now != config) {
+    if !saved && session.read_config().await.is_ok_and(|now| now != *config) {
         // Without a link this fails; what is saved is untouched all the same.
         let _ = session.restore_config(ConfigOrigin::Saved).await;
     }
@@ -170,9 +178,10 @@ async fn experiment(
     session: &mut Session,
     instrument: &mut Instrument,
     settings: &UmbmarkSettings,
-    config: &Config,
+    checks: &Checks,
     tell: &mut dyn FnMut(UmbmarkStep<'_>),
 ) -> Result<UmbmarkOutcome> {
+    let config = &checks.config;
     let (before, runs) = squares(session, instrument, settings, config, false, tell).await?;
     tell(UmbmarkStep::Measured(false, &before));
     let mut new = config.clone();
@@ -187,7 +196,12 @@ async fn experiment(
     tell(UmbmarkStep::Measured(true, &after));
     let saved = after.error_m < before.error_m;
     if saved {
-        session.save_config().await?;
+        let undo = Undo {
+            robot: checks.identity.name.as_str().into(),
+            before: config.geometry,
+            after: new.geometry,
+        };
+        save(session, settings.undo_folder.as_deref(), &checks.identity, &undo).await?;
         tell(UmbmarkStep::Saved);
     }
     let lab = match instrument {
@@ -239,6 +253,9 @@ struct Square {
     run: Option<Run>,
 }
 
+/// The robot stands; long enough for a camera to average.
+const STAND: Duration = Duration::from_millis(500);
+
 async fn square(
     session: &mut Session,
     instrument: &mut Instrument,
@@ -247,17 +264,15 @@ async fn square(
     way: Way,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Square> {
-    /// The robot stands; long enough for a camera to average.
-    const STAND: Duration = Duration::from_millis(500);
     let turn_rad = if way == Way::Left { FRAC_PI_2 } else { -FRAC_PI_2 };
     let speed_mps = settings.speed_mps;
     let side = [
         Piece::Straight { travel_m: settings.side_m, speed_mps },
         Piece::Spin { turn_rad, speed_mps: speed_mps / 2.0 },
     ];
-    let first = if let Instrument::Camera(lab, _) = instrument { lab.camera_len() } else { 0 };
-    session.listen(STAND).await?;
-    let start = standing_pose(instrument)?;
+    // It was put at its mark just now: what was seen before is from elsewhere.
+    let first = seen(instrument)?.unwrap_or(0);
+    let start = stand(session, instrument).await?;
     let started_us = session.clock().now_us();
     let mut telemetry = Vec::new();
     let pieces = side.repeat(4);
@@ -270,29 +285,58 @@ async fn square(
         })
         .await?;
     }
-    session.listen(STAND).await?;
+    let end = stand(session, instrument).await?;
     let poses = reckoned(config, &telemetry);
     let reckoned = poses.last().map_or(Pose::ORIGIN, |it| it.pose);
-    let end_m = end_m(session, instrument, start).await?;
+    let end_m = end_m(session, instrument, start.zip(end)).await?;
     let run = match instrument {
         Instrument::Camera(lab, _) => Some(Run {
             name: String::new(),
             facts: RunFacts { started_s: Some(started_us as f64 * 1e-6), ..RunFacts::default() },
-            rows: rows(&telemetry, &camera_track(lab, first), &[]),
+            rows: rows(&telemetry, &camera_track(lab, first), &[])
+                .iter()
+                .map(|row| on_one_encoder(row, config))
+                .collect(),
         }),
         _ => None,
     };
     Ok(Square { error_m: [end_m[0] - reckoned.x_m, end_m[1] - reckoned.y_m], run })
 }
 
-/// Mean of the last poses that were seen of a robot that stands; `None` where nobody sees it now.
-fn standing_pose(instrument: &Instrument) -> Result<Option<Pose>> {
+/// How many poses were seen so far; `None` where nobody sees the robot on its way.
+fn seen(instrument: &Instrument) -> Result<Option<usize>> {
+    Ok(match instrument {
+        Instrument::Camera(lab, _) => Some(lab.camera_len()),
+        Instrument::TrackFile { path, .. } => Some(track_so_far(path)?.len()),
+        Instrument::Ruler(_) | Instrument::Person { .. } => None,
+    })
+}
+
+/// Lets the robot stand until it was seen standing, and gives the mean of what was seen meanwhile.
+async fn stand(session: &mut Session, instrument: &Instrument) -> Result<Option<Pose>> {
+    /// Enough for a mean, and how often to wait for so many.
+    const POSES: usize = 3;
+    const WAITS: usize = 10;
+    let before = seen(instrument)?;
+    for _ in 0..WAITS {
+        session.listen(STAND).await?;
+        if seen(instrument)?.zip(before).is_none_or(|(now, before)| now >= before + POSES) {
+            break;
+        }
+    }
+    before.map_or(Ok(None), |before| standing_pose(instrument, before))
+}
+
+/// Mean of the last poses that were seen of a robot that has stood since the one with number `from`;
+/// `None` where nobody sees it now.
+fn standing_pose(instrument: &Instrument, from: usize) -> Result<Option<Pose>> {
     const POSES: usize = 10;
+    let first = |len: usize| from.max(len.saturating_sub(POSES)).min(len);
     let track = match instrument {
-        Instrument::Camera(lab, _) => camera_track(lab, lab.camera_len().saturating_sub(POSES)),
+        Instrument::Camera(lab, _) => camera_track(lab, first(lab.camera_len())),
         Instrument::TrackFile { path, .. } => {
             let mut track = track_so_far(path)?;
-            track.split_off(track.len().saturating_sub(POSES))
+            track.split_off(first(track.len()))
         }
         Instrument::Ruler(_) | Instrument::Person { .. } => return Ok(None),
     };
@@ -316,13 +360,13 @@ fn standing_pose(instrument: &Instrument) -> Result<Option<Pose>> {
 async fn end_m(
     session: &mut Session,
     instrument: &Instrument,
-    start: Option<Pose>,
+    ends: Option<(Pose, Pose)>,
 ) -> Result<[f64; 2]> {
     if let Instrument::Ruler(lab) = instrument {
         let reading = lab.read_offset();
         return Ok([reading.forward_m, reading.left_m]);
     }
-    if let (Some(start), Some(end)) = (start, standing_pose(instrument)?) {
+    if let Some((start, end)) = ends {
         let end = end.seen_from(start);
         return Ok([end.x_m, end.y_m]);
     }
@@ -386,5 +430,32 @@ mod tests {
     fn a_perfect_robot_has_no_systematic_error_and_is_left_alone() {
         let it = Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
         assert_eq!((it.error_m, it.wheel_ratio, it.track_ratio), (0.0, 1.0, 1.0));
+    }
+
+    #[test]
+    fn a_robot_at_its_mark_is_not_where_it_was_before_it_was_put_there() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let mut text = String::from("t_s,x_m,y_m,heading_rad\n");
+        for k in 0..15 {
+            // Five pictures of the mark, after ten of where it was.
+            let pose = if k < 10 { "0.5,-0.2,0.3" } else { "0.1,0.2,0.05" };
+            text += &format!("{}.5,{pose}\n", k);
+        }
+        std::fs::write(file.path(), text).unwrap();
+        let instrument = Instrument::TrackFile {
+            path: file.path().into(),
+            position_sigma_m: 0.001,
+            heading_sigma_rad: 0.002,
+            confirm: false,
+            seen: 0,
+        };
+        assert_eq!(seen(&instrument).unwrap(), Some(15));
+        let pose = standing_pose(&instrument, 10).unwrap().unwrap();
+        for (is, want) in [(pose.x_m, 0.1), (pose.y_m, 0.2), (pose.heading_rad, 0.05)] {
+            assert!((is - want).abs() < 1e-12, "{pose:?}");
+        }
+        // Nothing was seen since: no pose, and not an old one.
+        let error = standing_pose(&instrument, 15).unwrap_err().to_string();
+        assert!(error.contains("no pose with a heading"), "{error}");
     }
 }

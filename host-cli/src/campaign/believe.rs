@@ -5,7 +5,7 @@ use std::path::Path;
 use robot_model::recording::{GyroSample, Recording, Robot, Sight, WheelSample};
 use robot_model::sides::Sides;
 
-use super::{Campaign, CampaignError, Place, RobotFile, Run};
+use super::{Campaign, CampaignError, Place, RobotFile, Row, Run};
 
 impl Campaign {
     /// The campaign for `robot_model`. `folder` is only for the words of an error.
@@ -27,14 +27,25 @@ impl Campaign {
                 Ok(recording)
             })
             .collect::<Result<Vec<_>, CampaignError>>()?;
-        let seen = runs.iter().any(|run| run.sights.len() > 1);
-        if !seen {
-            let problem = "no run of this campaign has measured poses";
+        if !self.runs.iter().any(Run::has_poses) {
+            let headings = runs.iter().any(|run| !run.sights.is_empty());
+            let problem = match headings {
+                true => {
+                    "no run of this campaign has measured positions: headings alone are too little"
+                }
+                false => "no run of this campaign has measured poses",
+            };
             let hint =
                 "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
         Ok(robot_model::campaign::Campaign { robot, runs })
+    }
+
+    /// The runs that say nothing, as nobody measured where the robot was.
+    pub fn without_poses(&self) -> Vec<&str> {
+        let blind = self.runs.iter().filter(|run| !run.has_poses());
+        blind.map(|run| run.name.as_str()).collect()
     }
 }
 
@@ -53,6 +64,13 @@ impl RobotFile {
 }
 
 impl Run {
+    /// Whether it has a measured position, and anything measured after it.
+    fn has_poses(&self) -> bool {
+        let position = |row: &&Row| row.x_m.is_some() && row.y_m.is_some();
+        let measured = |row: &&Row| position(row) || row.heading_rad.is_some();
+        self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
+    }
+
     fn to_model(&self, robot: &Robot) -> Recording {
         let mut recording = Recording {
             name: self.name.clone(),

@@ -110,6 +110,11 @@ impl RobotFile {
             }
         }
         for (index, run) in self.runs.iter().enumerate() {
+            if self.runs[..index].iter().any(|earlier| earlier.name == run.name) {
+                let place = place_of(file, text, start_of_run(text, index), "name");
+                let problem = format!("there are two [[run]] named `{}`", run.name);
+                return Err(CampaignError::new(place, problem, "put both into one"));
+            }
             let facts = [
                 ("started_s", run.started_s, f64::NEG_INFINITY),
                 ("payload_kg", run.payload_kg, 0.0),

@@ -151,6 +151,41 @@ fn a_robot_toml_that_facts_would_spoil_is_refused_before_a_run_and_left_as_it_is
 }
 
 #[test]
+fn a_run_whose_facts_cannot_be_written_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
+    let mut run = writer.start_run("a", &[]).unwrap();
+    (0..10).for_each(|i| run.push(&row(i)).unwrap());
+    // Somebody edits it meanwhile.
+    fs::write(folder.path().join("robot.toml"), format!("{TOML}run = []\n")).unwrap();
+    let facts = RunFacts { payload_kg: Some(2.0), ..RunFacts::default() };
+    let error = run.finish(facts).unwrap_err().to_string();
+    assert!(error.contains("cannot be added"), "{error}");
+    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
+}
+
+#[test]
+fn headings_alone_are_no_poses_and_runs_without_positions_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    fs::write(folder.path().join("robot.toml"), TOML).unwrap();
+    let write = |name: &str, rows: &str| {
+        let text = format!("t_s,left_counts,right_counts,x_m,y_m,heading_rad\n{rows}");
+        fs::write(folder.path().join("runs").join(name), text).unwrap();
+    };
+    write("01_spin.csv", "0,0,0,,,0\n1,5,5,,,0.1\n2,9,9,,,0.2\n");
+    let read = || Campaign::read(folder.path()).unwrap();
+    let error = read().to_model(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("headings alone are too little; fill in x_m"), "{error}");
+    // Nothing was measured after the one position.
+    write("02_once.csv", "0,0,0,,,0\n1,5,5,,,0.1\n2,9,9,0,0,0.2\n");
+    assert!(read().to_model(folder.path()).is_err());
+    write("03_seen.csv", "0,0,0,0,0,\n1,5,5,,,0.1\n2,9,9,,,0.2\n");
+    assert!(read().to_model(folder.path()).is_ok());
+    assert_eq!(read().without_poses(), ["01_spin", "02_once"]);
+}
+
+#[test]
 fn samples_that_no_reader_would_take_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
@@ -177,6 +212,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (error(&format!("{TOML}wheels = 3\n"), Some(CSV)), "line 5, column 1: unknown field `wheels`"),
         (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; there must be a file runs/07_b.csv"),
         (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"02_a\"\npayload_kg = -1\n"), Some(CSV)), "line 11, column 1: payload_kg = -1 cannot be"),
+        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"01_a\"\nstarted_s = 1\n"), Some(CSV)), "robot.toml, line 10, column 1: there are two [[run]] named `01_a`; put both into one"),
         (error(TOML, None), "ROBOT: there are no runs in this campaign; put"),
         (error(TOML, Some("")), "01_a.csv: the file is empty; the first line must name"),
         (error(TOML, Some("t_s,left_counts\n0,0\n1,1\n")), "01_a.csv, line 1: the required column `right_counts` is missing"),

@@ -26,7 +26,7 @@ impl CampaignWriter {
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
             }
             // Facts must find room, which is to be known before a run is driven.
-            let facts = RunFacts { name: "run".into(), started_s: Some(0.0), payload_kg: None };
+            let facts = RunFacts { name: String::new(), started_s: Some(0.0), payload_kg: None };
             with_facts(&toml, &facts)?;
         } else {
             let text = toml::to_string(robot).map_err(|error| {
@@ -128,7 +128,13 @@ impl RunWriter {
             let name = format!("{number:02}_{}", self.name);
             let path = runs.join(format!("{name}.csv"));
             if write_new(&path, self.text.as_bytes()).map_err(|error| unwritten(&path, error))? {
-                add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts })?;
+                let added = add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts });
+                if let Err(error) = added {
+                    // Without its facts it would pass for a run without load, at no time: no run at all,
+                    // so that it is driven again. What cannot be removed is the lesser evil.
+                    let _ = fs::remove_file(&path);
+                    return Err(error);
+                }
                 return Ok(path);
             }
             // Somebody else recorded into this folder meanwhile.

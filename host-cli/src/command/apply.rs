@@ -4,11 +4,13 @@ use robot_model::explain::explain_by;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, GeometryConfig};
 
+use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
 use crate::apply::{Believed, Change, Remedy, believed, chosen};
 use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
+use crate::hex::hex;
 use crate::model::ModelFile;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
@@ -26,6 +28,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     for warning in &campaign.warnings {
         warn(warning);
     }
+    warn_of_blind_runs(&campaign);
     let effects = effects_of(folder, &campaign)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
@@ -34,7 +37,9 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             session.restore_config(ConfigOrigin::Saved).await?;
         }
         let config = session.read_config().await?;
-        let change = Change::new(&effects, &campaign.robot, &config)?;
+        // As in recording: a simulated robot is another one with each seed.
+        let uid = (!common.port.is_sim()).then(|| hex(&identity.uid));
+        let change = Change::new(&effects, &campaign.robot, &config, uid.as_deref())?;
         if !common.json {
             note(paint(BOLD, format_args!("For {}", display_name(&identity))));
             note(table(&change));

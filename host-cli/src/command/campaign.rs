@@ -11,7 +11,7 @@ use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, Measure, PlanArgs,
 use crate::error::{Error, Result};
 use crate::file::{check_writable, write_whole};
 use crate::port::with_robot;
-use crate::survey::extra::{Extra, runs_of};
+use crate::survey::extra::{Extra, fastest_mps, runs_of};
 use crate::survey::record::plan_path;
 use crate::survey::{
     Floor, GyroLog, Plan, PlanSettings, PlannedRun, RecordSettings, Step, Summary, Witness,
@@ -31,6 +31,7 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
     config.geometry.track_width_m = args.track_width.m;
     let plan = plan_of(&args.plan, &config)?;
     let track_width_m = args.track_width.m;
+    plan.check_durations(track_width_m)?;
     match &args.output {
         Some(file) if file.as_os_str() == "-" => {
             say(plan.to_toml().trim_end());
@@ -221,11 +222,16 @@ fn what_to_record(
         ..RecordSettings::default()
     };
     if let Some(kind) = &args.run {
-        let taken = match folder.exists() {
-            true => Campaign::read_if_any(folder)?.map(|it| it.plain_names()).unwrap_or_default(),
-            false => Vec::new(),
-        };
-        let Extra { plan, later_s } = runs_of(kind, &settings_of(&args.plan, config), &taken)?;
+        let there = if folder.exists() { Campaign::read_if_any(folder)? } else { None };
+        let taken = there.as_ref().map(Campaign::plain_names).unwrap_or_default();
+        let mut asked = settings_of(&args.plan, config);
+        if args.plan.fast.is_none()
+            && let Some(mps) = there.as_ref().and_then(|it| fastest_mps(folder, it))
+        {
+            // As `explain` has it: of a campaign in which nothing moved it takes the least.
+            asked.speeds_mps[1] = mps.max(0.05).min(config.limits.speed_mps_max);
+        }
+        let Extra { plan, later_s } = runs_of(kind, &asked, &taken)?;
         return Ok((plan, RecordSettings { whole: false, later_s, ..settings }));
     }
     let begun = plan_path(folder);

@@ -45,11 +45,20 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     Ok(())
 }
 
+/// Names the runs that are passed over.
+pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
+    let names = campaign.without_poses();
+    if !names.is_empty() {
+        warn(format_args!("passed over, as no position was measured in it: {}", names.join(", ")));
+    }
+}
+
 /// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Campaign)> {
     let read = Campaign::read(folder)?;
     read.warnings.iter().for_each(warn);
     let campaign = read.to_model(folder)?;
+    warn_of_blind_runs(&read);
     Ok((read, campaign))
 }
 

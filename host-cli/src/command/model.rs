@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use robot_model::answer::{ErrorPair, Errors};
 use robot_model::campaign::Campaign;
-use robot_model::effect::Effect;
+use robot_model::effect::{Custom, Effect};
 use robot_model::model::{Model, fit};
 use serde_json::json;
 
@@ -26,16 +26,14 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
         ModelCommand::Add(args) => {
             let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add")?;
             let mut task = Task::new(campaign, args.model.as_deref())?;
-            for (index, equation) in args.custom.iter().enumerate() {
-                let mut custom = custom_from_equation(equation)?;
+            let customs = customs(&args.custom, &args.unit, &args.range)?;
+            for (index, mut custom) in customs.into_iter().enumerate() {
                 if let Some(name) = args.name.get(index) {
                     custom.id.clone_from(name);
                 }
                 if let Some(per) = args.per {
                     custom.per = per;
                 }
-                custom.units.extend(args.unit.iter().cloned());
-                custom.ranges.extend(args.range.iter().cloned());
                 let effect = task
                     .model
                     .declare(&custom)
@@ -87,6 +85,31 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
             task.change(common)
         }
     }
+}
+
+/// Equations, each with the units and ranges of its own parameters.
+fn customs(
+    equations: &[String],
+    units: &[(String, String)],
+    ranges: &[(String, [f64; 2])],
+) -> Result<Vec<Custom>> {
+    let read = |equation: &String| {
+        let custom = custom_from_equation(equation)?;
+        let own = custom.parameters().map_err(|error| equation_error(equation, &error))?;
+        Ok((custom, own))
+    };
+    let mut customs = equations.iter().map(read).collect::<Result<Vec<_>>>()?;
+    for name in units.iter().map(|it| &it.0).chain(ranges.iter().map(|it| &it.0)) {
+        if !customs.iter().any(|(_, own)| own.contains(name)) {
+            return Err(Error::new(format_args!("no --custom has a parameter `{name}`"))
+                .hint("--unit and --range name a parameter of an equation"));
+        }
+    }
+    for (custom, own) in &mut customs {
+        custom.units.extend(units.iter().filter(|it| own.contains(&it.0)).cloned());
+        custom.ranges.extend(ranges.iter().filter(|it| own.contains(&it.0)).cloned());
+    }
+    Ok(customs.into_iter().map(|it| it.0).collect())
 }
 
 /// Effects and, last, the campaign.
@@ -313,4 +336,33 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         table.say(0);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_and_ranges_go_to_the_equation_with_that_parameter() {
+        let equations = ["dtheta/ds = c + both * s".to_owned(), "dn/ds = q * v * both".to_owned()];
+        let unit = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
+        let units = [unit("c", "1/m"), unit("q", "s/m")];
+        let ranges = [("q".to_owned(), [-0.1, 0.1]), ("both".to_owned(), [-1.0, 1.0])];
+        let customs = customs(&equations, &units, &ranges).unwrap();
+        let names = |of: &[&String]| of.iter().map(|it| it.as_str()).collect::<Vec<_>>().join(" ");
+        let has = |k: usize| {
+            let it: &Custom = &customs[k];
+            let units: Vec<_> = it.units.keys().collect();
+            let ranges: Vec<_> = it.ranges.keys().collect();
+            (names(&units), names(&ranges))
+        };
+        assert_eq!(has(0), ("c".to_owned(), "both".to_owned()));
+        assert_eq!(has(1), ("q".to_owned(), "both q".to_owned()));
+        for (units, ranges) in
+            [(vec![unit("d", "m")], vec![]), (vec![], vec![("d".into(), [0.0, 1.0])])]
+        {
+            let error = super::customs(&equations, &units, &ranges).unwrap_err().to_string();
+            assert!(error.contains("no --custom has a parameter `d`"), "{error}");
+        }
+    }
 }

@@ -12,7 +12,9 @@ use crate::limits;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
-use crate::survey::samples::{camera_track, columns, gyro_readings, robot_file, rows};
+use crate::survey::samples::{
+    camera_track, columns, gyro_readings, on_one_encoder, robot_file, rows,
+};
 use crate::ui::{Progress, note, say, warn};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
@@ -57,7 +59,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         }
         let mut run = writer.start_run(name, &columns(lab.is_some(), !gyro.is_empty()))?;
         for row in &rows {
-            run.push(row)?;
+            run.push(&on_one_encoder(row, &config))?;
         }
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         if let Err(error) = driven {

@@ -13,10 +13,12 @@ use crate::limits;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::survey::piece::{self, Piece};
-use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, warn};
-use crate::undo::{Undo, state_folder};
+use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say};
+use crate::undo::state_folder;
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
+    let forgets = common.port.is_sim() && common.flash.is_none();
+    let undo_folder = if forgets { None } else { Some(state_folder()?) };
     let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
         let radius_m = config.geometry.wheel_radius_m;
@@ -25,6 +27,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             runs: args.runs.unwrap_or(5),
             speed_mps: args.profile.cruise.mps(radius_m),
             acceleration_mps2: args.profile.acceleration.mps2(radius_m),
+            undo_folder,
         };
         limits::check_square(settings.side_m, &config)?;
         let side = Piece::Straight { travel_m: settings.side_m, speed_mps: settings.speed_mps };
@@ -36,7 +39,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         let mut instrument = super::calibrate::instrument(args, lab)?;
         let mut progress = None;
         let quiet = common.json;
-        let outcome = umbmark(session, &mut instrument, &settings, &mut |step| match step {
+        umbmark(session, &mut instrument, &settings, &mut |step| match step {
             UmbmarkStep::Checked(checks) if !quiet => {
                 note(paint(BOLD, format_args!("UMBmark of {}", display_name(&checks.identity))));
                 note(format_args!(
@@ -69,17 +72,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             UmbmarkStep::Saved if !quiet => note("  saved"),
             _ => {}
         })
-        .await?;
-        if outcome.saved && (!common.port.is_sim() || common.flash.is_some()) {
-            let identity = session.identify().await?;
-            let [before, after] = outcome.geometry;
-            let undo = Undo { robot: display_name(&identity), before, after };
-            if let Err(error) = state_folder().and_then(|folder| undo.remember(&folder, &identity))
-            {
-                warn(format_args!("--undo will not know of this: {error}"));
-            }
-        }
-        Ok(outcome)
+        .await
     })?;
     finish(common, &outcome)
 }

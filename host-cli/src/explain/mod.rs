@@ -58,11 +58,8 @@ impl Subject<'_> {
 /// The main finding, in a sentence or two.
 pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
-    let error = format!(
-        "the error on runs held out falls from {} to {}",
-        text(&answer.baseline.heldout),
-        text(last)
-    );
+    let of_what = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
+    let error = format!("the error {of_what} {}", goes(&answer.baseline.heldout, last));
     let more = if answer.unexplained.structure {
         format!(
             ". Something is still unexplained: it depends on {}",
@@ -97,6 +94,21 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
 /// `this run`, `these 21 runs`.
 fn these(runs: usize) -> String {
     if runs == 1 { "this run".into() } else { format!("these {runs} runs") }
+}
+
+/// `falls from 25.8 mm, 61.2 mrad to 5.0 mm, 9.1 mrad`, or whatever it does, as far as the digits show.
+fn goes(from: &Errors, to: &Errors) -> String {
+    let (before, after) = (text(from), text(to));
+    let tenths = |it: f64| (it * 1e4).round();
+    let position = tenths(to.position_rms_m) - tenths(from.position_rms_m);
+    let heading = tenths(to.heading_rms_rad) - tenths(from.heading_rms_rad);
+    let verb = match (position, heading) {
+        _ if before == after => return format!("stays at {before}"),
+        (p, h) if p <= 0.0 && h <= 0.0 => "falls",
+        (p, h) if p >= 0.0 && h >= 0.0 => "rises",
+        _ => "goes",
+    };
+    format!("{verb} from {before} to {after}")
 }
 
 /// A small number in words.
@@ -149,7 +161,8 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
 fn waterfall(answer: &Answer, subject: &Subject<'_>) {
     let most = answer.baseline.heldout.position_rms_m.max(f64::MIN_POSITIVE);
     let mut table = Table::new("llrrrl");
-    let heads = ["", "on runs held out", "position", "heading", "p", ""];
+    let where_ = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
+    let heads = ["", where_, "position", "heading", "p", ""];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     let mut row = |number: String, name: String, errors: &Errors, p: String| {
         let length =
@@ -244,8 +257,23 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
             wrapped(&words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             say(format_args!("   {}", next_run_command(&next.kind, subject)));
         }
-        None => say("No further run is needed to tell effects apart."),
+        None => wrapped(&no_next_run(answer), LINE).iter().for_each(say),
     }
+}
+
+/// What is to be said where no run is suggested.
+pub(crate) fn no_next_run(answer: &Answer) -> String {
+    let open = answer.steps.iter().filter(|it| it.class.len() > 1);
+    let open: Vec<String> = open
+        .map(|it| {
+            let others = it.class.iter().filter(|id| **id != it.effect).cloned();
+            format!("{} from {}", it.effect, others.collect::<Vec<_>>().join(", "))
+        })
+        .collect();
+    if open.is_empty() {
+        return "No further run is needed to tell effects apart.".into();
+    }
+    format!("No run that is known here would tell {}.", open.join("; nor "))
 }
 
 /// The command line that records the next run.
@@ -264,4 +292,70 @@ pub fn next_run_command(kind: &str, subject: &Subject<'_>) -> String {
         quoted(kind),
         quoted(subject.port)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use robot_model::answer::{ErrorPair, Unexplained};
+
+    use super::*;
+
+    fn errors(mm: f64, mrad: f64) -> Errors {
+        Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
+    }
+
+    fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
+        let step = StepFound {
+            effect: class[0].into(),
+            class: class.iter().map(|it| (*it).to_owned()).collect(),
+            parameters: Vec::new(),
+            train: to,
+            heldout: to,
+            p_value: 1e-9,
+            why: String::new(),
+        };
+        Answer {
+            schema: 1,
+            baseline: ErrorPair { train: from, heldout: from },
+            steps: vec![step],
+            rejected: Vec::new(),
+            unexplained: Unexplained { structure: false, depends_on: Vec::new(), p_value: 0.5 },
+            next_run: None,
+        }
+    }
+
+    fn said(runs: usize, from: Errors, to: Errors) -> String {
+        let subject = Subject {
+            robot: "r",
+            campaign: "r",
+            port: "sim",
+            runs,
+            catalogue: &[],
+            combinations: &[],
+        };
+        headline(&answer(&["gyro_bias"], from, to), &subject)
+    }
+
+    #[test]
+    fn what_the_error_does_is_said_as_it_is() {
+        for (runs, from, to, expected) in [
+            (5, errors(25.8, 61.2), errors(5.0, 9.0), "on runs held out falls from 25.8 mm, 61.2"),
+            (5, errors(25.8, 61.2), errors(25.8, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
+            (5, errors(25.81, 61.2), errors(25.79, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
+            (5, errors(5.0, 9.0), errors(5.5, 9.0), "rises from 5.0 mm, 9.0 mrad to 5.5 mm"),
+            (5, errors(5.0, 9.0), errors(4.5, 9.1), "goes from 5.0 mm, 9.0 mrad to 4.5 mm"),
+            (1, errors(5.0, 9.0), errors(4.5, 8.0), "on the run fitted to falls from 5.0 mm"),
+        ] {
+            let headline = said(runs, from, to);
+            assert!(headline.contains(expected), "{headline}\n  does not say: {expected}");
+        }
+    }
+
+    #[test]
+    fn effects_that_no_run_tells_apart_are_named() {
+        let here = errors(5.0, 9.0);
+        assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
+        let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
+        assert_eq!(said, "No run that is known here would tell scrub from slope, side_slip.");
+    }
 }

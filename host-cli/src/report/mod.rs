@@ -25,7 +25,7 @@ use std::fmt::Write;
 use robot_model::answer::Answer;
 use robot_model::compare::{Comparison, Curve, Path};
 
-use crate::explain::{Subject, headline, next_run_command, text};
+use crate::explain::{Subject, headline, next_run_command, no_next_run, text};
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
@@ -213,7 +213,9 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
                 escape(&next_run_command(&next.kind, report.subject))
             );
         }
-        None => html.push_str("<p>No further run is needed to tell effects apart.</p>\n"),
+        None => {
+            let _ = writeln!(html, "<p>{}</p>", escape(&no_next_run(report.answer)));
+        }
     }
 }
 

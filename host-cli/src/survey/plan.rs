@@ -71,6 +71,9 @@ impl Default for PlanSettings {
     }
 }
 
+/// Longest run \[s\]: an hour, so that a slip of the pen does not drive for a day.
+pub(super) const DURATION_S_MAX: f64 = 3600.0;
+
 /// Longest straight \[m\]: two metres of tape, less a hand.
 const STRAIGHT_M_MAX: f64 = 1.8;
 /// Shortest straight that is worth driving, in track widths.
@@ -119,6 +122,21 @@ impl Plan {
     /// How long it takes, without putting the robot at its marks \[s\].
     pub fn duration_s(&self, track_width_m: f64) -> f64 {
         self.runs.iter().map(|run| run.duration_s(track_width_m, self.acceleration_mps2)).sum()
+    }
+
+    /// Refuses a run that takes longer than anybody wants.
+    pub fn check_durations(&self, track_width_m: f64) -> Result<()> {
+        for run in &self.runs {
+            let duration_s = run.duration_s(track_width_m, self.acceleration_mps2);
+            if duration_s > DURATION_S_MAX {
+                return Err(Error::new(format_args!(
+                    "the run {} would take {duration_s:.0} s",
+                    run.name
+                ))
+                .hint("an hour is the most: check speeds, distances and turns in the plan"));
+            }
+        }
+        Ok(())
     }
 
     /// The floor that the whole of it needs if each run starts at the same mark, in its own heading.

@@ -20,9 +20,10 @@ use std::path::Path;
 
 use robot_model::plan::Piece;
 use serde::Deserialize;
+use shared_proto::Config;
 use toml::Spanned;
 
-use super::plan::{Plan, PlannedRun};
+use super::plan::{DURATION_S_MAX, Plan, PlannedRun};
 use crate::campaign::{CampaignError, Place};
 
 #[derive(Deserialize)]
@@ -58,9 +59,6 @@ struct RawPiece {
     speed_mps: Option<f64>,
     rest_s: Option<f64>,
 }
-
-/// Longest run \[s\]: an hour, so that a slip of the pen does not drive for a day.
-const DURATION_S_MAX: f64 = 3600.0;
 
 impl Plan {
     /// Reads a plan.
@@ -135,7 +133,9 @@ impl Plan {
                 pieces,
                 name,
             };
-            let duration_s = run.duration_s(0.0, acceleration_mps2);
+            // A spin takes as long as the track is wide. Here it is not known: what is too long for the
+            // narrowest is for any, and `check_durations` knows more.
+            let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
             if duration_s > DURATION_S_MAX {
                 let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
                 return Err(fail(
@@ -253,6 +253,12 @@ fn piece(raw: &RawPiece) -> Result<Piece, String> {
     }
 }
 
+/// The narrowest track that a configuration may have \[m\].
+fn track_width_m_min() -> f64 {
+    let track = Config::FIELDS.iter().find(|it| it.path == "geometry.track_width_m");
+    track.map_or(0.0, |it| it.min)
+}
+
 /// Line and column of a byte.
 fn at(file: &Path, text: &str, byte: usize) -> Place {
     let before = &text[..text.floor_char_boundary(byte)];
@@ -305,6 +311,7 @@ mod tests {
             (run("pieces = [{ rest_s = 1, speed_mps = 1 }]"), 4, 11, "no speed"),
             (run("pieces = [{ straight_m = 1, rest_s = 1 }]"), 4, 11, "one of"),
             (run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"), 3, 8, "would take"),
+            (run("pieces = [{ spin_deg = 3600000, speed_mps = 0.1 }]"), 3, 8, "would take"),
             (run("pieces = []"), 4, 10, "does nothing"),
             (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "cannot be"),
             (run("pieces = [{ straight_m = 1, speed_mps = fast }]"), 4, 41, ""),
@@ -319,6 +326,19 @@ mod tests {
         let twice =
             run("pieces = [{ rest_s = 1 }]\n[[run]]\nname = \"a\"\npieces = [{ rest_s = 1 }]");
         assert!(parse(&twice).unwrap_err().problem.contains("two runs"));
+    }
+
+    #[test]
+    fn how_long_a_spin_takes_is_a_matter_of_the_track() {
+        // 100 turns of 0.37 m are 117 m at 0.02 m/s; of a robot with a tenth of that track 12 m.
+        let plan = parse(
+            "acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n\
+             pieces = [{ spin_deg = 36000, speed_mps = 0.02 }]\n",
+        )
+        .unwrap();
+        assert!(plan.check_durations(0.0372).is_ok());
+        let error = plan.check_durations(0.372).unwrap_err().to_string();
+        assert!(error.contains("the run a would take 58"), "{error}");
     }
 
     proptest! {

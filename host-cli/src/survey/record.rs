@@ -9,11 +9,12 @@ use shared_proto::{Command, Config, Telemetry};
 use super::clock::{CampaignClock, LastRun};
 use super::piece;
 use super::plan::{PAUSE_S, Plan, PlannedRun};
-use super::samples::{columns, robot_file, rows};
+use super::samples::{columns, on_one_encoder, robot_file, rows};
 use super::witness::{Go, Witness};
 use crate::campaign::{Campaign, CampaignError, CampaignWriter, Place, Row, RunFacts};
 use crate::error::{Error, Result};
 use crate::file::write_whole;
+use crate::hex::hex;
 use crate::interrupt;
 use crate::motion::{self, RecordOptions};
 use crate::session::{Session, faulted};
@@ -125,6 +126,10 @@ pub async fn record_campaign(
     let mut robot = robot_file(&config, lab);
     robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
     robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
+    // A simulated robot is another one with each seed, and it is the same campaign all the same.
+    if !matches!(witness, Witness::Camera { .. }) {
+        robot.uid = Some(hex(&session.identify().await?.uid));
+    }
     let writer = CampaignWriter::open(folder, &robot)?;
     let there = Campaign::read_if_any(folder)?;
     if settings.whole {
@@ -219,6 +224,7 @@ pub async fn record_run(
             .hint("`beeline watch` shows whether it sends any"));
     }
     let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
+    let rows = rows.iter().map(|row| on_one_encoder(row, config)).collect();
     Ok(RecordedRun { rows, started_us, dropped })
 }
 
@@ -264,6 +270,7 @@ fn check_limits(plan: &Plan, config: &Config) -> Result<()> {
         ))
         .hint("lower acceleration_mps2 in the plan, or --acceleration"));
     }
+    plan.check_durations(config.geometry.track_width_m)?;
     for run in &plan.runs {
         for it in &run.pieces {
             let motion = piece::motion(it, config.geometry.track_width_m, plan.acceleration_mps2);

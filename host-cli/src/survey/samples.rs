@@ -7,6 +7,8 @@ use sim_target::Lab;
 use crate::campaign::{Column, RobotFile, Row};
 
 /// What `robot.toml` says of a robot with this configuration; a simulated camera's noise is known.
+///
+/// It has one encoder for both wheels, the left one: see [`on_one_encoder`].
 pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
     let encoder = config.encoder.left;
     let name = match config.name.as_str() {
@@ -96,6 +98,17 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)])
     merge_equal_times(rows)
 }
 
+/// A row with the right wheel's counts as the left one's encoder would count them: a file has one number
+/// of counts per revolution for both wheels.
+pub fn on_one_encoder(row: &Row, config: &Config) -> Row {
+    let per_turn = config.encoder.map(|it| it.counts_per_rev * it.gear_reduction);
+    let mut row = *row;
+    if per_turn.left != per_turn.right {
+        row.counts.right = row.counts.right.map(|it| it * per_turn.left / per_turn.right);
+    }
+    row
+}
+
 /// One row for each time: file times have microseconds, and increase.
 fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
     let mut merged: Vec<Row> = Vec::with_capacity(rows.len());
@@ -116,4 +129,25 @@ fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
         }
     }
     merged
+}
+
+#[cfg(test)]
+mod tests {
+    use shared_proto::WheelPair;
+
+    use super::*;
+
+    #[test]
+    fn wheels_with_different_encoders_that_turn_alike_have_the_same_counts() {
+        let mut config = Config::default();
+        config.encoder.left.counts_per_rev = 900.0;
+        config.encoder.right.counts_per_rev = 1024.0;
+        let row = Row { counts: WheelPair::new(Some(1800.0), Some(2048.0)), ..Row::default() };
+        let written = on_one_encoder(&row, &config);
+        assert_eq!(written.counts, WheelPair::both(Some(1800.0)));
+        assert_eq!(robot_file(&config, None).counts_per_rev, 900.0);
+        // Encoders alike: to the last bit.
+        config.encoder.right = config.encoder.left;
+        assert_eq!(on_one_encoder(&row, &config), row);
+    }
 }

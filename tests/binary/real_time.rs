@@ -78,6 +78,10 @@ fn killed_and_reconnected(listen: &str) {
     assert!(message.contains("fault is latched") && message.contains("beeline clear"), "{message}");
     let message = robot.calibrated().refused();
     assert!(message.contains("fault is latched"), "{message}");
+    // It is named while the robot still brakes for it, and cleared once it stands.
+    wait_for("the robot to stand", || {
+        (robot.identify()["status"]["state"] == "faulted").then_some(())
+    });
     robot.run("clear").ok();
 
     let outcome = robot.calibrated().ok();
@@ -279,6 +283,32 @@ fn runs_of_a_robot_that_was_switched_off_in_between_keep_their_order_in_time() {
     assert!(message.contains("uid = ") && message.contains("another robot's"), "{message}");
     // A camera of a millimetre, where the motion was to be 50.
     assert!(other.travelled_m() < 0.01, "it did not move");
+}
+
+#[test]
+fn a_campaign_knows_its_robot_and_is_not_gone_on_with_by_another() {
+    let desk = Desk::new();
+    desk.write(
+        "plan.toml",
+        "acceleration_mps2 = 0.5\n[[run]]\nname = \"a\"\npieces = [{ rest_s = 0.3 }]\n\
+         [[run]]\nname = \"b\"\npieces = [{ rest_s = 0.3 }]\n",
+    );
+    let record = "campaign record robot --plan plan.toml --measure none --yes";
+    let robot = Served::start(&desk, TCP);
+    robot.run(record).ok();
+    drop(robot);
+    std::fs::remove_file(desk.path("track.csv")).unwrap();
+    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    assert!(campaign.robot.uid.is_some_and(|uid| uid.len() == 24), "the board's number");
+    std::fs::remove_file(desk.path("robot/runs/02_b.csv")).unwrap();
+    let text = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
+    let second = text.rfind("[[run]]").unwrap();
+    desk.write("robot/robot.toml", &text[..second]);
+
+    let other = Served::start_with(&desk, TCP, "--seed 99");
+    let message = other.run(record).refused();
+    assert!(message.contains("uid = ") && message.contains("another robot's"), "{message}");
+    assert!(!desk.path("robot/runs/02_b.csv").exists());
 }
 
 #[test]

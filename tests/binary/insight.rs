@@ -153,7 +153,7 @@ fn the_report_is_one_page_that_needs_nothing_else() {
     for words in [
         "prefers-color-scheme:dark",
         "@media print",
-        "The error falls",
+        "The error, effect by effect",
         "Measured and predicted",
         "times noise",
     ] {

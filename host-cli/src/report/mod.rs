@@ -86,10 +86,18 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     header(&mut html, report, &robot);
     section(
         &mut html,
-        "The error falls",
-        "Each run is predicted by a fit to all the others: what a model \
-        earns here, it has not merely learnt by heart. Bars are root mean squares over all runs; the upright mark \
-        is the error on the runs fitted to, and p is how often chance alone would do as well.",
+        "The error, effect by effect",
+        match report.subject.runs {
+            1 => {
+                "There is one run: it is predicted by a fit to itself, and nothing is held out. Bars are root mean \
+                squares over it; p is how often chance alone would do as well."
+            }
+            _ => {
+                "Each run is predicted by a fit to all the others: what a model \
+                earns here, it has not merely learnt by heart. Bars are root mean squares over all runs; the upright mark \
+                is the error on the runs fitted to, and p is how often chance alone would do as well."
+            }
+        },
     );
     html.push_str(&waterfall::draw(report));
     section(

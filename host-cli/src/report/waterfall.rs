@@ -41,7 +41,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let (height, lines) = drawing(report);
     format!(
         "<div class=\"wide\"><svg class=\"d\" viewBox=\"0 0 {} {}\" role=\"img\" \
-         aria-label=\"Error on held-out runs as effects are added\">{lines}</svg></div>\n",
+         aria-label=\"Error as effects are added\">{lines}</svg></div>\n",
         Px(WIDTH),
         Px(height)
     )

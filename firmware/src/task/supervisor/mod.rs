@@ -24,6 +24,7 @@ use crate::hal::{BoardInfo, Store};
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
+use crate::real::whole;
 use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::units::CONTROL_PERIOD_US;
 
@@ -240,11 +241,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     }
 
     fn link_timeout(&self) -> Duration {
-        Duration::from_micros((self.config.protection.link_timeout_s * 1e6) as u64)
+        Duration::from_micros(whole(self.config.protection.link_timeout_s * 1e6, 0) as u64)
     }
 
     fn supply_mv_min(&self) -> u16 {
-        (self.config.protection.supply_v_min * 1000.0) as u16
+        whole(self.config.protection.supply_v_min * 1000.0, 0) as u16
     }
 
     async fn configure(&mut self, config: &Config) {

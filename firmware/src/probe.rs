@@ -22,7 +22,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
-use crate::real::{larger, nearest, smaller, whole};
+use crate::real::{above, larger, nearest, smaller, whole};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
 
 /// Which way a wheel is about to turn.
@@ -41,12 +41,12 @@ pub enum Direction {
 impl Direction {
     /// The sign of a distance.
     pub fn of(distance: f64) -> Self {
-        if distance > 0.0 {
-            Direction::Forward
-        } else if distance < 0.0 {
+        if !above(distance.abs(), 0.0) {
+            Direction::Still
+        } else if distance.is_sign_negative() {
             Direction::Backward
         } else {
-            Direction::Still
+            Direction::Forward
         }
     }
 }

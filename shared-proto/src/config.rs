@@ -215,19 +215,24 @@ impl Config {
     /// Refuses, by name, a value that no robot has.
     pub fn validate(&self) -> Result<(), ConfigError> {
         for (number, (&value, (min, max))) in self.numbers().into_iter().zip(&RANGES).enumerate() {
-            // Written so that NaN is refused too.
-            if !(value >= *min && value <= *max) {
+            if is_outside(value, *min, *max) {
                 return Err(ConfigError::OutOfRange { field: number as u8, value });
             }
         }
         for wheel in crate::Wheel::BOTH {
             let q = self.meters_per_count(self.encoder.get(wheel));
-            if !Self::METERS_PER_COUNT.contains(&q) {
+            if is_outside(q, *Self::METERS_PER_COUNT.start(), *Self::METERS_PER_COUNT.end()) {
                 return Err(ConfigError::DistancePerCount { wheel, meters: q });
             }
         }
         Ok(())
     }
+}
+
+/// By IEEE 754's totalOrder: what is not a number is outside, whatever its sign. Both zeros are one.
+fn is_outside(value: f64, min: f64, max: f64) -> bool {
+    let value = value + 0.0;
+    min.total_cmp(&value).is_gt() || value.total_cmp(&max).is_gt()
 }
 
 /// Why a configuration is refused.

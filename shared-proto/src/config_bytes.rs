@@ -50,11 +50,11 @@ impl Config {
     }
 }
 
+/// Bit for bit, as a configuration is stored and read back.
 impl PartialEq for Config {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-            && self.numbers().into_iter().eq(other.numbers())
-            && self.flags() == other.flags()
+        let bits = |config: &Self| config.numbers().map(|number| number.to_bits());
+        self.name == other.name && bits(self) == bits(other) && self.flags() == other.flags()
     }
 }
 

@@ -1,4 +1,4 @@
-//! The memory routines that the compiler calls, in 100 bytes: its own take 1.4 KiB, for copies longer than any
+//! The memory routines that the compiler calls, in 130 bytes: its own take 1.5 KiB, for copies longer than any
 //! that is made here.
 //!
 //! Words where there are four bytes left, then bytes; a Cortex-M4 reads and writes words at any address.
@@ -11,6 +11,7 @@ global_asm!(
     ".section .text.beeline_memory, \"ax\", %progbits",
     ".global memcpy, __aeabi_memcpy, __aeabi_memcpy4, __aeabi_memcpy8",
     ".global memset, __aeabi_memset, __aeabi_memset4, __aeabi_memset8",
+    ".global memcmp, bcmp",
     ".global __aeabi_memclr, __aeabi_memclr4, __aeabi_memclr8",
     // (r0 to, r1 from, r2 bytes) -> r0 to
     ".type memcpy, %function",
@@ -65,6 +66,28 @@ global_asm!(
     "subs r2, #1",
     "bne 3b",
     "4:",
+    "bx lr",
+    // (r0 one, r1 other, r2 bytes) -> r0 difference
+    ".type memcmp, %function",
+    ".type bcmp, %function",
+    ".thumb_func",
+    "memcmp:",
+    ".thumb_func",
+    "bcmp:",
+    "mov r12, r0",
+    "movs r0, #0",
+    "cbz r2, 2f",
+    "push {{r4, lr}}",
+    "1:",
+    "ldrb r3, [r12], #1",
+    "ldrb r4, [r1], #1",
+    "subs r0, r3, r4",
+    "bne 3f",
+    "subs r2, #1",
+    "bne 1b",
+    "3:",
+    "pop {{r4, pc}}",
+    "2:",
     "bx lr",
     // (r0 to, r1 bytes)
     ".type __aeabi_memclr, %function",

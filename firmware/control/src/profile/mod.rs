@@ -158,7 +158,7 @@ impl Profile {
     pub fn step(&mut self, tick: u32) -> WheelPair<Setpoint> {
         if self.waiting {
             let next = &self.seats[usize::from(!self.second)].plan;
-            if next.at_once || reached(tick, next.start_tick()) {
+            if !next.has_start || reached(tick, next.start_tick()) {
                 self.go_over();
             }
         }
@@ -178,7 +178,7 @@ impl Profile {
             return true;
         }
         let last = &self.seats[usize::from(self.second != self.waiting)].plan;
-        last.at_once || reached(tick, last.end_tick())
+        !last.has_start || reached(tick, last.end_tick())
     }
 }
 

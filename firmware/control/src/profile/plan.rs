@@ -5,7 +5,7 @@ use shared_proto::{Config, Drive, MotionError, TravelUnit, WheelPair};
 use super::course::{Course, Phase};
 use super::ramps::{Ramps, Task, ceil, position_steps};
 use super::{Position, ProfileState, Velocity};
-use crate::real::{larger, nearest, smaller};
+use crate::real::{above, larger, nearest, real, smaller};
 use crate::units::{CONTROL_HZ, Travel};
 
 /// Steps of a metre: 2^64.
@@ -27,8 +27,8 @@ const POSITION_MAX: u128 = 1 << 95;
 pub struct Plan {
     start_tick: u32,
     len_ticks: u32,
-    /// True if there is no start to wait for.
-    pub(super) at_once: bool,
+    /// False if there is no start to wait for: a blank plan is all zeros, and takes no flash.
+    pub(super) has_start: bool,
     pub(super) courses: WheelPair<Course>,
 }
 
@@ -37,21 +37,21 @@ impl Plan {
     pub(super) const ORIGIN: Plan = Plan {
         start_tick: 0,
         len_ticks: 0,
-        at_once: true,
+        has_start: false,
         courses: WheelPair::both(Course::ORIGIN),
     };
 
     #[inline]
     fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
         let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
-        Plan { start_tick, len_ticks, at_once: false, courses }
+        Plan { start_tick, len_ticks, has_start: true, courses }
     }
 
     /// Stands still, from now on.
     #[inline]
     pub fn hold(at: WheelPair<Travel>) -> Plan {
         let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
-        Plan { at_once: true, ..Plan::new(0, courses) }
+        Plan { has_start: false, ..Plan::new(0, courses) }
     }
 
     /// The motion that `drive` asks for, from the state `from` at `start_tick`.
@@ -80,8 +80,8 @@ impl Plan {
             tasks.as_ref().map(Ramps::quickest)
         };
         if ramps.as_ref().any(|ramps| {
-            ramps.longest_ramp() > Drive::RAMP_S_MAX * HZ
-                || ramps.duration() > Drive::DURATION_S_MAX * HZ
+            above(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
+                || above(ramps.duration(), Drive::DURATION_S_MAX * HZ)
         }) {
             return Err(MotionError::TooLong);
         }
@@ -163,7 +163,7 @@ struct Order {
 impl Order {
     #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
-        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let positive = |value: f64| value.is_finite() && above(value, 0.0);
         if !positive(drive.cruise)
             || !positive(drive.acceleration)
             || !drive.distance.all(f64::is_finite)
@@ -179,16 +179,16 @@ impl Order {
         };
         let (cruise_mps, acceleration_mps2) = (drive.cruise * unit_m, drive.acceleration * unit_m);
         let distances_m = drive.distance.map(|distance| distance * unit_m);
-        if distances_m.any(|distance| distance.abs() > Drive::DISTANCE_M_MAX) {
+        if distances_m.any(|distance| above(distance.abs(), Drive::DISTANCE_M_MAX)) {
             return Err(MotionError::TooFar);
         }
-        if cruise_mps > config.limits.speed_mps_max {
+        if above(cruise_mps, config.limits.speed_mps_max) {
             return Err(MotionError::TooFast);
         }
-        if acceleration_mps2 > config.limits.acceleration_mps2_max {
+        if above(acceleration_mps2, config.limits.acceleration_mps2_max) {
             return Err(MotionError::TooSteep);
         }
-        if distances_m.all(|distance| distance.abs() < STEP_M) {
+        if distances_m.all(|distance| above(STEP_M, distance.abs())) {
             return Err(MotionError::NoDistance);
         }
         let order = Self {
@@ -197,7 +197,7 @@ impl Order {
             half: acceleration_mps2 / (2.0 * HZ * HZ),
         };
         // So slow that one step of 2^-64 is too much.
-        if order.cruise < STEP_M || order.half < STEP_M {
+        if above(STEP_M, order.cruise) || above(STEP_M, order.half) {
             return Err(MotionError::TooLong);
         }
         Ok(order)
@@ -206,13 +206,13 @@ impl Order {
 
 #[inline]
 fn velocity_m_per_tick(state: &ProfileState) -> f64 {
-    state.velocity.0.to_bits() as f64 * STEP_M
+    real(state.velocity.0.to_bits()) * STEP_M
 }
 
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
 #[inline]
 fn proportionate(tasks: &WheelPair<Task>) -> WheelPair<Ramps> {
-    if tasks.left.distance.abs() >= tasks.right.distance.abs() {
+    if !above(tasks.right.distance.abs(), tasks.left.distance.abs()) {
         let left = Ramps::quickest(&tasks.left);
         WheelPair::new(left, left.in_proportion(tasks.right.distance))
     } else {

@@ -19,7 +19,7 @@
 //! motion ends.
 
 use super::course::{Course, Phase};
-use crate::real::{larger, nearest, smaller, sqrt, whole};
+use crate::real::{above, larger, nearest, real, smaller, sqrt, whole};
 
 /// Fractional bits of positions, velocities and accelerations in a [`Phase`].
 const STEP_BITS: u32 = 64;
@@ -53,11 +53,12 @@ impl Ramps {
     pub fn quickest(task: &Task) -> Self {
         let Task { half, cruise: limit, .. } = *task;
         let a = 2.0 * half;
-        let backward = task.distance < task.velocity * task.velocity.abs() / (2.0 * a);
+        let braking = task.velocity * task.velocity.abs() / (2.0 * a);
+        let backward = above(braking, task.distance);
         let sign = if backward { -1.0 } else { 1.0 };
         let (distance, velocity) = (sign * task.distance, sign * task.velocity);
         let v0_squared = velocity * velocity;
-        let cruise = if velocity > limit {
+        let cruise = if above(velocity, limit) {
             limit
         } else {
             // (3), unless that is too fast
@@ -66,11 +67,11 @@ impl Ramps {
         // (2)
         let cruise_squared = cruise * cruise;
         let gain = (cruise_squared - v0_squared) / (2.0 * a);
-        let first = if velocity > cruise { -gain } else { gain };
+        let first = if above(velocity, cruise) { -gain } else { gain };
         let cruised = larger(distance - first - cruise_squared / (2.0 * a), 0.0);
         // (1)
         let ramp_end = (cruise - velocity).abs() / a;
-        let cruise_end = if cruise > 0.0 { ramp_end + cruised / cruise } else { ramp_end };
+        let cruise_end = if above(cruise, 0.0) { ramp_end + cruised / cruise } else { ramp_end };
         let ends = [ramp_end, cruise_end, cruise_end + cruise / a];
         Self { sign, task: Task { distance, velocity, half, cruise }, ends }
     }
@@ -78,7 +79,7 @@ impl Ramps {
     /// Takes a longer time for the same distance, by a lower cruise speed.
     #[inline]
     pub fn stretch(&mut self, duration: f64) {
-        if duration > self.duration() {
+        if above(duration, self.duration()) {
             let cruise = self.stretched_cruise(duration);
             let a = 2.0 * self.task.half;
             let ramp_end = smaller((cruise - self.task.velocity).abs() / a, duration);
@@ -92,10 +93,10 @@ impl Ramps {
         let Task { distance, velocity: v0, half, cruise: highest } = self.task;
         let a = 2.0 * half;
         let (v0_squared, time) = (v0 * v0, duration - v0 / a);
-        if v0 > 0.0 && time > 0.0 {
+        if above(v0, 0.0) && above(time, 0.0) {
             // (4)
             let cruise = larger(distance - v0_squared / (2.0 * a), 0.0) / time;
-            if v0 > cruise {
+            if above(v0, cruise) {
                 return cruise;
             }
         }
@@ -113,7 +114,7 @@ impl Ramps {
         debug_assert!(self.task.velocity == 0.0 && magnitude <= self.task.distance);
         let ratio = magnitude / self.task.distance;
         Self {
-            sign: if distance < 0.0 { -1.0 } else { 1.0 },
+            sign: if distance.is_sign_negative() { -1.0 } else { 1.0 },
             task: Task {
                 distance: magnitude,
                 velocity: 0.0,
@@ -132,9 +133,9 @@ impl Ramps {
     /// Time of the longest ramp from or to zero \[ticks\].
     #[inline]
     pub fn longest_ramp(&self) -> f64 {
-        // A wheel that stands still all the time has neither velocity nor acceleration.
-        let first = self.task.velocity.abs() / (2.0 * self.task.half);
-        larger(first, self.ends[2] - self.ends[1])
+        let (speed, last) = (self.task.velocity.abs(), self.ends[2] - self.ends[1]);
+        // A wheel that stands still all the time has no acceleration to divide by.
+        if above(speed, 0.0) { larger(speed / (2.0 * self.task.half), last) } else { last }
     }
 
     /// The motion sampled at ticks, from position `from` [2^-64 m].
@@ -143,8 +144,8 @@ impl Ramps {
         let Self { sign, task: Task { distance, velocity, half, cruise }, ends } = *self;
         let [ramp_end, _, end] = ends;
         let [cruise_first, last_first, end_first] = ends.map(ceil);
-        let rising = if velocity > cruise { -half } else { half };
-        let rising = if ramp_end > 0.0 { rising } else { 0.0 };
+        let rising = if above(velocity, cruise) { -half } else { half };
+        let rising = if above(ramp_end, 0.0) { rising } else { 0.0 };
         let into_cruise = ticks(cruise_first) - ramp_end;
         let at_cruise = (rising * ramp_end + velocity) * ramp_end + cruise * into_cruise;
         let left = larger(end - ticks(last_first), 0.0);
@@ -168,19 +169,19 @@ impl Ramps {
 pub(super) fn position_steps(metres: f64) -> i128 {
     const HALF: f64 = 4_294_967_296.0;
     let high = whole(metres, 32);
-    let low = whole((metres * HALF - high as f64) / HALF, STEP_BITS);
+    let low = whole((metres * HALF - real(high)) / HALF, STEP_BITS);
     (i128::from(high) << 32) + i128::from(low)
 }
 
 /// First tick at or after a time \[ticks\].
-#[inline]
+#[inline(never)]
 pub(super) fn ceil(time: f64) -> u32 {
     let whole = whole(time, 0) as u32;
-    if time > ticks(whole) { whole + 1 } else { whole }
+    if above(time, ticks(whole)) { whole + 1 } else { whole }
 }
 
 /// A number of ticks, below 2^32.
 #[inline]
 fn ticks(number: u32) -> f64 {
-    i64::from(number) as f64
+    real(number.into())
 }

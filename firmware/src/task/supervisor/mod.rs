@@ -45,13 +45,17 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: Boar
         let deadline = supervisor.deadline();
         match select3(
             shared.control_events.receive(),
-            shared.requests.receive(),
+            shared.requests.ready_to_receive(),
             Timer::at(deadline.unwrap_or(Instant::MAX)),
         )
         .await
         {
             Either3::First(event) => supervisor.on_control(event),
-            Either3::Second(request) => supervisor.on_request(request).await,
+            Either3::Second(()) => {
+                if let Ok(request) = shared.requests.try_receive() {
+                    supervisor.on_request(request).await;
+                }
+            }
             Either3::Third(()) => supervisor.on_deadline(),
         }
         supervisor.on_fault();

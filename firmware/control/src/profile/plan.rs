@@ -8,7 +8,7 @@ use super::{Position, ProfileState, Velocity};
 use crate::real::{above, larger, nearest, real, smaller};
 use crate::units::{CONTROL_HZ, Travel};
 
-/// Steps of a metre: 2^64.
+/// A step \[m\]: 2^-64.
 const STEP_M: f64 = 1.0 / 18_446_744_073_709_551_616.0;
 
 /// Fractional bits of positions, velocities and accelerations.

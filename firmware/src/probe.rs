@@ -22,7 +22,8 @@ use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount, nearest};
+use crate::real::{above, larger, nearest, smaller, whole};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
 
 /// Which way a wheel is about to turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,12 +41,12 @@ pub enum Direction {
 impl Direction {
     /// The sign of a distance.
     pub fn of(distance: f64) -> Self {
-        if distance > 0.0 {
-            Direction::Forward
-        } else if distance < 0.0 {
+        if !above(distance.abs(), 0.0) {
+            Direction::Still
+        } else if distance.is_sign_negative() {
             Direction::Backward
         } else {
-            Direction::Still
+            Direction::Forward
         }
     }
 }
@@ -97,16 +98,16 @@ impl Limits {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let bits = |duty: f64| nearest(duty, I2F30::FRAC_NBITS) as i32;
-        let kv_s_per_m = config.feedforward.kv_s_per_m.max(1.0 / FULL_SPEED_MPS_MAX);
-        let expected_m = EXPECTED_M_MAX.max(EXPECTED_COUNTS_MAX * q_m);
-        let duty_max = bits(config.protection.probe_duty_max.min(config.limits.duty_max));
+        let kv_s_per_m = larger(config.feedforward.kv_s_per_m, 1.0 / FULL_SPEED_MPS_MAX);
+        let expected_m = larger(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
+        let duty_max = bits(smaller(config.protection.probe_duty_max, config.limits.duty_max));
         Self {
             duty_max,
             duty_rise_dt: (duty_max / RISE_TICKS as i32).max(1),
             ks: bits(config.feedforward.ks),
-            push_max: (expected_m * kv_s_per_m * hz * (1 << 30) as f64) as i64,
-            hold_ticks: (HOLD_STALL_TIMES * config.protection.stall_time_s * hz) as u32,
-            counts: COUNTS_MIN.max(TRAVEL_M_MIN / q_m) as i64,
+            push_max: whole(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
+            hold_ticks: whole(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
+            counts: whole(larger(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
         }
     }
 }

@@ -14,12 +14,11 @@
 //! sector of half-erased bits, is erased again before anything is read (`mend`). A record of a layout
 //! that this firmware does not know, or one that fails its checksum, is damage, and never guessed at.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::Config;
+use shared_proto::{Config, Crc32};
 
 use crate::hal::{Store, StoreError};
 
@@ -35,9 +34,6 @@ const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.
 const HEADER_LEN: usize = 6;
-
-/// Without a table, which would take a kilobyte of flash: it is worked out twice a day.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Remembers where the record is: looking for it means a checksum over every record of a sector, and
 /// before a sector is erased it is looked for once for each of them.
@@ -201,9 +197,5 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {
-    let mut digest = CRC.digest();
-    for part in parts {
-        digest.update(part);
-    }
-    digest.finalize()
+    parts.iter().fold(Crc32::new(), |crc, part| crc.over(part)).value()
 }

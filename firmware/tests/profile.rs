@@ -345,6 +345,46 @@ fn an_arcs_wheels_keep_their_proportion_at_every_tick() {
     }
 }
 
+/// How far three positions in a row are from a line [m].
+fn bends(plan: &Plan, tick: u32) -> [f64; 2] {
+    let steps = |tick| plan.at(tick).map(|state| state.position.0.to_bits());
+    let (before, here, after) = (steps(tick - 1), steps(tick), steps(tick + 1));
+    let bend = |before: i128, here: i128, after: i128| {
+        (after - 2 * here + before).unsigned_abs() as f64 * 0.5f64.powi(64)
+    };
+    [bend(before.left, here.left, after.left), bend(before.right, here.right, after.right)]
+}
+
+#[test]
+fn where_two_phases_meet_positions_fit_to_the_rounding_of_acceleration_and_of_double_precision() {
+    for (left, right, cruise, a) in [
+        (1e4, -9e3, 0.02, 1e-3),
+        (1e4, 7.0, 20.0, 0.1),
+        (2e4, 2e4, 0.4, 0.5),
+        (2.0, 1.9, 0.3, 0.2),
+        (0.01, 0.01, 0.3, 0.2),
+    ] {
+        let plan =
+            Plan::drive(0, at_rest(), &order(left, right, cruise, a), &fast_config()).unwrap();
+        let lead = Reference::quickest(0.0, left, cruise, a);
+        let ramp_ticks = lead.vc / a * HZ;
+        let fits_m = ramp_ticks.powi(2) * 0.5f64.powi(64) + left * 0.5f64.powi(51);
+        for tick in ticks_of_interest(&WheelPair::both(lead), &[]) {
+            for bend_m in bends(&plan, tick.max(1)) {
+                assert!(bend_m <= a / HZ / HZ + fits_m, "{left} {cruise} {a} {tick}: {bend_m}");
+            }
+        }
+    }
+    // From motion, where one wheel has to wait for the other.
+    let from = WheelPair::new(moving(0.5), moving(-0.2));
+    let plan = Plan::drive(0, from, &order(3.0, 2.0, 0.6, 0.4), &fast_config()).unwrap();
+    for tick in 1..plan.end_tick() + 2 {
+        for bend_m in bends(&plan, tick) {
+            assert!(bend_m <= 0.4 / HZ / HZ + 1e-12, "{tick}: {bend_m}");
+        }
+    }
+}
+
 #[test]
 fn a_wheel_that_cannot_brake_in_time_goes_beyond_and_comes_back() {
     let from = WheelPair::new(moving(0.5), moving(0.5));

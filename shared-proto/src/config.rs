@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 use crate::{Name, Readable, WheelPair};
 
 /// Everything about a robot that is not the same for every robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+///
+/// For people, as in TOML, each part has its name; in bytes the same values follow on one another.
+#[derive(Clone, Debug, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct Config {
     /// What its owner calls it.
     pub name: Name,
@@ -140,23 +142,58 @@ pub struct FieldRange {
 
 macro_rules! fields {
     ($($path:literal $unit:literal $min:literal ..= $max:literal $($name:ident).+;)*) => {
-        [$(FieldRange { path: $path, unit: $unit, min: $min, max: $max, read: |c| c.$($name).+ }),*]
+        /// How many [`Config::FIELDS`] there are.
+        pub(crate) const NUMBERS: usize = [$($path),*].len();
+
+        impl Config {
+            const TABLE: [FieldRange; NUMBERS] = [$(
+                FieldRange { path: $path, unit: $unit, min: $min, max: $max, read: |c| c.$($name).+ }
+            ),*];
+
+            /// The numbers, in the order of [`Config::FIELDS`].
+            #[inline(never)]
+            pub(crate) fn numbers(&self) -> [&f64; NUMBERS] {
+                [$(&self.$($name).+),*]
+            }
+
+            /// The numbers, to be changed.
+            #[inline(never)]
+            pub(crate) fn numbers_mut(&mut self) -> [&mut f64; NUMBERS] {
+                [$(&mut self.$($name).+),*]
+            }
+        }
+
+        /// The ends of their ranges: a board has no use for their names.
+        static RANGES: [(f64, f64); NUMBERS] = [$(($min, $max)),*];
     };
 }
 
-/// How to read a field, and the ends of its range.
-type Range = (fn(&Config) -> f64, f64, f64);
-
-/// What [`Config::validate`] needs of the fields: a board has no use for their names.
-static RANGES: [Range; Config::TABLE.len()] = {
-    let mut ranges = [(Config::TABLE[0].read, 0.0, 0.0); Config::TABLE.len()];
-    let mut i = 0;
-    while i < ranges.len() {
-        ranges[i] = (Config::TABLE[i].read, Config::TABLE[i].min, Config::TABLE[i].max);
-        i += 1;
-    }
-    ranges
-};
+#[rustfmt::skip]
+fields![
+    "geometry.wheel_radius_m"           "m"       0.005 ..= 1.0     geometry.wheel_radius_m;
+    "geometry.track_width_m"            "m"       0.02  ..= 5.0     geometry.track_width_m;
+    "geometry.wheel_weight"             ""        0.8   ..= 1.25    geometry.wheel_weight;
+    "encoder.left.counts_per_rev"       ""        1.0   ..= 1e6     encoder.left.counts_per_rev;
+    "encoder.left.gear_reduction"       ""        0.01  ..= 1000.0  encoder.left.gear_reduction;
+    "encoder.right.counts_per_rev"      ""        1.0   ..= 1e6     encoder.right.counts_per_rev;
+    "encoder.right.gear_reduction"      ""        0.01  ..= 1000.0  encoder.right.gear_reduction;
+    "pid.kp_per_m"                      "1/m"     0.0   ..= 10000.0 pid.kp_per_m;
+    "pid.ki_per_m_s"                    "1/(m s)" 0.0   ..= 10000.0 pid.ki_per_m_s;
+    "pid.kd_s_per_m"                    "s/m"     0.0   ..= 1000.0  pid.kd_s_per_m;
+    "feedforward.ks"                    ""        0.0   ..= 0.5     feedforward.ks;
+    "feedforward.kv_s_per_m"            "s/m"     0.0   ..= 1000.0  feedforward.kv_s_per_m;
+    "feedforward.ka_s2_per_m"           "s^2/m"   0.0   ..= 100.0   feedforward.ka_s2_per_m;
+    "limits.speed_mps_max"              "m/s"     0.001 ..= 20.0    limits.speed_mps_max;
+    "limits.acceleration_mps2_max"      "m/s^2"   0.001 ..= 100.0   limits.acceleration_mps2_max;
+    "limits.stop_deceleration_mps2"     "m/s^2"   0.05  ..= 100.0   limits.stop_deceleration_mps2;
+    "limits.duty_max"                   ""        0.05  ..= 1.0     limits.duty_max;
+    "limits.duty_slew_per_s"            "1/s"     0.5   ..= 1000.0  limits.duty_slew_per_s;
+    "protection.following_error_m_max"      "m"       0.001 ..= 1.0     protection.following_error_m_max;
+    "protection.stall_time_s"           "s"       0.01  ..= 0.09    protection.stall_time_s;
+    "protection.probe_duty_max"         ""        0.02  ..= 0.5     protection.probe_duty_max;
+    "protection.supply_v_min"           "V"       0.0   ..= 60.0    protection.supply_v_min;
+    "protection.link_timeout_s"         "s"       0.05  ..= 0.24    protection.link_timeout_s;
+];
 
 impl Config {
     /// Every numeric field. A field's place in this list is its number in [`ConfigError`].
@@ -164,33 +201,6 @@ impl Config {
     /// The ranges keep every quantity inside the firmware's fixed-point types: travel to 2^31 m
     /// in steps of 2^-32 m, metres per count above 1 um, ramps below 1000 s.
     pub const FIELDS: &'static [FieldRange] = &Self::TABLE;
-
-    #[rustfmt::skip]
-    const TABLE: [FieldRange; 23] = fields![
-        "geometry.wheel_radius_m"               "m"       0.005 ..= 1.0     geometry.wheel_radius_m;
-        "geometry.track_width_m"                "m"       0.02  ..= 5.0     geometry.track_width_m;
-        "geometry.wheel_weight"                 ""        0.8   ..= 1.25    geometry.wheel_weight;
-        "encoder.left.counts_per_rev"           ""        1.0   ..= 1e6     encoder.left.counts_per_rev;
-        "encoder.left.gear_reduction"           ""        0.01  ..= 1000.0  encoder.left.gear_reduction;
-        "encoder.right.counts_per_rev"          ""        1.0   ..= 1e6     encoder.right.counts_per_rev;
-        "encoder.right.gear_reduction"          ""        0.01  ..= 1000.0  encoder.right.gear_reduction;
-        "pid.kp_per_m"                          "1/m"     0.0   ..= 10000.0 pid.kp_per_m;
-        "pid.ki_per_m_s"                        "1/(m s)" 0.0   ..= 10000.0 pid.ki_per_m_s;
-        "pid.kd_s_per_m"                        "s/m"     0.0   ..= 1000.0  pid.kd_s_per_m;
-        "feedforward.ks"                        ""        0.0   ..= 0.5     feedforward.ks;
-        "feedforward.kv_s_per_m"                "s/m"     0.0   ..= 1000.0  feedforward.kv_s_per_m;
-        "feedforward.ka_s2_per_m"               "s^2/m"   0.0   ..= 100.0   feedforward.ka_s2_per_m;
-        "limits.speed_mps_max"                  "m/s"     0.001 ..= 20.0    limits.speed_mps_max;
-        "limits.acceleration_mps2_max"          "m/s^2"   0.001 ..= 100.0   limits.acceleration_mps2_max;
-        "limits.stop_deceleration_mps2"         "m/s^2"   0.05  ..= 100.0   limits.stop_deceleration_mps2;
-        "limits.duty_max"                       ""        0.05  ..= 1.0     limits.duty_max;
-        "limits.duty_slew_per_s"                "1/s"     0.5   ..= 1000.0  limits.duty_slew_per_s;
-        "protection.following_error_m_max"      "m"       0.001 ..= 1.0     protection.following_error_m_max;
-        "protection.stall_time_s"               "s"       0.01  ..= 0.09    protection.stall_time_s;
-        "protection.probe_duty_max"             ""        0.02  ..= 0.5     protection.probe_duty_max;
-        "protection.supply_v_min"               "V"       0.0   ..= 60.0    protection.supply_v_min;
-        "protection.link_timeout_s"             "s"       0.05  ..= 0.24    protection.link_timeout_s;
-    ];
 
     /// Smallest and largest permitted distance per count, Q \[m\]: between them, 10 km stay within
     /// one count in 64 fractional bits.
@@ -204,21 +214,25 @@ impl Config {
 
     /// Refuses, by name, a value that no robot has.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        for (number, (read, min, max)) in RANGES.iter().enumerate() {
-            let value = read(self);
-            // Written so that NaN is refused too.
-            if !(value >= *min && value <= *max) {
+        for (number, (&value, (min, max))) in self.numbers().into_iter().zip(&RANGES).enumerate() {
+            if is_outside(value, *min, *max) {
                 return Err(ConfigError::OutOfRange { field: number as u8, value });
             }
         }
         for wheel in crate::Wheel::BOTH {
             let q = self.meters_per_count(self.encoder.get(wheel));
-            if !Self::METERS_PER_COUNT.contains(&q) {
+            if is_outside(q, *Self::METERS_PER_COUNT.start(), *Self::METERS_PER_COUNT.end()) {
                 return Err(ConfigError::DistancePerCount { wheel, meters: q });
             }
         }
         Ok(())
     }
+}
+
+/// By IEEE 754's totalOrder: what is not a number is outside, whatever its sign. Both zeros are one.
+fn is_outside(value: f64, min: f64, max: f64) -> bool {
+    let value = value + 0.0;
+    min.total_cmp(&value).is_gt() || value.total_cmp(&max).is_gt()
 }
 
 /// Why a configuration is refused.

@@ -3,12 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::{Event, Hello, Reply, Request, Telemetry, bound::postcard_len_max};
-
-/// One table of 1 KiB: a look-up for each byte instead of eight steps. `static`, so that it stays in
-/// flash.
-static CRC: crc::Crc<u32, crc::Table<1>> =
-    crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+use crate::{Crc32, Event, Hello, Reply, Request, Telemetry, bound::postcard_len_max};
 
 const HEADER_LEN: usize = 3;
 const CRC_LEN: usize = 4;
@@ -95,32 +90,45 @@ impl Encoder {
     /// A message that might be longer than [`PAYLOAD_LEN_MAX`] does not compile.
     pub fn message<M: Message>(&mut self, message: &M) -> Frame {
         const { assert!(M::LEN_MAX <= PAYLOAD_LEN_MAX) };
-        self.frame(M::CHANNEL, |payload| {
-            postcard::to_slice(message, payload).expect("LEN_MAX is a bound").len()
-        })
+        let mut raw = Raw::BLANK;
+        let payload = postcard::to_slice(message, raw.room()).expect("LEN_MAX is a bound");
+        let len = payload.len();
+        self.frame(M::CHANNEL, raw, len)
     }
 
     /// The frame of a hello.
     pub fn hello(&mut self, hello: Hello) -> Frame {
-        self.frame(Channel::Hello, |payload| {
-            payload[..Hello::LEN].copy_from_slice(&hello.to_bytes());
-            Hello::LEN
-        })
+        let mut raw = Raw::BLANK;
+        raw.room()[..Hello::LEN].copy_from_slice(&hello.to_bytes());
+        self.frame(Channel::Hello, raw, Hello::LEN)
     }
 
-    fn frame(&mut self, channel: Channel, fill: impl FnOnce(&mut [u8]) -> usize) -> Frame {
-        let mut raw = [0; RAW_LEN_MAX];
+    /// Puts the rest round a payload of this length.
+    #[inline(never)]
+    fn frame(&mut self, channel: Channel, Raw(mut raw): Raw, payload_len: usize) -> Frame {
         raw[0] = channel as u8;
         raw[1..HEADER_LEN].copy_from_slice(&self.sequence.to_le_bytes());
         self.sequence = self.sequence.wrapping_add(1);
-        let body_len = HEADER_LEN + fill(&mut raw[HEADER_LEN..RAW_LEN_MAX - CRC_LEN]);
-        let crc = CRC.checksum(&raw[..body_len]).to_le_bytes();
+        let body_len = HEADER_LEN + payload_len;
+        let crc = Crc32::new().over(&raw[..body_len]).value().to_le_bytes();
         raw[body_len..body_len + CRC_LEN].copy_from_slice(&crc);
         let mut frame = Frame { bytes: [0; FRAME_LEN_MAX], len: 0 };
         let encoded = cobs::encode(&raw[..body_len + CRC_LEN], &mut frame.bytes);
         // The byte after the COBS data is still zero: the end of the frame.
         frame.len = encoded + 1;
         frame
+    }
+}
+
+/// A frame before COBS.
+struct Raw([u8; RAW_LEN_MAX]);
+
+impl Raw {
+    const BLANK: Self = Self([0; RAW_LEN_MAX]);
+
+    /// Where the payload goes.
+    fn room(&mut self) -> &mut [u8] {
+        &mut self.0[HEADER_LEN..RAW_LEN_MAX - CRC_LEN]
     }
 }
 
@@ -243,7 +251,7 @@ impl Decoder {
             return Err(FrameError::TooLong);
         }
         let (body, crc) = self.buffer[..raw_len].split_at(raw_len - CRC_LEN);
-        if CRC.checksum(body).to_le_bytes() != crc {
+        if Crc32::new().over(body).value().to_le_bytes() != crc {
             return Err(FrameError::Checksum);
         }
         let channel = Channel::from_number(body[0]).ok_or(FrameError::Channel)?;

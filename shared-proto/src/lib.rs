@@ -51,6 +51,8 @@
 
 mod bound;
 mod config;
+mod config_bytes;
+mod crc;
 mod fault;
 mod frame;
 mod hello;
@@ -62,6 +64,7 @@ mod readable;
 
 pub use bound::Bound;
 pub use config::*;
+pub use crc::Crc32;
 pub use fault::*;
 pub use frame::*;
 pub use hello::*;

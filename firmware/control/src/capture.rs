@@ -62,15 +62,10 @@ pub struct Capture {
 impl Capture {
     /// Begins with the wheels at these counts, as wired.
     pub fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
-        let q = settings.odometry.meters_per_count();
-        let forward = settings.forward(counts);
-        Self {
-            estimators: WheelPair {
-                left: SpeedEstimator::new(q.left, forward.left),
-                right: SpeedEstimator::new(q.right, forward.right),
-            },
-            settings,
-        }
+        let estimators = settings.scales.map(|scale| SpeedEstimator::with(scale, 0));
+        let mut capture = Self { settings: settings.clone(), estimators };
+        capture.restart(settings, counts);
+        capture
     }
 
     /// Takes other settings, with the wheels at these counts, as wired.

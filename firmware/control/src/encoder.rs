@@ -118,8 +118,13 @@ pub struct SpeedEstimator {
 impl SpeedEstimator {
     /// An estimator for a wheel that stands at `counts`.
     pub const fn new(q: MetersPerCount, counts: i64) -> Self {
+        Self::with(SpeedScale::new(q), counts)
+    }
+
+    /// The same, with the scale worked out before.
+    pub const fn with(scale: SpeedScale, counts: i64) -> Self {
         Self {
-            scale: SpeedScale::new(q),
+            scale,
             changes: [Change { tick: 0, counts: 0 }; CHANGES_LEN],
             newest: 0,
             len: 0,

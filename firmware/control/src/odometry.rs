@@ -21,7 +21,8 @@
 use fixed::types::{I32F32, U0F64, U2F62};
 use shared_proto::{Config, EncoderConfig, WheelPair};
 
-use crate::units::{MetersPerCount, Travel, nearest};
+use crate::real::nearest;
+use crate::units::{MetersPerCount, Travel};
 
 /// Turns counts into travel.
 #[derive(Clone, Copy, Debug)]

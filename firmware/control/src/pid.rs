@@ -30,6 +30,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, WheelPair};
 
 use crate::profile::Setpoint;
+use crate::real::nearest;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
 /// Fractional bits of kp.
@@ -84,7 +85,7 @@ impl Gains {
 /// A gain, not negative, to the nearest step; saturates.
 #[inline]
 fn scaled(value: f64, fractional_bits: u32) -> i32 {
-    (value * (1u64 << fractional_bits) as f64 + 0.5) as i32
+    saturate_i32(nearest(value, fractional_bits))
 }
 
 /// What is remembered from tick to tick, each term by itself.

@@ -25,7 +25,8 @@ use fixed::types::I2F30;
 
 use crate::odometry::Odometry;
 use crate::profile::Setpoint;
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel, nearest};
+use crate::real::{larger, nearest, whole};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
 
 /// Everything about one wheel at one tick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,8 +107,8 @@ impl Protection {
 /// A fault that wants a wheel.
 type WheelFault = fn(Wheel) -> Fault;
 
-/// Steps of a metre in [`Travel`].
-const STEPS_PER_M: f64 = 4_294_967_296.0;
+/// Fractional bits of a [`Travel`].
+const TRAVEL_BITS: u32 = 32;
 
 /// One wheel's thresholds; travel in steps of 2^-32 m, time in ticks.
 #[derive(Clone, Copy, Debug)]
@@ -129,18 +130,19 @@ impl Limits {
     fn new(config: &Config, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
-        let steps = |m: f64| (m * STEPS_PER_M) as i64;
+        let steps = |m: f64| whole(m, TRAVEL_BITS);
+        let at_least = |counts: f64, m: f64| steps(larger(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
-        let speed_mps_max = config.limits.speed_mps_max.max(0.1);
-        let stall_ticks = ((config.protection.stall_time_s * hz) as u32).max(1);
+        let speed_mps_max = larger(config.limits.speed_mps_max, 0.1);
+        let stall_ticks = (whole(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max: steps(error_m_max),
-            counts_per_tick_max: (4.0 + 4.0 * speed_mps_max / (hz * q_m)) as u64,
+            counts_per_tick_max: whole(4.0 + 4.0 * speed_mps_max / (hz * q_m), 0) as u64,
             stall_ticks,
             checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
-            standing_advance: steps((4.0 * q_m).max(0.002)),
-            creeping_advance: steps((8.0 * q_m).max(0.004)),
-            reversed_run: steps((6.0 * q_m).max(0.15 * error_m_max)),
+            standing_advance: at_least(4.0, 0.002),
+            creeping_advance: at_least(8.0, 0.004),
+            reversed_run: at_least(6.0, 0.15 * error_m_max),
             resting_error: steps(4.0 * q_m),
             resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }

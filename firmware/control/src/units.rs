@@ -101,8 +101,9 @@ impl Travel {
 impl MetersPerCount {
     /// In metres per count, for calculations outside the control tick.
     pub fn metres(self) -> f64 {
-        const STEPS_PER_M: f64 = 18_446_744_073_709_551_616.0;
-        self.0.to_bits() as f64 / STEPS_PER_M
+        const STEP_M: f64 = 1.0 / 18_446_744_073_709_551_616.0;
+        // Below 2^63: Q is 0.1 m at most.
+        crate::real::real(self.0.to_bits() as i64) * STEP_M
     }
 }
 
@@ -131,23 +132,6 @@ pub(crate) fn duty_bits_to_i16(bits: i64) -> i16 {
     ((bits.clamp(-one, one) * 32767 + (1 << 29)) >> 30) as i16
 }
 
-/// A value in steps of 2^-bits, to the nearest; saturates.
-///
-/// As `fixed` does it, but without the two kilobytes that its conversion from floating point takes.
-#[inline]
-pub fn nearest(value: f64, bits: u32) -> i64 {
-    /// From here on a double has no fraction to round.
-    const WHOLE: f64 = (1_u64 << 52) as f64;
-    let scaled = value * (1_u64 << (bits / 2)) as f64 * (1_u64 << (bits - bits / 2)) as f64;
-    if scaled >= WHOLE || scaled <= -WHOLE {
-        scaled as i64
-    } else if scaled < 0.0 {
-        (scaled - 0.5) as i64
-    } else {
-        (scaled + 0.5) as i64
-    }
-}
-
 /// The nearest `i32`.
 #[inline(always)]
 pub(crate) fn saturate_i32(wide: i64) -> i32 {
@@ -172,17 +156,6 @@ mod tests {
         let far = Travel::from_si(1e9);
         assert_eq!(far.error_from(Travel::from_si(-1e9)), I2F30::MAX);
         assert_eq!(Travel(I32F32::MIN).error_from(Travel(I32F32::MAX)), I2F30::MIN);
-    }
-
-    #[test]
-    fn the_nearest_step_is_the_librarys() {
-        for value in [0.0, 0.3, -0.3, 2.5e-4, 1e-6, 0.1, 1.25, -1.5, 1.999_999_999, 0.000_251_327] {
-            assert_eq!(nearest(value, 30), i64::from(I2F30::saturating_from_num(value).to_bits()));
-            let [wide, narrow] = [61, 24].map(|bits| nearest(value, bits));
-            assert_eq!(wide, fixed::types::I3F61::saturating_from_num(value).to_bits());
-            assert_eq!(narrow, i64::from(I8F24::saturating_from_num(value).to_bits()));
-        }
-        assert_eq!((nearest(1e30, 30), nearest(-1e30, 30)), (i64::MAX, i64::MIN));
     }
 
     #[test]

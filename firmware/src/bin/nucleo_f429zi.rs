@@ -9,7 +9,7 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::usart::{self, Uart};
-    use embassy_stm32::{Peri, bind_interrupts, flash};
+    use embassy_stm32::{Peri, bind_interrupts};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
     use firmware::board::beat::{self, TimerBeat};
@@ -30,7 +30,6 @@ mod wiring {
     #[cfg(feature = "usb")]
     bind_interrupts!(struct Irqs {
         OTG_FS => embassy_stm32::usb::InterruptHandler<embassy_stm32::peripherals::USB_OTG_FS>;
-        FLASH => flash::InterruptHandler;
     });
 
     #[cfg(not(feature = "usb"))]
@@ -38,7 +37,6 @@ mod wiring {
         USART3 => usart::InterruptHandler<peripherals::USART3>;
         DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
         DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
-        FLASH => flash::InterruptHandler;
     });
 
     /// What comes in by DMA while nobody looks.
@@ -60,13 +58,9 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [
-            interrupt::USART3,
-            interrupt::DMA1_STREAM3,
-            interrupt::DMA1_STREAM1,
-            interrupt::OTG_FS,
-            interrupt::FLASH,
-        ] {
+        for irq in
+            [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::OTG_FS]
+        {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -91,7 +85,7 @@ mod wiring {
             blue: Some(lamp(p.PB7.into())),
             red: Some(lamp(p.PB14.into())),
         };
-        let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
+        let store = FlashStore::new(StoreFlash::new(p.FLASH));
 
         let shared = tasks::shared();
         tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);

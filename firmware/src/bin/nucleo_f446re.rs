@@ -8,7 +8,7 @@ mod wiring {
     use embassy_stm32::gpio::{Level, Output, Speed};
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, Uart};
-    use embassy_stm32::{bind_interrupts, dma, flash, peripherals};
+    use embassy_stm32::{bind_interrupts, dma, peripherals};
     use firmware::board::beat::{self, TimerBeat};
     use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::encoders::TimerEncoders;
@@ -25,7 +25,6 @@ mod wiring {
         USART2 => usart::InterruptHandler<peripherals::USART2>;
         DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
         DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
-        FLASH => flash::InterruptHandler;
     });
 
     /// What comes in by DMA while nobody looks.
@@ -46,9 +45,7 @@ mod wiring {
         let reset_cause = reset::cause();
         let p = embassy_stm32::init(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in
-            [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5, interrupt::FLASH]
-        {
+        for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5] {
             irq.set_priority(SERVICE_PRIORITY);
         }
         guard::start(p.IWDG, core.SYST);
@@ -65,7 +62,7 @@ mod wiring {
         let driver_fault = PolledInput::active_low(p.PB5);
         let lamps =
             Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
-        let store = FlashStore::new(StoreFlash::new(flash::Flash::new(p.FLASH, Irqs)));
+        let store = FlashStore::new(StoreFlash::new(p.FLASH));
 
         let mut line = usart::Config::default();
         line.baudrate = 921_600;

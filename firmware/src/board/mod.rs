@@ -12,6 +12,7 @@
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | which task met its deadline; watchdog; motors off if one did not |
 //! | [`lamps`] | what the lights say |
+//! | `memory` | copying and clearing, small |
 //! | [`flash`] | the part of the flash where the configuration lives |
 //! | [`reset`] | why the board started; what a panic leaves behind |
 //! | `usb` | the link on the board's own USB connector |
@@ -24,6 +25,7 @@ pub mod flash;
 pub mod guard;
 pub mod input;
 pub mod lamps;
+mod memory;
 pub mod reset;
 pub mod supply;
 pub mod tasks;

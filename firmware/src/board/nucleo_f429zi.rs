@@ -17,6 +17,9 @@ pub const CORE_HZ: u32 = 168_000_000;
 /// while the program runs on from the first bank.
 pub const STORE: core::ops::Range<u32> = 0x10_0000..0x11_0000;
 
+/// The first one's number in the flash's control register.
+pub const STORE_SECTOR: u8 = 0x10;
+
 /// Whether the core stands still while the store is erased.
 pub const ERASE_STALLS: bool = false;
 

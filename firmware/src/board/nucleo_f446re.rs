@@ -16,6 +16,9 @@ pub const CORE_HZ: u32 = 168_000_000;
 /// the program begins in sector 4: see `memory/nucleo_f446re.x`.
 pub const STORE: core::ops::Range<u32> = 0x4000..0x1_0000;
 
+/// The first one's number in the flash's control register.
+pub const STORE_SECTOR: u8 = 1;
+
 /// Whether the core stands still while the store is erased: there is one bank, which the program
 /// runs from.
 pub const ERASE_STALLS: bool = true;

@@ -4,7 +4,7 @@
 //! interrupt priority   what runs there
 //! 0                    guard (SysTick)
 //! 2                    control: capture, profile, PID, in the interrupt of their timer (TIM2)
-//! 6                    embassy's clock (TIM5), link, flash: their interrupts only copy and wake
+//! 6                    embassy's clock (TIM5), link: their interrupts only copy and wake
 //! none                 supervisor, link, telemetry, inputs, lights
 //! ```
 

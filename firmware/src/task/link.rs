@@ -4,12 +4,15 @@
 //! passes requests to the supervisor; the transmitter sends what the others have to say, replies
 //! and events before telemetry.
 
-use embassy_futures::select::{Either, select};
+use core::future::poll_fn;
+
+use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Channel as Queue;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 use shared_proto::{
-    Channel, Decoder, Encoder, FrameError, Hello, Received, Refusal, Reply, Request,
+    Channel, Decoder, Encoder, Frame, FrameError, Hello, Received, Refusal, Reply, Request,
 };
 
 use crate::shared::{Outgoing, Shared};
@@ -46,61 +49,88 @@ impl Session {
         shared: &Shared<M>,
         outcome: Result<Received<'_>, FrameError>,
     ) {
-        let frame = match outcome {
-            Ok(frame) => frame,
-            Err(_) => {
-                shared
-                    .link
-                    .update(|link| link.frames_damaged = link.frames_damaged.wrapping_add(1));
-                return;
-            }
-        };
-        shared.link.update(|link| {
-            link.frames_received = link.frames_received.wrapping_add(1);
-            link.frames_lost = link.frames_lost.wrapping_add(u32::from(frame.lost));
-        });
-        match frame.channel {
+        let Some(frame) = count(shared, outcome) else { return };
+        let answer = match frame.channel {
             Channel::Hello => {
                 let Some(host) = frame.hello() else { return };
                 let robot = Hello::of_this_build(host.session);
                 self.agreed = host.agrees_with(&robot);
-                shared.outgoing.send(Outgoing::Hello(robot)).await;
+                Outgoing::Hello(robot)
             }
             Channel::Request => {
-                let refusal = if !self.agreed {
+                let refusal = if self.agreed {
+                    room(&shared.requests).await;
+                    if pass_on(shared, &frame) {
+                        return;
+                    }
+                    Refusal::Unreadable
+                } else {
                     // A request of another protocol version is not even looked into.
                     Refusal::HelloFirst
-                } else if let Some(request) = frame.message::<Request>() {
-                    shared.heard_us.set(Instant::now().as_micros());
-                    shared.requests.send(request).await;
-                    return;
-                } else {
-                    Refusal::Unreadable
                 };
-                let reply = Reply { id: 0, outcome: Err(refusal) };
-                shared.outgoing.send(Outgoing::Reply(reply)).await;
+                Outgoing::Reply(Reply { id: 0, outcome: Err(refusal) })
             }
             // What a robot says, not what it hears: another robot, or an echo.
-            Channel::Reply | Channel::Telemetry | Channel::Event => {}
-        }
+            Channel::Reply | Channel::Telemetry | Channel::Event => return,
+        };
+        room(&shared.outgoing).await;
+        let _ = shared.outgoing.try_send(answer);
     }
+}
+
+/// Waits until a channel takes something. Nobody gets in between: tasks beside control do not interrupt one
+/// another. A message is not made before, and so kept nowhere while it waits.
+async fn room<M: RawMutex, T, const N: usize>(channel: &Queue<M, T, N>) {
+    poll_fn(|context| channel.poll_ready_to_send(context)).await;
+}
+
+/// The frame, if it is a good one.
+#[inline(never)]
+fn count<'a, M: RawMutex>(
+    shared: &Shared<M>,
+    outcome: Result<Received<'a>, FrameError>,
+) -> Option<Received<'a>> {
+    shared.link.update(|link| match &outcome {
+        Ok(frame) => {
+            link.frames_received = link.frames_received.wrapping_add(1);
+            link.frames_lost = link.frames_lost.wrapping_add(u32::from(frame.lost));
+        }
+        Err(_) => link.frames_damaged = link.frames_damaged.wrapping_add(1),
+    });
+    outcome.ok()
+}
+
+/// Hands a request to the supervisor; false if it cannot be read.
+#[inline(never)]
+fn pass_on<M: RawMutex>(shared: &Shared<M>, frame: &Received<'_>) -> bool {
+    let Some(request) = frame.message::<Request>() else { return false };
+    shared.heard_us.set(Instant::now().as_micros());
+    let _ = shared.requests.try_send(request);
+    true
 }
 
 /// Sends frames, for ever.
 pub async fn transmit<M: RawMutex>(shared: &Shared<M>, mut writer: impl Write) -> ! {
     let mut encoder = Encoder::new();
     loop {
-        // `select` asks its first future first: telemetry is sent when nothing else waits.
-        let frame = match select(shared.outgoing.receive(), shared.telemetry.receive()).await {
-            Either::First(Outgoing::Hello(hello)) => encoder.hello(hello),
-            Either::First(Outgoing::Reply(reply)) => encoder.message(&reply),
-            Either::First(Outgoing::Event(event)) => encoder.message(&event),
-            Either::Second(telemetry) => encoder.message(&telemetry),
-        };
+        let _ =
+            select(shared.outgoing.ready_to_receive(), shared.telemetry.ready_to_receive()).await;
+        let Some(frame) = next_frame(shared, &mut encoder) else { continue };
         // A line that takes nothing loses the frame; the host asks again.
         let sent = writer.write_all(&frame).await.is_ok() && writer.flush().await.is_ok();
         if sent {
             shared.link.update(|link| link.frames_sent = link.frames_sent.wrapping_add(1));
         }
     }
+}
+
+/// What is to be sent next, if anything: telemetry when nothing else waits.
+#[inline(never)]
+fn next_frame<M: RawMutex>(shared: &Shared<M>, encoder: &mut Encoder) -> Option<Frame> {
+    Some(match shared.outgoing.try_receive() {
+        Ok(Outgoing::Hello(hello)) => encoder.hello(hello),
+        Ok(Outgoing::Reply(reply)) => encoder.message(&reply),
+        Ok(Outgoing::Event(event)) => encoder.message(&event),
+        Err(_) => encoder.message(&shared.telemetry.try_receive().ok()?),
+    })
 }

@@ -3,8 +3,8 @@
 //! # Accounting
 //!
 //! A [`Plan`] is made once, outside the control tick: ramp to a cruise speed, cruise, ramp to zero,
-//! for each wheel in continuous time, so that phases begin between ticks and neither distance nor
-//! duration is rounded to whole ticks. Of each phase it keeps position and velocity, in closed form,
+//! for each wheel in continuous time and double precision, so that phases begin between ticks and neither
+//! distance nor duration is rounded to whole ticks. Of each phase it keeps position and velocity, in closed form,
 //! at the first tick inside. From there on a tick is exact integer arithmetic:
 //!
 //! ```text
@@ -15,7 +15,7 @@
 //! with s in 2^-64 m, v in 2^-64 m per tick and h in 2^-64 m per tick^2. Nothing is rounded inside a
 //! phase, so nothing drifts, and the end of a plan is its target to the last bit. Where two phases
 //! meet, the rounding of h shows as n^2 2^-64 m at most: 1.5 pm for the paper's ramps of 5178 ticks,
-//! 54 nm for the longest ramp of 1000 s.
+//! 54 nm for the longest ramp of 1000 s; and double precision as some 2^-52 of the distance, 10 pm in 20 km.
 
 mod course;
 mod plan;
@@ -158,7 +158,7 @@ impl Profile {
     pub fn step(&mut self, tick: u32) -> WheelPair<Setpoint> {
         if self.waiting {
             let next = &self.seats[usize::from(!self.second)].plan;
-            if next.at_once || reached(tick, next.start_tick()) {
+            if !next.has_start || reached(tick, next.start_tick()) {
                 self.go_over();
             }
         }
@@ -178,7 +178,7 @@ impl Profile {
             return true;
         }
         let last = &self.seats[usize::from(self.second != self.waiting)].plan;
-        last.at_once || reached(tick, last.end_tick())
+        !last.has_start || reached(tick, last.end_tick())
     }
 }
 

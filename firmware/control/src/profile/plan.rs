@@ -3,13 +3,18 @@
 use shared_proto::{Config, Drive, MotionError, TravelUnit, WheelPair};
 
 use super::course::{Course, Phase};
-use super::ramps::{Ramps, TICK_BITS, Task, ceil};
-use super::{Position, ProfileState};
+use super::ramps::{Ramps, Task, ceil, position_steps};
+use super::{Position, ProfileState, Velocity};
+use crate::real::{above, larger, nearest, real, smaller};
 use crate::units::{CONTROL_HZ, Travel};
-use crate::wide::{div, mul};
 
-/// 2^64, the steps of a metre.
-const STEPS_PER_M: f64 = 18_446_744_073_709_551_616.0;
+/// A step \[m\]: 2^-64.
+const STEP_M: f64 = 1.0 / 18_446_744_073_709_551_616.0;
+
+/// Fractional bits of positions, velocities and accelerations.
+const STEP_BITS: u32 = 64;
+
+const HZ: f64 = CONTROL_HZ as f64;
 
 /// Farthest from the origin that travel can be told [2^-64 m]: 2^31 m.
 const POSITION_MAX: u128 = 1 << 95;
@@ -22,8 +27,8 @@ const POSITION_MAX: u128 = 1 << 95;
 pub struct Plan {
     start_tick: u32,
     len_ticks: u32,
-    /// True if there is no start to wait for.
-    pub(super) at_once: bool,
+    /// False if there is no start to wait for: a blank plan is all zeros, and takes no flash.
+    pub(super) has_start: bool,
     pub(super) courses: WheelPair<Course>,
 }
 
@@ -32,21 +37,21 @@ impl Plan {
     pub(super) const ORIGIN: Plan = Plan {
         start_tick: 0,
         len_ticks: 0,
-        at_once: true,
+        has_start: false,
         courses: WheelPair::both(Course::ORIGIN),
     };
 
     #[inline]
     fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
         let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
-        Plan { start_tick, len_ticks, at_once: false, courses }
+        Plan { start_tick, len_ticks, has_start: true, courses }
     }
 
     /// Stands still, from now on.
     #[inline]
     pub fn hold(at: WheelPair<Travel>) -> Plan {
         let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
-        Plan { at_once: true, ..Plan::new(0, courses) }
+        Plan { has_start: false, ..Plan::new(0, courses) }
     }
 
     /// The motion that `drive` asks for, from the state `from` at `start_tick`.
@@ -65,27 +70,28 @@ impl Plan {
         let order = Order::new(drive, config)?;
         let tasks = order.distances.zip(from).map(|(distance, from)| Task {
             distance,
-            velocity: from.velocity.0.to_bits(),
+            velocity: velocity_m_per_tick(&from),
             half: order.half,
             cruise: order.cruise,
         });
-        let ramps = if tasks.all(|task| task.velocity == 0) {
-            proportionate(tasks)
+        let mut ramps = if from.all(|from| from.velocity == Velocity::default()) {
+            proportionate(&tasks)
         } else {
-            tasks.map(Ramps::quickest)
+            tasks.as_ref().map(Ramps::quickest)
         };
-        let steps = |time_s: f64| ((time_s * f64::from(CONTROL_HZ)) as i128) << TICK_BITS;
-        if ramps.any(|ramps| {
-            ramps.longest_ramp() > steps(Drive::RAMP_S_MAX)
-                || ramps.duration() > steps(Drive::DURATION_S_MAX)
+        if ramps.as_ref().any(|ramps| {
+            above(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
+                || above(ramps.duration(), Drive::DURATION_S_MAX * HZ)
         }) {
             return Err(MotionError::TooLong);
         }
-        let duration = ramps.left.duration().max(ramps.right.duration());
-        let courses = ramps
-            .zip(from)
-            .map(|(ramps, from)| ramps.stretched(duration).course(from.position.0.to_bits()));
-        if courses.any(|course| course.target().0.to_bits().unsigned_abs() >= POSITION_MAX) {
+        let duration = larger(ramps.left.duration(), ramps.right.duration());
+        let courses = ramps.as_mut().zip(from).map(|(ramps, from)| {
+            ramps.stretch(duration);
+            ramps.course(from.position.0.to_bits())
+        });
+        let too_far = |course: &Course| course.target().0.to_bits().unsigned_abs() >= POSITION_MAX;
+        if courses.as_ref().any(too_far) {
             return Err(MotionError::TooFar);
         }
         Ok(Plan::new(start_tick, courses))
@@ -95,21 +101,20 @@ impl Plan {
     /// curvature; the faster one brakes with `deceleration_mps2`, above zero.
     #[inline]
     pub fn stop(start_tick: u32, from: WheelPair<ProfileState>, deceleration_mps2: f64) -> Plan {
-        let half = i128::from(half_acceleration(deceleration_mps2).max(1));
-        let speed = |state: ProfileState| i128::from(state.velocity.0.to_bits()).abs();
-        let fastest = speed(from.left).max(speed(from.right));
-        // Rounded up, so that the deceleration is not exceeded; at least one step.
-        let duration = div((fastest << TICK_BITS) + 2 * half - 1, 2 * half).max(1);
-        // Longer than any `Drive` takes: only a deceleration that no configuration has asks for it.
-        let duration = duration.min(i128::from(u32::MAX / 2) << TICK_BITS);
-        let courses = from.map(|from| {
-            let (position, velocity) = (from.position.0.to_bits(), from.velocity.0.to_bits());
-            if fastest == 0 {
+        /// Longer than any `Drive` takes: only a deceleration that no configuration has asks for it.
+        const DURATION_MAX: f64 = (u32::MAX / 2) as f64;
+        let velocities = from.as_ref().map(velocity_m_per_tick);
+        let fastest = larger(velocities.left.abs(), velocities.right.abs());
+        let duration = smaller(fastest / (deceleration_mps2 / (HZ * HZ)), DURATION_MAX);
+        let end_tick = ceil(duration).max(1);
+        let courses = from.zip(velocities).map(|(from, velocity)| {
+            let (position, velocity_steps) = (from.position.0.to_bits(), from.velocity.0.to_bits());
+            if velocity_steps == 0 {
                 return Course::hold(position);
             }
-            let half = div(i128::from(velocity) << TICK_BITS, 2 * duration);
-            let target = position + (mul(velocity.into(), duration) >> (TICK_BITS + 1));
-            Course::brake(Phase::new(0, position, velocity, -half as i64), ceil(duration), target)
+            let half = nearest(velocity / (2.0 * duration), STEP_BITS);
+            let target = position + position_steps(0.5 * velocity * duration);
+            Course::brake(Phase::new(0, position, velocity_steps, -half), end_tick, target)
         });
         Plan::new(start_tick, courses)
     }
@@ -148,17 +153,17 @@ impl Plan {
     }
 }
 
-/// A valid [`Drive`] in steps of 2^-64 m and ticks.
+/// A valid [`Drive`] in metres and ticks.
 struct Order {
-    distances: WheelPair<i128>,
-    cruise: i64,
-    half: i64,
+    distances: WheelPair<f64>,
+    cruise: f64,
+    half: f64,
 }
 
 impl Order {
     #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
-        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let positive = |value: f64| value.is_finite() && above(value, 0.0);
         if !positive(drive.cruise)
             || !positive(drive.acceleration)
             || !drive.distance.all(f64::is_finite)
@@ -174,46 +179,44 @@ impl Order {
         };
         let (cruise_mps, acceleration_mps2) = (drive.cruise * unit_m, drive.acceleration * unit_m);
         let distances_m = drive.distance.map(|distance| distance * unit_m);
-        if distances_m.any(|distance| distance.abs() > Drive::DISTANCE_M_MAX) {
+        if distances_m.any(|distance| above(distance.abs(), Drive::DISTANCE_M_MAX)) {
             return Err(MotionError::TooFar);
         }
-        if cruise_mps > config.limits.speed_mps_max {
+        if above(cruise_mps, config.limits.speed_mps_max) {
             return Err(MotionError::TooFast);
         }
-        if acceleration_mps2 > config.limits.acceleration_mps2_max {
+        if above(acceleration_mps2, config.limits.acceleration_mps2_max) {
             return Err(MotionError::TooSteep);
         }
-        let order = Self {
-            distances: distances_m.map(|distance| (distance * STEPS_PER_M) as i128),
-            cruise: (cruise_mps / f64::from(CONTROL_HZ) * STEPS_PER_M) as i64,
-            half: half_acceleration(acceleration_mps2),
-        };
-        if order.distances.all(|distance| distance == 0) {
+        if distances_m.all(|distance| above(STEP_M, distance.abs())) {
             return Err(MotionError::NoDistance);
         }
+        let order = Self {
+            distances: distances_m,
+            cruise: cruise_mps / HZ,
+            half: acceleration_mps2 / (2.0 * HZ * HZ),
+        };
         // So slow that one step of 2^-64 is too much.
-        if order.cruise == 0 || order.half == 0 {
+        if above(STEP_M, order.cruise) || above(STEP_M, order.half) {
             return Err(MotionError::TooLong);
         }
         Ok(order)
     }
 }
 
-/// Half an acceleration [2^-64 m/tick^2], rounded down.
 #[inline]
-fn half_acceleration(acceleration_mps2: f64) -> i64 {
-    let hz = f64::from(CONTROL_HZ);
-    (acceleration_mps2 / (hz * hz) * (STEPS_PER_M / 2.0)) as i64
+fn velocity_m_per_tick(state: &ProfileState) -> f64 {
+    real(state.velocity.0.to_bits()) * STEP_M
 }
 
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
 #[inline]
-fn proportionate(tasks: WheelPair<Task>) -> WheelPair<Ramps> {
-    if tasks.left.distance.abs() >= tasks.right.distance.abs() {
-        let left = Ramps::quickest(tasks.left);
+fn proportionate(tasks: &WheelPair<Task>) -> WheelPair<Ramps> {
+    if !above(tasks.right.distance.abs(), tasks.left.distance.abs()) {
+        let left = Ramps::quickest(&tasks.left);
         WheelPair::new(left, left.in_proportion(tasks.right.distance))
     } else {
-        let right = Ramps::quickest(tasks.right);
+        let right = Ramps::quickest(&tasks.right);
         WheelPair::new(right.in_proportion(tasks.left.distance), right)
     }
 }

@@ -24,6 +24,7 @@ use crate::hal::{BoardInfo, Store};
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
+use crate::real::whole;
 use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::units::CONTROL_PERIOD_US;
 
@@ -38,18 +39,23 @@ const EARLIER_MOTIONS: usize = 8;
 
 /// Runs the robot, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {
-    let mut supervisor = Supervisor::boot(shared, store, board).await;
+    let mut supervisor = Supervisor::new(shared, store, board);
+    supervisor.boot().await;
     loop {
         let deadline = supervisor.deadline();
         match select3(
             shared.control_events.receive(),
-            shared.requests.receive(),
+            shared.requests.ready_to_receive(),
             Timer::at(deadline.unwrap_or(Instant::MAX)),
         )
         .await
         {
             Either3::First(event) => supervisor.on_control(event),
-            Either3::Second(request) => supervisor.on_request(request).await,
+            Either3::Second(()) => {
+                if let Ok(request) = shared.requests.try_receive() {
+                    supervisor.on_request(request).await;
+                }
+            }
             Either3::Third(()) => supervisor.on_deadline(),
         }
         supervisor.on_fault();
@@ -93,25 +99,17 @@ struct Supervisor<'a, M: RawMutex, S> {
 }
 
 impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
-    /// Power-on to idle.
-    async fn boot(shared: &'a Shared<M>, mut store: S, board: BoardInfo) -> Self {
-        let loaded = store.load().await;
-        // What is readable but unphysical was not written by this firmware.
-        let loaded =
-            loaded.ok().filter(|saved| saved.as_ref().is_none_or(|c| c.validate().is_ok()));
-        let store_damaged = loaded.is_none();
-        let saved = loaded.flatten();
-        let config_origin =
-            if saved.is_some() { ConfigOrigin::Saved } else { ConfigOrigin::Factory };
-        let supervisor = Self {
+    /// At power-on, with the factory's configuration.
+    fn new(shared: &'a Shared<M>, store: S, board: BoardInfo) -> Self {
+        Self {
             shared,
             store,
             board,
-            config: saved.clone().unwrap_or_default(),
-            config_origin,
-            store_damaged,
-            is_saved: saved.is_some(),
-            saved: saved.unwrap_or_default(),
+            config: Config::default(),
+            config_origin: ConfigOrigin::Factory,
+            store_damaged: false,
+            is_saved: false,
+            saved: Config::default(),
             state: State::Idle,
             probed: false,
             motion: None,
@@ -124,10 +122,24 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             plan: None,
             order_id: 0,
             after_stop: State::Armed,
-        };
-        supervisor.configure_control().await;
-        shared.state.set(State::Idle);
-        supervisor
+        }
+    }
+
+    /// Power-on to idle.
+    async fn boot(&mut self) {
+        match self.store.load().await {
+            Ok(None) => {}
+            Ok(Some(saved)) if saved.validate().is_ok() => {
+                self.saved = saved;
+                self.is_saved = true;
+                self.config_origin = ConfigOrigin::Saved;
+                self.config.clone_from(&self.saved);
+            }
+            // What is readable but unphysical was not written by this firmware.
+            Ok(Some(_)) | Err(_) => self.store_damaged = true,
+        }
+        self.configure().await;
+        self.shared.state.set(State::Idle);
     }
 
     fn on_control(&mut self, event: ControlEvent) {
@@ -240,22 +252,27 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     }
 
     fn link_timeout(&self) -> Duration {
-        Duration::from_micros((self.config.protection.link_timeout_s * 1e6) as u64)
+        Duration::from_micros(whole(self.config.protection.link_timeout_s * 1e6, 0) as u64)
     }
 
     fn supply_mv_min(&self) -> u16 {
-        (self.config.protection.supply_v_min * 1000.0) as u16
-    }
-
-    async fn configure(&mut self, config: &Config) {
-        self.config.clone_from(config);
-        self.probed = false;
-        self.configure_control().await;
+        whole(self.config.protection.supply_v_min * 1000.0, 0) as u16
     }
 
     /// Hands the configuration to the control tasks, and waits until they have measured with it:
     /// nothing is armed before the supply is known, nor planned from travel in the old scale.
-    async fn configure_control(&self) {
+    async fn configure(&mut self) {
+        self.probed = false;
+        self.hand_over();
+        // The tick that is under way may still be one of before.
+        let before = self.shared.snapshot.get().measured.tick;
+        while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
+            Timer::after_micros(CONTROL_PERIOD_US.into()).await;
+        }
+    }
+
+    #[inline(never)]
+    fn hand_over(&self) {
         let config = &self.config;
         self.shared.capture_settings.put(CaptureSettings::new(config));
         self.shared.loop_settings.put(LoopSettings {
@@ -264,10 +281,5 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv_min: self.supply_mv_min(),
         });
-        // The tick that is under way may still be one of before.
-        let before = self.shared.snapshot.get().measured.tick;
-        while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
-            Timer::after_micros(CONTROL_PERIOD_US.into()).await;
-        }
     }
 }

@@ -13,28 +13,51 @@ use crate::profile::Plan;
 use crate::shared::Outgoing;
 use crate::units::CONTROL_PERIOD_US;
 
+/// Version: major, minor, patch.
+const FIRMWARE: [u16; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+/// Cargo's digits, while compiling.
+const fn number(digits: &str) -> u16 {
+    match u16::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("a version is three numbers"),
+    }
+}
+
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
-        let Request { id, command } = request;
-        let outcome = self.obey(command).await;
-        // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
-        // from hearing a renewal or from missing one. Whoever gets no reply asks again.
-        let _ = self.shared.outgoing.try_send(Outgoing::Reply(Reply { id, outcome }));
+        let waited = match &request.command {
+            Command::WriteConfig(config) => self.write_config(config).await,
+            Command::SaveConfig => self.save().await,
+            Command::RestoreConfig(origin) => self.restore(*origin).await,
+            _ => Ok(()),
+        };
+        self.reply(&request, waited);
     }
 
-    async fn obey(&mut self, command: Command) -> Result<Answer, Refusal> {
-        match command {
+    /// Does what takes no waiting, and answers.
+    #[inline(never)]
+    fn reply(&mut self, request: &Request, waited: Result<(), Refusal>) {
+        let outcome = waited.and_then(|()| self.obey(&request.command));
+        // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
+        // from hearing a renewal or from missing one. Whoever gets no reply asks again.
+        let reply = Reply { id: request.id, outcome };
+        let _ = self.shared.outgoing.try_send(Outgoing::Reply(reply));
+    }
+
+    fn obey(&mut self, command: &Command) -> Result<Answer, Refusal> {
+        match *command {
             Command::Identify => Ok(Answer::Identity(self.identity())),
             Command::Status => Ok(Answer::Status(self.status())),
-            Command::ReadConfig => Ok(Answer::Config(self.config.clone())),
-            Command::WriteConfig(config) => {
-                config.validate().map_err(Refusal::Config)?;
-                self.standing_still()?;
-                self.configure(&config).await;
-                Ok(Answer::Done)
+            // Done by now.
+            Command::WriteConfig(_) | Command::SaveConfig => Ok(Answer::Done),
+            Command::ReadConfig | Command::RestoreConfig(_) => {
+                Ok(Answer::Config(self.config.clone()))
             }
-            Command::SaveConfig => self.save().await,
-            Command::RestoreConfig(origin) => self.restore(origin).await,
             Command::Arm => self.obey_arm(),
             Command::Disarm => {
                 match self.state {
@@ -47,7 +70,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 }
                 Ok(Answer::Done)
             }
-            Command::Drive(drive) => self.obey_drive(drive),
+            Command::Drive(ref drive) => self.obey_drive(drive),
             Command::Renew { motion, ttl_ms } => {
                 if self.motion != Some(motion) {
                     return Err(Refusal::NoSuchMotion);
@@ -99,7 +122,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(Answer::Done)
     }
 
-    fn obey_drive(&mut self, drive: Drive) -> Result<Answer, Refusal> {
+    fn obey_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
         self.not_faulted()?;
         if self.motion == Some(drive.motion) {
             // Heard before. If it still drives, this counts as a renewal.
@@ -125,7 +148,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             (None, Some((_, from))) => *from,
             (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
         };
-        let plan = Plan::drive(start, from, &drive, &self.config).map_err(Refusal::Motion)?;
+        let plan = Plan::drive(start, from, drive, &self.config).map_err(Refusal::Motion)?;
         if self.motion.is_some() && self.motion_end.is_none() {
             self.end_motion(MotionEnd::Replaced);
         }
@@ -135,11 +158,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;
         if let Some(set_off) = set_off {
-            self.begin_wait(drive, from, set_off);
+            self.begin_wait(*drive, from, set_off);
         } else if self.probed {
             self.follow(plan);
         } else {
-            self.begin_probe(drive, from);
+            self.begin_probe(*drive, from);
         }
         Ok(Answer::Done)
     }
@@ -178,30 +201,38 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
     }
 
-    async fn save(&mut self) -> Result<Answer, Refusal> {
+    async fn write_config(&mut self, config: &Config) -> Result<(), Refusal> {
+        config.validate().map_err(Refusal::Config)?;
+        self.standing_still()?;
+        self.config.clone_from(config);
+        self.configure().await;
+        Ok(())
+    }
+
+    async fn restore(&mut self, origin: ConfigOrigin) -> Result<(), Refusal> {
+        self.standing_still()?;
+        match origin {
+            ConfigOrigin::Factory => self.config = Config::default(),
+            ConfigOrigin::Saved => self.config.clone_from(&self.saved),
+        }
+        self.configure().await;
+        Ok(())
+    }
+
+    async fn save(&mut self) -> Result<(), Refusal> {
         // Erasing flash can stall the CPU; the motors are off then.
         if !matches!(self.state, State::Idle | State::Faulted) {
             return Err(Refusal::State(self.state));
         }
         // A host that asks again, because an erasure takes its time, wears no flash out.
         if self.is_saved && self.saved == self.config {
-            return Ok(Answer::Done);
+            return Ok(());
         }
         self.store.save(&self.config).await.map_err(|_| Refusal::Store)?;
-        self.saved = self.config.clone();
+        self.saved.clone_from(&self.config);
         self.is_saved = true;
         self.store_damaged = false;
-        Ok(Answer::Done)
-    }
-
-    async fn restore(&mut self, origin: ConfigOrigin) -> Result<Answer, Refusal> {
-        self.standing_still()?;
-        let config = match origin {
-            ConfigOrigin::Factory => Config::default(),
-            ConfigOrigin::Saved => self.saved.clone(),
-        };
-        self.configure(&config).await;
-        Ok(Answer::Config(self.config.clone()))
+        Ok(())
     }
 
     fn renew(&mut self, ttl_ms: u16) -> Result<(), Refusal> {
@@ -224,16 +255,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     fn identity(&self) -> Identity {
-        let part = |text: &str| text.parse().unwrap_or(0);
         Identity {
             name: self.config.name.clone(),
             board: self.board.board.clone(),
             uid: self.board.uid,
-            firmware: [
-                part(env!("CARGO_PKG_VERSION_MAJOR")),
-                part(env!("CARGO_PKG_VERSION_MINOR")),
-                part(env!("CARGO_PKG_VERSION_PATCH")),
-            ],
+            firmware: FIRMWARE,
             protocol: PROTOCOL_VERSION,
             control_period_us: CONTROL_PERIOD_US,
             limits: self.config.limits,

@@ -1,0 +1,118 @@
+//! A configuration as bytes, by what all its numbers have in common.
+//!
+//! Serde's derived code goes through the structure part by part, which is right for people's formats and
+//! three kilobytes on a board. Where a format has no names it is one list of values in the same order: the
+//! bytes are the same, as the golden ones show.
+
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::config::NUMBERS;
+use crate::{Config, Name};
+
+/// Truth values of a configuration.
+const FLAGS: usize = 4;
+
+/// Name, numbers, flags.
+const VALUES: usize = 1 + NUMBERS + FLAGS;
+
+/// How many flags stand behind this number.
+const fn flags_behind(number: usize) -> usize {
+    match number {
+        // The left encoder's.
+        4 => 1,
+        // The right encoder's, and both motors'.
+        6 => 3,
+        _ => 0,
+    }
+}
+
+impl Config {
+    fn flags(&self) -> [&bool; FLAGS] {
+        let Self { encoder, motor, .. } = self;
+        [
+            &encoder.left.reversed,
+            &encoder.right.reversed,
+            &motor.left.reversed,
+            &motor.right.reversed,
+        ]
+    }
+
+    fn flags_mut(&mut self) -> [&mut bool; FLAGS] {
+        let Self { encoder, motor, .. } = self;
+        [
+            &mut encoder.left.reversed,
+            &mut encoder.right.reversed,
+            &mut motor.left.reversed,
+            &mut motor.right.reversed,
+        ]
+    }
+}
+
+/// Bit for bit, as a configuration is stored and read back.
+impl PartialEq for Config {
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |config: &Self| config.numbers().map(|number| number.to_bits());
+        self.name == other.name && bits(self) == bits(other) && self.flags() == other.flags()
+    }
+}
+
+impl Serialize for Config {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            return Config::serialize(self, serializer);
+        }
+        let mut values = serializer.serialize_tuple(VALUES)?;
+        values.serialize_element(&self.name)?;
+        let mut flags = self.flags().into_iter();
+        for (number, value) in self.numbers().into_iter().enumerate() {
+            values.serialize_element(value)?;
+            for flag in flags.by_ref().take(flags_behind(number)) {
+                values.serialize_element(flag)?;
+            }
+        }
+        values.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Config {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            Config::deserialize(deserializer)
+        } else {
+            deserializer.deserialize_tuple(VALUES, Values)
+        }
+    }
+}
+
+/// Reads the list.
+struct Values;
+
+impl<'de> Visitor<'de> for Values {
+    type Value = Config;
+
+    fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("a configuration")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Config, A::Error> {
+        let mut config = Config { name: next::<Name, A>(&mut values)?, ..Config::default() };
+        let mut flags = [false; FLAGS];
+        let mut places = flags.iter_mut();
+        for (number, place) in config.numbers_mut().into_iter().enumerate() {
+            *place = next(&mut values)?;
+            for flag in places.by_ref().take(flags_behind(number)) {
+                *flag = next(&mut values)?;
+            }
+        }
+        for (place, flag) in config.flags_mut().into_iter().zip(flags) {
+            *place = flag;
+        }
+        Ok(config)
+    }
+}
+
+fn next<'de, T: Deserialize<'de>, A: SeqAccess<'de>>(values: &mut A) -> Result<T, A::Error> {
+    values.next_element()?.ok_or_else(|| A::Error::custom("a value is missing"))
+}

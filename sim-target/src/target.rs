@@ -112,9 +112,13 @@ impl World {
         }
     }
 
-    /// The plant as it is now.
+    /// The plant as it is now, to the start of its present substep.
+    ///
+    /// Whoever asks between two substeps, because a command came in just then, does not cut one: where a
+    /// drive's substeps lie would else depend on what the line lost before, and with them its last digits.
     pub(crate) fn plant_now(&mut self) -> &mut Plant {
-        self.plant.advance_to(clock::now_us());
+        let now = clock::now_us();
+        self.plant.advance_to(now - now % u64::from(self.plant.parameters().substep_us));
         &mut self.plant
     }
 

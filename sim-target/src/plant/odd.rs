@@ -136,6 +136,7 @@ impl OddWheel {
         clamp_nm: f64,
         h_s: f64,
     ) {
+        let clamp_nm = clamp_nm + self.parameters.hub_friction_nm;
         let Some(joint) = &mut self.joint else {
             wheel.kick(terminals, bus_v, clamp_nm, h_s);
             return;

@@ -28,6 +28,8 @@ pub struct WheelParameters {
     pub end_float_m: f64,
     /// How far its contact stands in front of the axle \[m\].
     pub contact_ahead_m: f64,
+    /// Dry friction of its bearing, on the wheel's side of the gear \[N m\].
+    pub hub_friction_nm: f64,
 }
 
 impl WheelParameters {
@@ -40,7 +42,8 @@ impl WheelParameters {
         check.within("bend_rad", self.bend_rad, 0.0, 0.3)?;
         check.within("bend_phase_rad", self.bend_phase_rad, -7.0, 7.0)?;
         check.within("end_float_m", self.end_float_m, 0.0, 0.1)?;
-        check.within("contact_ahead_m", self.contact_ahead_m, -0.2, 0.2)
+        check.within("contact_ahead_m", self.contact_ahead_m, -0.2, 0.2)?;
+        check.within("hub_friction_nm", self.hub_friction_nm, 0.0, 10.0)
     }
 
     pub(super) fn is_plain(&self) -> bool {
@@ -95,7 +98,10 @@ impl WheelParameters {
                 share += self.flat_half_angle_rad.cos() / psi.cos() - 1.0; // (4)
             }
         }
+        // A tyre is pressed flat as far as its rim.
+        let rim_m = 0.5 * radius_m;
         let radius_m = radius_m * share - self.radial_compliance_m_per_n * extra_n; // (3)
+        let radius_m = radius_m.max(rim_m);
         if self.bend_rad == 0.0 {
             return Stance { radius_m, toe_rad: 0.0, aside_m: 0.0 };
         }

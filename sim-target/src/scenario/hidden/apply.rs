@@ -32,6 +32,9 @@ impl<R: Rng> Draw<'_, R> {
     }
 }
 
+/// Robots brake less than this \[m/s^2\].
+const BRAKING_MPS2: f64 = 0.5;
+
 /// Slip stiffness of one driven wheel along its way, k_x sigma \[N\].
 fn slip_stiffness_n(plant: &PlantParameters) -> f64 {
     plant.tyre.longitudinal_stiffness_n_per_m * plant.tyre.relaxation_length_m
@@ -105,6 +108,15 @@ impl HiddenEffect {
             Self::Backlash => {
                 for gear in both(&mut plant.gear) {
                     gear.backlash_rad = draw.between(0.02, 0.05) * s;
+                }
+                // A wheel whose bearing drags stays on its flank when the motor brakes; one that runs
+                // freely would run ahead.
+                let inertia_nm = 0.5 * plant.body.mass_kg * BRAKING_MPS2;
+                for (wheel, radius_m) in both(&mut plant.wheel)
+                    .into_iter()
+                    .zip([plant.geometry.wheel_radius_m.left, plant.geometry.wheel_radius_m.right])
+                {
+                    wheel.hub_friction_nm += inertia_nm * radius_m * s.min(1.0);
                 }
             }
             Self::CasterKick => {

@@ -23,7 +23,7 @@ pub enum Kind {
     Nothing,
     /// Nothing but crooked starts, another camera, other motors.
     Nuisance,
-    /// Something that the catalogue does not have, as strong as it is in the field.
+    /// Something that the catalogue does not have, as strong as it is in the field, 30 sigma at least.
     Outside,
 }
 
@@ -42,11 +42,11 @@ impl Kind {
     /// By how many sigma each effect is to stand out, where that is given.
     pub fn sigmas(self) -> Option<f64> {
         match self {
-            Kind::Strong => Some(30.0),
+            Kind::Strong | Kind::Outside => Some(30.0),
             Kind::Medium => Some(10.0),
             Kind::Weak => Some(4.0),
             Kind::Two => Some(15.0),
-            Kind::Nothing | Kind::Nuisance | Kind::Outside => None,
+            Kind::Nothing | Kind::Nuisance => None,
         }
     }
 

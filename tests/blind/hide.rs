@@ -2,6 +2,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use robot_model::effect::{Effect, find};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 
@@ -49,6 +50,17 @@ impl Hidden {
     }
 }
 
+/// An effect of the catalogue with what the same part of the robot brings along: the fit that knows the truth
+/// knows these, too.
+pub fn with_companions(effect: HiddenEffect) -> Vec<&'static dyn Effect> {
+    let companions: &[&str] = match effect {
+        // Wheels that give way to a load that shifts give way to one that is put on.
+        HiddenEffect::TurnLoadTransfer => &["payload"],
+        _ => &[],
+    };
+    core::iter::once(effect.id()).chain(companions.iter().copied()).filter_map(find).collect()
+}
+
 /// What the unexplained part of an effect outside the catalogue depends on by its physics, in the words
 /// of `explain`; any of them is right.
 pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
@@ -58,8 +70,8 @@ pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
         E::RelaxationLength => {
             &["distance since reversal", "acceleration", "turn rate", "time in the run"]
         }
-        // Beyond a torque: when it accelerates.
-        E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run"],
+        // Beyond a torque: when it accelerates, the more so the heavier it is; now and then.
+        E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run", "load"],
         E::WetPatch | E::FloorBump | E::LensDistortion => &["place", "heading"],
         E::BentAxle | E::MagneticEncoder | E::GearRipple | E::FlatSpot => &["wheel angle"],
         // Against the motion, whatever its speed: what it turns depends on the way and its sign.

@@ -113,7 +113,9 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
 
 /// Held-out error over that of the fit that knows the truth, where there is one.
 fn ratios(verdicts: &[Verdict]) -> Vec<f64> {
-    let inside = verdicts.iter().filter(|it| it.case.kind != Kind::Outside);
+    // A robot that hides nothing has a ratio of one unless something is found in it.
+    let inside =
+        verdicts.iter().filter(|it| it.case.kind != Kind::Outside && !it.case.effects.is_empty());
     let mut ratios: Vec<f64> =
         inside.map(|it| it.held_out_ratio).filter(|it| it.is_finite()).collect();
     ratios.sort_by(f64::total_cmp);

@@ -10,8 +10,18 @@
 //!
 //! (1) takes the effect to be linear in its strength; what was reached is measured again in the campaign
 //! itself and reported.
+//!
+//! Of an effect outside the catalogue no fit knows. It stands out by how much further the campaign is from
+//! what a sound robot's geometry and noise explain than the same campaign without it:
+//!
+//! ```text
+//! D^2 = chi^2(with it) - chi^2(without it)                                                            (2)
+//! ```
 
-use robot_model::model::Model;
+use robot_model::campaign::Campaign;
+use robot_model::effect::{Effect, find};
+use robot_model::model::{Model, fit};
+use robot_model::recording::RecordingError;
 
 /// By how many sigma an effect of a fitted model stands out; its amplitudes taken to be independent.
 pub fn sigmas(model: &Model, id: &str) -> f64 {
@@ -31,6 +41,24 @@ pub fn sigmas(model: &Model, id: &str) -> f64 {
         .filter(|it| is_amplitude(&it.name))
         .map(|it| if it.sigma > 0.0 { (it.value / it.sigma).powi(2) } else { 0.0 });
     squares.sum::<f64>().sqrt()
+}
+
+/// By how many sigma what is in one campaign and not in the other stands out, by (2).
+///
+/// # Errors
+/// If a campaign cannot be fitted to.
+pub fn visibility(without: &Campaign, with: &Campaign) -> Result<f64, RecordingError> {
+    let geometry: Vec<&'static dyn Effect> =
+        ["wheel_radius_ratio", "wheel_radius_scale", "track_width"]
+            .into_iter()
+            .filter_map(find)
+            .collect();
+    let sound = fit(without, &geometry)?;
+    let squares = |campaign: &Campaign| -> Result<f64, RecordingError> {
+        let numbers: usize = campaign.runs.iter().map(|run| 3 * run.sights.len()).sum();
+        Ok(sound.errors_on(campaign)?.chi.powi(2) * numbers as f64)
+    };
+    Ok((squares(with)? - squares(without)?).max(0.0).sqrt())
 }
 
 /// The strength at which an effect stands out by `wanted` sigma, given what it does at a reference.

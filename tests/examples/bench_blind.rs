@@ -119,17 +119,26 @@ fn print_answer(it: &Verdict) {
 /// Leaves campaigns in folders, and what they hide in a file beside them.
 fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
-    let mut truth = String::from("case\tkind\thidden\tgood\n");
+    let mut truth =
+        String::from("case\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\theldout_m\n");
     for it in verdicts.iter().filter(|it| all || !it.good()) {
         let place = folder.join(format!("case_{:04}", it.case.index));
         let _ = std::fs::remove_dir_all(&place);
         field::keep(&it.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
-            "{}\t{}\t{}\t{}\n",
+            "{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\n",
             it.case.index,
             it.case.kind.name(),
             ids(it).join(","),
-            it.good()
+            it.good(),
+            it.reached,
+            it.as_strong_as_asked(),
+            it.held_out_ratio,
+            it.answer
+                .steps
+                .last()
+                .map_or(it.answer.baseline.heldout, |step| step.heldout)
+                .position_rms_m,
         );
     }
     std::fs::write(folder.join("truth.tsv"), truth).map_err(|error| error.to_string())

@@ -22,15 +22,15 @@ fn hidden_effects_are_named_and_sound_robots_left_alone() {
         let bar = bars.iter().find(|it| it.claim.starts_with(claim)).unwrap();
         (bar.measured, bar.of)
     };
-    // Twenty campaigns cannot hold a bar of a few percent: the bounds are what they do now, and the
-    // whole benchmark's bars stand beside them.
-    let (named, of) = share("one effect, medium and strong"); // bar 0.95; now 2 of 4
-    assert!(of >= 3 && named >= 0.5, "{named} of {of}: {misses}");
-    let (alarms, of) = share("nothing"); // bar 0.05; now 3 of 10
-    assert!(of >= 8 && alarms <= 0.3, "{alarms} of {of}: {misses}");
+    // Twenty campaigns cannot measure a share of a few percent: were the robot-model at its bars, these bounds
+    // would be broken by chance in one benchmark of a hundred.
+    let (named, of) = share("one effect, medium and strong"); // bar 0.95
+    assert!(of >= 3 && named * of as f64 >= of as f64 - 1.0, "{named} of {of}: {misses}");
+    let (alarms, of) = share("nothing"); // bar 0.05
+    assert!(of >= 8 && alarms * of as f64 <= 2.0, "{alarms} of {of}: {misses}");
     let ratio = bars.iter().find(|it| it.ratio).unwrap(); // bar 1.15
-    // Two-sided: much better than the fit that knows the truth would be a judge that cheats.
-    assert!((0.9..1.3).contains(&ratio.measured), "{ratio:?}: {misses}");
+    // Two-sided: far better than the fit that knows the truth would be a judge that cheats.
+    assert!((0.5..1.15).contains(&ratio.measured), "{ratio:?}: {misses}");
 }
 
 #[test]

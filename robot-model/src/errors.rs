@@ -9,8 +9,7 @@ use crate::evidence::Evidence;
 use crate::increment::Term;
 use crate::odometry_noise::OdometryNoise;
 use crate::parallel;
-use crate::path::Pose;
-use crate::predict::open_loop_from;
+use crate::predict::open_loop_as_seen;
 
 /// Sums of squares over measurements.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,10 +23,7 @@ struct Squares {
 /// The squared errors of one run.
 fn squares(run: &PreparedRun, terms: &[Term<'_>], noise: &OdometryNoise) -> Squares {
     let sights = &run.recording.sights;
-    // Effects of the world need the heading; a fixed offset of the start changes nothing else.
-    let heading_rad = sights.iter().find_map(|it| it.heading_rad).unwrap_or(0.0);
-    let start = Pose::new(0.0, 0.0, heading_rad);
-    let track = open_loop_from(start, &run.motion, sights, terms);
+    let track = open_loop_as_seen(&run.motion, sights, terms);
     let mut sum = Squares::default();
     let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);

@@ -8,13 +8,13 @@ use crate::errors::{held_out, train};
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::{Fitted, fit_parameters};
 use crate::increment::Term;
-use crate::judge::Judgement;
+use crate::judge::{Judgement, OWN_SHARE_MIN};
 use crate::look::{Candidate, Look};
 use crate::model::p_text;
 use crate::next_run::next_run;
 use crate::profile::interval;
 use crate::recording::RecordingError;
-use crate::select::{Selection, select};
+use crate::select::{FALSE_ALARM, Selection, select};
 use crate::structure::unexplained;
 
 /// Half a 95 % interval in standard errors of a normal distribution.
@@ -58,7 +58,7 @@ pub fn explain_by(
         steps,
         rejected,
         unexplained: unexplained(&prepared, &fitted),
-        next_run: next_run(&prepared, &fitted, &classes),
+        next_run: next_run(&prepared, &fitted, &classes, &kept),
     })
 }
 
@@ -107,11 +107,15 @@ fn step(
         1 => "nothing else that was asked about explains it as well".to_owned(),
         _ => format!("these data cannot tell it from {}", members[1..].join(", ")),
     };
-    let why = format!(
-        "Without it there is left: {}; with it, runs held out are predicted better by {:.0} in -2 log \
-         likelihood; {rivals}",
-        facts.signature, judgement.held_out_gain
-    );
+    let gain = judgement.held_out_gain;
+    let gain = if judgement.lone {
+        format!(
+            "only one run shows it, and that is explained better by {gain:.0} in -2 log likelihood"
+        )
+    } else {
+        format!("with it, runs held out are predicted better by {gain:.0} in -2 log likelihood")
+    };
+    let why = format!("Without it there is left: {}; {gain}; {rivals}", facts.signature);
     StepFound {
         effect: facts.id.to_owned(),
         class: members,
@@ -178,6 +182,10 @@ fn reject(
         format!("its value would be {:.2e}, which no robot has", it.values[0])
     } else if let Some((kind, loss)) = it.worse_kind {
         format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
+    } else if it.own_share <= OWN_SHARE_MIN {
+        "what it does is nearly all in what the model has already".to_owned()
+    } else if it.held_out_gain <= 0.0 && it.lone {
+        format!("only one run shows it, by no more than chance: {:+.1}", it.held_out_gain)
     } else if it.held_out_gain <= 0.0 {
         format!("runs held out get no better: {:+.1}", -it.held_out_gain)
     } else if !it.most_agree() {
@@ -188,10 +196,15 @@ fn reject(
             it.dispersion,
             p_text(it.p_value)
         )
-    } else {
+    } else if it.p_value * look.asked() as f64 > FALSE_ALARM {
         format!(
             "no more than chance gives where {} effects are asked about (p = {})",
             look.asked(),
+            p_text(it.p_value)
+        )
+    } else {
+        format!(
+            "beside the model it makes tracks of runs held out no better (p = {} by their likelihood)",
             p_text(it.p_value)
         )
     };

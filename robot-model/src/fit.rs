@@ -6,8 +6,9 @@ use nalgebra::DMatrix;
 use crate::campaign::{Prepared, PreparedRun};
 use crate::effect::{Effect, Role};
 use crate::evidence::Evidence;
-use crate::gyro::whiten_gyro;
-use crate::increment::Term;
+use crate::gyro::{fixed_legs, follow, whiten_gyro};
+use crate::increment::{Composer, Term};
+use crate::legs::Legs;
 use crate::odometry_noise::{NUMBERS, OdometryNoise, Search, Whitened, most_likely};
 use crate::parallel;
 use crate::recording::Sight;
@@ -58,30 +59,19 @@ pub(crate) fn minus_two_log_likelihood(
     each.iter().sum()
 }
 
-/// Collects what the noise is learnt from.
-impl Sink for Vec<Whitened> {
-    fn row(&mut self, innovation: Innovation, _: &[f64]) {
-        self.push((innovation.value, innovation.variance));
-    }
-}
-
-/// The whitened numbers of some runs, of these poses of each.
-fn whitened(
-    runs: &[(&PreparedRun, &[Sight])],
-    terms: &[Term<'_>],
-    noise: &OdometryNoise,
-) -> Vec<Whitened> {
-    let each = parallel::map(runs, |(run, sights)| {
-        let mut rows: Vec<Whitened> = Vec::with_capacity(4 * sights.len());
-        whiten(&run.motion, sights, terms, 0, noise, &mut rows);
-        whiten_gyro(run, terms, 0, noise, &mut rows);
+/// The whitened numbers of some runs.
+fn whitened(runs: &[Legs], noise: &OdometryNoise) -> Vec<Whitened> {
+    let each = parallel::map(runs, |legs| {
+        let mut rows: Vec<Whitened> = Vec::with_capacity(legs.rows());
+        legs.whitened(noise, &mut rows);
+        follow(&legs.gyro, noise, |it, _, _| rows.push((it.value, it.variance)));
         rows
     });
     each.concat()
 }
 
-/// Poses that the noise is learnt from; of more, bursts are taken.
-const NOISE_SIGHTS_MAX: usize = 8_000;
+/// Poses that the noise is learnt from, on the way and in the end; of more, bursts are taken.
+const NOISE_SIGHTS_MAX: [usize; 2] = [4_000, 8_000];
 /// So many poses in a row, so that what fades within a second is seen to fade.
 const BURST: usize = 10;
 
@@ -94,18 +84,17 @@ pub(crate) fn fit_noise(
 ) -> OdometryNoise {
     let fixed: Vec<Term<'_>> =
         terms.iter().map(|term| Term { column: None, ..term.clone() }).collect();
+    let view = Composer::new(&fixed, 0).view().0;
     let sights: usize = prepared.runs.iter().map(|run| run.recording.sights.len()).sum();
-    let every = sights.div_ceil(NOISE_SIGHTS_MAX).max(1);
-    let thinned: Vec<Vec<Sight>> = prepared
-        .runs
-        .iter()
-        .map(|run| {
-            let bursts = run.recording.sights.chunks(BURST).step_by(every);
-            bursts.flatten().copied().collect()
-        })
-        .collect();
-    let runs: Vec<(&PreparedRun, &[Sight])> =
-        prepared.runs.iter().zip(thinned.iter().map(Vec::as_slice)).collect();
+    let most = NOISE_SIGHTS_MAX[usize::from(search == Search::Wide)];
+    let every = sights.div_ceil(most).max(1);
+    let runs: Vec<Legs> = parallel::map(&prepared.runs, |run| {
+        let bursts = run.recording.sights.chunks(BURST).step_by(every);
+        let thinned: Vec<Sight> = bursts.flatten().copied().collect();
+        let mut legs = Legs::new(view.offset_m.map(|it| it.value), fixed_legs(run, &fixed));
+        whiten(&run.motion, &thinned, &fixed, 0, &start, &mut legs);
+        legs
+    });
     let robot = &prepared.robot;
     let mut given = [false; NUMBERS];
     given[0] = robot.position_sigma_m.is_some();
@@ -116,7 +105,7 @@ pub(crate) fn fit_noise(
         heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(noise.heading_sigma_rad),
         ..noise
     };
-    most_likely(told(start), given, search, |noise| whitened(&runs, &fixed, noise))
+    most_likely(told(start), given, search, |noise| whitened(&runs, noise))
 }
 
 /// Fits the parameters of these terms, with the noise as given.
@@ -177,6 +166,12 @@ pub(crate) fn fit<'a>(
     if (first.chi_squared / first.rows.max(1.0) - 1.0).abs() < NOISE_CHANGE {
         return first;
     }
+    with_noise(prepared, first, Search::Near)
+}
+
+/// Fits from nothing known of the noise, near enough to go on from there.
+pub(crate) fn fit_roughly<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
+    let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
     with_noise(prepared, first, Search::Near)
 }
 

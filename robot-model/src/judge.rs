@@ -11,7 +11,9 @@
 //!
 //! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
 //! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
-//! few units say little about it. The p-value is that of gain / phi as chi^2 with q degrees.
+//! few units say little about it: an effect that shows in one run is not judged by that run's noise alone,
+//! but by how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi as
+//! chi^2 with q degrees.
 //!
 //! An effect that shows in few runs has a large spread of gains over runs, which says nothing against it.
 //! Only the units it touches are asked, each once, whether they get better:
@@ -29,8 +31,10 @@ use crate::evidence::{Evidence, Sums};
 use crate::run_kind::RunKind;
 use crate::tail::chi_squared;
 
-/// So many units' worth of belief that the noise model is right.
-const NOISE_BELIEF_UNITS: f64 = 4.0;
+/// So many units' worth of belief that runs disagree about an effect as they do about others.
+const BELIEF_UNITS: f64 = 4.0;
+/// So many degrees of freedom it takes to tell how much runs disagree.
+const FREEDOM_MIN: f64 = 3.0;
 /// A kind of run may be predicted worse by this much in -2 log likelihood, by chance: two sigma.
 const KIND_LOSS_MAX: f64 = 4.0;
 /// A kind contradicts an effect if its gain lies this many sigmas below what the effect promises it.
@@ -43,11 +47,63 @@ pub(crate) struct Question<'q> {
     pub model: &'q [usize],
     pub asked: &'q [usize],
     pub effect: &'q dyn Effect,
+    /// How much runs disagree about other things, [`scatter`].
+    pub scatter: f64,
+}
+
+/// Equation (4) of what runs are typically asked about, at least 1: the median of these, each columns of a
+/// model and columns asked about.
+pub(crate) fn scatter<'q>(
+    evidence: &Evidence,
+    asked: impl Iterator<Item = (&'q [usize], &'q [usize])>,
+) -> f64 {
+    let mut raws: Vec<f64> = asked
+        .filter_map(|(model, asked)| {
+            let both: Vec<usize> = model.iter().chain(asked).copied().collect();
+            let delta = evidence.solve(&evidence.total, &both).delta;
+            let spread = spread(evidence, (model, asked), &delta);
+            (spread.freedom >= FREEDOM_MIN).then_some(spread.raw)
+        })
+        .collect();
+    raws.sort_by(f64::total_cmp);
+    raws.get(raws.len() / 2).map_or(1.0, |it| it.max(1.0))
+}
+
+/// The middle of a chi^2 of three degrees, by degree.
+const MIDDLE: f64 = 0.79;
+
+/// By how much more runs differ in numbers of their own than their noise explains: what each gains by these
+/// columns fitted to it alone, by degree of freedom, in the median; at least 1.
+///
+/// Whatever is asked about single runs has to stand out from this: runs that have accidents of their own
+/// have one whether they are loaded or not.
+pub(crate) fn run_scatter(evidence: &Evidence, model: &[usize], own: &[usize]) -> f64 {
+    let best = evidence.solve(&evidence.total, model).delta;
+    let mut shares: Vec<f64> = evidence
+        .units
+        .iter()
+        .filter_map(|unit| {
+            let gram = &unit.sums.gram;
+            let known = |i: usize| evidence.priors[i].spread.powi(-2);
+            let matrix = DMatrix::from_fn(own.len(), own.len(), |i, j| gram[(own[i], own[j])]);
+            let right = DVector::from_fn(own.len(), |i, _| {
+                let explained = model.iter().zip(&best);
+                unit.sums.right[own[i]]
+                    - explained.map(|(j, d)| gram[(own[i], *j)] * d).sum::<f64>()
+            });
+            let prior = DVector::from_fn(own.len(), |i, _| known(own[i]));
+            let factor = (&matrix + DMatrix::from_diagonal(&prior)).cholesky()?;
+            let freedom = factor.solve(&matrix).trace();
+            (freedom > 0.5).then(|| right.dot(&factor.solve(&right)) / freedom)
+        })
+        .collect();
+    shares.sort_by(f64::total_cmp);
+    shares.get(shares.len() / 2).map_or(1.0, |it| (it / MIDDLE).max(1.0))
 }
 
 /// Below this share, an effect lives on the small difference of two large ones, which anything that
 /// is not in the model passes for.
-const OWN_SHARE_MIN: f64 = 0.02;
+pub(crate) const OWN_SHARE_MIN: f64 = 0.02;
 
 /// What speaks for an effect.
 #[derive(Clone, Debug, Default)]
@@ -60,6 +116,9 @@ pub(crate) struct Judgement {
     pub dispersion: f64,
     /// By chance at least this much gain.
     pub p_value: f64,
+    /// One unit alone says nearly all that is known of it; what is given as gain on units held out is then
+    /// what a fit to as much again would have.
+    pub lone: bool,
     /// Fitted amplitudes.
     pub values: Vec<f64>,
     /// No robot has such values.
@@ -90,23 +149,51 @@ impl Judgement {
     }
 }
 
-/// chi^2 of some units without and with the effect, both fitted to other sums; and what that gain
-/// would be were the effect exactly as fitted, d^2: then the gain is d^2 +- 2 d.
-fn gain_on(
-    evidence: &Evidence,
-    question: &Question<'_>,
-    fitted_to: &Sums,
-    on: &Sums,
-) -> (f64, f64) {
+/// What an effect, fitted to some sums, does for others.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gain {
+    /// chi^2 without it less chi^2 with it.
+    gain: f64,
+    /// What that would be were the effect exactly as fitted, v'A v, with v what the fit changes by it.
+    promised: f64,
+    /// What the fit does not know of it: v'A C A v, C the fit's covariance.
+    unknown: f64,
+}
+
+impl Gain {
+    fn add(self, other: Self) -> Self {
+        Self {
+            gain: self.gain + other.gain,
+            promised: self.promised + other.promised,
+            unknown: self.unknown + other.unknown,
+        }
+    }
+
+    /// By how many sigma the gain is what was promised: were the effect there, it would be
+    /// promised +- 2 sqrt(promised + unknown).
+    fn kept_promise_sigmas(&self) -> f64 {
+        (self.gain - self.promised) / (2.0 * (self.promised + self.unknown).sqrt())
+    }
+}
+
+/// What the effect fitted to some sums does for others.
+fn gain_on(evidence: &Evidence, question: &Question<'_>, fitted_to: &Sums, on: &Sums) -> Gain {
     let both: Vec<usize> = question.model.iter().chain(question.asked).copied().collect();
     let without = evidence.solve(fitted_to, question.model).delta;
-    let with = evidence.solve(fitted_to, &both).delta;
-    let gain = on.chi_squared(question.model, &without) - on.chi_squared(&both, &with);
-    let mut difference = with;
+    let solution = evidence.solve(fitted_to, &both);
+    let gain = on.chi_squared(question.model, &without) - on.chi_squared(&both, &solution.delta);
+    let mut difference = solution.delta;
     for (i, value) in without.iter().enumerate() {
         difference[i] -= value;
     }
-    (gain, on.quadratic(&both, &difference))
+    let pull = DVector::from_fn(both.len(), |i, _| {
+        both.iter().zip(&difference).map(|(j, d)| on.gram[(both[i], *j)] * d).sum()
+    });
+    Gain {
+        gain,
+        promised: difference.dot(&pull),
+        unknown: (pull.transpose() * &solution.covariance * &pull)[0],
+    }
 }
 
 /// Answers the question.
@@ -114,18 +201,19 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
     let both: Vec<usize> = question.model.iter().chain(question.asked).copied().collect();
     let solution = evidence.solve(&evidence.total, &both);
     let first = question.model.len();
-    let gain = gain_on(evidence, question, &evidence.total, &evidence.total).0;
+    let gain = gain_on(evidence, question, &evidence.total, &evidence.total).gain;
     let held_out_gain = evidence
         .units
         .iter()
         .enumerate()
         .map(|(index, unit)| {
             let others = evidence.without(|it, _| it == index);
-            gain_on(evidence, question, &others, &unit.sums).0
+            gain_on(evidence, question, &others, &unit.sums).gain
         })
         .sum();
-    let Spread { dispersion, own_share, touched, better, lone } =
-        spread(evidence, question, &solution.delta);
+    let spread = spread(evidence, (question.model, question.asked), &solution.delta);
+    let dispersion = spread.dispersion(question.scatter);
+    let Spread { own_share, touched, better, lone, .. } = spread;
     // Without the one unit that shows it there is nothing to fit it with: what is left is the gain that
     // a fit to as much again would have, less what chance gives it.
     let held_out_gain = if lone { gain - 2.0 * question.asked.len() as f64 } else { held_out_gain };
@@ -152,6 +240,7 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         own_share,
         touched,
         better,
+        lone,
         worse_kind: worse_kind(evidence, question, &values, dispersion),
         values,
         implausible,
@@ -160,8 +249,9 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
 
 /// How units differ about an effect.
 struct Spread {
-    /// Equation (4).
-    dispersion: f64,
+    /// Equation (4), of so many degrees of freedom.
+    raw: f64,
+    freedom: f64,
     /// The share of the effect's information that is its own.
     own_share: f64,
     /// Equation (5).
@@ -171,12 +261,19 @@ struct Spread {
     lone: bool,
 }
 
+impl Spread {
+    /// Equation (4), moderated.
+    fn dispersion(&self, scatter: f64) -> f64 {
+        let belief = BELIEF_UNITS * scatter.max(1.0);
+        ((belief + self.freedom * self.raw) / (BELIEF_UNITS + self.freedom)).max(1.0)
+    }
+}
+
 /// From this share of all that is known of an effect on, a unit is the only one that shows it.
 const LONE_SHARE: f64 = 0.8;
 
 /// Equations (4) and (5), with `delta` the model's values and the effect's.
-fn spread(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) -> Spread {
-    let (m, e) = (question.model, question.asked);
+fn spread(evidence: &Evidence, (m, e): (&[usize], &[usize]), delta: &DVector<f64>) -> Spread {
     let both: Vec<usize> = m.iter().chain(e).copied().collect();
     let pick = |sums: &Sums, rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| sums.gram[(rows[i], columns[j])])
@@ -222,7 +319,7 @@ fn spread(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) ->
         .fold(0.0, f64::max);
     let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
     let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
-        return Spread { dispersion: 1.0, own_share, touched, better, lone };
+        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, lone };
     };
     let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
     for (score, covariance) in &scores {
@@ -232,14 +329,13 @@ fn spread(evidence: &Evidence, question: &Question<'_>, delta: &DVector<f64>) ->
         squared_shares += share * share;
     }
     if squared_shares <= 0.0 {
-        return Spread { dispersion: 1.0, own_share, touched, better, lone };
+        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, lone };
     }
     // So many units speak about it, were they all equal; one of them is used up by the fit.
     let units = shares * shares / squared_shares;
     let freedom = (units - 1.0).max(0.0);
     let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
-    let moderated = (NOISE_BELIEF_UNITS + freedom * raw) / (NOISE_BELIEF_UNITS + freedom);
-    Spread { dispersion: moderated.max(1.0), own_share, touched, better, lone }
+    Spread { raw, freedom, own_share, touched, better, lone }
 }
 
 /// The kind of run that gets worst, if any does, by an effect fitted to the other kinds.
@@ -273,23 +369,26 @@ fn worse_kind(
             let excited = values.iter().enumerate().any(|(j, value)| {
                 covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()
             });
-            let (gain, promised) = gain_on(evidence, question, &rest, &on);
-            (excited, gain / dispersion, promised / dispersion)
+            let it = gain_on(evidence, question, &rest, &on);
+            let share = Gain {
+                gain: it.gain / dispersion,
+                promised: it.promised / dispersion,
+                unknown: it.unknown / dispersion,
+            };
+            (excited, share)
         };
-        let (excited, mut gain, mut promised) = score(&|index| held_out.contains(&index));
+        let (excited, mut gain) = score(&|index| held_out.contains(&index));
         if !excited {
             let half = |parity: usize| {
                 let position = held_out.iter().enumerate();
                 let part: Vec<usize> =
                     position.filter(|(i, _)| i % 2 == parity).map(|(_, it)| *it).collect();
-                let (_, gain, promised) = score(&|index| part.contains(&index));
-                (gain, promised)
+                score(&|index| part.contains(&index)).1
             };
-            let (first, second) = (half(0), half(1));
-            gain = first.0 + second.0;
-            promised = first.1 + second.1;
+            gain = half(0).add(half(1));
         }
-        let sigmas = (gain - promised) / (2.0 * promised.sqrt());
+        let sigmas = gain.kept_promise_sigmas();
+        let gain = gain.gain;
         let contradicts = gain < -KIND_LOSS_MAX && sigmas < -KIND_CONTRADICTS_SIGMAS;
         if contradicts && worst.is_none_or(|(_, least)| gain < least) {
             worst = Some((kind, gain));

@@ -55,6 +55,7 @@ mod fit;
 mod gyro;
 mod increment;
 mod judge;
+mod legs;
 mod look;
 mod mixed_model;
 pub mod model;
@@ -62,11 +63,14 @@ pub mod next_run;
 mod noise;
 pub mod odometry_noise;
 mod profile;
+mod ripple;
 mod select;
+mod state;
 pub mod structure;
 #[cfg(test)]
 mod synthetic;
 mod tail;
+mod unevenness;
 mod whiten;
 
 pub use advice::Advice;

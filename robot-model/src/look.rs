@@ -7,8 +7,9 @@ use crate::errors::held_out_positions;
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::Fitted;
 use crate::increment::Term;
-use crate::judge::{Judgement, Question, judge};
+use crate::judge::{Judgement, Question, judge, run_scatter, scatter};
 use crate::odometry_noise::OdometryNoise;
+use crate::select::GEOMETRY;
 
 /// One effect as a candidate, at the best start of its shapes.
 #[derive(Clone, Debug)]
@@ -29,6 +30,8 @@ pub(crate) struct Look<'a> {
     in_model: usize,
     evidence: Evidence,
     noise: OdometryNoise,
+    /// How much runs disagree about what they are asked.
+    scatter: f64,
 }
 
 /// A growth of squared errors by less than this share is rounding: effects of the yaw rate sensor do not
@@ -60,7 +63,23 @@ impl<'a> Look<'a> {
             }
         }
         let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
-        Self { terms, in_model, evidence, noise: fitted.noise }
+        let mut look = Self { terms, in_model, evidence, noise: fitted.noise, scatter: 1.0 };
+        let model = look.model_columns(&[]);
+        let asked: Vec<Vec<usize>> = (0..look.terms.len()).map(|it| look.amplitudes(it)).collect();
+        let others = |index: usize| {
+            let own = if index < in_model { &asked[index][..] } else { &[] };
+            let others = model.iter().filter(|it| !own.contains(it));
+            others.copied().collect::<Vec<usize>>()
+        };
+        let given: Vec<Vec<usize>> = (0..asked.len()).map(others).collect();
+        let questions = given.iter().zip(&asked).map(|(given, asked)| (&given[..], &asked[..]));
+        // What a run may have for itself are its own radii and track width.
+        let is_geometry = |index: &usize| GEOMETRY.contains(&look.terms[*index].effect.facts().id);
+        let own: Vec<usize> =
+            (0..asked.len()).filter(is_geometry).flat_map(|it| asked[it].clone()).collect();
+        look.scatter =
+            scatter(&look.evidence, questions).max(run_scatter(&look.evidence, &model, &own));
+        look
     }
 
     /// How many effects are asked about: those of the model and the candidates.
@@ -116,8 +135,8 @@ impl<'a> Look<'a> {
             .map(|index| {
                 let model = self.model_columns(&[index]);
                 let asked = self.amplitudes(index);
-                let question =
-                    Question { model: &model, asked: &asked, effect: self.terms[index].effect };
+                let (effect, scatter) = (self.terms[index].effect, self.scatter);
+                let question = Question { model: &model, asked: &asked, effect, scatter };
                 judge(&self.evidence_without(&[index]), &question)
             })
             .collect()
@@ -159,7 +178,8 @@ impl<'a> Look<'a> {
             .map(|(index, _)| {
                 let asked = self.amplitudes(index);
                 let term = self.terms[index].clone();
-                let question = Question { model: &model, asked: &asked, effect: term.effect };
+                let (effect, scatter) = (term.effect, self.scatter);
+                let question = Question { model: &model, asked: &asked, effect, scatter };
                 Candidate { judgement: judge(&evidence, &question), term }
             })
             .collect()

@@ -65,6 +65,12 @@ impl Step {
         self.wheel_travel_m().difference() / self.track_width_m
     }
 
+    /// How far the rims rolled, whichever way: the mean of both wheels \[m\].
+    pub fn rolled_m(&self) -> f64 {
+        let rolled = self.wheel_travel_m().map(f64::abs);
+        rolled.mean()
+    }
+
     /// Speed, v \[m/s\].
     pub fn speed_mps(&self) -> f64 {
         self.wheel_speed_mps.mean()
@@ -94,10 +100,16 @@ impl Motion {
         // At least three samples lie within a window.
         let speed_half_s = SPEED_HALF_WINDOW_S.max(1.5 * spacing_s);
         let accel_half_s = ACCEL_HALF_WINDOW_S.max(1.5 * spacing_s);
+        // At its ends the window is what there is of it: a log may begin and end in motion.
+        let (first_s, last_s) = (start_s, start_s + recording.duration_s());
+        let window = |t_s: f64, half_s: f64| {
+            let (from_s, to_s) = ((t_s - half_s).max(first_s), (t_s + half_s).min(last_s));
+            (from_s, to_s, to_s - from_s)
+        };
         let speed = |t_s: f64| {
-            let before = recording.phi_at(t_s - speed_half_s);
-            let after = recording.phi_at(t_s + speed_half_s);
-            before.zip(after).map(|(a, b)| radius_m * (b - a) / (2.0 * speed_half_s))
+            let (from_s, to_s, span_s) = window(t_s, speed_half_s);
+            let (before, after) = (recording.phi_at(from_s), recording.phi_at(to_s));
+            before.zip(after).map(|(a, b)| radius_m * (b - a) / span_s)
         };
         let travels: Vec<f64> =
             recording.wheels.iter().map(|it| radius_m * it.phi_rad.mean()).collect();
@@ -107,7 +119,8 @@ impl Motion {
         for (k, pair) in recording.wheels.windows(2).enumerate() {
             let (before, after) = (pair[0], pair[1]);
             let middle_s = (before.t_s + after.t_s) / 2.0;
-            let accel = speed(middle_s - accel_half_s).zip(speed(middle_s + accel_half_s));
+            let (from_s, to_s, span_s) = window(middle_s, accel_half_s);
+            let accel = speed(from_s).zip(speed(to_s));
             let step = Step {
                 t_s: middle_s - start_s,
                 dt_s: after.t_s - before.t_s,
@@ -115,7 +128,7 @@ impl Motion {
                 phi_rad: before.phi_rad,
                 dphi_rad: before.phi_rad.zip(after.phi_rad).map(|(a, b)| b - a),
                 wheel_speed_mps: speed(middle_s),
-                wheel_accel_mps2: accel.map(|(a, b)| (b - a) / (2.0 * accel_half_s)),
+                wheel_accel_mps2: accel.map(|(a, b)| (b - a) / span_s),
                 path_m,
                 since_reversal_m: since_reversal[k],
                 payload_kg: recording.payload_kg,

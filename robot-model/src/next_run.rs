@@ -17,12 +17,14 @@ use crate::classes::Class;
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::Fitted;
 use crate::increment::Term;
+use crate::judge::Judgement;
 use crate::path::Pose;
 use crate::plan::{Drive, Piece, drive};
 use crate::predict::open_loop_from;
 use crate::recording::{Recording, Sight};
 
-/// To be told apart for sure, rivals are to differ by this in -2 log likelihood: five sigma.
+/// To be told apart for sure, rivals are to differ by this in -2 log likelihood: five sigma; by more where runs
+/// scatter more than their noise.
 const TOLD_APART: f64 = 25.0;
 
 /// Runs that could be made: what they are called, and the pieces of each.
@@ -129,17 +131,30 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
     Some(planned)
 }
 
-/// The run to make next, if any class has rivals that some run would tell apart.
+/// The run to make next, if any class has rivals that some run would tell apart: of the class with most
+/// rivals, if there is one for it.
 pub(crate) fn next_run(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
     classes: &[Class<'_>],
+    kept: &[Judgement],
 ) -> Option<NextRun> {
-    let (index, class) = classes
-        .iter()
-        .enumerate()
-        .filter(|(_, class)| !class.rivals.is_empty())
-        .max_by_key(|(_, class)| class.rivals.len())?;
+    let mut order: Vec<usize> =
+        (0..classes.len()).filter(|it| !classes[*it].rivals.is_empty()).collect();
+    order.sort_by_key(|it| core::cmp::Reverse(classes[*it].rivals.len()));
+    order.into_iter().find_map(|index| {
+        let told_apart = TOLD_APART * kept[index].dispersion;
+        separating(prepared, fitted, (index, &classes[index]), told_apart)
+    })
+}
+
+/// The cheapest run that tells most of a class apart, if any does.
+fn separating(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    (index, class): (usize, &Class<'_>),
+    told_apart: f64,
+) -> Option<NextRun> {
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
     terms.extend(class.rivals.iter().map(|it| it.term.clone()));
@@ -175,11 +190,11 @@ pub(crate) fn next_run(
                 here.separation(&sums, &own, &values, &others)
             })
             .collect();
-        let apart = told.iter().filter(|it| **it >= TOLD_APART).count();
+        let apart = told.iter().filter(|it| **it >= told_apart).count();
         let least = told.iter().copied().fold(f64::INFINITY, f64::min);
         // Plans come cheapest first: a later one has to tell more apart.
         if apart > 0 && best.as_ref().is_none_or(|(most, ..)| apart > *most) {
-            let names = rivals.iter().zip(&told).filter(|(_, it)| **it >= TOLD_APART);
+            let names = rivals.iter().zip(&told).filter(|(_, it)| **it >= told_apart);
             let names = names.map(|((id, _), _)| id.clone()).collect();
             best = Some((apart, least, plan.kind, names));
         }

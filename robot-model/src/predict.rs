@@ -4,7 +4,7 @@ use crate::increment::{Composer, Term};
 use crate::motion::Motion;
 use crate::path::Pose;
 use crate::recording::{Sight, wrap};
-use crate::whiten::Move;
+use crate::whiten::{Move, TIME_ROUNDING_S, within};
 
 /// A predicted track beside the measured one, at the times of the measurements.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,21 @@ pub(crate) fn open_loop(motion: &Motion, sights: &[Sight], terms: &[Term<'_>]) -
     open_loop_from(from, motion, sights, terms)
 }
 
+/// The same from a start with the heading that was measured, or that brings the track nearest to the
+/// measured one where none was measured there: effects of the world need it.
+pub(crate) fn open_loop_as_seen(motion: &Motion, sights: &[Sight], terms: &[Term<'_>]) -> Track {
+    let first = within(motion, sights).next().and_then(|it| it.heading_rad);
+    let start = match first {
+        Some(heading_rad) => Pose::new(0.0, 0.0, heading_rad),
+        None => {
+            let track = open_loop(motion, sights, terms);
+            // Either unit serves to find a heading.
+            track.best_start(1.0, 1.0).unwrap_or(Pose::ORIGIN)
+        }
+    };
+    open_loop_from(start, motion, sights, terms)
+}
+
 /// The same from a known start, which matters where effects depend on the place in the world.
 pub(crate) fn open_loop_from(
     start: Pose,
@@ -50,27 +65,23 @@ pub(crate) fn open_loop_from(
     let mut track = Track::default();
     let mut pose = start;
     let mut begin_s = motion.start_s;
-    let mut sights = sights.iter().peekable();
+    let mut sights = within(motion, sights).peekable();
+    let last = motion.steps.len().saturating_sub(1);
     for (k, nominal) in motion.steps.iter().enumerate() {
         let end_s = begin_s + nominal.dt_s;
         let mut step = *nominal;
         step.heading_rad = pose.heading_rad + nominal.turn_rad() / 2.0;
         step.place_m = [pose.x_m, pose.y_m];
         let increment = composer.step(&step);
-        while let Some(sight) = sights.peek() {
-            let seen_s = sight.t_s - delay_s;
-            // Sums of steps are rounded.
-            if seen_s > end_s + 1e-7 {
-                break;
-            }
-            if seen_s >= begin_s - 1e-7 {
-                let share = ((seen_s - begin_s) / nominal.dt_s).max(0.0);
-                let there = Move::new(pose, &increment, share).pose;
-                track.measured.push(**sight);
-                track.predicted.push(there.compose(Pose::new(ahead_m, left_m, 0.0)));
-                track.step.push(k);
-            }
-            sights.next();
+        // Sums of steps are rounded; what was seen a moment before or after them was seen at rest.
+        while let Some(sight) =
+            sights.next_if(|it| k == last || it.t_s - delay_s <= end_s + TIME_ROUNDING_S)
+        {
+            let seen_s = (sight.t_s - delay_s).clamp(begin_s, end_s);
+            let there = Move::new(pose, &increment, (seen_s - begin_s) / nominal.dt_s).pose;
+            track.measured.push(*sight);
+            track.predicted.push(there.compose(Pose::new(ahead_m, left_m, 0.0)));
+            track.step.push(k);
         }
         pose = Move::new(pose, &increment, 1.0).pose;
         begin_s = end_s;

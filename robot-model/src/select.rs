@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use crate::campaign::Prepared;
 use crate::effect::Effect;
-use crate::fit::{Fitted, fit, fit_afresh, minus_two_log_likelihood};
+use crate::fit::{Fitted, fit, fit_afresh, fit_roughly, minus_two_log_likelihood};
 use crate::increment::Term;
 use crate::judge::Judgement;
 use crate::look::{Candidate, Look, penalty};
@@ -17,7 +17,7 @@ const EFFECTS_MAX: usize = 8;
 const MODELS_MAX: usize = 16;
 /// By chance alone the likelihood asks for an effect in a perfect robot this often. Sound robots of forces
 /// have small effects of their own (soft tyres, a caster), for which the rest of 5 % is kept.
-const FALSE_ALARM: f64 = 0.02;
+pub(crate) const FALSE_ALARM: f64 = 0.02;
 /// A first look lets more pass: what does not stand is removed in the end.
 const FIRST_LOOK_P: f64 = 0.01;
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
@@ -36,7 +36,7 @@ pub(crate) struct Selection<'a> {
 
 /// The model of a campaign: of all models tried in which every effect stands, the most likely one.
 pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> Selection<'a> {
-    let mut fitted = fit_afresh(prepared, geometry(catalogue));
+    let mut fitted = fit_roughly(prepared, geometry(catalogue));
     // What was tried before is not gone to again, so that the search ends.
     let mut seen = BTreeSet::from([ids(&fitted.terms)]);
     let mut best: Option<(f64, Fitted<'a>)> = None;
@@ -68,7 +68,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
 }
 
 /// What every robot is to be measured for first, and what everything else has to stand beside.
-const GEOMETRY: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
+pub(crate) const GEOMETRY: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
 
 /// Where the search starts: radii and track width free. What is left over is then nearer to noise than
 /// what a nominal robot leaves, so that the noise is not learnt from the errors that are looked for, and

@@ -11,13 +11,18 @@ use crate::evidence::Evidence;
 use crate::fit::Fitted;
 use crate::increment::Term;
 use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::judge::{Question, judge};
+use crate::judge::{Question, judge, run_scatter, scatter};
 use crate::motion::Step;
+use crate::ripple::ripple;
 use crate::sides::Sides;
 use crate::tail::false_discovery_rates;
+use crate::unevenness::unevenness;
 
 /// Regressors are to be named falsely at most this often.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
+
+/// By chance there is a ripple this seldom.
+const RIPPLE_P: f64 = 1e-4;
 
 /// What the residuals depend on, if on anything.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -102,6 +107,15 @@ static PROBES: &[Probe] = &[
     Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 1.0) },
     Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 2.0) },
     Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe {
+        regressor: "wheel angle",
+        act: |p, step| {
+            let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
+            let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
+            let aside = p[0] * left.1 + p[1] * left.0 + p[2] * right.1 + p[3] * right.0;
+            Change { sideways_m: aside * step.travel_m(), ..Change::NONE }
+        },
+    },
     Probe {
         regressor: "heading",
         act: |p, step| {
@@ -221,8 +235,43 @@ static PROBES: &[Probe] = &[
     },
 ];
 
-/// Tests what the model leaves against every regressor.
+/// What a run may have for itself: its own travel of either wheel, its own turn.
+static OF_A_RUN: Probe = Probe {
+    regressor: "run",
+    act: |p, step| Change {
+        travel: Sides::new(p[0], p[1]),
+        turn_rad: p[2] * step.travel_m().abs(),
+        turning: p[3],
+        ..Change::NONE
+    },
+};
+
+/// Tests what the model leaves against every regressor, and whether its noise depends on the motion.
 pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
+    let mut found = of_regressors(prepared, fitted);
+    let p_value = ripple(prepared, fitted);
+    if p_value < RIPPLE_P {
+        if !found.structure {
+            found.p_value = p_value;
+        }
+        found.structure = true;
+        // Whatever else is found may be where its crests happened to stop.
+        found.depends_on.retain(|it| *it != "wheel angle");
+        found.depends_on.insert(0, "wheel angle");
+    }
+    let Some(uneven) = unevenness(prepared, fitted) else { return found };
+    if !found.structure || uneven.rules {
+        found.p_value = uneven.p_value;
+    }
+    found.structure = true;
+    found.depends_on.retain(|it| *it != uneven.regressor);
+    let place = if uneven.rules { 0 } else { found.depends_on.len() };
+    found.depends_on.insert(place, uneven.regressor);
+    found
+}
+
+/// Tests what the model leaves against every regressor.
+fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
     let probes: Vec<&Probe> = PROBES.iter().collect();
@@ -231,8 +280,10 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
         values: vec![0.0; PARAMETERS_MAX],
         column: None,
     }));
+    terms.push(Term { effect: &OF_A_RUN, values: vec![0.0; PARAMETERS_MAX], column: None });
     let evidence = Evidence::gather(prepared, &mut terms, &fitted.noise);
     let first_of = |index: usize| terms[index].column.unwrap_or(0);
+    let own: Vec<usize> = (0..PARAMETERS_MAX).map(|it| first_of(terms.len() - 1) + it).collect();
     let mut model: Vec<usize> = match terms.get(in_model) {
         Some(probe) => (0..probe.column.unwrap_or(0)).collect(),
         None => Vec::new(),
@@ -240,16 +291,25 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
     let mut open: Vec<usize> = (0..probes.len()).collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
     loop {
-        let judged: Vec<(usize, f64, f64)> = open
+        let columns: Vec<Vec<usize>> = open
             .iter()
             .map(|probe| {
                 let first = first_of(in_model + probe);
-                let asked: Vec<usize> = (first..first + PARAMETERS_MAX).collect();
-                let asked = visible(&evidence, &asked);
+                visible(&evidence, &(first..first + PARAMETERS_MAX).collect::<Vec<_>>())
+            })
+            .collect();
+        let shown = columns.iter().filter(|it| !it.is_empty());
+        let scatter = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])))
+            .max(run_scatter(&evidence, &model, &own));
+        let judged: Vec<(usize, f64, f64)> = open
+            .iter()
+            .zip(&columns)
+            .map(|(probe, asked)| {
                 if asked.is_empty() {
                     return (*probe, 1.0, 0.0);
                 }
-                let question = Question { model: &model, asked: &asked, effect: probes[*probe] };
+                let effect = probes[*probe];
+                let question = Question { model: &model, asked, effect, scatter };
                 let it = judge(&evidence, &question);
                 let p_value = if it.held_out_gain > 0.0 { it.p_value } else { 1.0 };
                 (*probe, p_value, it.gain / it.dispersion)

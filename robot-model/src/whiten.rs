@@ -29,18 +29,11 @@ use crate::increment::{Composer, Increment, Term};
 use crate::motion::{Motion, Step};
 use crate::odometry_noise::OdometryNoise;
 use crate::path::{Pose, sinc};
-use crate::recording::{Sight, wrap};
+use crate::recording::Sight;
+use crate::state::{Glance, PSI, Quantity, STATES, State, Update};
 
 /// Heading noise of a start of which no heading was ever measured \[rad\].
-const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.3;
-
-/// What was measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Quantity {
-    X,
-    Y,
-    Heading,
-}
+pub(crate) const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.3;
 
 /// One innovation.
 #[derive(Clone, Copy, Debug)]
@@ -57,14 +50,13 @@ pub(crate) struct Innovation {
 pub(crate) trait Sink {
     /// One innovation with its whitened derivatives j / sqrt(s).
     fn row(&mut self, innovation: Innovation, whitened: &[f64]);
-}
 
-/// Numbers of the filter's state.
-const STATES: usize = 8;
-/// Of them, psi: the sensor's heading less that of the robot \[rad\].
-const PSI: usize = 6;
-/// Of them, tau: how late the sensor's clock is in this run \[s\].
-const TAU: usize = 7;
+    /// The robot moves by a share of a step.
+    fn moved(&mut self, _step: &Step, _increment: &Increment, _share: f64) {}
+
+    /// A pose is measured here, the first of all or one to be compared with.
+    fn sighted(&mut self, _sight: &Sight, _step: &Step, _pose: Pose) {}
+}
 
 /// The filter over one run.
 pub(crate) struct Filter<'a> {
@@ -72,12 +64,7 @@ pub(crate) struct Filter<'a> {
     view: View,
     view_by_column: Vec<View>,
     noise: &'a OdometryNoise,
-    pose: Pose,
-    /// e.
-    wobble: [f64; 3],
-    /// psi and tau.
-    run: [f64; 2],
-    covariance: [[f64; STATES]; STATES],
+    state: State,
     sensitivity: Vec<[f64; STATES]>,
     row: Vec<f64>,
 }
@@ -91,9 +78,7 @@ pub(crate) fn whiten(
     noise: &OdometryNoise,
     sink: &mut impl Sink,
 ) {
-    let Some((start, sigma_rad)) = start_pose(motion, sights, terms, noise) else {
-        return;
-    };
+    let Some(start) = start_pose(motion, sights, terms) else { return };
     let composer = Composer::new(terms, columns);
     let (view, view_by_column) = composer.view();
     let mut filter = Filter {
@@ -101,69 +86,78 @@ pub(crate) fn whiten(
         view,
         view_by_column,
         noise,
-        pose: start,
-        wobble: [0.0; 3],
-        run: [0.0; 2],
-        covariance: [[0.0; STATES]; STATES],
+        state: State::new(start),
         sensitivity: vec![[0.0; STATES]; columns],
         row: vec![0.0; columns],
     };
     let delay_s = view.delay_s.value;
-    let mut sights = sights.iter().skip_while(|it| it.position_m.is_none()).peekable();
+    let mut sights = within(motion, sights).peekable();
+    let last = motion.steps.len().saturating_sub(1);
     let mut started = false;
     let mut begin_s = motion.start_s;
     for (k, nominal) in motion.steps.iter().enumerate() {
         let end_s = begin_s + nominal.dt_s;
         let mut now_s = begin_s;
         let mut step = *nominal;
-        step.heading_rad = filter.pose.heading_rad + nominal.turn_rad() / 2.0;
-        step.place_m = [filter.pose.x_m, filter.pose.y_m];
+        step.heading_rad = filter.state.pose.heading_rad + nominal.turn_rad() / 2.0;
+        step.place_m = [filter.state.pose.x_m, filter.state.pose.y_m];
         let increment = filter.composer.step(&step);
-        while let Some(sight) = sights.peek() {
-            let seen_s = sight.t_s - delay_s;
-            if seen_s > end_s + TIME_ROUNDING_S {
-                break;
-            }
-            if seen_s >= begin_s - TIME_ROUNDING_S {
-                let share = ((seen_s - now_s) / nominal.dt_s).max(0.0);
-                if started {
-                    filter.advance(&step, &increment, share);
-                    filter.measure(sight, &step, k, sink);
-                } else {
-                    filter.start(sight, sigma_rad, &step);
-                    started = true;
+        // What was seen a moment before the first step or after the last was seen at rest.
+        while let Some(sight) =
+            sights.next_if(|it| k == last || it.t_s - delay_s <= end_s + TIME_ROUNDING_S)
+        {
+            let seen_s = (sight.t_s - delay_s).clamp(now_s, end_s.max(now_s));
+            let share = (seen_s - now_s) / nominal.dt_s;
+            if started {
+                filter.advance(&step, &increment, share, sink);
+                filter.measure(sight, &step, k, sink);
+            } else {
+                filter.carry(&increment, share);
+                if sight.position_m.is_none() {
+                    now_s = seen_s;
+                    continue;
                 }
-                now_s = seen_s.max(now_s);
+                filter.start(sight, noise, &step);
+                started = true;
             }
-            sights.next();
+            sink.sighted(sight, &step, filter.state.pose);
+            now_s = seen_s;
         }
+        let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
         if started {
-            filter.advance(&step, &increment, ((end_s - now_s) / nominal.dt_s).max(0.0));
+            filter.advance(&step, &increment, share, sink);
+        } else {
+            filter.carry(&increment, share);
         }
         begin_s = end_s;
     }
 }
 
-/// Times that differ by less are the same \[s\]: sums of steps are rounded.
-const TIME_ROUNDING_S: f64 = 1e-7;
+/// The poses measured while the encoders were recorded: the same ones whatever a model's delay is, as
+/// models are compared by what they make of the same measurements.
+pub(crate) fn within<'s>(motion: &Motion, sights: &'s [Sight]) -> impl Iterator<Item = &'s Sight> {
+    let start_s = motion.start_s;
+    let end_s = start_s + motion.steps.iter().map(|it| it.dt_s).sum::<f64>();
+    let during = start_s - TIME_ROUNDING_S..=end_s + TIME_ROUNDING_S;
+    sights.iter().filter(move |it| during.contains(&it.t_s))
+}
 
-/// Where the filter starts, and the noise of that heading; `None` if no position was measured.
-fn start_pose(
-    motion: &Motion,
-    sights: &[Sight],
-    terms: &[Term<'_>],
-    noise: &OdometryNoise,
-) -> Option<(Pose, f64)> {
-    let first = sights.iter().find(|it| it.position_m.is_some())?;
+/// Times that differ by less are the same \[s\]: sums of steps are rounded.
+pub(crate) const TIME_ROUNDING_S: f64 = 1e-7;
+
+/// Where the robot stands when the wheels begin to be recorded; `None` if no position was measured.
+fn start_pose(motion: &Motion, sights: &[Sight], terms: &[Term<'_>]) -> Option<Pose> {
+    let first = within(motion, sights).find(|it| it.position_m.is_some())?;
     let [x_m, y_m] = first.position_m?;
-    let (heading_rad, sigma_rad) = match first.heading_rad {
-        Some(heading_rad) => (heading_rad, noise.heading_sigma_rad),
+    let heading_rad = match first.heading_rad {
+        // It replaces what comes of this one.
+        Some(heading_rad) => heading_rad,
         None => {
             let track = crate::predict::open_loop(motion, sights, terms);
-            (track.start_from_positions()?.heading_rad, UNKNOWN_HEADING_SIGMA_RAD)
+            track.start_from_positions()?.heading_rad
         }
     };
-    Some((Pose::new(x_m, y_m, heading_rad), sigma_rad))
+    Some(Pose::new(x_m, y_m, heading_rad))
 }
 
 /// A move by a share of an increment: where it leads, and its derivatives by the start's heading
@@ -215,12 +209,18 @@ impl Move {
 }
 
 impl Filter<'_> {
+    /// Moves the pose alone, before anything is known of it.
+    fn carry(&mut self, increment: &Increment, share: f64) {
+        self.state.pose = Move::new(self.state.pose, increment, share).pose;
+    }
+
     /// Equation (1), for a share of a step.
-    fn advance(&mut self, step: &Step, increment: &Increment, share: f64) {
+    fn advance(&mut self, step: &Step, increment: &Increment, share: f64, sink: &mut impl Sink) {
         if share == 0.0 {
             return;
         }
-        let there = Move::new(self.pose, increment, share);
+        sink.moved(step, increment, share);
+        let there = Move::new(self.state.pose, increment, share);
         let [gx, gy] = there.by_heading;
         let fade = self.noise.wobble_fade(step.dt_s * share);
         for (s, change) in self.sensitivity.iter_mut().zip(&self.composer.by_column) {
@@ -230,32 +230,9 @@ impl Filter<'_> {
             s[2] += moved[2];
             s[3..PSI].iter_mut().for_each(|it| *it *= fade);
         }
-        self.wobble = self.wobble.map(|it| it * fade);
-        let p = &mut self.covariance;
-        // P F' then F P F', with x and y moved by (gx, gy) theta, and e faded.
-        for row in p.iter_mut() {
-            row[0] += gx * row[2];
-            row[1] += gy * row[2];
-            row[3] *= fade;
-            row[4] *= fade;
-            row[5] *= fade;
-        }
-        let turned = p[2];
-        for (j, from_heading) in turned.into_iter().enumerate() {
-            p[0][j] += gx * from_heading;
-            p[1][j] += gy * from_heading;
-        }
-        p[3..PSI].iter_mut().flatten().for_each(|it| *it *= fade);
-        let renewed = 1.0 - fade * fade;
-        p[3][3] += renewed * self.noise.position_wobble_m.powi(2);
-        p[4][4] += renewed * self.noise.position_wobble_m.powi(2);
-        p[5][5] += renewed * self.noise.heading_wobble_rad.powi(2);
-        let rolled = step.wheel_travel_m();
-        let rolled_m = (rolled.left.abs() + rolled.right.abs()) / 2.0 * share;
-        p[0][0] += self.noise.travel_variance_m2(rolled_m);
-        p[1][1] += self.noise.travel_variance_m2(rolled_m);
-        p[2][2] += self.noise.heading_variance_rad2(rolled_m);
-        self.pose = there.pose;
+        self.state.carry(there.pose, [gx, gy], fade);
+        let rolled_m = step.rolled_m() * share;
+        self.state.wander(self.noise, rolled_m, fade);
     }
 
     /// The measured point relative to the pose, and its derivative by the heading, whose sine and cosine
@@ -266,62 +243,27 @@ impl Filter<'_> {
         (offset, [-offset[1], offset[0]])
     }
 
-    /// Velocity in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single step is a count
-    /// or none, and goes with the error of that same count.
-    fn velocity(&self, step: &Step) -> [f64; 3] {
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
-        let speed = step.speed_mps();
-        [speed * cos, speed * sin, step.turn_rate_rad_s()]
+    /// Velocity of the measured point in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single
+    /// step is a count or none, and goes with the error of that same count.
+    fn velocity(&self, step: &Step, sin_cos: [f64; 2]) -> [f64; 3] {
+        velocity_of(step.speed_mps(), step.turn_rate_rad_s(), sin_cos, self.offset_at(sin_cos).1)
     }
 
     /// The first pose: it is known to within the noise, and so are its sensitivities.
-    fn start(&mut self, sight: &Sight, heading_sigma_rad: f64, step: &Step) {
+    fn start(&mut self, sight: &Sight, noise: &OdometryNoise, step: &Step) {
         let Some(position_m) = sight.position_m else { return };
+        let known = sight.heading_rad.is_some();
+        let heading_sigma_rad =
+            if known { noise.heading_sigma_rad } else { UNKNOWN_HEADING_SIGMA_RAD };
         if let Some(heading_rad) = sight.heading_rad {
-            self.pose.heading_rad = heading_rad;
+            self.state.pose.heading_rad = heading_rad;
         }
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
+        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
         let (offset, by_heading) = self.offset_at([sin, cos]);
-        self.pose.x_m = position_m[0] - offset[0];
-        self.pose.y_m = position_m[1] - offset[1];
-        let heading_var = heading_sigma_rad * heading_sigma_rad;
-        let position_var = self.noise.position_sigma_m * self.noise.position_sigma_m;
-        let wobble_var =
-            [self.noise.position_wobble_m, self.noise.heading_wobble_rad].map(|it| it * it);
-        // pose = z - offset(theta) - e - psi - noise + tau velocity: what is not known of these goes
-        // into the pose as well.
-        let psi_var = self.noise.heading_offset_rad.powi(2);
-        let tau_var = self.noise.clock_offset_s.powi(2);
-        let independent = [position_var + wobble_var[0], heading_var + wobble_var[1] + psi_var];
-        let lever = [-by_heading[0], -by_heading[1], 1.0];
-        let velocity = self.velocity(step);
-        let later: [f64; 3] = core::array::from_fn(|i| {
-            lever[i] * velocity[2] + if i < 2 { velocity[i] } else { 0.0 }
-        });
-        for i in 0..3 {
-            for j in 0..3 {
-                self.covariance[i][j] =
-                    lever[i] * lever[j] * independent[1] + later[i] * later[j] * tau_var;
-            }
-            let shared = [
-                (5, -lever[i] * wobble_var[1]),
-                (PSI, -lever[i] * psi_var),
-                (TAU, later[i] * tau_var),
-            ];
-            for (state, covariance) in shared {
-                self.covariance[i][state] = covariance;
-                self.covariance[state][i] = covariance;
-            }
-        }
-        for i in 0..2 {
-            self.covariance[i][i] += independent[0];
-            self.covariance[3 + i][3 + i] = wobble_var[0];
-            self.covariance[i][3 + i] = -wobble_var[0];
-            self.covariance[3 + i][i] = -wobble_var[0];
-        }
-        self.covariance[5][5] = wobble_var[1];
-        self.covariance[PSI][PSI] = psi_var;
-        self.covariance[TAU][TAU] = tau_var;
+        self.state.pose.x_m = position_m[0] - offset[0];
+        self.state.pose.y_m = position_m[1] - offset[1];
+        let velocity = self.velocity(step, [sin, cos]);
+        self.state.start(self.noise, heading_sigma_rad, by_heading, velocity);
         for (view, s) in self.view_by_column.iter().zip(&mut self.sensitivity) {
             let slope = |quantity| view_slope(view, quantity, velocity, [sin, cos]);
             let turned = -slope(Quantity::Heading);
@@ -334,57 +276,46 @@ impl Filter<'_> {
 
     /// Equations (2) and (3), for each number of a pose.
     fn measure(&mut self, sight: &Sight, step: &Step, index: usize, sink: &mut impl Sink) {
-        let velocity = self.velocity(step);
-        let (sin, cos) = self.pose.heading_rad.sin_cos();
-        let position_var = self.noise.position_sigma_m * self.noise.position_sigma_m;
-        let heading_var = self.noise.heading_sigma_rad * self.noise.heading_sigma_rad;
-        let quantities = [
-            (Quantity::X, sight.position_m.map(|it| it[0]), position_var),
-            (Quantity::Y, sight.position_m.map(|it| it[1]), position_var),
-            (Quantity::Heading, sight.heading_rad, heading_var),
-        ];
-        for (quantity, measured, noise_var) in quantities {
-            let Some(measured) = measured else { continue };
+        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+        let velocity = self.velocity(step, [sin, cos]);
+        for (quantity, measured) in numbers(sight) {
             let (offset, by_heading) = self.offset_at([sin, cos]);
-            let [ex, ey, turned] = self.wobble;
-            let [psi, tau] = self.run;
-            // dh/dx has a one at the quantity and one at its e; a position has its lever, a heading psi.
-            let (axis, lever, by_psi, nu) = match quantity {
-                Quantity::X => (0, by_heading[0], 0.0, measured - self.pose.x_m - offset[0] - ex),
-                Quantity::Y => (1, by_heading[1], 0.0, measured - self.pose.y_m - offset[1] - ey),
-                Quantity::Heading => {
-                    (2, 0.0, 1.0, wrap(measured - self.pose.heading_rad - turned - psi))
-                }
-            };
-            let by_tau = -velocity[axis];
-            let nu = nu - by_tau * tau;
-            let along = |row: &[f64; STATES]| {
-                row[axis] + row[axis + 3] + lever * row[2] + by_psi * row[PSI] + by_tau * row[TAU]
-            };
-            let ph: [f64; STATES] = core::array::from_fn(|i| along(&self.covariance[i]));
-            let variance = along(&ph) + noise_var;
-            let weight = 1.0 / variance.sqrt();
-            let gain: [f64; STATES] = core::array::from_fn(|i| ph[i] * (weight * weight));
+            let glance = Glance { quantity, measured, offset, by_heading, velocity };
+            let update = self.state.innovation(self.noise, &glance);
+            let weight = 1.0 / update.variance.sqrt();
             for (column, s) in self.sensitivity.iter_mut().enumerate() {
                 let view = &self.view_by_column[column];
-                let j = along(s) + view_slope(view, quantity, velocity, [sin, cos]);
+                let j = update.reading.along(s) + view_slope(view, quantity, velocity, [sin, cos]);
                 self.row[column] = j * weight;
-                s.iter_mut().zip(gain).for_each(|(s, k)| *s -= k * j);
+                s.iter_mut().zip(update.gain).for_each(|(s, k)| *s -= k * j);
             }
-            self.pose.x_m += gain[0] * nu;
-            self.pose.y_m += gain[1] * nu;
-            self.pose.heading_rad += gain[2] * nu;
-            for i in 0..3 {
-                self.wobble[i] += gain[3 + i] * nu;
-            }
-            self.run[0] += gain[PSI] * nu;
-            self.run[1] += gain[TAU] * nu;
-            for (line, k) in self.covariance.iter_mut().zip(gain) {
-                line.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
-            }
-            sink.row(Innovation { step: index, value: nu, variance }, &self.row);
+            self.state.take(&update);
+            let Update { nu: value, variance, .. } = update;
+            sink.row(Innovation { step: index, value, variance }, &self.row);
         }
     }
+}
+
+/// Velocity of a point in the fixed frame, from the robot's speed and turn rate; `by_heading` is the derivative
+/// of where it lies by the heading.
+pub(crate) fn velocity_of(
+    speed_mps: f64,
+    turn_rate_rad_s: f64,
+    [sin, cos]: [f64; 2],
+    by_heading: [f64; 2],
+) -> [f64; 3] {
+    [
+        speed_mps * cos + turn_rate_rad_s * by_heading[0],
+        speed_mps * sin + turn_rate_rad_s * by_heading[1],
+        turn_rate_rad_s,
+    ]
+}
+
+/// The numbers of a measured pose, those that are there.
+pub(crate) fn numbers(sight: &Sight) -> impl Iterator<Item = (Quantity, f64)> {
+    let [x, y] = [0, 1].map(|axis| sight.position_m.map(|it| it[axis]));
+    let all = [(Quantity::X, x), (Quantity::Y, y), (Quantity::Heading, sight.heading_rad)];
+    all.into_iter().filter_map(|(quantity, measured)| Some((quantity, measured?)))
 }
 
 /// dh/dp of one quantity by one column's view, with the sine and cosine of the heading.

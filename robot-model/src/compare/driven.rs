@@ -7,6 +7,7 @@ use super::Rms;
 use super::stretch::tracks;
 use crate::campaign::{Prepared, PreparedRun};
 use crate::increment::Term;
+use crate::motion::Step;
 use crate::noise::Noise;
 use crate::odometry_noise::OdometryNoise;
 use crate::parallel;
@@ -181,12 +182,13 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut N
     let mut off = [0.0_f64; 3];
     let mut wobble = [(); 3].map(|()| random.normal());
     let scale = [noise.position_wobble_m, noise.position_wobble_m, noise.heading_wobble_rad];
+    let turned_rad = noise.heading_offset_rad * random.normal();
+    let late_s = noise.clock_offset_s * random.normal();
     let mut before: Option<(Pose, usize, f64)> = None;
     for ((sight, pose), step) in track.measured.iter().zip(&track.predicted).zip(&track.step) {
         if let Some((from, from_step, from_s)) = before {
             let steps = &run.motion.steps[from_step..*step];
-            let rolled_m: f64 =
-                steps.iter().map(|it| it.wheel_travel_m().map(f64::abs).mean()).sum();
+            let rolled_m: f64 = steps.iter().map(Step::rolled_m).sum();
             let wander_rad = random.normal() * noise.heading_variance_rad2(rolled_m).sqrt();
             let lever_rad = off[2] + wander_rad / 2.0;
             let travel_sigma_m = noise.travel_variance_m2(rolled_m).sqrt();
@@ -200,7 +202,13 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut N
         before = Some((*pose, *step, sight.t_s));
         let white = [noise.position_sigma_m, noise.position_sigma_m, noise.heading_sigma_rad]
             .map(|sigma| sigma * random.normal());
-        let error: [f64; 3] = core::array::from_fn(|i| off[i] + scale[i] * wobble[i] + white[i]);
+        let of_run = {
+            let (moving, (sin, cos)) = (&run.motion.steps[*step], pose.heading_rad.sin_cos());
+            let behind_m = -late_s * moving.speed_mps();
+            [behind_m * cos, behind_m * sin, turned_rad - late_s * moving.turn_rate_rad_s()]
+        };
+        let error: [f64; 3] =
+            core::array::from_fn(|i| off[i] + of_run[i] + scale[i] * wobble[i] + white[i]);
         sights.push(Sight {
             t_s: sight.t_s,
             position_m: sight.position_m.map(|_| [pose.x_m + error[0], pose.y_m + error[1]]),

@@ -16,10 +16,11 @@ use serde::Serialize;
 
 use crate::campaign::{Prepared, PreparedRun};
 use crate::increment::Term;
+use crate::motion::Step;
 use crate::odometry_noise::OdometryNoise;
 use crate::parallel;
 use crate::path::Pose;
-use crate::predict::{Track, open_loop_from};
+use crate::predict::{Track, open_loop_as_seen};
 use crate::recording::wrap;
 
 /// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
@@ -76,10 +77,7 @@ impl Drift {
 /// The predicted track of each run, from a start with the heading that was measured.
 pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
     parallel::map(&prepared.runs, |run| {
-        let sights = &run.recording.sights;
-        // Effects of the world need the heading; where the start is changes nothing else.
-        let heading_rad = sights.iter().find_map(|it| it.heading_rad).unwrap_or(0.0);
-        open_loop_from(Pose::new(0.0, 0.0, heading_rad), &run.motion, sights, terms)
+        open_loop_as_seen(&run.motion, &run.recording.sights, terms)
     })
 }
 
@@ -96,7 +94,7 @@ pub(super) fn stretches(
     let steps = &run.motion.steps;
     let rolled: Vec<f64> = core::iter::once(0.0)
         .chain(steps.iter().scan(0.0, |sum, step| {
-            *sum += step.wheel_travel_m().map(f64::abs).mean();
+            *sum += step.rolled_m();
             Some(*sum)
         }))
         .collect();
@@ -108,7 +106,7 @@ pub(super) fn stretches(
     let mut found = Vec::new();
     let mut open: Option<(usize, usize)> = None;
     let close = |from: usize, to: usize, label: usize, found: &mut Vec<_>| {
-        if let Some(stretch) = between(index, track, &rolled, noise, from, to) {
+        if let Some(stretch) = between(index, steps, track, &rolled, noise, from, to) {
             found.push((label, stretch));
         }
     };
@@ -135,6 +133,7 @@ pub(super) fn stretches(
 
 fn between(
     run: usize,
+    steps: &[Step],
     track: &Track,
     rolled: &[f64],
     noise: &OdometryNoise,
@@ -155,12 +154,21 @@ fn between(
     let fading = 2.0 * (1.0 - noise.wobble_fade(t_s));
     let walk = noise.heading_variance_rad2(rolled_m);
     let heading = noise.heading_sigma_rad.powi(2) + noise.heading_wobble_rad.powi(2);
+    // A clock that is off shows where the speed is not the same at both ends; a sensor that is turned
+    // turns the whole stretch.
+    let [begin, end] = [from, to].map(|k| &steps[track.step[k]]);
+    let late_var = noise.clock_offset_s.powi(2);
+    let faster_mps = end.speed_mps() - begin.speed_mps();
+    let turns_faster_rad_s = end.turn_rate_rad_s() - begin.turn_rate_rad_s();
     let position_var = 2.0 * noise.position_sigma_m.powi(2)
         + fading * noise.position_wobble_m.powi(2)
         + noise.travel_variance_m2(rolled_m);
-    let lever = heading + walk / 3.0;
-    let turn_var =
-        2.0 * noise.heading_sigma_rad.powi(2) + fading * noise.heading_wobble_rad.powi(2) + walk;
+    let lever = heading + noise.heading_offset_rad.powi(2) + walk / 3.0;
+    let turn_var = 2.0 * noise.heading_sigma_rad.powi(2)
+        + fading * noise.heading_wobble_rad.powi(2)
+        + walk
+        + late_var * turns_faster_rad_s.powi(2);
+    let along_var = position_var + late_var * faster_mps.powi(2);
     Some(Stretch {
         run,
         rolled_m,
@@ -170,7 +178,7 @@ fn between(
             wrap(measured.heading_rad - predicted.heading_rad),
         ],
         sigma: [
-            (position_var + predicted.y_m.powi(2) * lever).sqrt(),
+            (along_var + predicted.y_m.powi(2) * lever).sqrt(),
             (position_var + predicted.x_m.powi(2) * lever).sqrt(),
             turn_var.sqrt(),
         ],

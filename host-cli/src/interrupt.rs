@@ -1,15 +1,24 @@
-//! Ctrl-C, or the request of the system to end: asks a procedure to end in good order; the second one
-//! ends the program at once.
+//! Ctrl-C, or the request of the system to end: asks a procedure to end in good order; a second one ends
+//! the program at once.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
-static PRESSED: AtomicU8 = AtomicU8::new(0);
+static PRESSED: OnceLock<Instant> = OnceLock::new();
+
+/// A second one so soon after the first is the same one: shells and `timeout` send it to a process and to its
+/// group.
+const SAME: Duration = Duration::from_millis(500);
 
 /// Starts to listen. Without this, Ctrl-C ends the program at once.
 pub fn listen() {
     // If there is a handler already, that one is in charge.
     let _ = ctrlc::set_handler(|| {
-        if PRESSED.fetch_add(1, Ordering::Relaxed) > 0 {
+        if PRESSED.get_or_init(Instant::now).elapsed() > SAME {
+            eprintln!(
+                "stopped on the spot: the robot brakes by itself as nobody renews its motion; what it has in \
+                 use may not be what is saved (`beeline config restore`)"
+            );
             std::process::exit(130);
         }
     });
@@ -17,5 +26,5 @@ pub fn listen() {
 
 /// Whether the user wants this to end.
 pub fn requested() -> bool {
-    PRESSED.load(Ordering::Relaxed) > 0
+    PRESSED.get().is_some()
 }

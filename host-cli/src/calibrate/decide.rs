@@ -5,25 +5,38 @@ use robot_model::{Geometry, Source, WheelWeight};
 
 /// The mean of several runs, each weighted by what it alone adds.
 ///
-/// What the runs have in common, the tolerances of the nominal robot, no mean makes smaller:
-/// sigma^2 = 1 / sum(1 / own_i^2) + common^2.
+/// What the runs have in common, the tolerances of the nominal robot, no mean makes smaller; and where n runs
+/// differ by more than each of them promises, what they promise is not believed (Birge's ratio):
+///
+/// ```text
+/// sigma^2 = B / sum(1 / own_i^2) + common^2,   B = max(1, sum((W_i - W)^2 / own_i^2) / (n - 1))
+/// ```
 pub(super) fn mean(said: &[WheelWeight]) -> Estimate {
     if let [one] = said {
         return Estimate { value: one.value, sigma: one.sigma };
     }
     let is_common = |source| matches!(source, Source::TrackWidth | Source::WheelRadius);
-    let (mut common, mut total, mut sum) = (0.0_f64, 0.0, 0.0);
+    let mut common = 0.0_f64;
+    let mut parts = Vec::new();
     for weight in said {
         let square = |common: bool| -> f64 {
             let parts = weight.contributions.iter().filter(|part| is_common(part.source) == common);
             parts.map(|part| part.sigma * part.sigma).sum()
         };
-        let share = 1.0 / square(false).max(f64::MIN_POSITIVE);
+        parts.push((weight.value, square(false).max(f64::MIN_POSITIVE)));
         common = common.max(square(true));
-        total += share;
-        sum += share * weight.value;
     }
-    Estimate { value: sum / total, sigma: (1.0 / total + common).sqrt() }
+    let Estimate { value, sigma } = birge(&parts);
+    Estimate { value, sigma: sigma.hypot(common.sqrt()) }
+}
+
+/// The mean of values with their variances, and its sigma without what they have in common.
+fn birge(parts: &[(f64, f64)]) -> Estimate {
+    let total: f64 = parts.iter().map(|(_, variance)| 1.0 / variance).sum();
+    let value = parts.iter().map(|(value, variance)| value / variance).sum::<f64>() / total;
+    let squares: f64 = parts.iter().map(|(it, variance)| (it - value).powi(2) / variance).sum();
+    let scatter = squares / (parts.len() as f64 - 1.0);
+    Estimate { value, sigma: (scatter.max(1.0) / total).sqrt() }
 }
 
 /// Whether a W_T that is wrong by this much still counts as straight: a centimetre in two metres.
@@ -33,4 +46,19 @@ pub(super) fn is_straight_within(wheel_weight_error: f64, geometry: &Geometry) -
     const DISTANCE_M: f64 = 2.0;
     const OFFSET_M: f64 = 0.01;
     DISTANCE_M * DISTANCE_M * wheel_weight_error / (2.0 * geometry.track_width_m) <= OFFSET_M
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_that_agree_make_each_other_surer_and_runs_that_contradict_do_not() {
+        let agree = birge(&[(0.991, 1e-6), (0.992, 1e-6)]);
+        assert!((agree.value - 0.9915).abs() < 1e-12);
+        assert!((agree.sigma - 1e-3 / 2.0_f64.sqrt()).abs() < 1e-12);
+        // 16 sigma apart: half the distance is what is known.
+        let contradict = birge(&[(0.992, 1e-6), (1.008, 1e-6)]);
+        assert!((contradict.value - 1.0).abs() < 1e-12 && (contradict.sigma - 8e-3).abs() < 1e-12);
+    }
 }

@@ -35,6 +35,10 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
     check_writable(&args.output)
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
+    // Connecting takes a robot from whoever drives it: what cannot be is refused before.
+    if !common.port.is_sim() {
+        instrument(args, None)?;
+    }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let undo_folder = if forgets { None } else { Some(state_folder()?) };
     let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {

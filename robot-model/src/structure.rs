@@ -235,6 +235,9 @@ static PROBES: &[Probe] = &[
     },
 ];
 
+/// Regressors that change from run to run, and hardly within one.
+const OF_RUNS: [&str; 2] = ["load", "time in the campaign"];
+
 /// What a run may have for itself: its own travel of either wheel, its own turn.
 static OF_A_RUN: Probe = Probe {
     regressor: "run",
@@ -299,8 +302,8 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
             })
             .collect();
         let shown = columns.iter().filter(|it| !it.is_empty());
-        let scatter = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])))
-            .max(run_scatter(&evidence, &model, &own));
+        let within = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])));
+        let between = within.max(run_scatter(&evidence, &model, &own));
         let judged: Vec<(usize, f64, f64)> = open
             .iter()
             .zip(&columns)
@@ -309,6 +312,9 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
                     return (*probe, 1.0, 0.0);
                 }
                 let effect = probes[*probe];
+                // What is the same throughout a run is judged by what runs have for themselves.
+                let is_of_runs = OF_RUNS.contains(&effect.regressor);
+                let scatter = if is_of_runs { between } else { within };
                 let question = Question { model: &model, asked, effect, scatter };
                 let it = judge(&evidence, &question);
                 let p_value = if it.held_out_gain > 0.0 { it.p_value } else { 1.0 };

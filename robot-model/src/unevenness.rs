@@ -20,7 +20,7 @@ use crate::whiten::{Innovation, Sink, whiten};
 /// Tails as heavy as these, kappa of (1), are no sound sensor's; an exponential distribution has 3.
 const TAILS_MIN: f64 = 1.5;
 /// Tails as heavy as these outweigh whatever else is found.
-const TAILS_RULE: f64 = 1.5;
+const TAILS_RULE: f64 = 3.0;
 /// From rest to top speed w is to grow by this much of its mean, beta of (2).
 const GROWTH_MIN: f64 = 0.3;
 /// Of three sigma and more it is known that they are rare, not how large.

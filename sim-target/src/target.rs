@@ -152,15 +152,22 @@ impl World {
             self.set_fault(fault, on);
         }
         if self.camera.next_t_us() <= now {
-            self.plant.advance_to(now);
-            self.camera_samples.extend(self.camera.observe(&self.plant));
+            let seen = self.plant_seen();
+            self.camera_samples.extend(self.camera.observe(&seen));
         }
-        if let Some(gyro) = &mut self.gyro
-            && gyro.next_t_us() <= now
-        {
-            self.plant.advance_to(now);
-            self.gyro_samples.extend(gyro.observe(&self.plant));
+        if self.gyro.as_ref().is_some_and(|gyro| gyro.next_t_us() <= now) {
+            let seen = self.plant_seen();
+            if let Some(gyro) = &mut self.gyro {
+                self.gyro_samples.extend(gyro.observe(&seen));
+            }
         }
+    }
+
+    /// The plant at this very moment, to be looked at: who looks between two substeps cuts none either.
+    fn plant_seen(&mut self) -> Plant {
+        let mut seen = self.plant_now().clone();
+        seen.advance_to(clock::now_us());
+        seen
     }
 
     fn set_fault(&mut self, fault: PlantFault, on: bool) {

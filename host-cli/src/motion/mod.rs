@@ -238,10 +238,11 @@ async fn start(
     let Motion { unit, distance, cruise, acceleration } = *motion;
     let rest_us = options.rest.as_micros() as u64;
     let period_us = u64::from(options.period_ms.max(1)) * 1000;
-    for _ in 0..START_TRIES {
+    for attempt in 0..START_TRIES {
         let now_us = first_sight(session, telemetry).await?;
         // In step with the telemetry: its instants are the same ones of every motion.
-        let ahead_us = LEAD.as_micros() as u64 + rest_us;
+        // A line so full that the first word came too late gets four times as long for the next.
+        let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
         let start_us = now_us + ahead_us.next_multiple_of(period_us);
         let drive = Drive {
             motion: id,

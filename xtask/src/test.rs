@@ -3,8 +3,10 @@
 //! The tests run in the dev profile: it optimises, and keeps the checks for integer overflow, which
 //! the firmware's fixed-point arithmetic has to pass.
 
-use crate::steps::{Steps, cargo};
-use crate::{Outcome, documents, emulated, firmware, needs, words};
+use std::process::Command;
+
+use crate::steps::{Steps, cargo, run as command};
+use crate::{Outcome, documents, emulated, firmware, needs, root, words};
 
 pub fn run() -> Outcome {
     let mut steps = Steps::default();
@@ -15,7 +17,7 @@ pub fn run() -> Outcome {
 
 fn all(steps: &mut Steps) -> Outcome {
     steps.run("needs", needs::meet)?;
-    steps.run("format", || cargo(&["fmt", "--all", "--", "--check"], &[], "run `cargo fmt`"))?;
+    steps.run("format", format)?;
     steps.run("words", words::check)?;
     steps.run("documents", documents::check)?;
     steps.run("clippy", || {
@@ -45,4 +47,17 @@ fn all(steps: &mut Steps) -> Outcome {
             "mend the documentation comments",
         )
     })
+}
+
+/// Effects are modules that a macro declares: `cargo fmt` does not see their files.
+const EFFECTS: &str = "robot-model/src/effect/catalogue";
+
+fn format() -> Outcome {
+    cargo(&["fmt", "--all", "--", "--check"], &[], "run `cargo fmt`")?;
+    let entries =
+        std::fs::read_dir(root().join(EFFECTS)).map_err(|it| format!("{EFFECTS}: {it}"))?;
+    let files = entries.flatten().map(|it| it.path());
+    let mut rustfmt = Command::new("rustfmt");
+    rustfmt.args(["--edition", "2024", "--check"]).args(files).current_dir(root());
+    command(&mut rustfmt, &format!("run `rustfmt --edition 2024 {EFFECTS}/*.rs`"))
 }

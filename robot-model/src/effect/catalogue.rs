@@ -1,33 +1,46 @@
-//! The catalogue: every effect that is built in. To add one: a file beside this one, and a line here.
+//! The catalogue: every effect that is built in. To add one: a file in the folder beside this one, and a
+//! line here.
 
-use super::Effect;
+// What an effect's file uses.
+use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role, Survey, View};
 
-/// All effects, in the order in which they are listed and, where the data cannot tell, named.
-pub static CATALOGUE: [&dyn Effect; 23] = [
-    &super::wheel_radius_ratio::WheelRadiusRatio,
-    &super::wheel_radius_scale::WheelRadiusScale,
-    &super::track_width::TrackWidth,
-    &super::scrub::Scrub,
-    &super::side_slip::SideSlip,
-    &super::traction_slip::TractionSlip,
-    &super::turn_load_transfer::TurnLoadTransfer,
-    &super::speed_growth::SpeedGrowth,
-    &super::wheel_eccentricity::WheelEccentricity,
-    &super::encoder_eccentricity::EncoderEccentricity,
-    &super::lost_counts::LostCounts,
-    &super::backlash::Backlash,
-    &super::caster_kick::CasterKick,
-    &super::heading_pull::HeadingPull,
-    &super::turn_asymmetry::TurnAsymmetry,
-    &super::slope::Slope,
-    &super::carpet_drift::CarpetDrift,
-    &super::thermal_drift::ThermalDrift,
-    &super::payload::Payload,
-    &super::measurement_delay::MeasurementDelay,
-    &super::marker_offset::MarkerOffset,
-    &super::gyro_bias::GyroBias,
-    &super::gyro_scale::GyroScale,
-];
+/// Declares the effects' modules, and lists them.
+macro_rules! catalogue {
+    ($($file:ident::$effect:ident,)*) => {
+        $(mod $file;)*
+
+        const ALL: &[&dyn Effect] = &[$(&$file::$effect),*];
+
+        /// All effects, in the order in which they are listed and, where the data cannot tell, named.
+        pub static CATALOGUE: [&dyn Effect; ALL.len()] = [$(&$file::$effect),*];
+    };
+}
+
+catalogue! {
+    wheel_radius_ratio::WheelRadiusRatio,
+    wheel_radius_scale::WheelRadiusScale,
+    track_width::TrackWidth,
+    scrub::Scrub,
+    side_slip::SideSlip,
+    traction_slip::TractionSlip,
+    turn_load_transfer::TurnLoadTransfer,
+    speed_growth::SpeedGrowth,
+    wheel_eccentricity::WheelEccentricity,
+    encoder_eccentricity::EncoderEccentricity,
+    lost_counts::LostCounts,
+    backlash::Backlash,
+    caster_kick::CasterKick,
+    heading_pull::HeadingPull,
+    turn_asymmetry::TurnAsymmetry,
+    slope::Slope,
+    carpet_drift::CarpetDrift,
+    thermal_drift::ThermalDrift,
+    payload::Payload,
+    measurement_delay::MeasurementDelay,
+    marker_offset::MarkerOffset,
+    gyro_bias::GyroBias,
+    gyro_scale::GyroScale,
+}
 
 /// The effect of this id.
 pub fn find(id: &str) -> Option<&'static dyn Effect> {

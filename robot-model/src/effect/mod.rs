@@ -13,30 +13,7 @@
 //!
 //! At zero every effect is the exact identity. The derivatives come with the values ([`Jet`]).
 
-mod backlash;
-mod carpet_drift;
-mod caster_kick;
 pub mod custom;
-mod encoder_eccentricity;
-mod gyro_bias;
-mod gyro_scale;
-mod heading_pull;
-mod lost_counts;
-mod marker_offset;
-mod measurement_delay;
-mod payload;
-mod scrub;
-mod side_slip;
-mod slope;
-mod speed_growth;
-mod thermal_drift;
-mod track_width;
-mod traction_slip;
-mod turn_asymmetry;
-mod turn_load_transfer;
-mod wheel_eccentricity;
-mod wheel_radius_ratio;
-mod wheel_radius_scale;
 
 pub mod catalogue;
 #[cfg(test)]

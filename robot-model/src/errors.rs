@@ -6,6 +6,7 @@ use nalgebra::DVector;
 use crate::answer::Errors;
 use crate::campaign::{Prepared, PreparedRun};
 use crate::evidence::Evidence;
+use crate::fit::moved_within_range;
 use crate::increment::Term;
 use crate::odometry_noise::OdometryNoise;
 use crate::parallel;
@@ -55,18 +56,26 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
     }
 }
 
-/// Terms with some columns moved.
-fn moved<'a>(terms: &[Term<'a>], columns: &[usize], delta: &DVector<f64>) -> Vec<Term<'a>> {
+/// Terms with some columns moved, shapes within what the runs can show.
+fn moved<'a>(
+    prepared: &Prepared,
+    terms: &[Term<'a>],
+    columns: &[usize],
+    delta: &DVector<f64>,
+) -> Vec<Term<'a>> {
     let mut terms = terms.to_vec();
-    for term in &mut terms {
-        // A term that is not fitted has no column to be moved by.
-        let Some(first) = term.column else { continue };
-        for (j, value) in term.values.iter_mut().enumerate() {
-            if let Some(index) = columns.iter().position(|it| *it == first + j) {
-                *value += delta[index];
-            }
-        }
-    }
+    let step: Vec<f64> = terms
+        .iter()
+        .flat_map(|term| {
+            // A term that is not fitted has no column to be moved by.
+            (0..term.values.len()).map(|j| term.column.map(|first| first + j))
+        })
+        .map(|column| {
+            let index = columns.iter().position(|it| Some(*it) == column);
+            index.map_or(0.0, |index| delta[index])
+        })
+        .collect();
+    moved_within_range(prepared, &mut terms, &step);
     terms
 }
 
@@ -78,7 +87,7 @@ pub(crate) fn train(
     noise: &OdometryNoise,
 ) -> Errors {
     let delta = evidence.solve(&evidence.total, columns).delta;
-    let terms = moved(terms, columns, &delta);
+    let terms = moved(prepared, terms, columns, &delta);
     let each = parallel::map(&prepared.runs, |run| squares(run, &terms, noise));
     total(each, evidence.total.chi_squared(columns, &delta), evidence.total.rows)
 }
@@ -100,7 +109,7 @@ pub(crate) fn held_out_positions(
     Some(parallel::map(&runs, |run| {
         let sums = evidence.without(|_, unit| unit.run == *run);
         let delta = evidence.solve(&sums, columns).delta;
-        squares(&prepared.runs[*run], &moved(terms, columns, &delta), noise).position
+        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise).position
     }))
 }
 
@@ -121,7 +130,7 @@ pub(crate) fn held_out(
             _ => evidence.without(|_, unit| unit.run == *run),
         };
         let delta = evidence.solve(&sums, columns).delta;
-        squares(&prepared.runs[*run], &moved(terms, columns, &delta), noise)
+        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let chi_squared = evidence
         .units

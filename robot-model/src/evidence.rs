@@ -19,8 +19,8 @@ use crate::odometry_noise::OdometryNoise;
 use crate::run_kind::RunKind;
 use crate::whiten::{Innovation, Sink, whiten};
 
-/// With fewer runs than this, runs are cut into blocks, so that something can be held out.
-const UNITS_MIN: usize = 8;
+/// A single run is cut into so many blocks, so that something can be held out.
+const BLOCKS: usize = 8;
 
 /// Equation (1) of some rows.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ impl Sums {
     }
 }
 
-/// One unit of evidence: a run, or a block of one where there are few.
+/// One unit of evidence: a run, or a block of it where there is only one.
 #[derive(Clone, Debug)]
 pub(crate) struct Unit {
     pub run: usize,
@@ -165,8 +165,7 @@ impl Evidence {
     pub fn gather(prepared: &Prepared, terms: &mut [Term<'_>], noise: &OdometryNoise) -> Self {
         let columns = number_columns(terms);
         let terms: &[Term<'_>] = terms;
-        let blocks = UNITS_MIN.div_ceil(prepared.runs.len()).max(1);
-        let blocks = if prepared.runs.len() >= UNITS_MIN { 1 } else { blocks };
+        let blocks = if prepared.runs.len() == 1 { BLOCKS } else { 1 };
         let gathered = crate::parallel::map(&prepared.runs, |run| {
             let empty = (vec![0.0; columns * columns], vec![0.0; columns], 0.0, 0.0);
             let steps = run.motion.steps.len().max(1);

@@ -12,8 +12,8 @@
 //! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
 //! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
 //! few units say little about it: an effect that shows in one run is not judged by that run's noise alone,
-//! but by how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi as
-//! chi^2 with q degrees.
+//! but by how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi by
+//! Fisher's F: phi is known from as many degrees as runs tell it, and those of the belief.
 //!
 //! An effect that shows in few runs has a large spread of gains over runs, which says nothing against it.
 //! Only the units it touches are asked, each once, whether they get better:
@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::effect::{Effect, Role};
 use crate::evidence::{Evidence, Sums};
 use crate::run_kind::RunKind;
-use crate::tail::chi_squared;
+use crate::tail::fisher;
 
 /// So many units' worth of belief that runs disagree about an effect as they do about others.
 const BELIEF_UNITS: f64 = 4.0;
@@ -213,7 +213,7 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         .sum();
     let spread = spread(evidence, (question.model, question.asked), &solution.delta);
     let dispersion = spread.dispersion(question.scatter);
-    let Spread { own_share, touched, better, lone, .. } = spread;
+    let Spread { own_share, touched, better, lone, freedom, .. } = spread;
     // Without the one unit that shows it there is nothing to fit it with: what is left is the gain that
     // a fit to as much again would have, less what chance gives it.
     let held_out_gain = if lone { gain - 2.0 * question.asked.len() as f64 } else { held_out_gain };
@@ -236,7 +236,7 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         gain,
         held_out_gain,
         dispersion,
-        p_value: chi_squared(question.asked.len(), gain / dispersion),
+        p_value: fisher(question.asked.len(), BELIEF_UNITS + freedom, gain / dispersion),
         own_share,
         touched,
         better,
@@ -287,7 +287,8 @@ fn spread(evidence: &Evidence, (m, e): (&[usize], &[usize]), delta: &DVector<f64
         Some(factor) => factor.solve(&aem.transpose()).transpose(),
         None => DMatrix::zeros(e.len(), m.len()),
     };
-    let mut scores = Vec::new();
+    let mut scores: Vec<(DVector<f64>, DMatrix<f64>)> = Vec::new();
+    let mut run = None;
     let mut total = DMatrix::zeros(e.len(), e.len());
     for unit in &evidence.units {
         let left = DVector::from_iterator(both.len(), both.iter().map(|i| unit.sums.right[*i]))
@@ -298,7 +299,15 @@ fn spread(evidence: &Evidence, (m, e): (&[usize], &[usize]), delta: &DVector<f64
         let covariance = pick(&unit.sums, e, e) - &cross - cross.transpose()
             + &projection * pick(&unit.sums, m, m) * projection.transpose();
         total += &covariance;
-        scores.push((score, covariance));
+        match scores.last_mut() {
+            // Blocks of one run share its accidents: together they are one voice.
+            Some((sum, known)) if run == Some(unit.run) => {
+                *sum += score;
+                *known += covariance;
+            }
+            _ => scores.push((score, covariance)),
+        }
+        run = Some(unit.run);
     }
     let q = e.len() as f64;
     let values = delta.rows(m.len(), e.len()).into_owned();

@@ -61,8 +61,13 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     // The last model tried stands, so there is a best one.
     let fitted = best.map_or(fitted, |(_, it)| it);
     // Its noise is not to depend on the way that led to it: it is learnt as for a model chosen by hand.
-    let fitted = fit_afresh(prepared, fitted.terms);
-    let look = Look::new(prepared, &fitted, catalogue);
+    let mut fitted = fit_afresh(prepared, fitted.terms);
+    // And with that noise, too, every effect has to stand.
+    let look = loop {
+        let look = Look::new(prepared, &fitted, catalogue);
+        let Some(terms) = removal(&look, &fitted) else { break look };
+        fitted = fit_afresh(prepared, terms);
+    };
     let (kept, rejected) = (look.kept(), look.candidates(&[]));
     Selection { fitted, kept, rejected, look }
 }

@@ -9,7 +9,10 @@ pub use crate::structure::Unexplained;
 pub struct Answer {
     /// Version of this shape.
     pub schema: u32,
-    /// The nominal robot.
+    /// Effects that the user's model has already and these runs bear out; not part of the JSON.
+    #[serde(skip)]
+    pub known: Vec<StepFound>,
+    /// The nominal robot; with the known effects, where there are any.
     pub baseline: ErrorPair,
     /// Effects found, in order of evidence; each with the errors once it and those before it are in.
     pub steps: Vec<StepFound>,

@@ -15,6 +15,9 @@ use crate::increment::{Composer, Term};
 /// The part of an effect's work that one number has to say.
 const SAYS_MOST: f64 = 0.6;
 
+/// Less of the way than this share in the other direction says nothing about it.
+const ONE_WAY: f64 = 0.1;
+
 /// One line of (1): sums of x^2 and x y.
 #[derive(Clone, Copy, Default)]
 struct Line {
@@ -42,12 +45,15 @@ pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
     let terms = [Term { column: None, ..term.clone() }];
     let mut lines = [Line::default(); 5];
     let mut all = 0.0;
+    let (mut forwards_m, mut backwards_m) = (0.0, 0.0);
     let track_m = prepared.robot.track_width_m;
     for run in &prepared.runs {
         let mut composer = Composer::new(&terms, 0);
         for step in &run.motion.steps {
             let increment = composer.step(step);
             let (ds_m, dtheta) = (step.travel_m(), step.turn_rad());
+            forwards_m += ds_m.max(0.0);
+            backwards_m += (-ds_m).max(0.0);
             // All in metres of the rims: a turn counts by half the track.
             let turn_m = (increment.turn_rad - dtheta) * track_m / 2.0;
             let travel_m = increment.travel_m - ds_m;
@@ -69,7 +75,14 @@ pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
     let side = if slope > 0.0 { "left" } else { "right" };
     let more = if slope > 0.0 { "more" } else { "less" };
     let mrad_per_m = (slope * 2.0 / track_m * 1e3).abs();
+    let one_way = forwards_m.min(backwards_m) < ONE_WAY * forwards_m.max(backwards_m);
     Some(match best {
+        0 | 1 if one_way => {
+            let way = if forwards_m > backwards_m { "forwards" } else { "backwards" };
+            let side =
+                if (slope > 0.0) == (best == 0 || way == "forwards") { "left" } else { "right" };
+            format!("{mrad_per_m:.2} mrad of turn to the {side} per metre {way}")
+        }
         0 => {
             format!("{mrad_per_m:.2} mrad of turn to the {side} per metre, forwards and backwards")
         }

@@ -92,25 +92,44 @@ pub(crate) fn train(
     total(each, evidence.total.chi_squared(columns, &delta), evidence.total.rows)
 }
 
-/// The squared position errors of each run, summed, with these columns fitted to all other runs
-/// \[m^2\].
+/// Squared errors of tracks, summed over runs: of positions \[m^2\] and of headings \[rad^2\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TrackErrors {
+    pub position_m2: f64,
+    pub heading_rad2: f64,
+}
+
+impl TrackErrors {
+    /// Whether these are greater than others by more than a share `tolerance`: places and headings each by
+    /// their own measure, and in the mean.
+    pub fn worse_than(self, other: Self, tolerance: f64) -> bool {
+        let share = |now: f64, then: f64| if then > 0.0 { now / then } else { 1.0 };
+        let place = share(self.position_m2, other.position_m2);
+        let heading = share(self.heading_rad2, other.heading_rad2);
+        (place + heading) / 2.0 > 1.0 + tolerance
+    }
+}
+
+/// The squared errors of tracks, each run predicted with these columns fitted to all other runs.
 ///
 /// `None` for a campaign of one run, which leaves nothing to fit to.
-pub(crate) fn held_out_positions(
+pub(crate) fn held_out_tracks(
     prepared: &Prepared,
     (evidence, terms): (&Evidence, &[Term<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
-) -> Option<Vec<f64>> {
+) -> Option<TrackErrors> {
     if prepared.runs.len() < 2 {
         return None;
     }
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
-    Some(parallel::map(&runs, |run| {
+    let each = parallel::map(&runs, |run| {
         let sums = evidence.without(|_, unit| unit.run == *run);
         let delta = evidence.solve(&sums, columns).delta;
-        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise).position
-    }))
+        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
+    });
+    let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
+    Some(TrackErrors { position_m2: sum(|it| it.position), heading_rad2: sum(|it| it.heading) })
 }
 
 /// Errors with these columns fitted, for each run, to all others.

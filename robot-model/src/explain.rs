@@ -1,9 +1,9 @@
 //! Which effects are missing, in order of evidence: everything put together.
 
 use crate::answer::{Answer, ErrorPair, ParameterFound, Rejected, StepFound};
-use crate::campaign::{Campaign, Prepared};
+use crate::campaign::{Campaign, Prepared, PreparedRun};
 use crate::classes::{Class, classes};
-use crate::effect::{CATALOGUE, Effect};
+use crate::effect::{ActsOn, CATALOGUE, Effect, Facts};
 use crate::errors::{held_out, train};
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::{Fitted, fit_parameters};
@@ -15,7 +15,7 @@ use crate::next_run::next_run;
 use crate::profile::interval;
 use crate::recording::RecordingError;
 use crate::select::{FALSE_ALARM, Selection, select};
-use crate::structure::unexplained;
+use crate::structure::{counts_start_anew, unexplained};
 
 /// Half a 95 % interval in standard errors of a normal distribution.
 const NORMAL_95: f64 = 1.96;
@@ -30,6 +30,16 @@ pub fn explain_by(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
 ) -> Result<Answer, RecordingError> {
+    explain_beyond(campaign, catalogue, &[])
+}
+
+/// Explains what a model leaves that has the effects of these ids already: they are fitted anew with
+/// whatever is found, and count as known, not as missing.
+pub fn explain_beyond(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+    in_model: &[&str],
+) -> Result<Answer, RecordingError> {
     if campaign.runs.is_empty() {
         let problem = "there is none in this campaign".to_owned();
         return Err(RecordingError { run: "1".to_owned(), problem });
@@ -37,16 +47,26 @@ pub fn explain_by(
     let prepared = campaign.prepare()?;
     let Selection { fitted, kept, rejected, look } = select(&prepared, catalogue);
     let classes = classes(&prepared, &fitted, &look, &kept);
-    let order = by_evidence(&look, &kept);
-    let mut prefix: Vec<Term<'_>> = Vec::new();
-    let baseline = errors(&prepared, &fitted, &[]);
+    let is_known = |index: &usize| {
+        let rivals = classes[*index].rivals.iter().map(Candidate::id);
+        let own = fitted.terms[*index].effect.facts().id;
+        core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
+    };
+    let (known, missing): (Vec<usize>, Vec<usize>) =
+        by_evidence(&look, &kept).into_iter().partition(is_known);
+    let mut prefix: Vec<Term<'_>> = known.iter().map(|it| fitted.terms[*it].clone()).collect();
+    let baseline = errors(&prepared, &fitted, &prefix);
+    let known: Vec<StepFound> = known
+        .into_iter()
+        .map(|index| step(&prepared, &fitted, index, &kept[index], &classes[index], baseline))
+        .collect();
     let mut steps = Vec::new();
-    for index in order {
+    for index in missing {
         prefix.push(fitted.terms[index].clone());
         let after = errors(&prepared, &fitted, &prefix);
         steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
     }
-    let named: Vec<String> = steps.iter().flat_map(|it| it.class.clone()).collect();
+    let named: Vec<String> = known.iter().chain(&steps).flat_map(|it| it.class.clone()).collect();
     let rejected = rejected
         .iter()
         .filter(|it| !named.iter().any(|name| name == it.id()))
@@ -54,6 +74,7 @@ pub fn explain_by(
         .collect();
     Ok(Answer {
         schema: 1,
+        known,
         baseline,
         steps,
         rejected,
@@ -115,7 +136,13 @@ fn step(
     } else {
         format!("with it, runs held out are predicted better by {gain:.0} in -2 log likelihood")
     };
-    let why = format!("Without it there is left: {}; {gain}; {rivals}", facts.signature);
+    let left = match members.len() {
+        1 => format!("Without it there is left: {}", facts.signature),
+        _ => {
+            format!("Without one of these there is left what looks like this: {}", facts.signature)
+        }
+    };
+    let why = format!("{left}; {gain}; {rivals}");
     StepFound {
         effect: facts.id.to_owned(),
         class: members,
@@ -176,18 +203,22 @@ fn reject(
     columns.extend(&own);
     let others = &terms[..fitted.terms.len()];
     let with: Vec<Term<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
-    let reason = if silent {
-        format!("these runs do not show it; {} would", candidate.term.effect.facts().shown_by)
+    let facts = candidate.term.effect.facts();
+    let gain = it.held_out_gain;
+    let reason = if let Some(absent) = absent(prepared, facts) {
+        absent
+    } else if silent {
+        format!("these runs do not show it; {} would", facts.shown_by)
     } else if it.implausible {
         format!("its value would be {:.2e}, which no robot has", it.values[0])
     } else if let Some((kind, loss)) = it.worse_kind {
         format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
     } else if it.own_share <= OWN_SHARE_MIN {
         "what it does is nearly all in what the model has already".to_owned()
-    } else if it.held_out_gain <= 0.0 && it.lone {
-        format!("only one run shows it, by no more than chance: {:+.1}", it.held_out_gain)
-    } else if it.held_out_gain <= 0.0 {
-        format!("runs held out get no better: {:+.1}", -it.held_out_gain)
+    } else if gain <= 0.0 && it.lone {
+        format!("only one run shows it, and that by no more than chance ({gain:+.1})")
+    } else if gain <= 0.0 {
+        format!("runs held out are predicted worse with it, by {:.1}", -gain)
     } else if !it.most_agree() {
         format!("of the {} runs that it touches {} get better", it.touched, it.better)
     } else if it.dispersion > 3.0 {
@@ -202,17 +233,42 @@ fn reject(
             look.asked(),
             p_text(it.p_value)
         )
-    } else {
+    } else if look.tracks_get_worse(prepared, &[], &candidate.term) {
         format!(
             "beside the model it makes tracks of runs held out no better (p = {} by their likelihood)",
             p_text(it.p_value)
         )
+    } else {
+        format!("beside the model that was found it does not hold (p = {})", p_text(it.p_value))
     };
     Rejected {
         effect: candidate.id().to_owned(),
         reason,
         heldout: held_out(prepared, (evidence, &with), &columns, &fitted.noise),
     }
+}
+
+/// What these runs would have to have in order to show an effect, and lack.
+fn absent(prepared: &Prepared, facts: &Facts) -> Option<String> {
+    let runs = &prepared.runs;
+    let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);
+    let asks = |id: &str| facts.id == id;
+    if facts.acts_on == ActsOn::Gyro && none(|it| it.recording.gyro.len() > 1) {
+        return Some("no yaw rate was recorded (gyro_z_rad_s)".to_owned());
+    }
+    if asks("thermal_drift") && !runs.iter().all(|it| it.recording.started_s.is_some()) {
+        return Some("not every run says when it began (started_s in robot.toml)".to_owned());
+    }
+    if facts.id.ends_with("_eccentricity") && counts_start_anew(prepared) {
+        return Some(
+            "counts begin anew in every run, so that an angle of a wheel is another one in each"
+                .to_owned(),
+        );
+    }
+    if asks("payload") && none(|it| it.recording.payload_kg != 0.0) {
+        return Some("no run carries a load (payload_kg in robot.toml)".to_owned());
+    }
+    None
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::campaign::Prepared;
 use crate::effect::{Effect, Role};
-use crate::errors::held_out_positions;
+use crate::errors::{TrackErrors, held_out_tracks};
 use crate::evidence::{Evidence, amplitudes};
 use crate::fit::Fitted;
 use crate::increment::Term;
@@ -38,12 +38,8 @@ pub(crate) struct Look<'a> {
 /// touch tracks at all.
 const ROUNDING: f64 = 1e-6;
 
-/// Whether the squared errors of runs are greater `with` than `without`.
-fn worse(without: Option<Vec<f64>>, with: Option<Vec<f64>>) -> bool {
-    let Some((without, with)) = without.zip(with) else { return false };
-    let (without, with): (f64, f64) = (without.iter().sum(), with.iter().sum());
-    with > without * (1.0 + ROUNDING)
-}
+/// An effect of a model has to go if tracks of runs held out get better by more than this share without it.
+const WORSE_TRACKS: f64 = 0.02;
 
 /// What an effect's parameters, shapes included, cost in -2 log likelihood: Akaike's two each.
 pub(crate) fn penalty(term: &Term<'_>) -> f64 {
@@ -193,16 +189,27 @@ impl<'a> Look<'a> {
         left_out: &[usize],
         candidate: &Term<'a>,
     ) -> bool {
-        let with = self.held_out_positions(prepared, left_out, Some(candidate));
-        worse(self.held_out_positions(prepared, &[], None), with)
+        let with = self.held_out_tracks(prepared, left_out, Some(candidate));
+        let as_it_is = self.held_out_tracks(prepared, &[], None);
+        with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(as_it_is, ROUNDING))
     }
 
-    fn held_out_positions(
+    /// For each effect of the model, whether tracks of runs held out are predicted worse with it than without.
+    pub fn spoils_tracks(&self, prepared: &Prepared) -> Vec<bool> {
+        let whole = self.held_out_tracks(prepared, &[], None);
+        let spoils = |index: usize| {
+            let without = self.held_out_tracks(prepared, &[index], None);
+            whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, WORSE_TRACKS))
+        };
+        (0..self.in_model).map(spoils).collect()
+    }
+
+    fn held_out_tracks(
         &self,
         prepared: &Prepared,
         left_out: &[usize],
         candidate: Option<&Term<'a>>,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<TrackErrors> {
         let evidence = self.evidence_without(left_out);
         let mut columns = self.model_columns(left_out);
         let kept = self.terms[..self.in_model].iter().enumerate();
@@ -212,7 +219,7 @@ impl<'a> Look<'a> {
             columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
             terms.push(term.clone());
         }
-        held_out_positions(prepared, (&evidence, &terms), &columns, &self.noise)
+        held_out_tracks(prepared, (&evidence, &terms), &columns, &self.noise)
     }
 
     /// The share of what an effect of the model does that a candidate could do in its place.

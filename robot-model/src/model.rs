@@ -2,7 +2,7 @@
 
 use crate::answer::{ErrorPair, Errors, ParameterFound};
 use crate::campaign::{Campaign, Prepared};
-use crate::effect::{Effect, find};
+use crate::effect::{CATALOGUE, Effect, find};
 use crate::errors::train;
 use crate::evidence::Evidence;
 use crate::explain::{errors, parameters};
@@ -52,6 +52,10 @@ pub struct Verdict {
     pub implausible: bool,
     /// A kind of run that it predicts worse when fitted to the others.
     pub worse_kind: Option<String>,
+    /// Tracks of runs held out are predicted worse with it than without.
+    pub spoils_tracks: bool,
+    /// One run alone shows it: what it gains was held out of nothing.
+    pub lone: bool,
 }
 
 impl Verdict {
@@ -60,6 +64,7 @@ impl Verdict {
         self.p_value < CHANCE
             && self.held_out_gain > 0.0
             && !self.implausible
+            && !self.spoils_tracks
             && self.worse_kind.is_none()
     }
 
@@ -73,6 +78,13 @@ impl Verdict {
             format!("not to be trusted: fitted to the other kinds, it makes {kind} runs worse")
         } else if self.p_value >= CHANCE {
             format!("no better than chance: p = {}", p_text(self.p_value))
+        } else if self.spoils_tracks {
+            "not to be trusted: with it tracks of runs held out are predicted worse".to_owned()
+        } else if self.lone {
+            format!(
+                "better, in the one run that shows it: chance gives as much with p = {}",
+                p_text(self.p_value)
+            )
         } else {
             format!("better: chance gives as much with p = {}", p_text(self.p_value))
         }
@@ -93,7 +105,8 @@ pub(crate) fn p_text(p: f64) -> String {
 pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model, RecordingError> {
     let prepared = campaign.prepare()?;
     let fitted = fit_from_best_starts(&prepared, effects);
-    let kept = Look::new(&prepared, &fitted, &[]).kept();
+    let look = Look::new(&prepared, &fitted, &CATALOGUE);
+    let (kept, spoils) = (look.kept(), look.spoils_tracks(&prepared));
     let effects = effects
         .iter()
         .map(|effect| {
@@ -110,6 +123,8 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
                     dispersion: it.dispersion,
                     implausible: it.implausible,
                     worse_kind: it.worse_kind.map(|(kind, _)| kind.to_string()),
+                    spoils_tracks: spoils[index],
+                    lone: it.lone,
                 },
             }
         })

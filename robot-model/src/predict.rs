@@ -122,6 +122,25 @@ impl Track {
         Some(Pose::new(mean[0] - moved.x_m, mean[1] - moved.y_m, heading_rad))
     }
 
+    /// The start's heading by the first heading that was measured on the way.
+    pub(crate) fn start_heading_from_headings(&self) -> Option<f64> {
+        let mut pairs = self.measured.iter().zip(&self.predicted);
+        pairs.find_map(|(sight, pose)| Some(wrap(sight.heading_rad? - pose.heading_rad)))
+    }
+
+    /// How far the predicted places lie about their middle, root mean square \[m\].
+    pub(crate) fn spread_m(&self) -> f64 {
+        let places = self.measured.iter().zip(&self.predicted);
+        let places: Vec<[f64; 2]> = places
+            .filter(|(sight, _)| sight.position_m.is_some())
+            .map(|(_, pose)| [pose.x_m, pose.y_m])
+            .collect();
+        let n = places.len().max(1) as f64;
+        let mean = [0, 1].map(|axis| places.iter().map(|it| it[axis]).sum::<f64>() / n);
+        let square = |it: &[f64; 2]| (it[0] - mean[0]).powi(2) + (it[1] - mean[1]).powi(2);
+        (places.iter().map(square).sum::<f64>() / n).sqrt()
+    }
+
     /// The start that leaves least; `None` if too little was measured for any.
     ///
     /// Positions and headings are weighed by the scales given; three Gauss-Newton steps from the
@@ -166,7 +185,19 @@ impl Track {
                 Pose::new(0.0, 0.0, heading_rad).compose(Pose::new(pose.x_m, pose.y_m, 0.0));
             Some(Pose::new(x_m - moved.x_m, y_m - moved.y_m, heading_rad))
         });
-        whole.or_else(|| self.start_from_positions())
+        whole.or_else(|| self.start_from_both()).or_else(|| self.start_from_positions())
+    }
+
+    /// The start by the first place and the first heading that were measured, each at its own time.
+    fn start_from_both(&self) -> Option<Pose> {
+        let heading_rad = self.start_heading_from_headings()?;
+        let mut pairs = self.measured.iter().zip(&self.predicted);
+        pairs.find_map(|(sight, pose)| {
+            let [x_m, y_m] = sight.position_m?;
+            let moved =
+                Pose::new(0.0, 0.0, heading_rad).compose(Pose::new(pose.x_m, pose.y_m, 0.0));
+            Some(Pose::new(x_m - moved.x_m, y_m - moved.y_m, heading_rad))
+        })
     }
 
     fn better_start(&self, start: Pose, [position, heading]: [f64; 2]) -> Pose {

@@ -42,7 +42,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     let mut best: Option<(f64, Fitted<'a>)> = None;
     loop {
         let look = Look::new(prepared, &fitted, catalogue);
-        let falls = removal(&look, &fitted);
+        let falls = removal(prepared, &look, &fitted);
         if falls.is_none() {
             let cost = cost(prepared, &fitted);
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
@@ -65,7 +65,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     // And with that noise, too, every effect has to stand.
     let look = loop {
         let look = Look::new(prepared, &fitted, catalogue);
-        let Some(terms) = removal(&look, &fitted) else { break look };
+        let Some(terms) = removal(prepared, &look, &fitted) else { break look };
         fitted = fit_afresh(prepared, terms);
     };
     let (kept, rejected) = (look.kept(), look.candidates(&[]));
@@ -188,14 +188,16 @@ fn addition<'a>(
 ///
 /// Radii and track width are what kinds of runs disagree about whenever anything else is missing, so
 /// that disagreement is no evidence against them.
-fn removal<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
+fn removal<'a>(prepared: &Prepared, look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
     let kept = look.kept();
+    let spoils = look.spoils_tracks(prepared);
     let worst = (0..kept.len())
         // Bonferroni: one is asked about all that might be there.
         .filter(|i| {
             let it = &kept[*i];
             let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
             it.p_value * look.asked() as f64 > FALSE_ALARM
+                || spoils[*i]
                 || !(if is_geometry { it.is_sound() } else { it.passes_held_out() })
         })
         .min_by(|a, b| kept[*a].held_out_gain.total_cmp(&kept[*b].held_out_gain))?;

@@ -15,7 +15,7 @@ use crate::judge::{Question, judge, run_scatter, scatter};
 use crate::motion::Step;
 use crate::ripple::ripple;
 use crate::sides::Sides;
-use crate::tail::false_discovery_rates;
+use crate::tail::{chi_squared, false_discovery_rates};
 use crate::unevenness::unevenness;
 
 /// Regressors are to be named falsely at most this often.
@@ -104,11 +104,11 @@ fn wheels(p: &[Jet; PARAMETERS_MAX], x: Sides<f64>) -> Change {
 }
 
 static PROBES: &[Probe] = &[
-    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 1.0) },
-    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 2.0) },
-    Probe { regressor: "wheel angle", act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 1.0) },
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 2.0) },
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 3.0) },
     Probe {
-        regressor: "wheel angle",
+        regressor: WHEEL_ANGLE,
         act: |p, step| {
             let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
             let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
@@ -259,8 +259,8 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
         }
         found.structure = true;
         // Whatever else is found may be where its crests happened to stop.
-        found.depends_on.retain(|it| *it != "wheel angle");
-        found.depends_on.insert(0, "wheel angle");
+        found.depends_on.retain(|it| *it != WHEEL_ANGLE);
+        found.depends_on.insert(0, WHEEL_ANGLE);
     }
     let Some(uneven) = unevenness(prepared, fitted) else { return found };
     if !found.structure || uneven.rules {
@@ -293,6 +293,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     };
     let mut open: Vec<usize> = (0..probes.len()).collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
+    let mut within;
     loop {
         let columns: Vec<Vec<usize>> = open
             .iter()
@@ -302,7 +303,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
             })
             .collect();
         let shown = columns.iter().filter(|it| !it.is_empty());
-        let within = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])));
+        within = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])));
         let between = within.max(run_scatter(&evidence, &model, &own));
         let judged: Vec<(usize, f64, f64)> = open
             .iter()
@@ -330,7 +331,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         if !found.structure {
             found.p_value = least;
         }
-        let Some(best) = best else { return found };
+        let Some(best) = best else { break };
         let probe = judged[best].0;
         found.structure = true;
         if !found.depends_on.contains(&probes[probe].regressor) {
@@ -340,10 +341,78 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         model.extend(visible(&evidence, &(first..first + PARAMETERS_MAX).collect::<Vec<_>>()));
         open.retain(|it| *it != probe);
         if open.is_empty() || found.depends_on.len() >= 4 {
-            return found;
+            break;
         }
     }
+    if counts_start_anew(prepared) && !found.depends_on.contains(&WHEEL_ANGLE) {
+        let waves = probes.iter().enumerate().filter(|(_, it)| it.regressor == WHEEL_ANGLE);
+        let p_value = waves
+            .map(|(index, _)| {
+                let first = first_of(in_model + index);
+                let asked =
+                    visible(&evidence, &(first..first + PARAMETERS_MAX).collect::<Vec<_>>());
+                each_run_by_itself(&evidence, (&model, &asked), within)
+            })
+            .fold(1.0, f64::min);
+        if p_value < RIPPLE_P {
+            if !found.structure {
+                found.p_value = p_value;
+            }
+            found.structure = true;
+            found.depends_on.push(WHEEL_ANGLE);
+        }
+    }
+    found
 }
+
+/// Whether the counts begin at the same number in every run: a wheel's angle is then not known across runs.
+pub(crate) fn counts_start_anew(prepared: &Prepared) -> bool {
+    let mut starts = prepared.runs.iter().filter_map(|run| run.motion.steps.first());
+    let Some(first) = starts.next() else { return false };
+    let mut others = starts.peekable();
+    others.peek().is_some() && others.all(|it| it.phi_rad == first.phi_rad)
+}
+
+/// By chance as much gain as these columns have where every run may have its own values of them: what the
+/// median run gains, so that most of them have to.
+fn each_run_by_itself(
+    evidence: &Evidence,
+    (model, asked): (&[usize], &[usize]),
+    scatter: f64,
+) -> f64 {
+    if asked.is_empty() {
+        return 1.0;
+    }
+    let best = evidence.solve(&evidence.total, model).delta;
+    let mut gains: Vec<f64> = evidence
+        .units
+        .iter()
+        .map(|unit| {
+            let mut sums = unit.sums.clone();
+            for (column, delta) in model.iter().zip(&best) {
+                sums.right -= sums.gram.column(*column) * *delta;
+            }
+            let delta = evidence.solve(&sums, asked).delta;
+            sums.squares = 0.0;
+            -sums.chi_squared(asked, &delta)
+        })
+        .collect();
+    gains.sort_by(f64::total_cmp);
+    // Half of the runs gain more than the median does: binomially many of chi^2.
+    let median = gains[gains.len() / 2];
+    let alone = chi_squared(asked.len(), median / scatter);
+    at_least_half(gains.len(), alone)
+}
+
+/// Probability that at least half of n independent things happen that each have this probability, at most.
+fn at_least_half(n: usize, alone: f64) -> f64 {
+    // C(n, k) < 2^n.
+    let half = n.div_ceil(2) as f64;
+    (2.0_f64.powi(n as i32) * alone.powf(half)).min(1.0)
+}
+
+/// The regressor of what goes round with a wheel.
+pub(crate) const WHEEL_ANGLE: &str = "wheel angle";
 
 /// Those of the columns that the campaign's motion shows at all.
 fn visible(evidence: &Evidence, columns: &[usize]) -> Vec<usize> {

@@ -32,8 +32,9 @@ use crate::path::{Pose, sinc};
 use crate::recording::Sight;
 use crate::state::{Glance, PSI, Quantity, STATES, State, Update};
 
-/// Heading noise of a start of which no heading was ever measured \[rad\].
-pub(crate) const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.3;
+/// Heading noise of a start at which no heading was measured \[rad\]: it was found from the whole track, and more
+/// freedom than that would let the first places turn it about, and the filter believe what it then sees.
+pub(crate) const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.05;
 
 /// One innovation.
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +146,8 @@ pub(crate) fn within<'s>(motion: &Motion, sights: &'s [Sight]) -> impl Iterator<
 /// Times that differ by less are the same \[s\]: sums of steps are rounded.
 pub(crate) const TIME_ROUNDING_S: f64 = 1e-7;
 
-/// Where the robot stands when the wheels begin to be recorded; `None` if no position was measured.
+/// Where the robot stands when the wheels begin to be recorded; `None` if no position was measured, or if
+/// nothing says which way it looked.
 fn start_pose(motion: &Motion, sights: &[Sight], terms: &[Term<'_>]) -> Option<Pose> {
     let first = within(motion, sights).find(|it| it.position_m.is_some())?;
     let [x_m, y_m] = first.position_m?;
@@ -154,11 +156,22 @@ fn start_pose(motion: &Motion, sights: &[Sight], terms: &[Term<'_>]) -> Option<P
         Some(heading_rad) => heading_rad,
         None => {
             let track = crate::predict::open_loop(motion, sights, terms);
-            track.start_from_positions()?.heading_rad
+            let from_heading = track.start_heading_from_headings();
+            let from_positions = || {
+                // Whether places tell a heading is not to depend on the model that is asked about.
+                let nominal = crate::predict::open_loop(motion, sights, &[]);
+                let tells = nominal.spread_m() > HEADING_SPREAD_M;
+                tells.then(|| track.start_from_positions()).flatten().map(|it| it.heading_rad)
+            };
+            from_heading.or_else(from_positions)?
         }
     };
     Some(Pose::new(x_m, y_m, heading_rad))
 }
+
+/// Places that are nearer together than this say nothing about a heading: in a turn on the spot they go
+/// round a marker that is not in the middle, wherever that is \[m\].
+const HEADING_SPREAD_M: f64 = 0.03;
 
 /// A move by a share of an increment: where it leads, and its derivatives by the start's heading
 /// and by the increment.

@@ -236,7 +236,7 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         gain,
         held_out_gain,
         dispersion,
-        p_value: fisher(question.asked.len(), BELIEF_UNITS + freedom, gain / dispersion),
+        p_value: fisher(question.asked.len(), known_from(evidence, freedom), gain / dispersion),
         own_share,
         touched,
         better,
@@ -245,6 +245,14 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         values,
         implausible,
     }
+}
+
+/// From how many degrees phi is known: those of the effect's own runs, those of the belief, and as the belief
+/// is what runs disagree about everything else, all runs of the campaign.
+fn known_from(evidence: &Evidence, freedom: f64) -> f64 {
+    let mut runs: Vec<usize> = evidence.units.iter().map(|it| it.run).collect();
+    runs.dedup();
+    BELIEF_UNITS + freedom + (runs.len() as f64 - 1.0)
 }
 
 /// How units differ about an effect.

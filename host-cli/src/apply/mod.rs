@@ -33,6 +33,8 @@ pub struct Believed {
 pub enum Remedy {
     /// It goes into the configuration.
     Compensated,
+    /// Its value may as well be zero, or the runs do not bear it out.
+    Unsure,
     /// The campaign does not say whether it is this or one of these.
     Ambiguous(Vec<String>),
     /// It is about the measurement: nothing is wrong with the robot.
@@ -136,6 +138,9 @@ fn remedy(it: &Believed) -> Remedy {
     if !COMPENSABLE.contains(&it.effect.as_str()) {
         let what = facts.map_or("a term of your own", |it| it.compensation);
         return Remedy::Uncompensated(what.to_owned());
+    }
+    if it.parameters.first().is_none_or(|it| !(it.low95 > 0.0 || it.high95 < 0.0)) {
+        return Remedy::Unsure;
     }
     if it.class.len() > 1 {
         let others = it.class.iter().filter(|other| **other != it.effect);
@@ -263,6 +268,16 @@ mod tests {
         let change = Change::new(&effects, &nominal(&config), &config, None).unwrap();
         assert!(!change.changes());
         assert_eq!(change.remedies[0].1, Remedy::Ambiguous(vec!["heading_pull".into()]));
+    }
+
+    #[test]
+    fn what_may_as_well_be_zero_is_not_written() {
+        let config = Config::default();
+        // Known to 1e-4, and no larger.
+        let effects = [effect("track_width", 1e-4, &["track_width"])];
+        let change = Change::new(&effects, &nominal(&config), &config, None).unwrap();
+        assert!(!change.changes());
+        assert_eq!(change.remedies[0].1, Remedy::Unsure);
     }
 
     #[test]

@@ -142,6 +142,10 @@ fn table(change: &Change) -> String {
     for (effect, remedy) in &change.remedies {
         let text = match remedy {
             Remedy::Compensated => "compensated by the above".to_owned(),
+            Remedy::Unsure => {
+                "not written: its 95 % interval holds zero; more runs that show it would tell"
+                    .to_owned()
+            }
             Remedy::Ambiguous(others) => format!(
                 "not written: these runs cannot tell it from {}; `explain` names the run that can",
                 others.join(", ")
@@ -161,6 +165,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
         let remedies = change.remedies.iter().map(|(effect, remedy)| {
             let (what, more) = match remedy {
                 Remedy::Compensated => ("compensated", json!(null)),
+                Remedy::Unsure => ("unsure", json!(null)),
                 Remedy::Ambiguous(others) => ("ambiguous", json!(others)),
                 Remedy::Measurement => ("measurement", json!(null)),
                 Remedy::Uncompensated(what) => ("uncompensated", json!(what)),

@@ -1,7 +1,7 @@
 //! `beeline explain`
 
 use robot_model::compare::Comparer;
-use robot_model::explain::explain_by;
+use robot_model::explain::explain_beyond;
 
 use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ExplainArgs};
@@ -16,7 +16,8 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let asked: Vec<_> = catalogue.iter().map(|it| *it as _).collect();
-    let answer = explain_by(&campaign, &asked).map_err(Error::new)?;
+    let in_model: Vec<&str> = model.chosen().iter().map(|it| it.facts().id).collect();
+    let answer = explain_beyond(&campaign, &asked, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
         let json = serde_json::to_value(&answer).map_err(Error::new)?;
         say(json);
@@ -29,7 +30,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
                 robot_model::odometry_noise::OdometryNoise::TYPICAL,
             )
             .map_err(Error::new)?;
-            assumed(&answer, |id| model.find(id))
+            assumed(&answer.steps, |id| model.find(id))
                 .iter()
                 .map(|it| comparer.combination(it))
                 .collect()
@@ -43,6 +44,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
                 runs: campaign.runs.len(),
                 catalogue: &catalogue,
                 combinations: &combinations,
+                in_model: &in_model,
             },
         );
     }

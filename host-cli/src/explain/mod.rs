@@ -13,16 +13,21 @@ use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 /// Width of the longest bar.
 const BAR: usize = 24;
 
-/// The effects of an answer at the values found; `find` knows all effects that were asked about.
+/// Effects of an answer at the values found; `find` knows all effects that were asked about.
 pub fn assumed(
-    answer: &Answer,
+    steps: &[StepFound],
     find: impl Fn(&str) -> Option<&'static dyn Effect>,
 ) -> Vec<Assumed> {
     let step = |it: &StepFound| {
         let values = it.parameters.iter().map(|it| it.value).collect();
         Some(Assumed { effect: find(&it.effect)?, values })
     };
-    answer.steps.iter().filter_map(step).collect()
+    steps.iter().filter_map(step).collect()
+}
+
+/// What an answer's effects are added to.
+pub fn before(answer: &Answer) -> &'static str {
+    if answer.known.is_empty() { "nominal robot" } else { "the model" }
 }
 
 /// What was asked, for the words of the answer.
@@ -37,6 +42,8 @@ pub struct Subject<'a> {
     pub runs: usize,
     /// All effects that were asked about.
     pub catalogue: &'a [&'static dyn Effect],
+    /// The effects that the user's model has already.
+    pub in_model: &'a [&'a str],
     /// What each step comes to in one plain number, where one says it.
     pub combinations: &'a [Option<String>],
 }
@@ -76,15 +83,22 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             answer.unexplained.depends_on.join(", ")
         ),
         [] => format!(
-            "Nothing is missing that {} could show: what is left is noise.",
+            "Nothing is missing{} that {} could show: what is left is noise.",
+            if answer.known.is_empty() { "" } else { " beside the model" },
             these(subject.runs)
         ),
-        [one] => format!("One effect is missing: {}. With it {error}{more}.", says(one, subject)),
+        [one] if answer.known.is_empty() => {
+            format!("One effect is missing: {}. With it {error}{more}.", says(one, subject))
+        }
+        [one] => {
+            format!("One more effect is missing: {}. With it {error}{more}.", says(one, subject))
+        }
         steps => {
             let names: Vec<String> = steps.iter().map(|it| says(it, subject)).collect();
             format!(
-                "{} effects are missing: {}. With them {error}{more}.",
+                "{}{} effects are missing: {}. With them {error}{more}.",
                 count(steps.len()),
+                if answer.known.is_empty() { "" } else { " more" },
                 names.join("; ")
             )
         }
@@ -137,6 +151,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
     say("");
     waterfall(answer, subject);
+    known(answer, subject);
     for (number, step) in answer.steps.iter().enumerate() {
         say("");
         let combination = subject.combinations.get(number).and_then(Option::as_deref);
@@ -177,12 +192,36 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
             Cell::styled(GOOD, bar),
         ]);
     };
-    row(String::new(), "nominal robot".into(), &answer.baseline.heldout, String::new());
+    row(String::new(), before(answer).into(), &answer.baseline.heldout, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = format!("+ {}", says(step, subject));
         row((number + 1).to_string(), name, &step.heldout, probability(step.p_value));
     }
     table.say(0);
+}
+
+/// What the model has already, and whether these runs bear it out.
+fn known(answer: &Answer, subject: &Subject<'_>) {
+    if subject.in_model.is_empty() {
+        return;
+    }
+    say("");
+    say(paint(BOLD, "In the model already"));
+    let mut table = Table::new("ll");
+    for id in subject.in_model {
+        let holds = |it: &&StepFound| it.class.iter().any(|other| other == id);
+        let words = match answer.known.iter().find(holds) {
+            Some(it) if it.effect == *id => format!("stands (p = {})", probability(it.p_value)),
+            Some(it) => format!("stands, in a class with {}", it.effect),
+            None => {
+                let rejected = answer.rejected.iter().find(|it| it.effect == *id);
+                let why = rejected.map_or("", |it| it.reason.as_str());
+                format!("these runs do not bear it out: {why}")
+            }
+        };
+        table.row([(*id).into(), Cell::styled(DIM, words)]);
+    }
+    table.say(2);
 }
 
 fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &Subject<'_>) {
@@ -316,6 +355,7 @@ mod tests {
         };
         Answer {
             schema: 1,
+            known: Vec::new(),
             baseline: ErrorPair { train: from, heldout: from },
             steps: vec![step],
             rejected: Vec::new(),
@@ -332,6 +372,7 @@ mod tests {
             runs,
             catalogue: &[],
             combinations: &[],
+            in_model: &[],
         };
         headline(&answer(&["gyro_bias"], from, to), &subject)
     }

@@ -22,6 +22,7 @@ fn answer() -> Answer {
     let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), heldout: errors(mm) };
     Answer {
         schema: 1,
+        known: Vec::new(),
         baseline: pair(25.8),
         steps: vec![StepFound {
             effect: "side_slip".into(),
@@ -78,6 +79,7 @@ fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> 
         runs: 3,
         catalogue: &CATALOGUE,
         combinations: &[Some("2.0 mm to the left per metre".into())],
+        in_model: &[],
     };
     draw(&CampaignReport {
         subject: &subject,

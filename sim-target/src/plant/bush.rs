@@ -87,3 +87,47 @@ impl Bush {
         0.5 * self.torque_nm() * self.twist_rad
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bush(torque_nm: f64) -> Option<Bush> {
+        let parameters = BushParameters { torque_nm, windup_rad: 0.1, relaxation_m: 0.05 };
+        assert_eq!(parameters.check(), Ok(()));
+        Bush::new(&parameters)
+    }
+
+    #[test]
+    fn a_pivot_without_torque_has_none() {
+        assert!(bush(0.0).is_none());
+    }
+
+    #[test]
+    fn it_gives_like_a_spring_and_slides_at_its_torque_either_way() {
+        for sign in [1.0, -1.0] {
+            let mut bush = bush(0.4).expect("it has a torque");
+            bush.advance(sign * 0.05, 0.0);
+            assert!((bush.torque_nm() - sign * 0.2).abs() < 1e-12, "{}", bush.torque_nm());
+            assert!((bush.energy_j() - 0.5 * 0.2 * 0.05).abs() < 1e-12);
+            bush.advance(sign * 1.0, 0.0);
+            assert!((bush.torque_nm() - sign * 0.4).abs() < 1e-12, "{}", bush.torque_nm());
+            // Back by twice the twist at which it slides, and it slides the other way.
+            bush.advance(-sign * 0.2, 0.0);
+            assert!((bush.torque_nm() + sign * 0.4).abs() < 1e-12, "{}", bush.torque_nm());
+        }
+    }
+
+    #[test]
+    fn at_rest_it_holds_and_rolling_lets_it_go_over_its_way_of_relaxation() {
+        let mut bush = bush(0.4).expect("it has a torque");
+        bush.advance(0.1, 0.0);
+        (0..1000).for_each(|_| bush.advance(0.0, 0.0));
+        assert_eq!(bush.torque_nm(), 0.4);
+        (0..1000).for_each(|_| bush.advance(0.0, 0.05e-3));
+        let left = bush.torque_nm() / 0.4;
+        assert!((left - (-1.0_f64).exp()).abs() < 1e-6, "{left}");
+        bush.lift();
+        assert_eq!(bush.torque_nm(), 0.0);
+    }
+}

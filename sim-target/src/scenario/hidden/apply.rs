@@ -286,7 +286,7 @@ impl HiddenEffect {
 fn kick(plant: &mut PlantParameters, s: f64) {
     /// Share of what the caster's grip can turn: typical, and before wheels slide.
     const TORQUE: f64 = 0.4;
-    const TORQUE_MOST: f64 = 0.55;
+    const TORQUE_MOST: f64 = 0.48;
     /// Slip stiffness of tyres that a caster can make slip, while ramps hardly do \[N\].
     const SLIP_STIFFNESS_N: f64 = 1200.0;
     let whole = (3.0 * s).min(1.0);

@@ -15,9 +15,9 @@
 //! far as the tyres grip. One noun a file; the equations stand next to the code.
 //!
 //! What can be wrong with a robot is a mechanism of its own: its wheels (`wobble`), what joins them to
-//! their motors (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
-//! `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them together. All are off
-//! unless their parameters say otherwise, and then cost nothing and change no bit.
+//! their motors (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread
+//! (`angle_error`, `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them
+//! together. All are off unless their parameters say otherwise, and then cost nothing and change no bit.
 //!
 //! # Integration
 //!

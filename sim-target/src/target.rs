@@ -265,7 +265,12 @@ impl Lab {
         let mut world = self.world.borrow_mut();
         world.placements += 1;
         let pose = world.scenario.placement(line, world.placements);
-        world.plant_now().place(pose);
+        let trails = world.scenario.placement.caster_trails;
+        let plant = world.plant_now();
+        plant.place(pose);
+        if trails {
+            plant.trail_caster();
+        }
     }
 
     /// Breaks something, now.

@@ -72,14 +72,17 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
     let mut scenario = Scenario { name: "sound".into(), seed, plant, ..Scenario::default() };
     scenario.camera.rate_hz = CAMERA_HZ;
     // By hand on a mark: a centimetre, a degree.
-    scenario.placement = PlacementParameters { heading_sigma_rad: 0.02, position_sigma_m: 0.01 };
+    let placement = scenario.placement;
+    scenario.placement =
+        PlacementParameters { heading_sigma_rad: 0.02, position_sigma_m: 0.01, ..placement };
     // Every other robot has a gyro, and those have one whose gyro is the matter.
     let gyro_is_hidden = effects.iter().any(|it| it.id().starts_with("gyro_"));
     if rng.random_bool(0.5) || gyro_is_hidden {
         scenario.gyro = Some(GyroParameters { rate_hz: GYRO_HZ, ..GyroParameters::default() });
     }
     if kind == Kind::Nuisance {
-        scenario.placement = PlacementParameters { heading_sigma_rad: 0.1, position_sigma_m: 0.05 };
+        scenario.placement =
+            PlacementParameters { heading_sigma_rad: 0.1, position_sigma_m: 0.05, ..placement };
         scenario.camera.position_sigma_m = 0.001 * rng.random_range(0.5..=2.0);
         scenario.camera.heading_sigma_rad = 0.002 * rng.random_range(0.5..=2.0);
         // Known, and taken off by whoever writes the recording.

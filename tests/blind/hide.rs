@@ -34,6 +34,11 @@ impl Hidden {
     /// Puts it into the robot or what is round it.
     pub fn hide(&self, scenario: &mut Scenario) {
         self.effect.apply(scenario, self.strength, &mut ChaCha8Rng::seed_from_u64(self.seed));
+        if self.effect == HiddenEffect::CasterKick {
+            // As every procedure asks for: else each run begins with a kick of its own, which belongs to
+            // a reversal that nobody recorded.
+            scenario.placement.caster_trails = true;
+        }
     }
 
     /// The same, weakened until it is physical.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bush::{Bush, BushParameters};
 use super::parameters::{Check, ParameterError};
 use super::pose::Twist;
 use super::rotation::Rotation;
@@ -29,6 +30,11 @@ pub struct CasterParameters {
     pub relaxation_length_m: f64,
     /// Rolling resistance as a share of the load.
     pub rolling_resistance: f64,
+    /// Side force of a wheel that leans or is a cone, whichever way it rolls, as the slip angle that
+    /// would make as much; positive to the left of its rolling direction \[rad\].
+    pub conicity_rad: f64,
+    /// What holds the fork besides its dry friction.
+    pub bush: BushParameters,
 }
 
 impl Default for CasterParameters {
@@ -44,6 +50,8 @@ impl Default for CasterParameters {
             damping_ns_per_m: 10.0,
             relaxation_length_m: 0.006,
             rolling_resistance: 0.02,
+            conicity_rad: 0.0,
+            bush: BushParameters::default(),
         }
     }
 }
@@ -58,7 +66,15 @@ impl CasterParameters {
         check.within("lateral_stiffness_n_per_m", self.lateral_stiffness_n_per_m, 10.0, 1e7)?;
         check.within("damping_ns_per_m", self.damping_ns_per_m, 0.0, 1e4)?;
         check.within("relaxation_length_m", self.relaxation_length_m, 1e-4, 1.0)?;
-        check.within("rolling_resistance", self.rolling_resistance, 0.0, 0.3)
+        check.within("rolling_resistance", self.rolling_resistance, 0.0, 0.3)?;
+        check.within("conicity_rad", self.conicity_rad, -0.3, 0.3)?;
+        self.bush.check()
+    }
+
+    /// Square of the fork's fastest vibration, but for what the body adds \[(rad/s)^2\].
+    pub(super) fn vibration_squared(&self) -> f64 {
+        let tyre_nm = self.lateral_stiffness_n_per_m * self.trail_m * self.trail_m;
+        (tyre_nm + self.bush.stiffness_nm()) / self.swivel_inertia_kgm2
     }
 }
 
@@ -67,13 +83,18 @@ impl CasterParameters {
 ///
 /// ```text
 /// contact's velocity:   v_d = v_pivot . d,   v_n = v_pivot . n - e (omega + delta')      (1)
-/// deflection:           dz/dt = -v_n - |v_d| z / sigma,   F_n = k z + c dz/dt <= mu N    (2)
-/// swivel:               I_c (delta'' + omega') = -e F_n - friction                       (3)
+/// deflection:           dz/dt = -v_n + |v_d| (gamma - z / sigma)
+///                       F_n = k z + c dz/dt <= mu N                                      (2)
+/// swivel:               I_c (delta'' + omega') = -e F_n - friction - bush                (3)
 /// rolling resistance:   F_d = -f N v_d / (|v_d| + v_0)                                   (4)
 /// ```
 ///
 /// With delta = 0 and forward travel (3) is stable, backwards it is not: after a reversal the caster
 /// swings round, once something disturbs it by more than the pivot's friction, and kicks the robot.
+///
+/// A wheel that leans by gamma, or is a cone, pushes to one side of its own whichever way it rolls, so
+/// its fork trails at -gamma; backwards it would balance at +gamma. After a reversal the fork therefore
+/// stands 2 gamma beside its balance, and swings at once, always the same way round.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Caster {
     direction: Rotation,
@@ -83,8 +104,9 @@ pub(super) struct Caster {
     /// Force on the body at the pivot, forward and to the left \[N\].
     pub force_n: (f64, f64),
     lateral_n: f64,
-    /// The pivot's friction, as it turns the body \[N m\].
+    /// The pivot's friction and its bush, as they turn the body \[N m\].
     pub reaction_nm: f64,
+    bush: Option<Bush>,
 }
 
 /// Speed below which rolling resistance fades out, so that it never pushes: v_0 in (4).
@@ -100,11 +122,15 @@ impl Caster {
             force_n: (0.0, 0.0),
             lateral_n: 0.0,
             reaction_nm: 0.0,
+            bush: Bush::new(&parameters.bush),
         }
     }
 
     /// Forgets contact and motion, not the angle.
     pub fn lift(&mut self) {
+        if let Some(bush) = &mut self.bush {
+            bush.lift();
+        }
         (self.swivel_rad_s, self.deflection_m) = (0.0, 0.0);
         (self.force_n, self.lateral_n, self.reaction_nm) = ((0.0, 0.0), 0.0, 0.0);
     }
@@ -118,10 +144,12 @@ impl Caster {
     #[inline]
     pub fn kick(&mut self, caster: &CasterParameters, yaw_change_rad_s: f64, h_s: f64) {
         let per_torque = h_s / caster.swivel_inertia_kgm2;
-        let free =
+        let mut free =
             self.swivel_rad_s - caster.trail_m * self.lateral_n * per_torque - yaw_change_rad_s;
+        let bush_nm = self.bush.as_ref().map_or(0.0, Bush::torque_nm);
+        free -= bush_nm * per_torque;
         self.swivel_rad_s = less_friction(free, caster.swivel_friction_nm * per_torque);
-        self.reaction_nm = (free - self.swivel_rad_s) / per_torque;
+        self.reaction_nm = (free - self.swivel_rad_s) / per_torque + bush_nm;
     }
 
     /// Swivels by h, and finds the force for the next kick.
@@ -141,7 +169,11 @@ impl Caster {
 
         let pivot_left_mps = body.left_mps - caster.pivot_behind_m * body.yaw_rate_rad_s;
         let (along_mps, across_mps) = middle.undo(body.forward_mps, pivot_left_mps);
-        let slip_mps = caster.trail_m * (body.yaw_rate_rad_s + self.swivel_rad_s) - across_mps; // (1)
+        let swing_mps = caster.trail_m * (body.yaw_rate_rad_s + self.swivel_rad_s);
+        let slip_mps = swing_mps - across_mps + caster.conicity_rad * along_mps.abs(); // (1)
+        if let Some(bush) = &mut self.bush {
+            bush.advance(turn_rad, along_mps.abs() * h_s);
+        }
 
         let before = self.deflection_m; // (2), by the trapezoidal rule
         let fade = 0.5 * h_s * along_mps.abs() / caster.relaxation_length_m;
@@ -167,5 +199,6 @@ impl Caster {
         let rate = self.swivel_rad_s + yaw_rate_rad_s;
         0.5 * caster.swivel_inertia_kgm2 * rate * rate
             + 0.5 * caster.lateral_stiffness_n_per_m * self.deflection_m * self.deflection_m
+            + self.bush.as_ref().map_or(0.0, Bush::energy_j)
     }
 }

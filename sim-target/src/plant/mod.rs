@@ -15,9 +15,9 @@
 //! far as the tyres grip. One noun a file; the equations stand next to the code.
 //!
 //! What can be wrong with a robot is a mechanism of its own: its wheels (`wobble`), what joins them to
-//! their motors (`gear`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
-//! `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them together. All are off
-//! unless their parameters say otherwise, and then cost nothing and change no bit.
+//! their motors (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread
+//! (`angle_error`, `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them
+//! together. All are off unless their parameters say otherwise, and then cost nothing and change no bit.
 //!
 //! # Integration
 //!
@@ -29,6 +29,7 @@
 
 mod angle_error;
 mod body;
+mod bush;
 mod caster;
 mod encoder;
 mod fault;
@@ -53,6 +54,7 @@ mod wobble;
 
 pub use angle_error::AngleErrorParameters;
 pub use body::BodyParameters;
+pub use bush::BushParameters;
 pub use caster::CasterParameters;
 pub use encoder::{EncoderEdge, EncoderParameters, EncoderStep};
 pub use fault::{CLAMP_NM, CLAMP_RAMP_US, PlantFault};
@@ -186,6 +188,12 @@ impl Plant {
         if let Some(odd) = &mut self.odd {
             odd.lift();
         }
+    }
+
+    /// Turns the caster by hand until it trails forward travel.
+    pub fn trail_caster(&mut self) {
+        self.caster =
+            Caster::new(&CasterParameters { start_angle_rad: 0.0, ..self.parameters.caster });
     }
 
     /// Puts another load on the robot \[kg\].

@@ -141,11 +141,10 @@ impl PlantParameters {
                 r * r / (self.geometry.wheel_inertia_kgm2 + rotor)
             });
         let rim = rim_per_mass.left.max(rim_per_mass.right);
-        let trail2 = caster.trail_m * caster.trail_m;
         let squares = [
             tyre.longitudinal_stiffness_n_per_m * (rim + per_mass),
             tyre.lateral_stiffness_n_per_m * per_mass,
-            caster.lateral_stiffness_n_per_m * (trail2 / caster.swivel_inertia_kgm2 + per_mass),
+            caster.vibration_squared() + caster.lateral_stiffness_n_per_m * per_mass,
         ];
         let fastest_rad_s = squares.into_iter().fold(0.0, f64::max).sqrt();
         let longest_us = (0.7e6 / fastest_rad_s).floor();

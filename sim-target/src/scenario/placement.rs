@@ -15,12 +15,15 @@ pub struct PlacementParameters {
     pub heading_sigma_rad: f64,
     /// Distance from the line's beginning, along it and across, standard deviation of each \[m\].
     pub position_sigma_m: f64,
+    /// True if the robot is rolled forward onto its mark, so that its caster trails; else the caster
+    /// stays as it stood when the robot was picked up.
+    pub caster_trails: bool,
 }
 
 impl Default for PlacementParameters {
     /// By eye along a line on the floor: 0.5 mrad is 0.2 mm between the wheels.
     fn default() -> Self {
-        Self { heading_sigma_rad: 0.0005, position_sigma_m: 0.0 }
+        Self { heading_sigma_rad: 0.0005, position_sigma_m: 0.0, caster_trails: false }
     }
 }
 

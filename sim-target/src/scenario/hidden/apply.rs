@@ -119,15 +119,7 @@ impl HiddenEffect {
                     wheel.hub_friction_nm += inertia_nm * radius_m * s.min(1.0);
                 }
             }
-            Self::CasterKick => {
-                // A larger caster that drags: the longer it takes to swing round, the more it turns.
-                let larger = 1.0 + 2.0 * s.min(1.0);
-                let caster = &mut plant.caster;
-                caster.trail_m *= larger;
-                caster.swivel_friction_nm += 0.02 * s;
-                caster.swivel_inertia_kgm2 *= larger * larger;
-                caster.rolling_resistance = (caster.rolling_resistance + 0.2 * s).min(0.3);
-            }
+            Self::CasterKick => kick(plant, s),
             Self::HeadingPull => {
                 // Carried by the slip of two wheels: 2 M/(b^2 k sigma) rad/m.
                 let track_m = plant.geometry.track_width_m;
@@ -211,11 +203,17 @@ impl HiddenEffect {
         let half_track_m = 0.5 * plant.geometry.track_width_m;
         match self {
             Self::RelaxationLength => {
-                // The same slip stiffness k sigma, later.
-                let factor = 1.0 + 20.0 * s;
-                plant.tyre.relaxation_length_m *= factor;
-                plant.tyre.longitudinal_stiffness_n_per_m /= factor;
-                plant.tyre.lateral_stiffness_n_per_m /= factor;
+                // Balloons: they give by a millimetre where the robot accelerates, and take most of a
+                // metre to give it back. Along the way k sigma stays near 400 N, so that little slips.
+                const GIVES_N_PER_M: f64 = 500.0;
+                const LATER_M: f64 = 0.7;
+                let tyre = &mut plant.tyre;
+                for stiffness in
+                    [&mut tyre.longitudinal_stiffness_n_per_m, &mut tyre.lateral_stiffness_n_per_m]
+                {
+                    *stiffness /= 1.0 + s * *stiffness / GIVES_N_PER_M;
+                }
+                tyre.relaxation_length_m = (tyre.relaxation_length_m + LATER_M * s).min(1.0);
             }
             Self::SetScrewSlip => {
                 // A cruise takes 10 mN m of the standard robot, 0.3 m/s^2 another 22.
@@ -273,6 +271,37 @@ impl HiddenEffect {
             other => unreachable!("{other} is in the catalogue"),
         }
     }
+}
+
+/// A caster with a long fork, close to the axle, on a stiff pivot.
+///
+/// Its wheel leans a little, so that it swings at once after a reversal, and its bush turns the body along with
+/// the fork meanwhile: by the torque T_b, as long as it swings, a few trails e of way. The tyres carry that by
+/// their slip, 2 T_b/(b^2 k sigma) rad/m. That is why the bush is as stiff as the caster's grip on the
+/// floor can turn with something to spare (share of mu N e), and why tyres that hardly slip are softer here.
+/// With the fork as long as the way from pivot to axle, the side force that turns a stiff fork acts
+/// half a swing at twice that lever and half a swing at none: otherwise it would turn the robot there and back.
+///
+/// What makes the swing is all there at a third of the typical strength; the torque goes on growing.
+fn kick(plant: &mut PlantParameters, s: f64) {
+    /// Share of what the caster's grip can turn: typical, and before wheels slide.
+    const TORQUE: f64 = 0.4;
+    const TORQUE_MOST: f64 = 0.48;
+    /// Slip stiffness of tyres that a caster can make slip, while ramps hardly do \[N\].
+    const SLIP_STIFFNESS_N: f64 = 1200.0;
+    let whole = (3.0 * s).min(1.0);
+    let caster = &mut plant.caster;
+    caster.pivot_behind_m *= 1.0 - 0.4 * whole;
+    caster.trail_m *= 1.0 + 4.0 * whole;
+    caster.swivel_inertia_kgm2 *= 1.0 + 9.0 * whole;
+    caster.conicity_rad += 0.1 * whole;
+    let body = &plant.body;
+    let weight_n = body.mass_kg * plant.floor.gravity_mps2;
+    let load_n = -weight_n * body.center_of_mass_forward_m / caster.pivot_behind_m;
+    let grip_nm = plant.floor.friction * load_n * caster.trail_m;
+    caster.bush.torque_nm += (TORQUE * s).min(TORQUE_MOST) * grip_nm;
+    let excess = (slip_stiffness_n(plant) / SLIP_STIFFNESS_N - 1.0).max(0.0);
+    plant.tyre.longitudinal_stiffness_n_per_m /= 1.0 + whole * excess;
 }
 
 fn both<T>(pair: &mut WheelPair<T>) -> [&mut T; 2] {

@@ -79,7 +79,7 @@ effects! {
     LostCounts = "lost_counts", true, OutAndBack;
     /// Gears with play, the encoder on the motor's side.
     Backlash = "backlash", true, OutAndBack;
-    /// A caster with a long trail and a stiff pivot that drags.
+    /// A caster with a long fork on a stiff pivot.
     CasterKick = "caster_kick", true, OutAndBack;
     /// A twisted cable from above.
     HeadingPull = "heading_pull", true, OutAndBack;

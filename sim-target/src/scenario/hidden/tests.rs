@@ -198,3 +198,76 @@ fn ids_are_unique_and_name_their_effects() {
     let error = "gremlins".parse::<HiddenEffect>().expect_err("there are none");
     assert!(error.starts_with("no hidden effect `gremlins`; there are wheel_radius_ratio, "));
 }
+
+/// A robot whose tyres hardly slip, as those of the blind benchmark.
+fn gripping() -> Scenario {
+    let mut scenario = sound();
+    let plant = &mut scenario.plant;
+    plant.substep_us = 200;
+    plant.tyre.longitudinal_stiffness_n_per_m *= 6.0;
+    plant.tyre.lateral_stiffness_n_per_m *= 6.0;
+    plant.tyre.relaxation_length_m *= 4.0;
+    plant.caster.start_angle_rad = 0.0;
+    scenario
+}
+
+/// Mean heading in the pictures between two times \[rad\].
+fn heading_rad(sight: &Sight, from_s: f64, to_s: f64) -> f64 {
+    let seen: Vec<f64> = sight
+        .camera
+        .iter()
+        .filter(|it| (from_s..to_s).contains(&it.t_s))
+        .map(|it| it.heading_rad)
+        .collect();
+    seen.iter().sum::<f64>() / seen.len() as f64
+}
+
+#[test]
+fn a_caster_kick_turns_even_a_robot_that_grips_in_the_first_half_of_its_way_back_and_no_more() {
+    let back = |strength: f64| {
+        let mut scenario = gripping();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        HiddenEffect::CasterKick.apply(&mut scenario, strength, &mut rng);
+        assert_eq!(scenario.validate(), Ok(()));
+        let sight = watch(&scenario, ShownBy::OutAndBack, 0.0);
+        // 5.4 s a leg: the last second and a half out, the middle and the end of the way back.
+        let out_rad = heading_rad(&sight, 3.0, 4.4);
+        (heading_rad(&sight, 8.0, 8.8) - out_rad, heading_rad(&sight, 9.0, 9.8) - out_rad)
+    };
+    let (plain, half, whole, more) = (back(0.0), back(0.5), back(1.0), back(3.0));
+    println!("{plain:?} {half:?} {whole:?} {more:?}");
+    let kick = |seen: (f64, f64)| seen.1 - plain.1;
+    // One picture's noise is 2 mrad, and there are hundreds behind each reversal.
+    assert!((1e-3..4e-3).contains(&-kick(whole)), "{} rad", kick(whole));
+    assert!(
+        kick(whole) < 1.5 * kick(half) && kick(half) < 0.0,
+        "{} of {}",
+        kick(half),
+        kick(whole)
+    );
+    assert!(kick(more) < kick(whole), "{} beyond {}", kick(more), kick(whole));
+    let later = (whole.1 - whole.0) - (plain.1 - plain.0);
+    assert!(later.abs() < 0.3 * kick(whole).abs(), "{later} of {} rad", kick(whole));
+}
+
+#[test]
+fn late_tyres_show_even_on_a_robot_that_grips_the_more_the_stronger() {
+    let far = |strength: f64| {
+        let mut scenario = gripping();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        HiddenEffect::RelaxationLength.apply(&mut scenario, strength, &mut rng);
+        assert_eq!(scenario.validate(), Ok(()));
+        let tyre = scenario.plant.tyre;
+        let slip_stiffness_n = tyre.longitudinal_stiffness_n_per_m * tyre.relaxation_length_m;
+        (watch(&scenario, ShownBy::OutAndBack, 0.0), slip_stiffness_n)
+    };
+    let (plain, _) = far(0.0);
+    let (half, whole, more) = (far(0.5), far(1.0), far(2.0));
+    let [half_m, whole_m, more_m] = [&half, &whole, &more].map(|it| apart(&it.0, &plain).0);
+    println!("{half_m} {whole_m} {more_m} m; {} N", whole.1);
+    // Half of 1.2 N on 500 N/m gives by 1.2 mm; between two pictures there are some tenths more.
+    assert!((0.8e-3..4e-3).contains(&whole_m), "{whole_m} m");
+    assert!(half_m < whole_m && whole_m < more_m, "{half_m}, {whole_m}, {more_m}");
+    // It is late rather than soft: the slip m/(2 k sigma) stays below 0.7 % per m/s^2.
+    assert!(whole.1 > 300.0, "{} N", whole.1);
+}

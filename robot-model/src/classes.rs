@@ -3,7 +3,7 @@
 //! An effect is taken out and each other effect put in its place, everything fitted anew. If that loses
 //! less than three sigma, 9 in -2 log likelihood, the rival is as good an answer, and it is named in one
 //! breath with the effect. The data decide: no list of confounds is kept. So it is if it loses next to nothing of
-//! what the effect explains: of two that do the same to a hundredth, anything that no model has decides.
+//! what the effect explains: of two that do the same to a fiftieth, anything that no model has decides.
 //!
 //! A first look is linear about the fitted effect; of a strong one the rivals' fits are off by a share of
 //! what it explains. So whatever comes near is fitted in earnest.

@@ -2,7 +2,8 @@
 //!
 //! An effect is taken out and each other effect put in its place, everything fitted anew. If that loses
 //! less than three sigma, 9 in -2 log likelihood, the rival is as good an answer, and it is named in one
-//! breath with the effect. The data decide: no list of confounds is kept.
+//! breath with the effect. The data decide: no list of confounds is kept. So it is if it loses next to nothing of
+//! what the effect explains: of two that do the same to a fiftieth, anything that no model has decides.
 //!
 //! A first look is linear about the fitted effect; of a strong one the rivals' fits are off by a share of
 //! what it explains. So whatever comes near is fitted in earnest.
@@ -10,7 +11,7 @@
 use crate::campaign::Prepared;
 use crate::fit::{Fitted, fit_parameters};
 use crate::increment::Term;
-use crate::judge::Judgement;
+use crate::judge::{Judgement, OWN_SHARE_MIN};
 use crate::look::{Candidate, Look, penalty};
 use crate::select::RIVAL_MARGIN;
 
@@ -38,7 +39,8 @@ pub(crate) fn classes<'a>(
     let mut classes = Vec::new();
     for (index, judgement) in kept.iter().enumerate() {
         // Where runs scatter more than their noise, sigmas are wider.
-        let margin = RIVAL_MARGIN * judgement.dispersion;
+        let sigmas = RIVAL_MARGIN * judgement.dispersion;
+        let margin = sigmas.max(OWN_SHARE_MIN * judgement.gain);
         let own = judgement.gain - penalty(look.term(index));
         let mut rivals: Vec<Candidate<'a>> = look
             .candidates_that_gain(&[index], own - margin - LOOK_ERROR * judgement.gain)

@@ -6,26 +6,31 @@
 //! d^2 = min over rival's and model's parameters of | J_e v_e - J_f v_f - J_m v_m |^2   (1)
 //! ```
 //!
-//! over all rows of both, e the chosen effect with its fitted value and f the rival: the gain in -2 log
-//! likelihood that is to be expected of the truth over the rival.
+//! over all rows of both, e the truth with the value that it would have and f the rival: the gain in -2 log
+//! likelihood that is to be expected of the truth over the rival. Each of a class may be the truth.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::answer::NextRun;
 use crate::campaign::{Campaign, Prepared};
 use crate::classes::Class;
-use crate::evidence::{Evidence, amplitudes};
+use crate::evidence::{Evidence, Sums, amplitudes};
 use crate::fit::Fitted;
 use crate::increment::Term;
-use crate::judge::Judgement;
+use crate::judge::{Judgement, OWN_SHARE_MIN};
 use crate::path::Pose;
 use crate::plan::{Drive, Piece, drive};
 use crate::predict::open_loop_from;
 use crate::recording::{Recording, Sight};
 
-/// To be told apart for sure, rivals are to differ by this in -2 log likelihood: five sigma; by more where runs
-/// scatter more than their noise.
-const TOLD_APART: f64 = 25.0;
+/// To be told apart for sure, rivals are to differ by this many sigma, the root of what they differ by in -2 log
+/// likelihood; by more where runs scatter more than their noise. Where no run does that, by so many that a
+/// class would let go of them.
+const SIGMAS_APART: [f64; 2] = [5.0, 3.0];
+
+/// And by this share of what the effect itself does: by the millimetre in which two large effects differ,
+/// whatever else is the matter with a robot decides. Five times what a class asks for.
+const SHARE_APART: f64 = 5.0 * OWN_SHARE_MIN;
 
 /// Runs that could be made: what they are called, and the pieces of each.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +61,10 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
         plan("straight", at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
         plan("out-and-back", at(vec![back(0.7 * speed_mps)])),
         plan("spins both ways", at(vec![spin(2.0, slow), spin(-2.0, slow)])),
+        plan(
+            "six short out-and-backs",
+            at(vec![[straight(0.5, 0.7 * speed_mps), straight(-0.5, 0.7 * speed_mps)].repeat(6)]),
+        ),
         plan("arcs both ways", at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
         plan(
             "straights at three speeds",
@@ -143,74 +152,140 @@ pub(crate) fn next_run(
         (0..classes.len()).filter(|it| !classes[*it].rivals.is_empty()).collect();
     order.sort_by_key(|it| core::cmp::Reverse(classes[*it].rivals.len()));
     order.into_iter().find_map(|index| {
-        let told_apart = TOLD_APART * kept[index].dispersion;
-        separating(prepared, fitted, (index, &classes[index]), told_apart)
+        separating(prepared, fitted, (index, &classes[index]), kept[index].dispersion)
     })
 }
 
-/// The cheapest run that tells most of a class apart, if any does.
+/// One of a class: any of them may be the truth.
+struct Member {
+    id: String,
+    /// The columns of its amplitudes, and what they are if it is the one.
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+/// By how many sigma each pair of members is told apart: `pairs[i][j]` for i < j, the worse of truth and rival and
+/// the other way round; nothing where they differ by too small a share of what they do.
+struct Sigmas(Vec<Vec<f64>>);
+
+impl Sigmas {
+    fn at_least(&self, sigmas: f64) -> usize {
+        self.0.iter().flatten().filter(|it| **it >= sigmas).count()
+    }
+
+    fn is_apart(&self, i: usize, j: usize, sigmas: f64) -> bool {
+        i != j && self.0[i.min(j)][i.max(j)] >= sigmas
+    }
+}
+
+/// How well a plan tells the members apart.
+struct Told {
+    kind: &'static str,
+    /// Together with the campaign.
+    with_campaign: Sigmas,
+    /// On its own.
+    alone: Sigmas,
+}
+
+impl Told {
+    /// What plans are compared by: how many pairs, and how many of them by what the plan itself shows. Where one of
+    /// two effects is told by its silence in a run of another kind, anything else that such a run shows is taken
+    /// for the other.
+    fn merit(&self, sigmas: f64) -> (usize, usize) {
+        (self.with_campaign.at_least(sigmas), self.alone.at_least(sigmas))
+    }
+}
+
+/// The chosen effect and its rivals; `terms` are those of the model, then the rivals', with columns.
+fn members(terms: &[Term<'_>], index: usize, class: &Class<'_>) -> Option<Vec<Member>> {
+    let chosen = &terms[index];
+    let parameters = chosen.effect.facts().parameters.iter().zip(&chosen.values);
+    let values = parameters
+        .filter(|(it, _)| it.role == crate::effect::Role::Amplitude)
+        .map(|(_, value)| *value)
+        .collect();
+    let member = |it: &Term<'_>, values| {
+        let columns = amplitudes(it.effect, it.column?);
+        Some(Member { id: it.effect.facts().id.to_owned(), columns, values })
+    };
+    let rivals = terms[terms.len() - class.rivals.len()..].iter().zip(&class.rivals);
+    let rivals = rivals.map(|(term, it)| member(term, it.judgement.values.clone()));
+    core::iter::once(member(chosen, values)).chain(rivals).collect()
+}
+
+/// The cheapest run that tells most of a class apart, if any does: nobody knows which of them is true, so
+/// each is to be told from each.
 fn separating(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
     (index, class): (usize, &Class<'_>),
-    told_apart: f64,
+    dispersion: f64,
 ) -> Option<NextRun> {
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
     terms.extend(class.rivals.iter().map(|it| it.term.clone()));
     let here = Evidence::gather(prepared, &mut terms, &fitted.noise);
-    let chosen = terms[index].clone();
-    let own = amplitudes(chosen.effect, chosen.column?);
-    let parameters = chosen.effect.facts().parameters.iter().zip(&chosen.values);
-    let values: Vec<f64> = parameters
-        .filter(|(it, _)| it.role == crate::effect::Role::Amplitude)
-        .map(|(_, value)| *value)
-        .collect();
+    let members = members(&terms, index, class)?;
     let rest: Vec<usize> = terms[..in_model]
         .iter()
         .enumerate()
         .filter(|(i, _)| *i != index)
         .flat_map(|(_, it)| amplitudes(it.effect, it.column.unwrap_or(0)))
         .collect();
-    let rivals: Vec<(String, Vec<usize>)> = terms[in_model..]
-        .iter()
-        .map(|it| (it.effect.facts().id.to_owned(), amplitudes(it.effect, it.column.unwrap_or(0))))
-        .collect();
     let speed_mps = prepared.survey.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
-    let mut best: Option<(usize, f64, &'static str, Vec<String>)> = None;
+    let pairs = |sums: &Sums| {
+        let left = |truth: &Member, others: &[usize]| {
+            here.separation(sums, &truth.columns, &truth.values, others)
+        };
+        let one_way = |truth: &Member, rival: &Member| {
+            let others: Vec<usize> = rest.iter().chain(&rival.columns).copied().collect();
+            let apart = left(truth, &others);
+            let is_share = apart >= SHARE_APART * left(truth, &rest);
+            if is_share { (apart / dispersion).sqrt() } else { 0.0 }
+        };
+        let both_ways = |i: usize, j: usize| match i < j {
+            true => one_way(&members[i], &members[j]).min(one_way(&members[j], &members[i])),
+            false => 0.0,
+        };
+        let row = |i: usize| (0..members.len()).map(|j| both_ways(i, j)).collect();
+        Sigmas((0..members.len()).map(row).collect())
+    };
+    let mut each = Vec::new();
     for plan in plans(speed_mps.max(0.05)) {
         let Some(planned) = predicted(prepared, &plan, &fitted.terms) else { continue };
         let there = Evidence::gather(&planned, &mut terms, &fitted.noise);
-        let mut sums = here.total.clone();
-        sums.add(&there.total, 1.0);
-        let told: Vec<f64> = rivals
-            .iter()
-            .map(|(_, columns)| {
-                let others: Vec<usize> = rest.iter().chain(columns).copied().collect();
-                here.separation(&sums, &own, &values, &others)
-            })
-            .collect();
-        let apart = told.iter().filter(|it| **it >= told_apart).count();
-        let least = told.iter().copied().fold(f64::INFINITY, f64::min);
-        // Plans come cheapest first: a later one has to tell more apart.
-        if apart > 0 && best.as_ref().is_none_or(|(most, ..)| apart > *most) {
-            let names = rivals.iter().zip(&told).filter(|(_, it)| **it >= told_apart);
-            let names = names.map(|((id, _), _)| id.clone()).collect();
-            best = Some((apart, least, plan.kind, names));
-        }
+        let mut both = here.total.clone();
+        both.add(&there.total, 1.0);
+        let (with_campaign, alone) = (pairs(&both), pairs(&there.total));
+        each.push(Told { kind: plan.kind, with_campaign, alone });
     }
-    let (apart, _, kind, mut separates) = best?;
-    let id = chosen.effect.facts().id;
-    separates.insert(0, id.to_owned());
-    let why = if apart == rivals.len() {
-        format!("there {} and its rivals predict tracks at least five sigma apart", id)
+    SIGMAS_APART.into_iter().find_map(|sigmas| {
+        // Plans come cheapest first: a later one has to tell more apart.
+        let best = each.iter().rev().max_by_key(|it| it.merit(sigmas))?;
+        (best.merit(sigmas).0 > 0).then(|| in_words(&members, best, sigmas))
+    })
+}
+
+/// What is promised of a plan.
+fn in_words(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
+    let count = members.len();
+    let all = count * (count - 1) / 2;
+    let apart = |i: usize, j: usize| told.with_campaign.is_apart(i, j, sigmas);
+    let of_chosen = (1..count).any(|j| apart(0, j));
+    let separates = (0..count).filter(|i| match of_chosen {
+        true => *i == 0 || apart(0, *i),
+        false => (0..count).any(|j| apart(*i, j)),
+    });
+    let separates = separates.map(|i| members[i].id.clone()).collect();
+    let words = if sigmas >= SIGMAS_APART[0] { "five" } else { "three" };
+    let why = if told.merit(sigmas).0 == all {
+        format!("there they predict tracks at least {words} sigma apart, whichever of them is true")
     } else {
         format!(
-            "there {} of {} rivals of {} predict tracks five sigma apart",
-            apart,
-            rivals.len(),
-            id
+            "of the {all} pairs that {} make, {} predict tracks {words} sigma apart there",
+            members.iter().map(|it| it.id.as_str()).collect::<Vec<_>>().join(", "),
+            told.merit(sigmas).0
         )
     };
-    Some(NextRun { kind: kind.to_owned(), separates, why })
+    NextRun { kind: told.kind.to_owned(), separates, why }
 }

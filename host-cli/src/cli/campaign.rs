@@ -28,9 +28,9 @@ How the robot is measured (--measure):
   none        nobody: poses are added to the files later
 
 Kinds of single runs (--run), as `explain` suggests them:
-  rest, straight, out-and-back, spin, \"spins both ways\", arc, \"arcs both ways\",
-  \"straights at three speeds\", \"arcs of two radii\", \"arcs at two speeds\", square,
-  \"square both ways\", \"out-and-back in four headings\",
+  rest, straight, out-and-back, \"six short out-and-backs\", spin, \"spins both ways\", arc,
+  \"arcs both ways\", \"straights at three speeds\", \"arcs of two radii\", \"arcs at two speeds\",
+  square, \"square both ways\", \"out-and-back in four headings\",
   \"out-and-back with and without a load\", \"out-and-back, an hour later\"
 
 Examples:

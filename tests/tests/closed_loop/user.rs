@@ -1,0 +1,132 @@
+//! Somebody with a robot and a folder: records, asks `explain`, drives what it suggests.
+
+use std::path::PathBuf;
+
+use beeline_tests::blind::field::PERIOD_MS;
+use futures_lite::future;
+use host_cli::calibrate::Instrument;
+use host_cli::calibrate::umbmark::{UmbmarkSettings, umbmark};
+use host_cli::campaign::{Campaign, CampaignWriter, Run};
+use host_cli::error::Result;
+use host_cli::link::{Clock, Wire};
+use host_cli::session::Session;
+use host_cli::survey::extra::{fastest_mps, runs_of};
+use host_cli::survey::samples::columns;
+use host_cli::survey::{Plan, PlanSettings, RecordSettings, Step, Witness, record_campaign};
+use robot_model::answer::Answer;
+use robot_model::explain::explain;
+use sim_target::{Lab, Options, Scenario, SimTarget};
+use tempfile::TempDir;
+
+/// Somebody with a robot and a campaign's folder.
+pub struct User {
+    session: Session,
+    lab: Lab,
+    target: SimTarget,
+    desk: TempDir,
+}
+
+impl User {
+    /// With this robot, switched on, and an empty desk.
+    pub fn with(scenario: &Scenario) -> Self {
+        scenario.validate().expect("a physical robot");
+        let mut target = SimTarget::new(scenario, Options::default()).expect("no flash file");
+        let (lab, wire) = (target.lab(), Wire::Sim(target.host_wire()));
+        let mut session = Session::new(wire, Clock::Virtual, 1, "sim".into());
+        let opened = target.run(future::or(session.open(), std::future::pending()));
+        opened.expect("the simulated robot answers");
+        let desk = tempfile::tempdir().expect("a folder for the campaign");
+        Self { session, lab, target, desk }
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.desk.path().join("robot")
+    }
+
+    /// `beeline campaign record --plan PLAN`
+    pub fn record(&mut self, plan: &Plan) {
+        self.drive(plan, true, 0.0);
+    }
+
+    /// `beeline campaign record --run KIND`
+    pub fn follow(&mut self, kind: &str) {
+        let campaign = self.campaign();
+        let mut settings = PlanSettings::default();
+        let fastest = fastest_mps(&self.folder(), &campaign).expect("a wheel has turned");
+        settings.speeds_mps[1] = fastest.max(0.05);
+        let extra = runs_of(kind, &settings, &campaign.plain_names()).expect("what it suggests");
+        self.drive(&extra.plan, false, extra.later_s);
+    }
+
+    fn drive(&mut self, plan: &Plan, whole: bool, later_s: f64) {
+        let settings =
+            RecordSettings { period_ms: PERIOD_MS, whole, later_s, ..RecordSettings::default() };
+        let (session, folder) = (&mut self.session, self.desk.path().join("robot"));
+        let mut witness = Witness::camera(self.lab.clone());
+        let mut tell = |_: Step<'_>| ();
+        let procedure = record_campaign(session, &mut witness, plan, &folder, &settings, &mut tell);
+        let summary = self.target.run(future::or(procedure, std::future::pending()));
+        assert_eq!(summary.expect("it drives").recorded.len(), plan.runs.len());
+    }
+
+    /// `beeline calibrate --method umbmark`, of whose first squares the ends are kept as a campaign. Its
+    /// correction is taken back: the campaign is that of the robot as it was.
+    pub fn umbmark(&mut self, squares_each_way: u16) {
+        let settings = UmbmarkSettings {
+            side_m: 1.0,
+            runs: squares_each_way,
+            speed_mps: 0.25,
+            acceleration_mps2: 0.3,
+            undo_folder: None,
+        };
+        let session = &mut self.session;
+        let mut instrument = Instrument::Camera(self.lab.clone(), self.lab.camera_len());
+        let procedure = async {
+            let before = session.read_config().await?;
+            let outcome = umbmark(session, &mut instrument, &settings, &mut |_| ()).await?;
+            session.write_config(&before).await?;
+            session.save_config().await?;
+            Result::Ok(outcome)
+        };
+        let outcome = self.target.run(future::or(procedure, std::future::pending()));
+        let campaign = outcome.expect("it drives").campaign.expect("a camera saw it");
+        assert_eq!(campaign.runs.len(), 2 * usize::from(squares_each_way));
+        self.keep_ends(&campaign).expect("the folder can be written");
+    }
+
+    /// Leaves runs in the folder, with the first and the last pose that was measured of each.
+    fn keep_ends(&self, campaign: &Campaign) -> Result<()> {
+        let writer = CampaignWriter::open(&self.folder(), &campaign.robot)?;
+        for run in &campaign.runs {
+            let name = run.name.trim_start_matches(|c: char| c.is_ascii_digit() || c == '_');
+            let mut file = writer.start_run(name, &columns(true, false))?;
+            ends_only(run).rows.iter().try_for_each(|row| file.push(row))?;
+            file.finish(run.facts.clone())?;
+        }
+        Ok(())
+    }
+
+    fn campaign(&self) -> Campaign {
+        Campaign::read(&self.folder()).expect("what was recorded can be read")
+    }
+
+    /// `beeline explain`
+    pub fn explain(&self) -> Answer {
+        let campaign = self.campaign().to_model(&self.folder()).expect("its runs are sound");
+        explain(&campaign).expect("it can be explained")
+    }
+}
+
+/// A run of which only its ends are measured.
+fn ends_only(run: &Run) -> Run {
+    let seen = || (0..run.rows.len()).filter(|it| run.rows[*it].x_m.is_some());
+    let ends = [seen().next(), seen().next_back()];
+    let mut run = run.clone();
+    for (index, row) in run.rows.iter_mut().enumerate() {
+        row.gyro_z_rad_s = None;
+        if !ends.contains(&Some(index)) {
+            (row.x_m, row.y_m, row.heading_rad) = (None, None, None);
+        }
+    }
+    run
+}

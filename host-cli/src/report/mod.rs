@@ -177,14 +177,15 @@ fn section(html: &mut String, title: &str, words: &str) {
 }
 
 /// The names of the three colours.
-fn legend(html: &mut String, measured: bool, before: &str) {
+fn legend(html: &mut String, measured: bool, answer: &Answer) {
     html.push_str("<p class=\"legend\">");
     if measured {
         html.push_str("<span><i class=\"k\"></i>measured</span>");
     }
     let _ = write!(
         html,
-        "<span><i class=\"b\"></i>{before}</span><span><i class=\"a\"></i>with what is missing</span></p>"
+        "<span><i class=\"b\"></i>{}</span><span><i class=\"a\"></i>with what is missing</span></p>",
+        before(answer)
     );
 }
 

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use robot_model::compare::Cell;
 
 use super::{CampaignReport, legend};
-use crate::explain::before;
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
 
 const ROW: f64 = 21.0;
@@ -15,7 +14,7 @@ const X: (f64, f64) = (250.0, 640.0);
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.comparisons.map(|it| &it.regimes);
     let mut html = String::new();
-    legend(&mut html, false, before(report.answer));
+    legend(&mut html, false, report.answer);
     let rows: usize = before.iter().map(|it| it.cells.len()).sum();
     let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
     let cells = before.iter().chain(after).flat_map(|it| &it.cells);

@@ -1,6 +1,7 @@
 //! Which effects are missing, in order of evidence: everything put together.
 
 use crate::answer::{Answer, ErrorPair, ParameterFound, Rejected, StepFound};
+use crate::aside;
 use crate::campaign::{Campaign, Prepared};
 use crate::classes::{Class, classes};
 use crate::effect::{CATALOGUE, Effect};
@@ -59,6 +60,7 @@ pub fn explain_by(
         rejected,
         unexplained: unexplained(&prepared, &fitted),
         next_run: next_run(&prepared, &fitted, &classes, &kept),
+        aside: aside::errors(&prepared, &fitted.terms, &fitted.noise),
     })
 }
 

@@ -29,6 +29,7 @@
 
 pub mod advice;
 pub mod answer;
+mod aside;
 pub mod campaign;
 mod combination;
 pub mod compare;

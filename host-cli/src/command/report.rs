@@ -35,7 +35,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),
         port: &common.port.to_string(),
-        runs: campaign.runs.len(),
+        runs: campaign.fitted_runs().count(),
         catalogue: &catalogue,
         combinations: &combinations,
     };

@@ -36,6 +36,7 @@ pub mod compare;
 pub mod effect;
 mod errors;
 pub mod explain;
+pub mod gate;
 pub mod geometry;
 pub mod jet;
 pub mod motion;

@@ -24,6 +24,7 @@ impl Campaign {
                     let hint = "a run needs encoder counts of both wheels in at least two rows";
                     CampaignError::new(Place::whole(&file), error.problem, hint)
                 })?;
+                super::gate::check(&file, run, &robot, &recording)?;
                 Ok(recording)
             })
             .collect::<Result<Vec<_>, CampaignError>>()?;
@@ -80,7 +81,7 @@ impl Run {
         self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
     }
 
-    fn to_model(&self, robot: &Robot) -> Recording {
+    pub(super) fn to_model(&self, robot: &Robot) -> Recording {
         let mut recording = Recording {
             name: self.name.clone(),
             started_s: self.facts.started_s,

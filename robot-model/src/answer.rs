@@ -22,6 +22,22 @@ pub struct Answer {
     pub unexplained: Unexplained,
     /// The cheapest run that would tell more.
     pub next_run: Option<NextRun>,
+    /// What it comes to on the runs kept aside, if there are any; no part of the JSON.
+    #[serde(skip)]
+    pub aside: Option<Aside>,
+}
+
+/// Errors on runs that were kept aside: nothing was fitted to them, and nothing chosen by them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Aside {
+    /// How many runs.
+    pub runs: usize,
+    /// Their kinds, each once, in the order of the campaign.
+    pub kinds: Vec<String>,
+    /// Of the nominal robot.
+    pub nominal: Errors,
+    /// Of the model, fitted to all other runs.
+    pub model: Errors,
 }
 
 /// Errors on the runs fitted to, and on runs held out.

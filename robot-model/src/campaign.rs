@@ -26,30 +26,47 @@ pub(crate) struct PreparedRun {
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     pub robot: Robot,
+    /// The runs that are fitted to: all that anything is learnt from.
     pub runs: Vec<PreparedRun>,
+    /// The runs kept aside, which only show what a model predicts.
+    pub aside: Vec<PreparedRun>,
+    /// Of the runs that are fitted to.
     pub survey: Survey,
 }
 
 impl Campaign {
+    /// The runs that a model is fitted to: all but those kept aside.
+    pub fn fitted_runs(&self) -> impl Iterator<Item = &Recording> {
+        self.runs.iter().filter(|run| !run.held_out)
+    }
+
+    /// Works out each run's motion, and puts aside the runs that nothing may be learnt from.
     pub(crate) fn prepare(&self) -> Result<Prepared, RecordingError> {
         for run in &self.runs {
             run.validate()?;
         }
-        let clocks = clocks_s(&self.runs);
-        let runs: Vec<PreparedRun> = self
-            .runs
-            .iter()
-            .enumerate()
-            .map(|(index, recording)| {
-                let clock_s = clocks.as_ref().map(|it| it[index]);
-                let motion = Motion::new(&self.robot, recording, clock_s);
-                let kind = kind_of(&motion);
-                PreparedRun { recording: recording.clone(), motion, kind }
-            })
-            .collect();
+        if let (Some(first), None) = (self.runs.first(), self.fitted_runs().next()) {
+            let problem = "this run and all others are held out: none is left to be fitted to";
+            return Err(RecordingError { run: first.name.clone(), problem: problem.to_owned() });
+        }
+        let began_s = began_s(self.fitted_runs());
+        let prepared = |recording: &Recording| {
+            let clock_s = began_s.zip(recording.started_s).map(|(first, it)| it - first);
+            let motion = Motion::new(&self.robot, recording, clock_s);
+            let kind = kind_of(&motion);
+            PreparedRun { recording: recording.clone(), motion, kind }
+        };
+        let runs: Vec<PreparedRun> = self.fitted_runs().map(prepared).collect();
+        let aside = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();
+        let survey = self.survey(&runs, began_s);
+        Ok(Prepared { robot: self.robot, runs, aside, survey })
+    }
+
+    fn survey(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Survey {
         let mut survey = Survey::default();
-        for (index, run) in runs.iter().enumerate() {
-            let clock_s = clocks.as_ref().map_or(0.0, |it| it[index]);
+        for run in runs {
+            let started_s = began_s.zip(run.recording.started_s);
+            let clock_s = started_s.map_or(0.0, |(first, it)| it - first);
             let path_m: f64 = run.motion.steps.iter().map(|it| it.travel_m().abs()).sum();
             survey.path_max_m = survey.path_max_m.max(path_m);
             survey.span_s = survey.span_s.max(clock_s + run.recording.duration_s());
@@ -59,15 +76,18 @@ impl Campaign {
                 survey.wheel_rate_max_rad_s = survey.wheel_rate_max_rad_s.max(rate_rad_s);
             }
         }
-        Ok(Prepared { robot: self.robot, runs, survey })
+        survey
     }
 }
 
-/// When each run began, from the campaign's first moment \[s\].
+/// When the first of these runs began \[s\].
 ///
 /// `None` where not every run says so: nothing is read from the order in which files happen to be listed.
-fn clocks_s(runs: &[Recording]) -> Option<Vec<f64>> {
-    let told: Vec<f64> = runs.iter().map(|run| run.started_s).collect::<Option<_>>()?;
-    let first = told.iter().copied().fold(f64::INFINITY, f64::min);
-    Some(told.into_iter().map(|it| it - first).collect())
+fn began_s<'a>(runs: impl Iterator<Item = &'a Recording>) -> Option<f64> {
+    let told: Vec<f64> = runs.map(|run| run.started_s).collect::<Option<_>>()?;
+    told.into_iter().reduce(f64::min)
 }
+
+#[cfg(test)]
+#[path = "aside_tests.rs"]
+mod aside_tests;

@@ -1,6 +1,7 @@
 //! Which effects are missing, in order of evidence: everything put together.
 
 use crate::answer::{Answer, ErrorPair, ParameterFound, Rejected, StepFound};
+use crate::aside;
 use crate::campaign::{Campaign, Prepared, PreparedRun};
 use crate::classes::{Class, classes};
 use crate::effect::{ActsOn, CATALOGUE, Effect, Facts};
@@ -80,6 +81,7 @@ pub fn explain_beyond(
         rejected,
         unexplained: unexplained(&prepared, &fitted),
         next_run: next_run(&prepared, &fitted, &classes, &kept),
+        aside: aside::errors(&prepared, &fitted.terms, &fitted.noise),
     })
 }
 

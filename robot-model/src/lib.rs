@@ -29,12 +29,14 @@
 
 pub mod advice;
 pub mod answer;
+mod aside;
 pub mod campaign;
 mod combination;
 pub mod compare;
 pub mod effect;
 mod errors;
 pub mod explain;
+pub mod gate;
 pub mod geometry;
 pub mod jet;
 pub mod motion;

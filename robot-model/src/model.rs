@@ -1,6 +1,7 @@
 //! A model that somebody chose: these effects and no others, fitted to a campaign.
 
-use crate::answer::{ErrorPair, Errors, ParameterFound};
+use crate::answer::{Aside, ErrorPair, Errors, ParameterFound};
+use crate::aside;
 use crate::campaign::{Campaign, Prepared};
 use crate::effect::{CATALOGUE, Effect, find};
 use crate::errors::train;
@@ -24,6 +25,8 @@ pub struct Model {
     pub nominal: ErrorPair,
     /// Errors on the runs fitted to, and on runs held out.
     pub errors: ErrorPair,
+    /// Errors on the runs kept aside, if there are any.
+    pub aside: Option<Aside>,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
 }
@@ -131,7 +134,8 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
         .collect();
     let nominal = errors(&prepared, &fitted, &[]);
     let errors = errors(&prepared, &fitted, &fitted.terms);
-    Ok(Model { effects, nominal, errors, noise: fitted.noise })
+    let aside = aside::errors(&prepared, &fitted.terms, &fitted.noise);
+    Ok(Model { effects, nominal, errors, aside, noise: fitted.noise })
 }
 
 /// Effects without shapes first; those with shapes join one after the other, each at the start that
@@ -156,9 +160,11 @@ fn fit_from_best_starts<'a>(prepared: &Prepared, effects: &[&'a dyn Effect]) -> 
 
 impl Model {
     /// Errors of this model, as it is, on other runs than those that it was fitted to; of the catalogue's
-    /// effects, as one of the user's own is not found by its id alone.
+    /// effects, as one of the user's own is not found by its id alone. Runs that are held out count too.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
-        let prepared = campaign.prepare()?;
+        let mut all = campaign.clone();
+        all.runs.iter_mut().for_each(|run| run.held_out = false);
+        let prepared = all.prepare()?;
         let mut terms: Vec<Term<'static>> = self
             .effects
             .iter()

@@ -59,6 +59,8 @@ pub struct Recording {
     pub started_s: Option<f64>,
     /// Load on board \[kg\].
     pub payload_kg: f64,
+    /// Kept aside: nothing is fitted to it or chosen by it, it only shows what a model predicts.
+    pub held_out: bool,
     /// The wheels, times strictly increasing, at least two.
     pub wheels: Vec<WheelSample>,
     /// The measured poses, times strictly increasing.

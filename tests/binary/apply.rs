@@ -92,6 +92,39 @@ fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone
 }
 
 #[test]
+fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
+    let desk = crooked();
+    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml --flash flash").ok();
+    let nominal = desk.read("robot/robot.toml");
+    desk.run("apply robot --yes --flash flash").ok();
+    assert_ne!(geometry(&desk, "track_width_m"), 0.372);
+    let spins =
+        "campaign record robot --run \"spins both ways\" --port sim:crooked.toml --flash flash";
+    desk.run_with(&crate::desk::words(spins), "").ok();
+    let toml = desk.read("robot/robot.toml");
+    assert!(
+        toml.starts_with(&nominal),
+        "what is nominal stays: the runs before were explained by it"
+    );
+    // Raw counts of a robot that has another geometry by now are explained by the same effects.
+    let value = |json: &serde_json::Value, id: &str| {
+        let effects = json["effects"].as_array().unwrap();
+        let it = effects.iter().find(|it| it["effect"] == id).unwrap();
+        it["parameters"][0]["value"].as_f64().unwrap()
+    };
+    let fitted = "model add wheel_radius_ratio track_width robot --json";
+    let json = desk.run(fitted).ok().json();
+    assert!((value(&json, "track_width") - 0.01).abs() < 1e-3, "{json}");
+    assert!((value(&json, "wheel_radius_ratio") + 0.01).abs() < 1e-3, "{json}");
+    let again = desk.run("apply robot --yes --flash flash --json").ok().json();
+    let (before, after) = (&again["before"], &again["after"]);
+    for name in ["wheel_weight", "track_width_m"] {
+        let of = |set: &serde_json::Value| set[name].as_f64().unwrap();
+        assert!((of(before) / of(after) - 1.0).abs() < 1e-3, "{name}: {again}");
+    }
+}
+
+#[test]
 fn a_campaign_of_another_robot_or_none_is_not_applied() {
     let desk = crooked();
     desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();

@@ -36,6 +36,8 @@ fn the_usual_plan_is_shown_with_room_time_and_reason_and_can_be_edited_and_given
     }
     desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o plan.toml").ok();
     let text = String::from_utf8(desk.read("plan.toml")).unwrap();
+    // The squares are to be predicted, not fitted to.
+    assert_eq!(text.matches("held_out = true").count(), 2, "{text}");
     desk.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
     let edited = Plan::read(&desk.path("plan.toml")).unwrap();
     assert_eq!(edited.runs.len(), 21);

@@ -73,6 +73,84 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     );
 }
 
+/// A robot with a track 1 % too wide; of its four spins two are kept aside.
+const KEPT_ASIDE: &str = "\
+acceleration_mps2 = 0.3
+[[run]]
+name = \"out_and_back\"
+pieces = [{ straight_m = 1, speed_mps = 0.2 }, { straight_m = -1, speed_mps = 0.2 }]
+[[run]]
+name = \"left\"
+pieces = [{ spin_deg = 720, speed_mps = 0.12 }]
+[[run]]
+name = \"right\"
+pieces = [{ spin_deg = -720, speed_mps = 0.12 }]
+[[run]]
+name = \"arc_left\"
+pieces = [{ arc_deg = 300, radius_m = 0.5, speed_mps = 0.15 }]
+[[run]]
+name = \"arc_right\"
+pieces = [{ arc_deg = -300, radius_m = 0.5, speed_mps = 0.15 }]
+[[run]]
+name = \"spin_left\"
+held_out = true
+pieces = [{ spin_deg = 360, speed_mps = 0.12 }]
+[[run]]
+name = \"spin_right\"
+held_out = true
+pieces = [{ spin_deg = -360, speed_mps = 0.12 }]
+";
+
+#[test]
+fn runs_that_a_plan_keeps_aside_are_judged_by_themselves_everywhere() {
+    let desk = Desk::new();
+    desk.write("plan.toml", KEPT_ASIDE);
+    desk.write("wide.toml", "name = \"wide\"\n[plant]\ngeometry.track_width_m = 0.37572\n");
+    desk.run("campaign record robot --plan plan.toml --port sim:wide.toml").ok();
+    let toml = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
+    assert_eq!(toml.matches("held_out = true").count(), 2, "{toml}");
+
+    let explained = desk.run("explain robot").ok().stdout;
+    let line = explained.lines().find(|it| it.contains("on the 2 runs kept aside (spin)"));
+    let line = line.unwrap_or_else(|| panic!("{explained}"));
+    // 1 % of a turn is 63 mrad; twice that at the end, a third of it in root mean square.
+    let mrad: Vec<f64> =
+        line.split(" mrad").filter_map(|it| it.rsplit(' ').next()?.parse().ok()).collect();
+    assert!(mrad.len() == 2 && mrad[0] > 5.0 && mrad[1] < 0.5 * mrad[0], "{line}");
+    let schema: Value =
+        serde_json::from_str(include_str!("../../docs/explain.schema.json")).unwrap();
+    let json = desk.run("explain robot --format json").ok().json();
+    assert!(jsonschema::validator_for(&schema).unwrap().is_valid(&json));
+
+    let compared = desk.run("compare robot").ok().stdout;
+    for words in ["06_spin_left", "spin, kept aside", "all other 5 runs", "kept aside, 2 runs"] {
+        assert!(compared.contains(words), "{words}: {compared}");
+    }
+    let added = desk.run("model add track_width robot").ok().stdout;
+    assert!(added.contains("on runs kept aside"), "{added}");
+    let model = String::from_utf8(desk.read("robot/model.toml")).unwrap();
+    assert!(model.contains("runs = 5"), "{model}");
+    desk.run("report robot -o report.html").ok();
+    let page = String::from_utf8(desk.read("report.html")).unwrap();
+    assert!(page.contains("On the 2 runs kept aside (spin), to which nothing was fitted"));
+
+    // A run that is recorded to tell effects apart is fitted to.
+    let more =
+        ["campaign", "record", "robot", "--run", "square both ways", "--port", "sim:wide.toml"];
+    desk.run_with(&more, "").ok();
+    let toml = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
+    assert_eq!(toml.matches("held_out = true").count(), 2, "{toml}");
+    assert!(toml.contains("square_both_ways"), "{toml}");
+    let all = toml
+        .replace("\nheld_out = true\n", "\n")
+        .replace("[[run]]\n", "[[run]]\nheld_out = true\n");
+    desk.write("robot/robot.toml", &all);
+    for command in ["compare robot", "explain robot", "model fit robot", "report robot -o a.html"] {
+        let message = desk.run(command).refused();
+        assert!(message.contains("all 9 runs are held out"), "{command}: {message}");
+    }
+}
+
 #[test]
 fn explain_says_what_it_says_in_the_shape_of_its_schema() {
     let schema: Value =

@@ -124,6 +124,7 @@ pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campai
                     name: name.clone(),
                     started_s: Some(recorded.started_us as f64 * 1e-6),
                     payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
+                    held_out: run.held_out,
                 };
                 campaign.robot.runs.push(facts.clone());
                 campaign.runs.push(Run { name, facts, rows: recorded.rows });

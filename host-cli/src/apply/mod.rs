@@ -16,6 +16,7 @@ use shared_proto::{Config, GeometryConfig};
 use crate::campaign::RobotFile;
 use crate::error::{Error, Result};
 use crate::model::{EffectEntry, ModelFile};
+use crate::survey::samples::robot_file;
 
 /// An effect that is believed, and its parameters.
 #[derive(Clone, Debug)]
@@ -151,32 +152,14 @@ fn remedy(it: &Believed) -> Remedy {
 
 /// Refuses the campaign of another robot.
 fn same_robot(nominal: &RobotFile, config: &Config, uid: Option<&str>) -> Result<()> {
-    /// No wheel, and no calibration, is off by more.
-    const FAR: f64 = 0.1;
-    if let (Some(there), Some(here)) = (nominal.uid.as_deref(), uid)
-        && !there.eq_ignore_ascii_case(here)
-    {
-        return Err(Error::new(format_args!(
-            "this campaign is another robot's: its uid is {there}, this robot has {here}"
+    let here = RobotFile { uid: uid.map(str::to_owned), ..robot_file(config, None) };
+    match nominal.difference(&here) {
+        None => Ok(()),
+        Some((name, there, here)) => Err(Error::new(format_args!(
+            "this campaign is another robot's: its {name} is {there}, this robot has {here}"
         ))
-        .hint("choose the robot's own campaign"));
+        .hint("choose the robot's own campaign, or correct its configuration")),
     }
-    // The counts of both wheels are recorded as the left encoder's.
-    let encoder = config.encoder.left;
-    for (name, there, here, far) in [
-        ("counts_per_rev", nominal.counts_per_rev, encoder.counts_per_rev, 1e-9),
-        ("gear_reduction", nominal.gear_reduction, encoder.gear_reduction, 1e-9),
-        ("wheel_radius_m", nominal.wheel_radius_m, config.geometry.wheel_radius_m, FAR),
-        ("track_width_m", nominal.track_width_m, config.geometry.track_width_m, FAR),
-    ] {
-        if (there - here).abs() > far * there.abs() {
-            return Err(Error::new(format_args!(
-                "this campaign is another robot's: its {name} is {there}, this robot has {here}"
-            ))
-            .hint("choose the robot's own campaign, or correct its configuration"));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -184,7 +167,7 @@ mod tests {
     use super::*;
 
     fn nominal(config: &Config) -> RobotFile {
-        crate::survey::samples::robot_file(config, None)
+        robot_file(config, None)
     }
 
     fn effect(id: &str, value: f64, class: &[&str]) -> Believed {

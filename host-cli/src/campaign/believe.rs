@@ -24,10 +24,20 @@ impl Campaign {
                     let hint = "a run needs encoder counts of both wheels in at least two rows";
                     CampaignError::new(Place::whole(&file), error.problem, hint)
                 })?;
+                super::gate::check(&file, run, &robot, &recording)?;
                 Ok(recording)
             })
             .collect::<Result<Vec<_>, CampaignError>>()?;
-        if !self.runs.iter().any(Run::has_poses) {
+        if self.runs.iter().all(|run| run.facts.held_out) {
+            let problem = match self.runs.len() {
+                1 => "the only run is held out: none is left to be fitted to".to_owned(),
+                n => format!("all {n} runs are held out: none is left to be fitted to"),
+            };
+            let place = Place::whole(&folder.join("robot.toml"));
+            let hint = "take held_out = true away from the runs that a model is to be fitted to";
+            return Err(CampaignError::new(place, problem, hint));
+        }
+        if !self.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
             let headings = runs.iter().any(|run| !run.sights.is_empty());
             let problem = match headings {
                 true => {
@@ -71,11 +81,12 @@ impl Run {
         self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
     }
 
-    fn to_model(&self, robot: &Robot) -> Recording {
+    pub(super) fn to_model(&self, robot: &Robot) -> Recording {
         let mut recording = Recording {
             name: self.name.clone(),
             started_s: self.facts.started_s,
             payload_kg: self.facts.payload_kg.unwrap_or(0.0),
+            held_out: self.facts.held_out,
             ..Recording::default()
         };
         for row in &self.rows {

@@ -87,7 +87,7 @@ impl std::error::Error for CampaignError {
 }
 
 /// Something that was passed over, but should be known.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
     /// A column that no campaign has.
     UnknownColumn {
@@ -96,6 +96,22 @@ pub enum Warning {
         /// Its name.
         name: String,
     },
+    /// A clock that can hardly be in seconds.
+    Clock {
+        /// Where.
+        place: Place,
+        /// The fastest that a wheel turns by it \[rad/s\].
+        rate_rad_s: f64,
+    },
+    /// Runs of which nobody said when they began.
+    NoStart {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// How many runs.
+        runs: usize,
+        /// Of how many.
+        of: usize,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -103,6 +119,24 @@ impl fmt::Display for Warning {
         match self {
             Self::UnknownColumn { place, name } => {
                 write!(f, "{place}: the column `{name}` is not known and was ignored")
+            }
+            Self::Clock { place, rate_rad_s } => {
+                let deg = rate_rad_s.to_degrees();
+                write!(
+                    f,
+                    "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
+                     degrees in a second; give seconds"
+                )
+            }
+            Self::NoStart { place, runs, of } => {
+                let which =
+                    if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
+                write!(
+                    f,
+                    "{place}: started_s is missing for {which} runs, so nothing can show that the \
+                     robot changes with time (thermal_drift), whatever is recorded next; add started_s to \
+                     each [[run]] there, in seconds on one clock"
+                )
             }
         }
     }

@@ -8,6 +8,7 @@
 
 mod believe;
 mod error;
+mod gate;
 mod read;
 pub(crate) mod robot_toml;
 mod row;

@@ -59,7 +59,18 @@ impl Campaign {
             let hint = format!("there must be a file runs/{}.csv, or no such [[run]]", facts.name);
             return Err(CampaignError::new(place, problem, hint));
         }
+        campaign.warnings.extend(campaign.without_start(&toml));
+        campaign.warnings.extend(super::gate::slow_clocks(folder, &campaign));
         Ok(campaign)
+    }
+
+    /// Drift with time needs to know when each run began, of those that a model is fitted to.
+    fn without_start(&self, toml: &Path) -> Option<Warning> {
+        let fitted = || self.runs.iter().filter(|run| !run.facts.held_out);
+        let (of, told) =
+            (fitted().count(), fitted().filter(|run| run.facts.started_s.is_some()).count());
+        let place = Place::whole(toml);
+        (of > 1 && told < of).then(|| Warning::NoStart { place, runs: of - told, of })
     }
 }
 

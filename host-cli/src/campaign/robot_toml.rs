@@ -52,7 +52,15 @@ pub struct RunFacts {
     /// Payload on board \[kg\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload_kg: Option<f64>,
+    /// Kept aside: nothing is fitted to it, it only shows what a model predicts.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub held_out: bool,
 }
+
+/// No wheel, and no calibration, is off by more: what a robot's own campaign has changed on it is less.
+const GEOMETRY_FAR: f64 = 0.1;
+/// A file may have fewer digits than the robot.
+const DIGITS: f64 = 1e-9;
 
 fn one() -> f64 {
     1.0
@@ -135,23 +143,23 @@ impl RobotFile {
 
     /// The first value in which another robot differs: its name and both values.
     ///
-    /// The name is no such value, as it can be changed, and a uid is one only where both have it.
-    pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+    /// The name is no such value, as it can be changed, and a uid is one only where both have it. Wheels and
+    /// track are those of the robot as calibrated: what `apply` writes to it makes it no other robot.
+    pub(crate) fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
         if let (Some(here), Some(there)) = (&self.uid, &other.uid)
-            && here != there
+            && !here.eq_ignore_ascii_case(there)
         {
             return Some(("uid", here.clone(), there.clone()));
         }
         [
-            ("wheel_radius_m", self.wheel_radius_m, other.wheel_radius_m),
-            ("track_width_m", self.track_width_m, other.track_width_m),
-            ("counts_per_rev", self.counts_per_rev, other.counts_per_rev),
-            ("gear_reduction", self.gear_reduction, other.gear_reduction),
+            ("counts_per_rev", self.counts_per_rev, other.counts_per_rev, DIGITS),
+            ("gear_reduction", self.gear_reduction, other.gear_reduction, DIGITS),
+            ("wheel_radius_m", self.wheel_radius_m, other.wheel_radius_m, GEOMETRY_FAR),
+            ("track_width_m", self.track_width_m, other.track_width_m, GEOMETRY_FAR),
         ]
         .into_iter()
-        // A file may have fewer digits than the robot.
-        .find(|(_, a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()))
-        .map(|(name, a, b)| (name, a.to_string(), b.to_string()))
+        .find(|(_, a, b, far)| (a - b).abs() > far * a.abs())
+        .map(|(name, a, b, _)| (name, a.to_string(), b.to_string()))
     }
 }
 

@@ -59,7 +59,12 @@ const CSV: &str = "t_s,left_counts,right_counts\n0,0,0\n1,5,5\n";
 #[test]
 fn what_is_written_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
-    let facts = RunFacts { started_s: Some(1800.0), payload_kg: Some(2.5), ..RunFacts::default() };
+    let facts = RunFacts {
+        started_s: Some(1800.0),
+        payload_kg: Some(2.5),
+        held_out: true,
+        ..RunFacts::default()
+    };
     record(folder.path(), "straight", facts.clone());
     let campaign = Campaign::read(folder.path()).unwrap();
     assert_eq!(campaign.runs[0].name, "01_straight");
@@ -122,9 +127,27 @@ fn comments_in_robot_toml_survive_a_new_run() {
 fn another_robots_campaign_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), "a", RunFacts::default());
-    let other = RobotFile { track_width_m: 0.4, ..robot() };
-    let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
-    assert!(error.contains("track_width_m = 0.372 is another robot's"), "{error}");
+    for (other, expected) in [
+        (RobotFile { track_width_m: 0.42, ..robot() }, "track_width_m = 0.372 is another robot's"),
+        (
+            RobotFile { wheel_radius_m: 0.03, ..robot() },
+            "wheel_radius_m = 0.036 is another robot's",
+        ),
+        (RobotFile { counts_per_rev: 901.0, ..robot() }, "counts_per_rev = 900 is another robot's"),
+    ] {
+        let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_robot_that_was_calibrated_goes_on_with_its_campaign_whose_nominal_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), "a", RunFacts::default());
+    let before = fs::read(folder.path().join("robot.toml")).unwrap();
+    let calibrated = RobotFile { wheel_radius_m: 0.03618, track_width_m: 0.376, ..robot() };
+    CampaignWriter::open(folder.path(), &calibrated).unwrap();
+    assert_eq!(fs::read(folder.path().join("robot.toml")).unwrap(), before);
 }
 
 #[test]
@@ -258,6 +281,65 @@ fn what_the_model_sees_is_what_was_recorded() {
     assert_eq!(run.sights[2].heading_rad, None);
     let full_turn = std::f64::consts::TAU;
     assert!((run.wheels[2].phi_rad.right - full_turn * 15.0 / 900.0).abs() < 1e-15);
+}
+
+/// A campaign of these runs, each with poses; what its `robot.toml` says of each beside.
+fn with_facts(facts: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    let mut toml = TOML.to_owned();
+    for (k, facts) in facts.iter().enumerate() {
+        let file = folder.path().join(format!("runs/{k}.csv"));
+        fs::write(file, POSES).unwrap();
+        toml += &format!("[[run]]\nname = \"{k}\"\n{facts}\n");
+    }
+    fs::write(folder.path().join("robot.toml"), toml).unwrap();
+    folder
+}
+
+#[test]
+fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
+    let folder = with_facts(&["held_out = true", "payload_kg = 1", "held_out = false"]);
+    let campaign = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap();
+    assert_eq!(
+        campaign.runs.iter().map(|it| it.held_out).collect::<Vec<_>>(),
+        [true, false, false]
+    );
+    for (facts, expected) in [
+        (&["held_out = true"][..], "robot.toml: the only run is held out: none is left"),
+        (
+            &["held_out = true"; 3],
+            "robot.toml: all 3 runs are held out: none is left to be fitted to; take",
+        ),
+    ] {
+        let folder = with_facts(facts);
+        let error = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+    let folder = with_facts(&["held_out = 1"]);
+    let error = Campaign::read(folder.path()).unwrap_err().to_string();
+    assert!(
+        error.contains("line 7, column 12: invalid type: integer `1`, expected a boolean"),
+        "{error}"
+    );
+}
+
+#[test]
+fn runs_without_a_beginning_are_told_once_where_that_hides_drift() {
+    for (facts, expected) in [
+        (&["", ""][..], Some("started_s is missing for all 2 runs")),
+        (&["started_s = 0", "", "payload_kg = 1"], Some("started_s is missing for 2 of 3 runs")),
+        (&["started_s = 0", "started_s = 60"], None),
+        // One run drifts against nothing, and of one kept aside nothing is learnt.
+        (&[""], None),
+        (&["started_s = 0", "held_out = true", "started_s = 9"], None),
+    ] {
+        let warnings = Campaign::read(with_facts(facts).path()).unwrap().warnings;
+        let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(said.len(), usize::from(expected.is_some()), "{said:?}");
+        assert!(expected.is_none_or(|it| said[0].contains(it)), "{said:?}");
+        assert!(said.iter().all(|it| it.contains("thermal_drift") && it.contains("add started_s")));
+    }
 }
 
 /// A file with a piece cut out and another put in its place.

@@ -26,7 +26,7 @@ impl CampaignWriter {
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
             }
             // Facts must find room, which is to be known before a run is driven.
-            let facts = RunFacts { name: String::new(), started_s: Some(0.0), payload_kg: None };
+            let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
             with_facts(&toml, &facts)?;
         } else {
             let text = toml::to_string(robot).map_err(|error| {
@@ -158,7 +158,7 @@ fn highest_number(folder: &Path) -> Result<u64, CampaignError> {
 
 /// Adds a `[[run]]` at the end: whatever people wrote before it stays as it is.
 fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
-    if facts.started_s.is_none() && facts.payload_kg.is_none() {
+    if facts == (RunFacts { name: facts.name.clone(), ..RunFacts::default() }) {
         return Ok(());
     }
     let text = with_facts(toml, &facts)?;

@@ -108,6 +108,7 @@ fn to_json(run: &PlannedRun, plan: &Plan, track_width_m: f64) -> serde_json::Val
         "kind": run.kind,
         "heading_rad": run.heading_rad,
         "payload_kg": run.payload_kg,
+        "held_out": run.held_out,
         "floor_m": Floor::of(&run.pieces, track_width_m).size_m(),
         "duration_s": run.duration_s(track_width_m, plan.acceleration_mps2),
         "shows": run.shows,

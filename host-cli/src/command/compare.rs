@@ -64,7 +64,7 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Ca
 
 /// One run is predicted by a fit to itself: what looks like an error on runs held out is none.
 pub(super) fn warn_if_lone(campaign: &robot_model::campaign::Campaign) {
-    if campaign.runs.len() == 1 {
+    if campaign.fitted_runs().count() == 1 {
         warn(
             "one run alone: nothing is held out, and its errors are those of the fit to it; record more",
         );

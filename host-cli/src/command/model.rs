@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use robot_model::answer::{ErrorPair, Errors};
+use robot_model::answer::{Aside, ErrorPair, Errors};
 use robot_model::campaign::Campaign;
 use robot_model::effect::{Custom, Effect};
 use robot_model::model::{Model, fit};
@@ -165,7 +165,7 @@ impl Task {
             entry.parameters.clone_from(&fitted.parameters);
         }
         self.model.fit = Some(FitEntry {
-            runs: self.campaign.runs.len(),
+            runs: self.campaign.fitted_runs().count(),
             nominal: after.nominal,
             errors: after.errors,
             noise: after.noise,
@@ -195,8 +195,8 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
         dim(format!("after ({})", names(after))),
         dim("change".into()),
     ]);
-    let mut row = |name: &str, of: &dyn Fn(&ErrorPair) -> f64, unit: &str, held_out: bool| {
-        let (a, b) = (of(&before.errors), of(&after.errors));
+    let mut row = |name: &str, of: &dyn Fn(&Model) -> f64, unit: &str, held_out: bool| {
+        let (a, b) = (of(before), of(after));
         let change = if a > 0.0 { 100.0 * (b / a - 1.0) } else { 0.0 };
         let style = match held_out {
             true if change < -1.0 => GOOD,
@@ -210,15 +210,24 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
             Cell::styled(style, format!("{change:+.0} %")),
         ]);
     };
-    row("on the runs fitted to", &|it| it.train.position_rms_m, "mm", false);
-    row("", &|it| it.train.heading_rms_rad, "mrad", false);
-    row("on runs held out", &|it| it.heldout.position_rms_m, "mm", true);
-    row("", &|it| it.heldout.heading_rms_rad, "mrad", true);
+    row("on the runs fitted to", &|it| it.errors.train.position_rms_m, "mm", false);
+    row("", &|it| it.errors.train.heading_rms_rad, "mrad", false);
+    row("on runs held out", &|it| it.errors.heldout.position_rms_m, "mm", true);
+    row("", &|it| it.errors.heldout.heading_rms_rad, "mrad", true);
+    if after.aside.is_some() {
+        row("on runs kept aside", &|it| on_aside(it).position_rms_m, "mm", true);
+        row("", &|it| on_aside(it).heading_rms_rad, "mrad", true);
+    }
     table.say(0);
     say("");
     effects(after, &|id| new(id));
     say("");
     say(paint(DIM, format_args!("{} written", task.file.display())));
+}
+
+/// Errors of a model on the runs kept aside.
+fn on_aside(model: &Model) -> Errors {
+    model.aside.as_ref().map(|it| it.model).unwrap_or_default()
 }
 
 /// Each effect with its parameters and its verdict.
@@ -256,6 +265,13 @@ fn errors_json(it: &Errors) -> serde_json::Value {
     json!({"position_rms_m": it.position_rms_m, "heading_rms_rad": it.heading_rms_rad, "chi": it.chi})
 }
 
+fn aside_json(it: Option<&Aside>) -> serde_json::Value {
+    it.map_or(
+        json!(null),
+        |it| json!({"runs": it.runs, "kinds": it.kinds, "errors": errors_json(&it.model)}),
+    )
+}
+
 fn pair_json(it: &ErrorPair) -> serde_json::Value {
     json!({"train": errors_json(&it.train), "heldout": errors_json(&it.heldout)})
 }
@@ -279,6 +295,7 @@ fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
         "model": file,
         "before": pair_json(&before.errors),
         "after": pair_json(&after.errors),
+        "aside": {"before": aside_json(before.aside.as_ref()), "after": aside_json(after.aside.as_ref())},
         "effects": effects,
     })
 }

@@ -38,7 +38,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),
         port: &common.port.to_string(),
-        runs: campaign.runs.len(),
+        runs: campaign.fitted_runs().count(),
         catalogue: &catalogue,
         combinations: &combinations,
         in_model: &in_model,

@@ -1,7 +1,7 @@
 //! `beeline compare` in words and tables. What is compared, and how, is in [`robot_model::compare`].
 
 use anstyle::Style;
-use robot_model::compare::{Aspect, Comparison, Drift, Rms};
+use robot_model::compare::{Aspect, Comparison, Drift, Rms, RunCompared};
 
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{self, BAD, BOLD, DIM, paint, say};
@@ -38,7 +38,7 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
     for run in &comparison.runs {
         let mut row: Vec<Cell> = vec![
             run.name.clone().into(),
-            run.kind.clone().into(),
+            kind_of(run).into(),
             format!("{:.1} m", run.path_m).into(),
         ];
         row.extend(cells(run.position_m.as_ref(), "mm"));
@@ -46,20 +46,33 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
         row.extend(cells(run.heading_rad.as_ref(), "mrad"));
         table.row(row);
     }
-    let mut total = |name: &str, it: &Comparison| {
-        let path_m: f64 = it.runs.iter().map(|run| run.path_m).sum();
-        let name = Cell::styled(BOLD, format!("{name} {}", ui::runs(it.runs.len())));
+    let mut total = |name: &str, it: &Comparison, held_out: bool, rms: &[Rms; 2]| {
+        let runs: Vec<_> = it.runs.iter().filter(|run| run.held_out == held_out).collect();
+        let path_m: f64 = runs.iter().map(|run| run.path_m).sum();
+        let name = Cell::styled(BOLD, format!("{name} {}", ui::runs(runs.len())));
         let mut row = vec![name, "".into(), format!("{path_m:.1} m").into()];
-        row.extend(cells(Some(&it.position_m), "mm"));
+        row.extend(cells(Some(&rms[0]), "mm"));
         row.push("".into());
-        row.extend(cells(Some(&it.heading_rad), "mrad"));
+        row.extend(cells(Some(&rms[1]), "mrad"));
         table.row(row);
     };
-    total("all", comparison);
-    if let Some(nominal) = nominal {
-        total("nominal, all", nominal);
+    for (before, it) in [("", Some(comparison)), ("nominal, ", nominal)] {
+        let Some(it) = it else { continue };
+        let all = if it.aside.is_some() { "all other" } else { "all" };
+        total(&format!("{before}{all}"), it, false, &[it.position_m, it.heading_rad]);
+        if let Some(aside) = &it.aside {
+            total(&format!("{before}kept aside,"), it, true, aside);
+        }
     }
     table.say(0);
+}
+
+/// Its kind, and whether it is kept aside.
+fn kind_of(run: &RunCompared) -> String {
+    match run.held_out {
+        true => format!("{}, kept aside", run.kind),
+        false => run.kind.clone(),
+    }
 }
 
 /// Error, noise, and how many times noise it is.

@@ -1,7 +1,7 @@
 //! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
-use robot_model::answer::{Answer, Errors, StepFound};
+use robot_model::answer::{Answer, Aside, Errors, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
 
@@ -38,7 +38,7 @@ pub struct Subject<'a> {
     pub campaign: &'a str,
     /// The port for the next run, as the user would write it.
     pub port: &'a str,
-    /// How many runs.
+    /// How many runs a model is fitted to.
     pub runs: usize,
     /// All effects that were asked about.
     pub catalogue: &'a [&'static dyn Effect],
@@ -146,11 +146,24 @@ pub fn text(errors: &Errors) -> String {
     }
 }
 
+/// `on the 2 runs kept aside (square)`.
+pub fn where_aside(aside: &Aside) -> String {
+    let kinds = aside.kinds.join(", ");
+    match aside.runs {
+        1 => format!("on the run kept aside ({kinds})"),
+        runs => format!("on the {runs} runs kept aside ({kinds})"),
+    }
+}
+
 /// Prints an answer.
 pub fn show(answer: &Answer, subject: &Subject<'_>) {
     wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
     say("");
     waterfall(answer, subject);
+    if let Some(aside) = &answer.aside {
+        let (nominal, model) = (text(&aside.nominal), text(&aside.model));
+        say(format_args!("{}  {nominal} \u{2192} {model}", paint(DIM, where_aside(aside))));
+    }
     known(answer, subject);
     for (number, step) in answer.steps.iter().enumerate() {
         say("");
@@ -361,6 +374,7 @@ mod tests {
             rejected: Vec::new(),
             unexplained: Unexplained { structure: false, depends_on: Vec::new(), p_value: 0.5 },
             next_run: None,
+            aside: None,
         }
     }
 

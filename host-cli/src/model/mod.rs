@@ -17,6 +17,7 @@
 //! puts it into the model.
 
 mod read;
+mod sense;
 #[cfg(test)]
 mod tests;
 mod write;

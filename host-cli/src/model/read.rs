@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use robot_model::answer::{ErrorPair, Errors, ParameterFound};
 use robot_model::effect::Custom;
 use robot_model::effect::custom::{CustomError, Part, Per, Target};
-use robot_model::odometry_noise::OdometryNoise;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{EffectEntry, FitEntry, ModelFile};
+use super::{EffectEntry, FitEntry, ModelFile, sense};
 use crate::campaign::robot_toml::at;
 use crate::campaign::{CampaignError, Place};
 
@@ -36,12 +34,12 @@ struct RawEffect {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawParameter {
-    value: f64,
-    sigma: Option<f64>,
-    low95: Option<f64>,
-    high95: Option<f64>,
-    unit: Option<String>,
+pub(super) struct RawParameter {
+    pub(super) value: Spanned<f64>,
+    pub(super) sigma: Option<Spanned<f64>>,
+    pub(super) low95: Option<Spanned<f64>>,
+    pub(super) high95: Option<Spanned<f64>>,
+    pub(super) unit: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -59,42 +57,35 @@ struct RawCustom {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawErrors {
-    runs: usize,
-    nominal: RawError,
-    nominal_heldout: RawError,
-    train: RawError,
-    heldout: RawError,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawError {
-    position_rms_m: f64,
-    heading_rms_rad: f64,
-    chi: f64,
-}
-
-impl From<RawError> for Errors {
-    fn from(it: RawError) -> Self {
-        let RawError { position_rms_m, heading_rms_rad, chi } = it;
-        Self { position_rms_m, heading_rms_rad, chi }
-    }
+pub(super) struct RawErrors {
+    pub(super) runs: usize,
+    pub(super) nominal: RawError,
+    pub(super) nominal_heldout: RawError,
+    pub(super) train: RawError,
+    pub(super) heldout: RawError,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawNoise {
-    position_sigma_m: f64,
-    heading_sigma_rad: f64,
-    travel_walk: f64,
-    heading_walk: f64,
-    position_wobble_m: f64,
-    heading_wobble_rad: f64,
-    wobble_s: f64,
-    gyro_walk: f64,
-    heading_offset_rad: f64,
-    clock_offset_s: f64,
+pub(super) struct RawError {
+    pub(super) position_rms_m: Spanned<f64>,
+    pub(super) heading_rms_rad: Spanned<f64>,
+    pub(super) chi: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNoise {
+    pub(super) position_sigma_m: Spanned<f64>,
+    pub(super) heading_sigma_rad: Spanned<f64>,
+    pub(super) travel_walk: Spanned<f64>,
+    pub(super) heading_walk: Spanned<f64>,
+    pub(super) position_wobble_m: Spanned<f64>,
+    pub(super) heading_wobble_rad: Spanned<f64>,
+    pub(super) wobble_s: Spanned<f64>,
+    pub(super) gyro_walk: Spanned<f64>,
+    pub(super) heading_offset_rad: Spanned<f64>,
+    pub(super) clock_offset_s: Spanned<f64>,
 }
 
 impl ModelFile {
@@ -185,55 +176,29 @@ impl ModelFile {
                 return fail(entry.id.span().start, problem, "remove one".into());
             }
             let known = effect.facts().parameters;
-            for (name, it) in &entry.parameters {
-                let raw = it.get_ref();
-                let numbers = [Some(raw.value), raw.sigma, raw.low95, raw.high95];
-                let problem = if !known.iter().any(|it| it.name == name) {
-                    format!("{id} has no parameter `{name}`")
-                } else if numbers.iter().flatten().any(|it| !it.is_finite()) {
-                    format!("{name} has a number that is not finite")
-                } else {
-                    continue;
-                };
+            if let Some((name, it)) =
+                entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
+            {
                 let names: Vec<&str> = known.iter().map(|it| it.name).collect();
+                let problem = format!("{id} has no parameter `{name}`");
                 return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
             }
-            let parameters = known
-                .iter()
-                .filter_map(|it| Some((it, entry.parameters.get(it.name)?.get_ref())))
+            let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name)?)));
+            let parameters = here
                 .map(|(it, raw)| {
-                    let sigma = raw.sigma.unwrap_or(0.0);
-                    ParameterFound {
-                        name: it.name.to_owned(),
-                        unit: raw.unit.clone().unwrap_or_else(|| it.unit.to_owned()),
-                        value: raw.value,
-                        sigma,
-                        low95: raw.low95.unwrap_or(raw.value - 1.96 * sigma),
-                        high95: raw.high95.unwrap_or(raw.value + 1.96 * sigma),
-                    }
+                    sense::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text))
                 })
-                .collect();
+                .collect::<Result<Vec<_>, _>>()?;
             model.effects.push(EffectEntry { effect, parameters });
         }
-        model.fit = raw.error.zip(raw.noise).map(|(errors, noise)| FitEntry {
-            runs: errors.runs,
-            nominal: ErrorPair {
-                train: errors.nominal.into(),
-                heldout: errors.nominal_heldout.into(),
-            },
-            errors: ErrorPair { train: errors.train.into(), heldout: errors.heldout.into() },
-            noise: OdometryNoise {
-                position_sigma_m: noise.position_sigma_m,
-                heading_sigma_rad: noise.heading_sigma_rad,
-                travel_walk: noise.travel_walk,
-                heading_walk: noise.heading_walk,
-                position_wobble_m: noise.position_wobble_m,
-                heading_wobble_rad: noise.heading_wobble_rad,
-                wobble_s: noise.wobble_s,
-                gyro_walk: noise.gyro_walk,
-                heading_offset_rad: noise.heading_offset_rad,
-                clock_offset_s: noise.clock_offset_s,
-            },
+        let wrong = |wrong: sense::Nonsense| wrong.at(file, text);
+        let errors = raw.error.as_ref().map(sense::errors).transpose().map_err(wrong)?;
+        let noise = raw.noise.as_ref().map(sense::noise).transpose().map_err(wrong)?;
+        model.fit = errors.zip(noise).map(|((runs, nominal, errors), noise)| FitEntry {
+            runs,
+            nominal,
+            errors,
+            noise,
         });
         Ok(model)
     }

@@ -38,6 +38,11 @@ fn what_was_written_is_read_again() {
     let assumed = again.assumed().unwrap();
     assert_eq!(assumed[1].values, [-0.5]);
     assert_eq!(model.catalogue().len(), CATALOGUE.len() + 1);
+    // The unit of an effect of one's own is the one that was declared.
+    let mine =
+        |unit: &str| GOOD.replace("value = -0.5", &format!("value = -0.5, unit = \"{unit}\""));
+    parse(&mine("s^2/m^2")).unwrap();
+    assert!(parse(&mine("s")).map(|_| ()).unwrap_err().contains("has the unit s^2/m^2, not s"));
 }
 
 #[test]
@@ -60,7 +65,22 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
             "parameters.q",
             "line 4, column 16: side_slip has no parameter `q`; it has k",
         ),
-        ("0.021", "nan", "line 4, column 16: k has a number that is not finite"),
+        (
+            "0.021",
+            "nan",
+            "line 4, column 26: k has a number that is not finite; `beeline model fit",
+        ),
+        (
+            "unit = \"s\"",
+            "unit = \"ms\"",
+            "line 4, column 55: k of side_slip has the unit s, not ms; give the value in s",
+        ),
+        ("0.001", "-0.001", "line 4, column 41: sigma = -0.001 cannot be; a standard error"),
+        (
+            "sigma = 0.001",
+            "low95 = 0.03, high95 = 0.01",
+            "line 4, column 41: low95 = 0.03 lies above high95 = 0.01; exchange",
+        ),
         ("0.021", "\"x\"", "line 4, column 26: invalid type: string"),
         (
             "id = \"mine\"\nparam",
@@ -85,6 +105,79 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         let error = parse(&GOOD.replacen(from, to, 1)).map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{error}\n  does not say: {expected}");
     }
+}
+
+/// A parameter that makes no sense, in an effect of its own.
+#[test]
+fn what_no_robot_has_is_refused_and_what_is_merely_implausible_is_not() {
+    let effect = |id: &str, parameters: &[(&str, &str)]| {
+        let line =
+            |(name, value): &(&str, &str)| format!("parameters.{name} = {{ value = {value} }}\n");
+        parse(&format!(
+            "[[effect]]\nid = \"{id}\"\n{}",
+            parameters.iter().map(line).collect::<String>()
+        ))
+    };
+    for (id, name, value, must) in [
+        ("track_width", "delta", "-1", "above -1"),
+        ("wheel_radius_scale", "s", "-1.5", "above -1"),
+        ("wheel_radius_ratio", "rho", "2", "between -2 and 2"),
+        ("turn_asymmetry", "k", "-1", "between -1 and 1"),
+        ("caster_kick", "length", "0", "above zero"),
+        ("caster_kick", "length", "-0.05", "above zero"),
+    ] {
+        let error = effect(id, &[(name, value)]).map(|_| ()).unwrap_err();
+        let column = format!("parameters.{name} = {{ value = ").len() + 1;
+        let place = format!("line 3, column {column}: {name} = {value} cannot be");
+        assert!(error.contains(&place) && error.contains(must), "{error}");
+    }
+    // Far beyond what is plausible, as a fit to odd runs may have it.
+    let odd = [
+        ("track_width", "delta", "-0.5"),
+        ("caster_kick", "length", "3"),
+        ("backlash", "beta_left", "-0.1"),
+    ];
+    for (id, name, value) in odd {
+        effect(id, &[(name, value)]).unwrap();
+    }
+}
+
+#[test]
+fn errors_and_noise_are_sizes() {
+    let fit = FitEntry {
+        runs: 3,
+        nominal: ErrorPair { train: errors(1.0), heldout: errors(2.0) },
+        errors: ErrorPair { train: errors(3.0), heldout: errors(4.0) },
+        noise: OdometryNoise::TYPICAL,
+    };
+    let text = ModelFile { fit: Some(fit), ..parse(GOOD).unwrap() }.to_text("robot");
+    assert_eq!(parse(&text).unwrap().fit.unwrap().errors, fit.errors);
+    let lines = || text.lines().enumerate().skip_while(|(_, line)| !line.starts_with("[error]"));
+    let mut changed = 0;
+    for (index, line) in lines() {
+        for name in
+            ["position_rms_m", "heading_rms_rad", "chi", "_sigma_m", "_walk", "_s", "_wobble_rad"]
+        {
+            for bad in ["-0.5", "nan", "inf"] {
+                let Some((before, after)) = line.split_once(&format!("{name} = ")) else {
+                    continue;
+                };
+                let rest =
+                    after.trim_start_matches(|c: char| c.is_ascii_digit() || ".e-".contains(c));
+                let wrong = text.replace(line, &format!("{before}{name} = {bad}{rest}"));
+                let error = parse(&wrong).map(|_| ()).unwrap_err();
+                let column = before.len() + name.len() + 4;
+                let place = format!("line {}, column {column}: ", index + 1);
+                assert!(error.contains(&place) && error.contains("not negative"), "{error}");
+                changed += 1;
+            }
+        }
+    }
+    assert!(changed >= 3 * (12 + 6), "{changed}");
+}
+
+fn errors(size: f64) -> robot_model::answer::Errors {
+    robot_model::answer::Errors { position_rms_m: size, heading_rms_rad: 2.0 * size, chi: 1.5 }
 }
 
 proptest! {

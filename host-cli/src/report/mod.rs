@@ -25,7 +25,7 @@ use std::fmt::Write;
 use robot_model::answer::Answer;
 use robot_model::compare::{Comparison, Curve, Path};
 
-use crate::explain::{Subject, before, headline, next_run_command, no_next_run, text};
+use crate::explain::{Subject, before, headline, next_run_command, no_next_run, text, where_aside};
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
@@ -100,6 +100,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         },
     );
     html.push_str(&waterfall::draw(report));
+    aside(&mut html, report);
     section(
         &mut html,
         "Measured and predicted",
@@ -186,6 +187,19 @@ fn legend(html: &mut String, measured: bool, answer: &Answer) {
         html,
         "<span><i class=\"b\"></i>{}</span><span><i class=\"a\"></i>with what is missing</span></p>",
         before(answer)
+    );
+}
+
+/// The errors on runs that nothing was fitted to or chosen by.
+fn aside(html: &mut String, report: &CampaignReport<'_>) {
+    let Some(it) = &report.answer.aside else { return };
+    let _ = writeln!(
+        html,
+        "<p>{}, to which nothing was fitted and by which nothing was chosen: <span class=\"before\">{}</span> \
+         for the nominal robot, <span class=\"after\">{}</span> with what is missing.</p>",
+        escape(&where_aside(it).replacen("on", "On", 1)),
+        text(&it.nominal),
+        text(&it.model)
     );
 }
 

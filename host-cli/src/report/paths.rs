@@ -67,9 +67,10 @@ fn chosen(paths: &[Path]) -> Vec<usize> {
 
 fn panel(html: &mut String, nominal: &Path, model: &Path) {
     let name = escape(&nominal.run);
+    let aside = if nominal.held_out { ", kept aside" } else { "" };
     let _ = write!(
         html,
-        "<figure><figcaption><b>{name}</b><span>{}</span></figcaption>\
+        "<figure><figcaption><b>{name}{aside}</b><span>{}</span></figcaption>\
          <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">{}</svg></figure>",
         errors(nominal, model),
         Px(WIDTH),

@@ -1,5 +1,5 @@
 use robot_model::answer::{
-    ErrorPair, Errors, NextRun, ParameterFound, Rejected, StepFound, Unexplained,
+    Aside, ErrorPair, Errors, NextRun, ParameterFound, Rejected, StepFound, Unexplained,
 };
 use robot_model::compare::{Bin, Drift, Rms};
 use robot_model::effect::CATALOGUE;
@@ -39,6 +39,12 @@ fn answer() -> Answer {
             heldout: errors(7.0),
         }],
         unexplained: Unexplained { structure: true, depends_on: vec!["speed"], p_value: 0.001 },
+        aside: Some(Aside {
+            runs: 2,
+            kinds: vec!["square".into()],
+            nominal: errors(12.3),
+            model: errors(4.5),
+        }),
         next_run: Some(NextRun {
             kind: "spins both ways".into(),
             separates: vec!["side_slip".into()],
@@ -58,6 +64,7 @@ fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> 
         finding: "It is off.".into(),
         position_m: rms,
         heading_rad: rms,
+        aside: None,
         runs: Vec::new(),
         regimes: Vec::new(),
     };
@@ -65,6 +72,7 @@ fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> 
     let path = Path {
         run: "01_<a>".into(),
         kind: "arc".into(),
+        held_out: true,
         measured_m: vec![[0.0, 0.0], [1.0, bad], [1.5, 0.2]],
         predicted_m: vec![[0.0, 0.0], [1.0, 0.51], [1.5, 0.25]],
     };
@@ -100,6 +108,16 @@ fn the_page_needs_nothing_but_itself_and_names_stay_text() {
     }
     assert!(page.contains("&lt;script&gt;"));
     assert_eq!(page, html("<script>alert(1)</script>", false), "the same bytes");
+}
+
+#[test]
+fn runs_kept_aside_have_their_errors_and_are_marked() {
+    let page = html("robot", false);
+    let words = "On the 2 runs kept aside (square), to which nothing was fitted";
+    assert!(
+        page.contains(words) && page.contains("12.3 mm, 24.6 mrad</span> for the nominal robot")
+    );
+    assert!(page.contains("01_&lt;a&gt;, kept aside</b>"), "{page}");
 }
 
 #[test]

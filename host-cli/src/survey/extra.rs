@@ -133,6 +133,8 @@ pub fn runs_of(kind: &str, settings: &PlanSettings, taken: &[String]) -> Result<
             kind: kind.into(),
             heading_rad,
             payload_kg,
+            // It is driven to tell effects apart: something has to be fitted to it.
+            held_out: false,
             shows: String::new(),
             pieces: pieces
                 .into_iter()
@@ -159,6 +161,7 @@ mod tests {
         for kind in kinds() {
             let extra = runs_of(kind, &settings, &[]).unwrap();
             assert!(!extra.plan.runs.is_empty(), "{kind}");
+            assert!(extra.plan.runs.iter().all(|run| !run.held_out), "{kind}");
             for run in &extra.plan.runs {
                 for it in &run.pieces {
                     let motion = piece::motion(it, settings.track_width_m, 0.3);

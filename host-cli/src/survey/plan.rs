@@ -34,6 +34,8 @@ pub struct PlannedRun {
     pub heading_rad: f64,
     /// What it carries \[kg\].
     pub payload_kg: f64,
+    /// Kept aside: nothing is fitted to it.
+    pub held_out: bool,
     /// What it shows.
     pub shows: String,
     /// What it does.
@@ -166,6 +168,7 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
         kind: kind.into(),
         heading_rad,
         payload_kg: 0.0,
+        held_out: false,
         shows: shows.into(),
         pieces,
     };
@@ -236,8 +239,9 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
             Piece::Straight { travel_m: side_m, speed_mps: 0.7 * fast_mps },
             Piece::Spin { turn_rad: sign * FRAC_PI_2, speed_mps: slow_mps },
         ];
-        let shows = "whether the model predicts what it was not fitted to";
-        runs.push(run(format!("square_{way}"), "square", 0.0, shows, side.repeat(4)));
+        let shows = "kept aside: whether the model predicts it";
+        let square = run(format!("square_{way}"), "square", 0.0, shows, side.repeat(4));
+        runs.push(PlannedRun { held_out: true, ..square });
     }
     if settings.payload_kg > 0.0 {
         runs.push(PlannedRun {
@@ -270,6 +274,8 @@ mod tests {
         names.sort();
         names.dedup();
         assert_eq!(names.len(), plan.runs.len());
+        // The squares, and nothing else, are for a model to be judged by.
+        assert!(plan.runs.iter().all(|run| run.held_out == (run.kind == "square")));
     }
 
     #[test]

@@ -45,6 +45,8 @@ struct RawRun {
     #[serde(default)]
     payload_kg: Option<Spanned<f64>>,
     #[serde(default)]
+    held_out: bool,
+    #[serde(default)]
     shows: String,
     pieces: Spanned<Vec<Spanned<RawPiece>>>,
 }
@@ -129,6 +131,7 @@ impl Plan {
                 kind: raw.kind.unwrap_or_else(|| "mixed".into()),
                 heading_rad: heading_deg.to_radians(),
                 payload_kg,
+                held_out: raw.held_out,
                 shows: raw.shows,
                 pieces,
                 name,
@@ -171,6 +174,9 @@ impl Plan {
             }
             if run.payload_kg != 0.0 {
                 let _ = writeln!(text, "payload_kg = {}", run.payload_kg);
+            }
+            if run.held_out {
+                text.push_str("held_out = true    # kept aside: nothing is fitted to it\n");
             }
             if !run.shows.is_empty() {
                 let _ = writeln!(text, "shows = {}", quoted(&run.shows));
@@ -288,7 +294,7 @@ mod tests {
         assert_eq!(back.runs.len(), plan.runs.len());
         for (a, b) in plan.runs.iter().zip(&back.runs) {
             assert_eq!((&a.name, &a.kind, &a.shows), (&b.name, &b.kind, &b.shows));
-            assert_eq!(a.payload_kg, b.payload_kg);
+            assert_eq!((a.payload_kg, a.held_out), (b.payload_kg, b.held_out));
             // Through degrees and back: nine digits.
             assert!((a.heading_rad - b.heading_rad).abs() < 1e-10);
             assert_eq!(line(&a.pieces[0]), line(&b.pieces[0]));
@@ -313,6 +319,7 @@ mod tests {
             (run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"), 3, 8, "would take"),
             (run("pieces = [{ spin_deg = 3600000, speed_mps = 0.1 }]"), 3, 8, "would take"),
             (run("pieces = []"), 4, 10, "does nothing"),
+            (run("held_out = 1\npieces = [{ rest_s = 1 }]"), 4, 12, "expected a boolean"),
             (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "cannot be"),
             (run("pieces = [{ straight_m = 1, speed_mps = fast }]"), 4, 41, ""),
             (run("").replace("\"a\"", "\"../a\"") + "pieces = []", 3, 8, "name of a run"),

@@ -168,6 +168,7 @@ pub async fn record_campaign(
         let path = file.finish(RunFacts {
             started_s: Some((clock.at(recorded.started_us) * 1e3).round() / 1e3),
             payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
+            held_out: run.held_out,
             ..RunFacts::default()
         })?;
         let (samples, dropped) = (recorded.rows.len(), recorded.dropped);

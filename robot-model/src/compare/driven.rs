@@ -29,6 +29,8 @@ pub struct RunCompared {
     pub name: String,
     /// Its kind.
     pub kind: String,
+    /// Whether it is kept aside: nothing is fitted to it, and it counts in no other figure.
+    pub held_out: bool,
     /// How long the path is, forwards and backwards \[m\].
     pub path_m: f64,
     /// How much it turned, left and right alike \[rad\].
@@ -52,6 +54,8 @@ pub struct Path {
     pub run: String,
     /// Its kind.
     pub kind: String,
+    /// Whether it is kept aside.
+    pub held_out: bool,
     /// Where it was seen \[m\].
     pub measured_m: Vec<[f64; 2]>,
     /// Where the model says it was then \[m\].
@@ -92,7 +96,9 @@ impl Squares {
     }
 }
 
+/// The runs, driven by the model; `first` is the number of the first one, which draws its noise.
 pub(super) fn runs(
+    first: usize,
     prepared: &Prepared,
     terms: &[Term<'_>],
     noise: &OdometryNoise,
@@ -103,7 +109,7 @@ pub(super) fn runs(
         .iter()
         .zip(&tracks)
         .enumerate()
-        .map(|(index, (run, track))| (index, run, track))
+        .map(|(index, (run, track))| (first + index, run, track))
         .collect();
     parallel::map(&both, |(index, run, track)| compared(*index, run, track, noise))
 }
@@ -132,6 +138,7 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     RunCompared {
         name: run.recording.name.clone(),
         kind: run.kind.to_string(),
+        held_out: run.recording.held_out,
         path_m: steps.iter().map(|it| it.travel_m().abs()).sum(),
         turned_rad: steps.iter().map(|it| it.turn_rad().abs()).sum(),
         duration_s: run.recording.duration_s(),
@@ -231,6 +238,7 @@ pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoi
             Path {
                 run: run.recording.name.clone(),
                 kind: run.kind.to_string(),
+                held_out: run.recording.held_out,
                 measured_m,
                 predicted_m: predicted
                     .into_iter()

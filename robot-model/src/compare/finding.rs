@@ -20,7 +20,12 @@ pub(super) fn sentence(
     } else {
         format!("{mm:.1} mm")
     };
-    if position_m.rms.is_nan() || position_m.rms <= 0.0 {
+    if !(position_m.rms.is_finite() && heading_rad.rms.is_finite()) {
+        return format!(
+            "{who} predicts no track that ends anywhere: one of its values makes no sense."
+        );
+    }
+    if position_m.rms <= 0.0 {
         return "No places were measured, so there is nothing to compare with.".to_owned();
     }
     if !position_m.beyond_noise() && !heading_rad.beyond_noise() {
@@ -107,5 +112,23 @@ fn says(drift: &Drift) -> String {
         (Aspect::Ahead, false) => format!("the robot stays {size:.1} mm behind what is predicted"),
         (Aspect::Left, true) => format!("the robot drifts {size:.1} mm to the left"),
         (Aspect::Left, false) => format!("the robot drifts {size:.1} mm to the right"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_that_is_no_number_is_not_taken_for_places_that_were_not_measured() {
+        let rms = |rms: f64| Rms { rms, noise: 1e-3, noise_high: 2e-3 };
+        for bad in [f64::NAN, f64::INFINITY] {
+            for [position_m, heading_rad] in [[rms(bad), rms(1e-3)], [rms(1e-3), rms(bad)]] {
+                let said = sentence(false, &position_m, &heading_rad, &[]);
+                assert!(said.starts_with("The model predicts no track"), "{said}");
+            }
+        }
+        let unseen = sentence(true, &rms(0.0), &rms(0.0), &[]);
+        assert!(unseen.starts_with("No places were measured"), "{unseen}");
     }
 }

@@ -27,6 +27,7 @@ pub use self::driven::{Path, RunCompared};
 pub use self::regime::{Cell, Question};
 pub use self::stretch::{Aspect, Drift};
 
+use crate::aside;
 use crate::campaign::{Campaign, Prepared, PreparedRun};
 use crate::effect::{CATALOGUE, Effect};
 use crate::evidence::{Evidence, amplitudes};
@@ -70,11 +71,13 @@ impl Rms {
 pub struct Comparison {
     /// The main finding, one or two sentences.
     pub finding: String,
-    /// Distance between predicted and measured places, over all runs \[m\].
+    /// Distance between predicted and measured places, over all runs but those kept aside \[m\].
     pub position_m: Rms,
     /// Between headings \[rad\].
     pub heading_rad: Rms,
-    /// Each run.
+    /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
+    pub aside: Option<[Rms; 2]>,
+    /// Each run; those kept aside come last.
     pub runs: Vec<RunCompared>,
     /// By what the error was asked to depend on; each with its cells.
     pub regimes: Vec<Question>,
@@ -84,24 +87,29 @@ pub struct Comparison {
 #[derive(Debug)]
 pub struct Comparer {
     prepared: Prepared,
+    /// The runs kept aside.
+    aside: Prepared,
     noise: OdometryNoise,
 }
 
 impl Comparer {
     /// Finds out what is noise, with all effects of the catalogue and these free at once.
     pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
-        let mut prepared = campaign.prepare()?;
+        let prepared = campaign.prepare()?;
         let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
         let noise = fit_afresh(&prepared, promising(&prepared, &effects)).noise;
-        prepared.runs.iter_mut().for_each(tell_headings);
-        Ok(Self { prepared, noise })
+        Ok(Self::of(prepared, noise))
     }
 
     /// Takes this for noise.
     pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
-        let mut prepared = campaign.prepare()?;
-        prepared.runs.iter_mut().for_each(tell_headings);
-        Ok(Self { prepared, noise })
+        Ok(Self::of(campaign.prepare()?, noise))
+    }
+
+    fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {
+        let mut aside = aside::only(&prepared);
+        prepared.runs.iter_mut().chain(&mut aside.runs).for_each(tell_headings);
+        Self { prepared, aside, noise }
     }
 
     /// What is noise.
@@ -112,16 +120,20 @@ impl Comparer {
     /// Compares this model with the campaign.
     pub fn compare(&self, model: &[Assumed]) -> Comparison {
         let terms = terms(model);
-        let runs = driven::runs(&self.prepared, &terms, &self.noise);
+        let mut runs = driven::runs(0, &self.prepared, &terms, &self.noise);
         let [position_m, heading_rad] = driven::overall(&runs);
+        let apart = driven::runs(runs.len(), &self.aside, &terms, &self.noise);
+        let aside = (!apart.is_empty()).then(|| driven::overall(&apart));
+        runs.extend(apart);
         let regimes = regime::questions(&self.prepared, &terms, &self.noise);
         let finding = finding::sentence(model.is_empty(), &position_m, &heading_rad, &regimes);
-        Comparison { finding, position_m, heading_rad, runs, regimes }
+        Comparison { finding, position_m, heading_rad, aside, runs, regimes }
     }
 
-    /// Where the model says that each run went, beside where it was seen to go.
+    /// Where the model says that each run went, beside where it was seen to go; those kept aside last.
     pub fn paths(&self, model: &[Assumed]) -> Vec<Path> {
-        driven::paths(&self.prepared, &terms(model), &self.noise)
+        let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
+        [paths(&self.prepared), paths(&self.aside)].concat()
     }
 
     /// What the model leaves, against everything it might depend on.

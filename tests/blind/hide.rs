@@ -72,9 +72,7 @@ pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
     use HiddenEffect as E;
     match effect {
         // A force builds up along the way after each change of motion.
-        E::RelaxationLength => {
-            &["distance since reversal", "acceleration", "turn rate", "time in the run"]
-        }
+        E::RelaxationLength => &["distance since reversal", "acceleration", "turn rate"],
         // Beyond a torque: when it accelerates, the more so the heavier it is; now and then.
         E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run", "load"],
         E::WetPatch | E::FloorBump | E::LensDistortion => &["place", "heading"],
@@ -85,7 +83,7 @@ pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
         E::StickyCaster => &["distance since reversal", "turn rate", "direction of travel"],
         // Side force: speed times turn rate.
         E::SoftSidewalls => &["turn rate", "speed", "wheel speed"],
-        E::TetherPull => &["direction of travel", "time in the run", "heading", "speed"],
+        E::TetherPull => &["direction of travel", "heading", "speed"],
         _ => &[],
     }
 }

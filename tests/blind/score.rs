@@ -61,8 +61,8 @@ fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> boo
 
 /// The bars of the benchmark.
 ///
-/// A campaign whose effect stands out by less than half of what was asked for counts in none of them; it is
-/// listed ([`too_weak`]).
+/// A campaign whose effect stands out by less than half of what was asked for, or by more than twice, counts in
+/// none of them; it is listed ([`too_weak`]).
 pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     let verdicts: &Vec<Verdict> =
         &verdicts.iter().filter(|it| it.as_strong_as_asked()).cloned().collect();
@@ -116,8 +116,9 @@ fn ratios(verdicts: &[Verdict]) -> Vec<f64> {
     // A robot that hides nothing has a ratio of one unless something is found in it.
     let inside =
         verdicts.iter().filter(|it| it.case.kind != Kind::Outside && !it.case.effects.is_empty());
-    let mut ratios: Vec<f64> =
-        inside.map(|it| it.held_out_ratio).filter(|it| it.is_finite()).collect();
+    // What cannot be divided is no error of the truth's.
+    let number = |it: f64| if it.is_finite() { it } else { f64::INFINITY };
+    let mut ratios: Vec<f64> = inside.map(|it| number(it.held_out_ratio)).collect();
     ratios.sort_by(f64::total_cmp);
     ratios
 }
@@ -204,8 +205,9 @@ pub fn misses(verdicts: &[Verdict]) -> String {
         let reached: Vec<String> = it.reached.iter().map(|it| format!("{it:.0}")).collect();
         let _ = write!(
             text,
-            "  case {:<4} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
+            "  case {:<4} seed {:<11} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
             it.case.index,
+            it.case.seed,
             it.case.kind.name(),
             ids(it).join(", "),
             reached.join(", "),

@@ -60,10 +60,28 @@ impl Verdict {
     pub fn good(&self) -> bool {
         match self.case.kind {
             Kind::Strong | Kind::Medium | Kind::Weak => self.named.iter().all(|it| *it),
-            Kind::Two => self.named.iter().all(|it| *it) && self.found.len() >= 2,
+            Kind::Two => self.named_apart(),
             Kind::Nothing | Kind::Nuisance => !self.false_alarm(),
             Kind::Outside => self.owned_up(),
         }
+    }
+
+    /// Whether each of two hidden effects has a step of its own that names it.
+    fn named_apart(&self) -> bool {
+        let [first, second] = self.case.effects.as_slice() else { return false };
+        let names = |step: &Vec<String>, id: &str| step.iter().any(|it| it == id);
+        self.found.iter().enumerate().any(|(i, one)| {
+            let others = self.found.iter().enumerate().filter(|(j, _)| *j != i);
+            names(one, first.id()) && others.into_iter().any(|(_, it)| names(it, second.id()))
+        })
+    }
+
+    /// How many effects the steps name that name something hidden: one is an answer, many are a list.
+    pub fn class_sizes(&self) -> Vec<usize> {
+        let hidden = |step: &&Vec<String>| {
+            step.iter().any(|it| self.case.effects.iter().any(|effect| effect.id() == it))
+        };
+        self.found.iter().filter(hidden).map(Vec::len).collect()
     }
 
     /// An effect, or structure, where there is none.

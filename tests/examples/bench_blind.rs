@@ -88,6 +88,14 @@ fn main() -> ExitCode {
     println!();
     let bars = bars(&verdicts);
     print!("{}", table(&bars));
+    let mut sizes: Vec<usize> = verdicts.iter().flat_map(Verdict::class_sizes).collect();
+    sizes.sort_unstable();
+    let alone = sizes.iter().filter(|it| **it == 1).count();
+    println!(
+        "classes with what is hidden: {alone} of {} name it alone, {} effects at most",
+        sizes.len(),
+        sizes.last().copied().unwrap_or(0)
+    );
     let extra = verdicts.iter().filter(|it| !it.case.effects.is_empty() && it.extra > 0).count();
     let mut explain_s: Vec<f64> = verdicts.iter().map(|it| it.explain_s).collect();
     explain_s.sort_by(f64::total_cmp);

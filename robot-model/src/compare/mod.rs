@@ -30,14 +30,10 @@ pub use self::stretch::{Aspect, Drift};
 use crate::aside;
 use crate::campaign::{Campaign, Prepared, PreparedRun};
 use crate::effect::{CATALOGUE, Effect};
-use crate::evidence::{Evidence, amplitudes};
-use crate::fit::fit_afresh;
 use crate::increment::Term;
 use crate::odometry_noise::OdometryNoise;
 use crate::recording::RecordingError;
-
-/// An effect that stands out less than this cannot pass for much noise.
-const STANDS_OUT_SIGMAS: f64 = 3.0;
+use crate::select::select;
 
 /// An effect at certain values of its parameters: one part of a model that is taken as it is.
 #[derive(Clone, Debug)]
@@ -93,11 +89,12 @@ pub struct Comparer {
 }
 
 impl Comparer {
-    /// Finds out what is noise, with all effects of the catalogue and these free at once.
+    /// Finds out what is noise: what is left over with all of the catalogue and of these that `explain` believes in.
     pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
         let prepared = campaign.prepare()?;
         let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
-        let noise = fit_afresh(&prepared, promising(&prepared, &effects)).noise;
+        let effects: Vec<&dyn Effect> = effects.iter().map(|it| *it as _).collect();
+        let noise = select(&prepared, &effects).fitted.noise;
         Ok(Self::of(prepared, noise))
     }
 
@@ -145,31 +142,6 @@ impl Comparer {
     pub fn combination(&self, effect: &Assumed) -> Option<String> {
         crate::combination::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
     }
-}
-
-/// Those of the effects that stand out when all are free at once, at the values that they have then.
-fn promising(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Vec<Term<'static>> {
-    let mut terms: Vec<Term<'static>> = effects
-        .iter()
-        .map(|effect| {
-            let values = effect.starts(&prepared.survey).swap_remove(0);
-            Term { effect: *effect, values, column: None }
-        })
-        .collect();
-    let evidence = Evidence::gather(prepared, &mut terms, &OdometryNoise::TYPICAL);
-    let columns: Vec<usize> = (0..evidence.priors.len()).collect();
-    let solution = evidence.solve(&evidence.total, &columns);
-    // The noise is not known yet: sigmas are scaled by what is left over.
-    let left = evidence.total.chi_squared(&columns, &solution.delta);
-    let scale = left / evidence.total.rows.max(1.0);
-    terms.retain_mut(|term| {
-        let own = amplitudes(term.effect, term.column.unwrap_or(0));
-        let first = term.column.unwrap_or(0);
-        own.iter().for_each(|i| term.values[i - first] += solution.delta[*i]);
-        let var = |i: usize| solution.covariance[(i, i)] * scale;
-        own.iter().any(|i| solution.delta[*i].powi(2) > STANDS_OUT_SIGMAS.powi(2) * var(*i))
-    });
-    terms
 }
 
 /// Tells each step the heading that was measured last before it, carried on by the wheels.

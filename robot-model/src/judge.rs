@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::effect::{Effect, Role};
 use crate::evidence::{Evidence, Sums};
 use crate::run_kind::RunKind;
-use crate::tail::fisher;
+use crate::tail::{chi_squared, fisher};
 
 /// So many units' worth of belief that runs disagree about an effect as they do about others.
 const BELIEF_UNITS: f64 = 4.0;
@@ -72,14 +72,26 @@ pub(crate) fn scatter<'q>(
 /// The middle of a chi^2 of three degrees, by degree.
 const MIDDLE: f64 = 0.79;
 
-/// By how much more runs differ in numbers of their own than their noise explains: what each gains by these
-/// columns fitted to it alone, by degree of freedom, in the median; at least 1.
+/// By how much more runs differ in numbers of their own than their noise explains, in the median; at least 1.
 ///
 /// Whatever is asked about single runs has to stand out from this: runs that have accidents of their own
 /// have one whether they are loaded or not.
 pub(crate) fn run_scatter(evidence: &Evidence, model: &[usize], own: &[usize]) -> f64 {
+    let mut shares = run_shares(evidence, model, own);
+    shares.sort_by(f64::total_cmp);
+    shares.get(shares.len() / 2).map_or(1.0, |it| (it / MIDDLE).max(1.0))
+}
+
+/// The same in the mean: a trend over runs has to stand out from the few that have much of their own, too.
+pub(crate) fn run_scatter_in_the_mean(evidence: &Evidence, model: &[usize], own: &[usize]) -> f64 {
+    let shares = run_shares(evidence, model, own);
+    (shares.iter().sum::<f64>() / shares.len().max(1) as f64).max(1.0)
+}
+
+/// What each run gains by these columns fitted to it alone, by degree of freedom.
+fn run_shares(evidence: &Evidence, model: &[usize], own: &[usize]) -> Vec<f64> {
     let best = evidence.solve(&evidence.total, model).delta;
-    let mut shares: Vec<f64> = evidence
+    evidence
         .units
         .iter()
         .filter_map(|unit| {
@@ -96,9 +108,7 @@ pub(crate) fn run_scatter(evidence: &Evidence, model: &[usize], own: &[usize]) -
             let freedom = factor.solve(&matrix).trace();
             (freedom > 0.5).then(|| right.dot(&factor.solve(&right)) / freedom)
         })
-        .collect();
-    shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).map_or(1.0, |it| (it / MIDDLE).max(1.0))
+        .collect()
 }
 
 /// Below this share, an effect lives on the small difference of two large ones, which anything that
@@ -116,6 +126,8 @@ pub(crate) struct Judgement {
     pub dispersion: f64,
     /// By chance at least this much gain.
     pub p_value: f64,
+    /// The same, were it known for sure how much runs disagree.
+    pub p_value_of_many: f64,
     /// One unit alone says nearly all that is known of it; what is given as gain on units held out is then
     /// what a fit to as much again would have.
     pub lone: bool,
@@ -236,7 +248,11 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         gain,
         held_out_gain,
         dispersion,
-        p_value: fisher(question.asked.len(), known_from(evidence, freedom), gain / dispersion),
+        p_value: match known_from(evidence, freedom) {
+            Some(degrees) => fisher(question.asked.len(), degrees, gain / dispersion),
+            None => chi_squared(question.asked.len(), gain / dispersion),
+        },
+        p_value_of_many: chi_squared(question.asked.len(), gain / dispersion),
         own_share,
         touched,
         better,
@@ -249,10 +265,12 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
 
 /// From how many degrees phi is known: those of the effect's own runs, those of the belief, and as the belief
 /// is what runs disagree about everything else, all runs of the campaign.
-fn known_from(evidence: &Evidence, freedom: f64) -> f64 {
+///
+/// `None` for a single run: it says nothing of how runs differ, and whoever shows its answer has to say so.
+fn known_from(evidence: &Evidence, freedom: f64) -> Option<f64> {
     let mut runs: Vec<usize> = evidence.units.iter().map(|it| it.run).collect();
     runs.dedup();
-    BELIEF_UNITS + freedom + (runs.len() as f64 - 1.0)
+    (runs.len() > 1).then_some(BELIEF_UNITS + freedom + (runs.len() as f64 - 1.0))
 }
 
 /// How units differ about an effect.

@@ -11,7 +11,7 @@ use crate::evidence::Evidence;
 use crate::fit::Fitted;
 use crate::increment::Term;
 use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::judge::{Question, judge, run_scatter, scatter};
+use crate::judge::{Question, judge, run_scatter_in_the_mean, scatter};
 use crate::motion::Step;
 use crate::ripple::ripple;
 use crate::sides::Sides;
@@ -20,6 +20,9 @@ use crate::unevenness::unevenness;
 
 /// Regressors are to be named falsely at most this often.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
+
+/// From so many runs on a few of them may have something that the others do not have.
+const MANY_RUNS: usize = 8;
 
 /// By chance there is a ripple this seldom.
 const RIPPLE_P: f64 = 1e-4;
@@ -293,6 +296,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     };
     let mut open: Vec<usize> = (0..probes.len()).collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
+    let many = prepared.runs.len() >= MANY_RUNS;
     let mut within;
     loop {
         let columns: Vec<Vec<usize>> = open
@@ -304,7 +308,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
             .collect();
         let shown = columns.iter().filter(|it| !it.is_empty());
         within = scatter(&evidence, shown.map(|asked| (&model[..], &asked[..])));
-        let between = within.max(run_scatter(&evidence, &model, &own));
+        let between = within.max(run_scatter_in_the_mean(&evidence, &model, &own));
         let judged: Vec<(usize, f64, f64)> = open
             .iter()
             .zip(&columns)
@@ -318,8 +322,11 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
                 let scatter = if is_of_runs { between } else { within };
                 let question = Question { model: &model, asked, effect, scatter };
                 let it = judge(&evidence, &question);
-                let p_value = if it.held_out_gain > 0.0 { it.p_value } else { 1.0 };
-                (*probe, p_value, it.gain / it.dispersion)
+                // A flag says that something is there, not what it is: among many runs a few may raise it.
+                let p_value = if many && !is_of_runs { it.p_value_of_many } else { it.p_value };
+                let p_value = if it.held_out_gain > 0.0 { p_value } else { 1.0 };
+                // The strongest is that which tells most about runs that it was not fitted to.
+                (*probe, p_value, it.held_out_gain / it.dispersion)
             })
             .collect();
         let p_values: Vec<f64> = judged.iter().map(|it| it.1).collect();

@@ -63,7 +63,7 @@ fn one_effect_and_no_further_run() {
 #[test]
 fn a_class_and_the_run_that_tells_it_apart() {
     let desk = Desk::new();
-    runs_of(&desk, "mystery-robot", &["arc_large_fast"], "robot");
+    runs_of(&desk, "mystery-robot", &["spin_fast"], "robot");
     let answer = asked(&desk, "robot");
     let class = answer["steps"][0]["class"].as_array().unwrap();
     assert!(class.len() > 1, "{answer:#}");

@@ -2,7 +2,7 @@
 
 use robot_model::compare::Comparer;
 use robot_model::effect::{CATALOGUE, Effect};
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_by;
 use serde_json::json;
 
 use super::compare::{read, warn_if_lone};
@@ -27,13 +27,11 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let asked: Vec<&dyn Effect> = catalogue.iter().map(|it| *it as _).collect();
-    let in_model: Vec<&str> = model.chosen().iter().map(|it| it.facts().id).collect();
-    let answer = explain_beyond(&campaign, &asked, &in_model).map_err(Error::new)?;
+    // The whole story, from the nominal robot on, whatever the model has already.
+    let answer = explain_by(&campaign, &asked).map_err(Error::new)?;
     let comparer = Comparer::new(&campaign, &catalogue[CATALOGUE.len()..]).map_err(Error::new)?;
-    let known = assumed(&answer.known, |id| model.find(id));
-    let missing = assumed(&answer.steps, |id| model.find(id));
-    let combinations: Vec<_> = missing.iter().map(|it| comparer.combination(it)).collect();
-    let found: Vec<_> = known.iter().chain(&missing).cloned().collect();
+    let found = assumed(&answer.steps, |id| model.find(id));
+    let combinations: Vec<_> = found.iter().map(|it| comparer.combination(it)).collect();
     let subject = Subject {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),
@@ -41,11 +39,11 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         runs: campaign.fitted_runs().count(),
         catalogue: &catalogue,
         combinations: &combinations,
-        in_model: &in_model,
+        in_model: &[],
     };
-    let comparisons = [comparer.compare(&known), comparer.compare(&found)];
-    let paths = [comparer.paths(&known), comparer.paths(&found)];
-    let curves = [comparer.curves(&known), comparer.curves(&found)];
+    let comparisons = [comparer.compare(&[]), comparer.compare(&found)];
+    let paths = [comparer.paths(&[]), comparer.paths(&found)];
+    let curves = [comparer.curves(&[]), comparer.curves(&found)];
     let report = CampaignReport {
         subject: &subject,
         answer: &answer,

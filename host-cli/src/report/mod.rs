@@ -25,7 +25,7 @@ use std::fmt::Write;
 use robot_model::answer::Answer;
 use robot_model::compare::{Comparison, Curve, Path};
 
-use crate::explain::{Subject, before, headline, next_run_command, no_next_run, text, where_aside};
+use crate::explain::{Subject, headline, next_run_command, no_next_run, text, where_aside};
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
@@ -118,7 +118,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         "Where the error comes from",
         "Every run is cut where the regime changes; each dot \
         is the error over all stretches of one kind, in multiples of what noise alone gives. Within the \
-        grey band it is noise. On the right: what is the same in all stretches of a kind before that, \
+        grey band it is noise. On the right: what is the same in all stretches of a kind for the nominal robot, \
         per metre that the rims roll, where it is more than noise.",
     );
     html.push_str(&regimes::draw(report));
@@ -162,8 +162,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
 /// The finding in a few words.
 fn title(answer: &Answer) -> String {
     match (answer.steps.len(), answer.unexplained.structure) {
-        (0, false) if answer.known.is_empty() => "Nothing is missing".to_owned(),
-        (0, false) => "Nothing more is missing".to_owned(),
+        (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),
         (1, _) => "One effect is missing".to_owned(),
         (n, _) => format!("{} effects are missing", crate::explain::count(n)),
@@ -178,16 +177,12 @@ fn section(html: &mut String, title: &str, words: &str) {
 }
 
 /// The names of the three colours.
-fn legend(html: &mut String, measured: bool, answer: &Answer) {
+fn legend(html: &mut String, measured: bool) {
     html.push_str("<p class=\"legend\">");
     if measured {
         html.push_str("<span><i class=\"k\"></i>measured</span>");
     }
-    let _ = write!(
-        html,
-        "<span><i class=\"b\"></i>{}</span><span><i class=\"a\"></i>with what is missing</span></p>",
-        before(answer)
-    );
+    html.push_str("<span><i class=\"b\"></i>nominal robot</span><span><i class=\"a\"></i>with what is missing</span></p>");
 }
 
 /// The errors on runs that nothing was fitted to or chosen by.

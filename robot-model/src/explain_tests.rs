@@ -219,3 +219,42 @@ fn the_json_has_the_keys_that_it_is_specified_to_have() {
     assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "structure"]);
     assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
 }
+
+#[test]
+fn what_the_model_has_already_is_known_and_not_missing() {
+    let truth = [term("wheel_radius_ratio", &[0.008]), term("side_slip", &[0.02])];
+    let campaign = campaign(&full_plan(), &truth, 5);
+    let beyond = |ids: &[&str]| explain_beyond(&campaign, &CATALOGUE, ids).unwrap();
+    let answer = beyond(&["wheel_radius_ratio"]);
+    assert_eq!(found(&answer), ["side_slip"]);
+    let known: Vec<&str> = answer.known.iter().map(|it| it.effect.as_str()).collect();
+    assert_eq!(known, ["wheel_radius_ratio"]);
+    assert!(answer.baseline.heldout.position_rms_m < beyond(&[]).baseline.heldout.position_rms_m);
+    let answer = beyond(&["wheel_radius_ratio", "side_slip"]);
+    assert_eq!((found(&answer).len(), answer.known.len()), (0, 2));
+}
+
+#[test]
+fn turns_on_the_spot_without_headings_do_not_place_a_marker() {
+    let plan = part_of_plan(&["out_and_back", "spin"]);
+    let mut positions = campaign(&plan, &[term("marker_offset", &[0.03, 0.02])], 3);
+    for run in &mut positions.runs {
+        run.sights.iter_mut().for_each(|it| it.heading_rad = None);
+    }
+    let answer = explain(&positions).unwrap();
+    assert!(!found(&answer).contains(&"marker_offset"), "{:?}", answer.steps);
+}
+
+#[test]
+fn an_eccentric_wheel_shows_as_its_angle_where_counts_begin_anew_in_every_run() {
+    let truth = [term("wheel_eccentricity", &[0.03, 0.02, -0.03, 0.01])];
+    let mut anew = campaign(&full_plan(), &truth, 9);
+    for run in &mut anew.runs {
+        let first = run.wheels[0].phi_rad;
+        for it in &mut run.wheels {
+            it.phi_rad = it.phi_rad.zip(first).map(|(now, then)| now - then);
+        }
+    }
+    let answer = explain(&anew).unwrap();
+    assert!(answer.unexplained.depends_on.contains(&"wheel angle"), "{:?}", answer.unexplained);
+}

@@ -244,15 +244,15 @@ pub(crate) fn judge(evidence: &Evidence, question: &Question<'_>) -> Judgement {
         .any(|((value, sigma), (low, high))| {
             *value < low - 2.0 * sigma || *value > high + 2.0 * sigma
         });
+    let p_value_of_many = chi_squared(question.asked.len(), gain / dispersion);
     Judgement {
         gain,
         held_out_gain,
         dispersion,
-        p_value: match known_from(evidence, freedom) {
-            Some(degrees) => fisher(question.asked.len(), degrees, gain / dispersion),
-            None => chi_squared(question.asked.len(), gain / dispersion),
-        },
-        p_value_of_many: chi_squared(question.asked.len(), gain / dispersion),
+        p_value: known_from(evidence, freedom).map_or(p_value_of_many, |degrees| {
+            fisher(question.asked.len(), degrees, gain / dispersion)
+        }),
+        p_value_of_many,
         own_share,
         touched,
         better,

@@ -6,11 +6,10 @@
 //!
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
-use super::wheel_eccentricity::mean_over_step;
+use super::wheel_eccentricity::once_per_turn;
 use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
 use crate::jet::{Jet, PARAMETERS_MAX};
 use crate::motion::Step;
-use crate::sides::Sides;
 
 /// An encoder is mounted off its centre.
 #[derive(Debug)]
@@ -22,15 +21,7 @@ impl Effect for EncoderEccentricity {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        let travel = step
-            .phi_rad
-            .zip(step.dphi_rad)
-            .map(|(phi, dphi)| (phi * step.gear_reduction, dphi * step.gear_reduction));
-        let travel = Sides::new(
-            mean_over_step(p[0], p[1], travel.left.0, travel.left.1),
-            mean_over_step(p[2], p[3], travel.right.0, travel.right.1),
-        );
-        Change { travel, ..Change::NONE }
+        once_per_turn(p, step, step.gear_reduction)
     }
 }
 

@@ -22,12 +22,7 @@ impl Effect for WheelEccentricity {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        let travel = step.phi_rad.zip(step.dphi_rad);
-        let travel = Sides::new(
-            mean_over_step(p[0], p[1], travel.left.0, travel.left.1),
-            mean_over_step(p[2], p[3], travel.right.0, travel.right.1),
-        );
-        Change { travel, ..Change::NONE }
+        once_per_turn(p, step, 1.0)
     }
 }
 
@@ -47,8 +42,18 @@ static FACTS: Facts = Facts {
     compensation: "a table over the angle",
 };
 
+/// A ripple of each wheel's travel once per turn of what turns so many times as often as the wheel.
+pub(super) fn once_per_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, often: f64) -> Change {
+    let turned = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| (phi * often, dphi * often));
+    let travel = Sides::new(
+        mean_over_step(p[0], p[1], turned.left.0, turned.left.1),
+        mean_over_step(p[2], p[3], turned.right.0, turned.right.1),
+    );
+    Change { travel, ..Change::NONE }
+}
+
 /// The mean of p0 cos + p1 sin over the step: exact, so that a fast encoder does not alias.
-pub(super) fn mean_over_step(c: Jet, s: Jet, before_rad: f64, turned_rad: f64) -> Jet {
+fn mean_over_step(c: Jet, s: Jet, before_rad: f64, turned_rad: f64) -> Jet {
     let weight = sinc(turned_rad / 2.0);
     let middle_rad = before_rad + turned_rad / 2.0;
     c * (weight * middle_rad.cos()) + s * (weight * middle_rad.sin())

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::answer::Answer;
-use crate::synthetic::{campaign, end_poses_only, full_plan, part_of_plan, term};
+use crate::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
 
 fn found(answer: &Answer) -> Vec<&str> {
     answer.steps.iter().map(|it| it.effect.as_str()).collect()
@@ -15,67 +15,27 @@ fn sorted_class(answer: &Answer) -> Vec<&str> {
     class
 }
 
-/// Every effect at a size of thirty sigmas or more on the full plan.
-const ALONE: [(&str, &[f64]); 22] = [
-    ("wheel_radius_ratio", &[0.005]),
-    ("wheel_radius_scale", &[0.005]),
-    ("track_width", &[0.01]),
-    ("scrub", &[0.01]),
-    ("side_slip", &[0.015]),
-    ("traction_slip", &[0.04]),
-    ("turn_load_transfer", &[0.06]),
-    ("speed_growth", &[0.06]),
-    ("wheel_eccentricity", &[0.008, 0.005, -0.01, 0.004]),
-    ("lost_counts", &[0.02, 5.0]),
-    ("backlash", &[0.06, 0.07]),
-    ("caster_kick", &[0.03, 0.06]),
-    ("heading_pull", &[0.006]),
-    ("turn_asymmetry", &[0.004]),
-    ("slope", &[0.004, 0.003, 0.5]),
-    ("carpet_drift", &[0.004, -0.003]),
-    ("thermal_drift", &[2e-6]),
-    ("payload", &[0.001]),
-    ("measurement_delay", &[0.03]),
-    ("marker_offset", &[0.004, 0.003]),
-    ("gyro_bias", &[0.004]),
-    ("gyro_scale", &[0.01]),
-];
-
-/// Whether a parameter of one effect is that of the other: at a gear reduction of one, an eccentric wheel
-/// and an eccentric encoder are the same thing under two names.
-fn parameters_are_shared(a: &str, b: &str) -> bool {
-    a == b || (a.ends_with("_eccentricity") && b.ends_with("_eccentricity"))
+#[test]
+fn every_effect_alone_is_named_first() {
+    let plan = full_plan();
+    let (mut extras, mut flags) = (0, 0);
+    for (seed, (id, values)) in ALONE.into_iter().enumerate() {
+        let answer = explain(&campaign(&plan, &[term(id, values)], 40 + seed as u64)).unwrap();
+        let first = answer.steps.first().unwrap_or_else(|| panic!("{id}: {answer:?}"));
+        assert!(first.class.iter().any(|it| it == id), "{id}: {:?}", answer.steps);
+        extras += found(&answer).len() - 1;
+        flags += usize::from(answer.unexplained.structure);
+    }
+    // At 5 % false alarms 23 campaigns have more than three once in 35 such sets; flags are at 1 %, and
+    // more than one comes once in 45.
+    assert!(extras <= 3 && flags <= 1, "{extras} extras, {flags} flags");
 }
 
 #[test]
-fn every_effect_alone_is_named_and_its_parameters_are_recovered() {
-    let plan = full_plan();
-    let (mut parameters, mut within_95, mut extras, mut flags) = (0, 0, 0, 0);
-    for (seed, (id, values)) in ALONE.into_iter().enumerate() {
-        let answer = explain(&campaign(&plan, &[term(id, values)], 40 + seed as u64)).unwrap();
-        let named = answer.steps.iter().find(|it| it.class.iter().any(|it| it == id));
-        let step = named.unwrap_or_else(|| panic!("{id}: {answer:?}"));
-        extras += found(&answer).len() - 1;
-        flags += usize::from(answer.unexplained.structure);
-        if !parameters_are_shared(&step.effect, id) {
-            continue;
-        }
-        for (it, truth) in step.parameters.iter().zip(values) {
-            // Four sigma: one in 16,000 by chance, for each of some 33.
-            assert!((it.value - truth).abs() < 4.0 * it.sigma, "{id}: {it:?}, truth {truth}");
-            parameters += 1;
-            within_95 += usize::from(it.low95 <= *truth && *truth <= it.high95);
-        }
-    }
-    // Of 34, 95 % are 32; binomially fewer than 28 would come up once in 300 such sets. A class that is
-    // named by another of its members has no parameters to compare: two of them at most.
-    assert!(
-        parameters >= 30 && within_95 + 6 >= parameters,
-        "{within_95} of {parameters} intervals"
-    );
-    // At 5 % false alarms 22 campaigns have more than three once in 40 such sets; flags are at 1 %, and
-    // more than one comes once in 50.
-    assert!(extras <= 3 && flags <= 1, "{extras} extras, {flags} flags");
+fn every_effect_is_among_those_that_are_tested_alone() {
+    let tested = ALONE.map(|it| it.0);
+    let catalogue: Vec<&str> = CATALOGUE.iter().map(|it| it.facts().id).collect();
+    assert_eq!(catalogue, tested);
 }
 
 #[test]

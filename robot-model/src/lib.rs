@@ -52,8 +52,12 @@ pub mod track_fit;
 pub mod wheel_weight;
 
 mod classes;
+#[cfg(test)]
+mod coverage_tests;
 mod evidence;
 mod fit;
+#[cfg(test)]
+mod gear_tests;
 mod gyro;
 mod increment;
 mod judge;

@@ -140,7 +140,10 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
 
 /// Effects without shapes first; those with shapes join one after the other, each at the start that
 /// gains most by then.
-fn fit_from_best_starts<'a>(prepared: &Prepared, effects: &[&'a dyn Effect]) -> Fitted<'a> {
+pub(crate) fn fit_from_best_starts<'a>(
+    prepared: &Prepared,
+    effects: &[&'a dyn Effect],
+) -> Fitted<'a> {
     let starts = |effect: &dyn Effect| effect.starts(&prepared.survey);
     let (shaped, plain): (Vec<_>, Vec<_>) =
         effects.iter().copied().partition(|effect| starts(*effect).len() > 1);

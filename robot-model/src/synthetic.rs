@@ -47,6 +47,33 @@ pub(crate) fn term(id: &str, values: &[f64]) -> Term<'static> {
     Term { effect: find(id).expect("an id of the catalogue"), values: values.into(), column: None }
 }
 
+/// Every effect at a size of thirty sigmas or more on the full plan.
+pub(crate) const ALONE: [(&str, &[f64]); 23] = [
+    ("wheel_radius_ratio", &[0.005]),
+    ("wheel_radius_scale", &[0.005]),
+    ("track_width", &[0.01]),
+    ("scrub", &[0.01]),
+    ("side_slip", &[0.015]),
+    ("traction_slip", &[0.04]),
+    ("turn_load_transfer", &[0.06]),
+    ("speed_growth", &[0.06]),
+    ("wheel_eccentricity", &[0.008, 0.005, -0.01, 0.004]),
+    ("encoder_eccentricity", &[0.012, 0.01, -0.015, 0.008]),
+    ("lost_counts", &[0.02, 5.0]),
+    ("backlash", &[0.06, 0.07]),
+    ("caster_kick", &[0.03, 0.06]),
+    ("heading_pull", &[0.006]),
+    ("turn_asymmetry", &[0.004]),
+    ("slope", &[0.004, 0.003, 0.5]),
+    ("carpet_drift", &[0.004, -0.003]),
+    ("thermal_drift", &[2e-6]),
+    ("payload", &[0.001]),
+    ("measurement_delay", &[0.03]),
+    ("marker_offset", &[0.004, 0.003]),
+    ("gyro_bias", &[0.004]),
+    ("gyro_scale", &[0.01]),
+];
+
 /// What a camera sees of a planned run, driven by a robot with these effects.
 pub(crate) fn measure(
     robot: &Robot,

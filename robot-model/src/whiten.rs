@@ -341,3 +341,7 @@ fn view_slope(view: &View, quantity: Quantity, velocity: [f64; 3], [sin, cos]: [
         Quantity::Heading => -velocity[2] * delay,
     }
 }
+
+#[cfg(test)]
+#[path = "whiten_tests.rs"]
+mod tests;

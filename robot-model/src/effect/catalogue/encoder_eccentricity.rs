@@ -4,6 +4,9 @@
 //! R_i -> R_i (1 + c_i cos (gear_reduction phi_i) + s_i sin (gear_reduction phi_i))
 //! ```
 //!
+//! c_i > 0: at angle 0 of the encoder the wheel turns further than is read; s_i > 0: a quarter turn of the
+//! encoder later. With the marks' centre off the shaft by e, at an angle alpha from the reading head, h
+//! away, at phi_i = 0: c_i = -e/h cos alpha, s_i = e/h sin alpha.
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
 use super::wheel_eccentricity::once_per_turn;

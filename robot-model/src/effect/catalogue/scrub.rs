@@ -4,7 +4,8 @@
 //! b -> b (1 + k chi),  chi = |omega| b / (2 |v| + |omega| b)
 //! ```
 //!
-//! chi is 0 on a straight, 1 in a spin. Below a creeping speed it is taken as that of the step itself.
+//! chi is 0 on a straight, 1 in a spin; at rest, where it is neither, it is taken as 0.
+//! k > 0: the tighter the turn, the less the robot turns of what its encoders say.
 
 use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
 use crate::jet::{Jet, PARAMETERS_MAX};
@@ -21,8 +22,8 @@ impl Effect for Scrub {
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
         let rim_mps = step.turn_rate_rad_s().abs() * step.track_width_m;
-        // A thousandth of a millimetre a second: keeps 0/0 at rest away.
-        let chi = rim_mps / (2.0 * step.speed_mps().abs() + rim_mps + 1e-6);
+        let both_mps = 2.0 * step.speed_mps().abs() + rim_mps;
+        let chi = if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 };
         Change { turning: (p[0] * chi + 1.0).recip() - 1.0, ..Change::NONE }
     }
 }

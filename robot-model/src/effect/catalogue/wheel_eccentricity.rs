@@ -4,6 +4,9 @@
 //! R_i -> R_i (1 + c_i cos phi_i + s_i sin phi_i)
 //! ```
 //!
+//! c_i > 0: at angle 0 the axle stands high, and the wheel goes further than its mean; s_i > 0: a quarter
+//! turn forward of that. With the axle off the centre by e, upwards at an angle alpha from straight ahead
+//! at phi_i = 0: c_i = e/R sin alpha, s_i = -e/R cos alpha.
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
 use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};

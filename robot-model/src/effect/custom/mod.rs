@@ -44,6 +44,12 @@ use crate::jet::{Jet, PARAMETERS_MAX};
 use crate::motion::Step;
 use crate::sides::Sides;
 
+/// The powers of metre, second and kilogram of a unit, as parameters declare it.
+#[cfg(test)]
+pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], String> {
+    Unit::parse(unit).map(|it| it.0)
+}
+
 /// What an expression changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {

@@ -117,9 +117,10 @@ impl Legs {
             state.wander(noise, leg.rolled_m, fade);
             state.bend(noise, leg.rolled_m, by_heading, leg.steps);
             let [sin, cos] = sin_cos(state.pose.heading_rad);
-            let (offset, by_heading) = self.offset_at([sin, cos]);
+            let by_heading = self.offset_at([sin, cos]).1;
             let velocity = velocity_of(leg.speed[0], leg.speed[1], [sin, cos], by_heading);
             for (quantity, measured) in numbers(&leg.sight) {
+                let (offset, by_heading) = self.offset_at(sin_cos(state.pose.heading_rad));
                 let glance = Glance { quantity, measured, offset, by_heading, velocity };
                 let update = state.innovation(noise, &glance);
                 state.take(&update);

@@ -292,6 +292,8 @@ impl Filter<'_> {
         let (sin, cos) = self.state.pose.heading_rad.sin_cos();
         let velocity = self.velocity(step, [sin, cos]);
         for (quantity, measured) in numbers(sight) {
+            // The number before has turned the heading, and what sits on the body with it.
+            let (sin, cos) = self.state.pose.heading_rad.sin_cos();
             let (offset, by_heading) = self.offset_at([sin, cos]);
             let glance = Glance { quantity, measured, offset, by_heading, velocity };
             let update = self.state.innovation(self.noise, &glance);

@@ -1,6 +1,6 @@
 //! Each effect alone, over and over: how often its 95 % intervals hold the truth, and by how much it misses.
 //!
-//! Bounds, from what chance gives if the intervals are right (set before any was computed):
+//! Bounds, from what chance gives if the intervals are right and the noise is that of the model:
 //!
 //! - Of [`SEEDS`] intervals of one parameter, misses are binomial with p = 0.05. No parameter may have as
 //!   many as chance gives with less than [`CHANCE`]: six are allowed and seven are not, which comes up by

@@ -17,9 +17,11 @@ const EFFECTS_MAX: usize = 8;
 const MODELS_MAX: usize = 16;
 /// By chance alone the likelihood asks for an effect in a perfect robot this often; runs held out refuse most of
 /// these, so that fewer than 5 % get one.
-pub(crate) const FALSE_ALARM: f64 = 0.10;
+pub(crate) const FALSE_ALARM: f64 = 0.15;
 /// A first look lets more pass: what does not stand is removed in the end.
-const FIRST_LOOK_P: f64 = 0.01;
+const FIRST_LOOK_P: f64 = 0.03;
+/// Of those that do not stand at first, so many are looked at with the noise that they leave.
+const RECONSIDERED_MAX: usize = 3;
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
 pub(crate) const RIVAL_MARGIN: f64 = 9.0;
 
@@ -63,11 +65,14 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     // Its noise is not to depend on the way that led to it: it is learnt as for a model chosen by hand.
     let mut fitted = fit_afresh(prepared, fitted.terms);
     // And with that noise, too, every effect has to stand.
-    let look = loop {
+    let mut look = loop {
         let look = Look::new(prepared, &fitted, catalogue);
         let Some(terms) = removal(prepared, &look, &fitted) else { break look };
         fitted = fit_afresh(prepared, terms);
     };
+    while let Some(it) = reconsidered(prepared, catalogue, (&fitted, &look)) {
+        (fitted, look) = it;
+    }
     let (kept, rejected) = (look.kept(), look.candidates(&[]));
     Selection { fitted, kept, rejected, look }
 }
@@ -160,28 +165,56 @@ fn addition<'a>(
     fitted: &Fitted<'a>,
     seen: &BTreeSet<Vec<String>>,
 ) -> Option<Vec<Term<'a>>> {
+    additions(look, fitted)
+        .into_iter()
+        .filter(|it| !seen.contains(&ids(&exchanged(fitted, &[], it))))
+        .find(|it| !look.tracks_get_worse(prepared, &[], &it.term))
+        .map(|it| exchanged(fitted, &[], &it))
+}
+
+/// The candidates that a first look lets pass, those that gain most on held-out runs first; of near equals,
+/// the simplest first.
+fn additions<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Vec<Candidate<'a>> {
     if fitted.terms.len() == EFFECTS_MAX {
-        return None;
+        return Vec::new();
     }
     let mut passing: Vec<Candidate<'a>> = look
         .candidates(&[])
         .into_iter()
         .filter(|it| it.judgement.p_value < FIRST_LOOK_P && it.judgement.passes_held_out())
-        .filter(|it| !seen.contains(&ids(&exchanged(fitted, &[], it))))
         .collect();
     // Where runs disagree about an effect, its gain counts for less.
     let merit = |it: &Candidate<'_>| {
         (it.judgement.held_out_gain - penalty(&it.term)) / it.judgement.dispersion
     };
-    loop {
+    let mut sorted = Vec::new();
+    while !passing.is_empty() {
         let most = passing.iter().map(merit).fold(f64::NEG_INFINITY, f64::max);
         // Of those that the data cannot tell from the best, the one of fewest parameters, listed first.
         let near = (0..passing.len()).filter(|i| merit(&passing[*i]) > most - RIVAL_MARGIN);
-        let chosen = passing.remove(near.min_by_key(|i| passing[*i].term.values.len())?);
-        if !look.tracks_get_worse(prepared, &[], &chosen.term) {
-            return Some(exchanged(fitted, &[], &chosen));
-        }
+        let Some(chosen) = near.min_by_key(|i| passing[*i].term.values.len()) else { break };
+        sorted.push(passing.remove(chosen));
     }
+    sorted
+}
+
+/// The model with one effect more that stands once the noise is learnt with it, and did not in passing.
+///
+/// What is missing is part of the noise for as long as it is missing, so that a weak effect hides itself.
+fn reconsidered<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (fitted, look): (&Fitted<'a>, &Look<'a>),
+) -> Option<(Fitted<'a>, Look<'a>)> {
+    additions(look, fitted)
+        .iter()
+        .filter(|it| !look.tracks_get_worse(prepared, &[], &it.term))
+        .take(RECONSIDERED_MAX)
+        .find_map(|it| {
+            let fitted = fit_afresh(prepared, exchanged(fitted, &[], it));
+            let look = Look::new(prepared, &fitted, catalogue);
+            removal(prepared, &look, &fitted).is_none().then_some((fitted, look))
+        })
 }
 
 /// The model without the effect that stands least, given all others.

@@ -70,7 +70,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let more = if answer.unexplained.structure {
         format!(
             ". Something is still unexplained: it depends on {}",
-            answer.unexplained.depends_on.join(", ")
+            answer.unexplained.depends_on_text()
         )
     } else {
         String::new()
@@ -80,7 +80,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             "No known effect explains what {} {}, but something is there: it depends on {}.",
             these(subject.runs),
             if subject.runs == 1 { "shows" } else { "show" },
-            answer.unexplained.depends_on.join(", ")
+            answer.unexplained.depends_on_text()
         ),
         [] => format!(
             "Nothing is missing{} that {} could show: what is left is noise.",
@@ -285,7 +285,7 @@ fn unexplained(answer: &Answer) {
             WARN,
             format_args!(
                 "Still unexplained: an unknown effect that depends on {}",
-                it.depends_on.join(", ")
+                it.depends_on_text()
             ),
         ));
         say(format_args!(
@@ -372,7 +372,12 @@ mod tests {
             baseline: ErrorPair { train: from, heldout: from },
             steps: vec![step],
             rejected: Vec::new(),
-            unexplained: Unexplained { structure: false, depends_on: Vec::new(), p_value: 0.5 },
+            unexplained: Unexplained {
+                structure: false,
+                depends_on: Vec::new(),
+                p_value: 0.5,
+                place_m: None,
+            },
             next_run: None,
             aside: None,
         }

@@ -205,7 +205,7 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
         format!(
             "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with p = {p}). \
              An effect that explains it must have this shape.",
-            escape(&it.depends_on.join(", "))
+            escape(&it.depends_on_text())
         )
     } else {
         format!(

@@ -38,7 +38,12 @@ fn answer() -> Answer {
             reason: "no & never".into(),
             heldout: errors(7.0),
         }],
-        unexplained: Unexplained { structure: true, depends_on: vec!["speed"], p_value: 0.001 },
+        unexplained: Unexplained {
+            structure: true,
+            depends_on: vec!["speed"],
+            p_value: 0.001,
+            place_m: None,
+        },
         aside: Some(Aside {
             runs: 2,
             kinds: vec!["square".into()],

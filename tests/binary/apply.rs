@@ -124,6 +124,95 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
     }
 }
 
+/// Wheels that differ by 1 %, and nothing else: the standard caster costs 0.01 % of a turn, which shows.
+const UNEQUAL: &str = "\
+name = \"unequal\"
+[plant]
+substep_us = 200
+geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
+tyre.longitudinal_stiffness_n_per_m = 120000.0
+tyre.lateral_stiffness_n_per_m = 72000.0
+tyre.rolling_resistance = 0.003
+caster.rolling_resistance = 0.0
+";
+
+/// A campaign of this scenario in this folder, recorded with what the flash has.
+fn recorded(desk: &Desk, folder: &str, scenario: &str) {
+    desk.run(&format!(
+        "campaign record {folder} --plan plan.toml --port sim:{scenario} --flash flash"
+    ))
+    .ok();
+}
+
+#[test]
+fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
+    let desk = crooked();
+    desk.write("unequal.toml", UNEQUAL);
+    recorded(&desk, "before", "unequal.toml");
+    assert!(!desk.path("before/model.toml").exists(), "nothing is compensated yet");
+    let missing = desk.run("explain before --exit-code --json");
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stdout.contains("wheel_radius_ratio"), "{missing:#?}");
+    let nominal = desk.run("compare before --json").ok().json();
+    desk.run("apply before --yes --flash flash").ok();
+
+    recorded(&desk, "after", "unequal.toml");
+    let model = String::from_utf8(desk.read("after/model.toml")).unwrap();
+    assert!(model.contains("in_use = true") && model.contains("robot's configuration"), "{model}");
+    let json = desk.run("explain after --exit-code --json").ok().json();
+    assert_eq!(json["steps"].as_array().unwrap().len(), 0, "{json}");
+    assert_eq!(json["unexplained"]["structure"], false, "{json}");
+    let text = desk.run("explain after").ok().stdout;
+    assert!(text.contains("Nothing is missing beside the model"), "{text}");
+    assert!(text.contains("wheel_radius_ratio  stands"), "{text}");
+    assert!(text.contains("in use"), "{text}");
+    // 10 mrad a metre are 17 mm after the 1.2 m there and back; what is left is the camera's noise.
+    let position = |json: &serde_json::Value| json["comparison"]["position_m"]["rms"].as_f64();
+    let compensated = desk.run("compare after --json").ok().json();
+    let (before_m, after_m) = (position(&nominal).unwrap(), position(&compensated).unwrap());
+    assert!(after_m < before_m / 5.0 && after_m > 0.0, "{before_m} {after_m}");
+    let report = desk.run("report after -o report.html").ok();
+    let page = String::from_utf8(desk.read("report.html")).unwrap();
+    assert!(page.contains("Compensated on the robot already: unequal wheel radii"), "{report:#?}");
+    assert!(page.contains("<h1>Nothing is missing</h1>"));
+
+    // By the new runs alone: the same robot.
+    desk.run("apply after --yes --flash flash").ok();
+    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+    assert!((geometry(&desk, "wheel_radius_m") / 0.03618 - 1.0).abs() < 1e-3);
+    let again = desk.run("apply after --yes --flash flash --json").ok().json();
+    assert_eq!(again["written"], false, "{again}");
+
+    // A fit makes it a model like any other, which is then what is applied.
+    desk.run("model fit after").ok();
+    assert!(!String::from_utf8(desk.read("after/model.toml")).unwrap().contains("in_use"));
+    desk.run("apply after --yes --flash flash").ok();
+    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+}
+
+#[test]
+fn what_is_compensated_and_no_longer_there_is_taken_back() {
+    let desk = crooked();
+    desk.write("equal.toml", &UNEQUAL.replace("0.03618", "0.036").replace("0.03582", "0.036"));
+    for set in ["wheel_weight 0.99", "wheel_radius_m 0.03618"] {
+        desk.run(&format!("config set geometry.{set} --save --flash flash")).ok();
+    }
+    recorded(&desk, "robot", "equal.toml");
+    let text = desk.run("explain robot").ok().stdout;
+    assert!(text.contains("these runs do not bear it out"), "{text}");
+    let robot = desk.read("robot/robot.toml");
+    desk.run("apply robot --yes --flash flash").ok();
+    assert!((geometry(&desk, "wheel_weight") - 1.0).abs() < 1e-3);
+    // Whoever goes on with the campaign is told, and keeps both files as they are.
+    let spins =
+        "campaign record robot --run \"spins both ways\" --port sim:equal.toml --flash flash";
+    let model = desk.read("robot/model.toml");
+    let more = desk.run_with(&crate::desk::words(spins), "").ok();
+    assert!(more.stderr.contains("another wheel_radius_ratio by now"), "{more:#?}");
+    assert!(desk.read("robot/robot.toml").starts_with(&robot));
+    assert_eq!(desk.read("robot/model.toml"), model);
+}
+
 #[test]
 fn a_campaign_of_another_robot_or_none_is_not_applied() {
     let desk = crooked();

@@ -11,10 +11,12 @@
 //! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 
 use robot_model::answer::{Answer, ParameterFound};
+use robot_model::model::Model;
 use shared_proto::{Config, GeometryConfig};
 
 use crate::campaign::RobotFile;
 use crate::error::{Error, Result};
+use crate::model::in_use::mean_radius_m;
 use crate::model::{EffectEntry, ModelFile};
 use crate::survey::samples::robot_file;
 
@@ -27,6 +29,15 @@ pub struct Believed {
     pub class: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
+    /// The value by which the robot compensates it, where the runs do not bear it out.
+    pub doubted: Option<f64>,
+}
+
+impl Believed {
+    /// Whether it is the effect of this id, or cannot be told from it.
+    pub fn is(&self, id: &str) -> bool {
+        self.class.iter().any(|it| it == id)
+    }
 }
 
 /// What is to be done about an effect.
@@ -36,6 +47,8 @@ pub enum Remedy {
     Compensated,
     /// Its value may as well be zero, or the runs do not bear it out.
     Unsure,
+    /// It is compensated; the runs bear out neither that nor another value.
+    Stays,
     /// The campaign does not say whether it is this or one of these.
     Ambiguous(Vec<String>),
     /// It is about the measurement: nothing is wrong with the robot.
@@ -55,21 +68,36 @@ pub struct Change {
     pub remedies: Vec<(String, Remedy)>,
 }
 
-/// The effects that a campaign's explanation names.
+/// The effects that a campaign's explanation names: those that the robot compensates already at their new
+/// values, and the missing ones.
 pub fn believed(answer: &Answer) -> Vec<Believed> {
     let step = |step: &robot_model::answer::StepFound| Believed {
         effect: step.effect.clone(),
         class: step.class.clone(),
         parameters: step.parameters.clone(),
+        doubted: None,
     };
-    answer.steps.iter().map(step).collect()
+    answer.known.iter().chain(&answer.steps).map(step).collect()
+}
+
+/// An effect that the robot compensates and these runs do not bear out, as this model has it.
+pub fn doubted(entry: &EffectEntry, fitted: &Model) -> Option<Believed> {
+    let effect = entry.id().to_owned();
+    let parameters = fitted.effects.iter().find(|it| it.effect == effect)?.parameters.clone();
+    let doubted = entry.parameters.first().map(|it| it.value);
+    Some(Believed { class: vec![effect.clone()], effect, parameters, doubted })
 }
 
 /// The effects of a campaign's model: whoever put one in has decided that it is this one.
 pub fn chosen(model: &ModelFile) -> Vec<Believed> {
     let entry = |entry: &EffectEntry| {
         let effect = entry.effect.facts().id.to_owned();
-        Believed { class: vec![effect.clone()], effect, parameters: entry.parameters.clone() }
+        Believed {
+            class: vec![effect.clone()],
+            effect,
+            parameters: entry.parameters.clone(),
+            doubted: None,
+        }
     };
     model.effects.iter().map(entry).collect()
 }
@@ -107,7 +135,7 @@ impl Change {
             let in_use = config.geometry;
             let mean_m = match s {
                 Some(s) => nominal.wheel_radius_m * (1.0 + s),
-                None => in_use.wheel_radius_m * (1.0 + in_use.wheel_weight) / 2.0,
+                None => mean_radius_m(&in_use),
             };
             if let Some(rho) = rho {
                 after.wheel_weight = (1.0 + rho / 2.0) / (1.0 - rho / 2.0);
@@ -140,8 +168,13 @@ fn remedy(it: &Believed) -> Remedy {
         let what = facts.map_or("a term of your own", |it| it.compensation);
         return Remedy::Uncompensated(what.to_owned());
     }
-    if it.parameters.first().is_none_or(|it| !(it.low95 > 0.0 || it.high95 < 0.0)) {
-        return Remedy::Unsure;
+    let holds = |value: f64| {
+        it.parameters.first().is_none_or(|it| !(it.low95 > value || it.high95 < value))
+    };
+    match it.doubted {
+        Some(in_use) if holds(in_use) => return Remedy::Stays,
+        None if holds(0.0) => return Remedy::Unsure,
+        _ => {}
     }
     if it.class.len() > 1 {
         let others = it.class.iter().filter(|other| **other != it.effect);
@@ -180,7 +213,7 @@ mod tests {
             high95: value + 2e-4,
         };
         let class = class.iter().map(|it| (*it).to_owned()).collect();
-        Believed { effect: id.into(), class, parameters: vec![parameter] }
+        Believed { effect: id.into(), class, parameters: vec![parameter], doubted: None }
     }
 
     #[test]
@@ -261,6 +294,22 @@ mod tests {
         let change = Change::new(&effects, &nominal(&config), &config, None).unwrap();
         assert!(!change.changes());
         assert_eq!(change.remedies[0].1, Remedy::Unsure);
+    }
+
+    #[test]
+    fn what_is_compensated_and_not_there_goes_and_what_nobody_can_tell_stays() {
+        let config = calibrated();
+        // In use is 1.008: the runs say 1, to 2e-4.
+        let doubted = |value: f64, in_use: f64| Believed {
+            doubted: Some(in_use),
+            ..effect("wheel_radius_ratio", value, &["wheel_radius_ratio"])
+        };
+        let nominal = nominal(&Config::default());
+        let change = Change::new(&[doubted(1e-4, 0.008)], &nominal, &config, None).unwrap();
+        assert!((change.after.wheel_weight - 1.0001).abs() < 1e-7);
+        let change = Change::new(&[doubted(1e-4, 2e-4)], &nominal, &config, None).unwrap();
+        assert_eq!(change.remedies[0].1, Remedy::Stays);
+        assert!(!change.changes());
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::file::{WriteError, check_writable, write_new, write_whole};
 #[derive(Debug)]
 pub struct CampaignWriter {
     folder: PathBuf,
+    robot: RobotFile,
 }
 
 impl CampaignWriter {
@@ -19,8 +20,9 @@ impl CampaignWriter {
     /// An existing `robot.toml` stays as it is; one of another robot is refused.
     pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
         let toml = folder.join("robot.toml");
-        if toml.exists() {
-            if let Some((name, there, here)) = RobotFile::read(&toml)?.difference(robot) {
+        let robot = if toml.exists() {
+            let campaigns = RobotFile::read(&toml)?;
+            if let Some((name, there, here)) = campaigns.difference(robot) {
                 let problem = format!("{name} = {there} is another robot's: this one has {here}");
                 let hint = "choose another folder, or correct the file if it is wrong";
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
@@ -28,6 +30,7 @@ impl CampaignWriter {
             // Facts must find room, which is to be known before a run is driven.
             let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
             with_facts(&toml, &facts)?;
+            campaigns
         } else {
             let text = toml::to_string(robot).map_err(|error| {
                 let hint = "check the robot's name and numbers";
@@ -37,8 +40,14 @@ impl CampaignWriter {
             fs::create_dir_all(folder)
                 .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
             write_whole(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
-        }
-        Ok(Self { folder: folder.into() })
+            robot.clone()
+        };
+        Ok(Self { folder: folder.into(), robot })
+    }
+
+    /// What is nominal in this folder.
+    pub fn robot(&self) -> &RobotFile {
+        &self.robot
     }
 
     /// Starts a run. `name` is put behind the next free number: `07_name`.

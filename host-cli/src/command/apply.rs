@@ -1,17 +1,19 @@
 //! `beeline apply`
 
-use robot_model::explain::explain_by;
+use robot_model::explain::explain_beyond;
+use robot_model::model::fit;
+use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, GeometryConfig};
 
 use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
-use crate::apply::{Believed, Change, Remedy, believed, chosen};
+use crate::apply::{Believed, Change, Remedy, believed, chosen, doubted};
 use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
 use crate::hex::hex;
-use crate::model::ModelFile;
+use crate::model::{EffectEntry, ModelFile};
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
@@ -93,14 +95,28 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
         return Err(Error::new(format_args!("{}: {id} has no value yet", place.display()))
             .hint(format_args!("beeline model fit {}", folder.display())));
     }
-    if !model.effects.is_empty() {
+    let in_use: Vec<&str> = model.in_use().iter().map(|it| it.id()).collect();
+    // Somebody has chosen a model.
+    if model.effects.len() > in_use.len() {
         return Ok(chosen(&model));
     }
-    let catalogue: Vec<_> = model.catalogue().into_iter().map(|it| it as _).collect();
-    let answer = explain_by(&campaign.to_model(folder)?, &catalogue).map_err(|error| {
+    let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
-    })?;
-    Ok(believed(&answer))
+    };
+    let catalogue: Vec<_> = model.catalogue().into_iter().map(|it| it as _).collect();
+    let campaign = campaign.to_model(folder)?;
+    let answer = explain_beyond(&campaign, &catalogue, &in_use).map_err(failed)?;
+    let mut effects = believed(&answer);
+    // What is compensated and not there: only a value shows whether that is sure.
+    let gone = |it: &&&EffectEntry| !effects.iter().any(|other| other.is(it.id()));
+    let gone: Vec<EffectEntry> = model.in_use().iter().filter(gone).copied().cloned().collect();
+    if !gone.is_empty() {
+        let found = effects.iter().filter_map(|it| model.find(&it.effect));
+        let all: Vec<_> = found.chain(gone.iter().map(|it| it.effect)).collect();
+        let fitted = fit(&campaign, &all).map_err(failed)?;
+        effects.extend(gone.iter().filter_map(|it| doubted(it, &fitted)));
+    }
+    Ok(effects)
 }
 
 pub(super) fn undo(common: &Common) -> Result<()> {
@@ -146,6 +162,9 @@ fn table(change: &Change) -> String {
                 "not written: its 95 % interval holds zero; more runs that show it would tell"
                     .to_owned()
             }
+            Remedy::Stays => {
+                "stays as it is in use: these runs bear out neither it nor another value".to_owned()
+            }
             Remedy::Ambiguous(others) => format!(
                 "not written: these runs cannot tell it from {}; `explain` names the run that can",
                 others.join(", ")
@@ -166,6 +185,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
             let (what, more) = match remedy {
                 Remedy::Compensated => ("compensated", json!(null)),
                 Remedy::Unsure => ("unsure", json!(null)),
+                Remedy::Stays => ("stays", json!(null)),
                 Remedy::Ambiguous(others) => ("ambiguous", json!(others)),
                 Remedy::Measurement => ("measurement", json!(null)),
                 Remedy::Uncompensated(what) => ("uncompensated", json!(what)),

@@ -318,7 +318,16 @@ impl Teller {
                     note(format_args!("  {} skipped", run.name));
                 }
             }
-            Step::GoesOn(_) => {}
+            Step::Compensated(effects) if !self.quiet => {
+                let effects = effects.join(", ");
+                note(format_args!(
+                    "the robot compensates {effects} already: known in model.toml, not missing"
+                ));
+            }
+            Step::CompensatedAnew(effect) => warn(format_args!(
+                "the robot compensates another {effect} by now than model.toml says; counts are raw, so the runs go together"
+            )),
+            Step::GoesOn(_) | Step::Compensated(_) => {}
         }
     }
 }

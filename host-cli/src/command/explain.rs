@@ -44,7 +44,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
                 runs: campaign.fitted_runs().count(),
                 catalogue: &catalogue,
                 combinations: &combinations,
-                in_model: &in_model,
+                in_model: &model.effects,
             },
         );
     }

@@ -38,7 +38,7 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
                     .model
                     .declare(&custom)
                     .map_err(|error| equation_error(&custom.expression, &error))?;
-                task.model.effects.push(EffectEntry { effect, parameters: Vec::new() });
+                task.model.effects.push(EffectEntry::unfitted(effect));
             }
             for id in &effects {
                 let effect = task.find(id)?;
@@ -47,7 +47,7 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
                         format_args!("`beeline model fit {}` fits it again", campaign.display()),
                     ));
                 }
-                task.model.effects.push(EffectEntry { effect, parameters: Vec::new() });
+                task.model.effects.push(EffectEntry::unfitted(effect));
             }
             task.change(common)
         }
@@ -163,6 +163,7 @@ impl Task {
         let after = fitted(&self.model.chosen())?;
         for (entry, fitted) in self.model.effects.iter_mut().zip(&after.effects) {
             entry.parameters.clone_from(&fitted.parameters);
+            entry.in_use = false;
         }
         self.model.fit = Some(FitEntry {
             runs: self.campaign.fitted_runs().count(),
@@ -325,6 +326,9 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let facts = it.effect.facts();
         say(format_args!("{}  {}", paint(BOLD, facts.id), facts.name));
         say(format_args!("    {}", paint(DIM, facts.equation)));
+        if it.in_use {
+            say("    in use on the robot when these runs were recorded");
+        }
         if it.parameters.is_empty() {
             say("    not fitted yet: `beeline model fit CAMPAIGN`");
         }

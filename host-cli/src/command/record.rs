@@ -9,6 +9,7 @@ use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::limits;
+use crate::model::in_use;
 use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
@@ -31,8 +32,9 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         // The robot's own clock begins anew at every power-on. In the simulator each run is a new robot, and
         // the same seed gives the same bytes.
-        let last = Campaign::read_if_any(&args.campaign)?
-            .and_then(|campaign| LastRun::of(&args.campaign, &campaign));
+        let there = Campaign::read_if_any(&args.campaign)?;
+        in_use::keep(&args.campaign, writer.robot(), &config, there.is_some())?;
+        let last = there.and_then(|campaign| LastRun::of(&args.campaign, &campaign));
         let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
         let started_s = lab.is_none().then_some((now_s * 1e3).round() / 1e3);
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));

@@ -1,8 +1,8 @@
 //! `beeline report`
 
-use robot_model::compare::Comparer;
+use robot_model::compare::{Assumed, Comparer};
 use robot_model::effect::{CATALOGUE, Effect};
-use robot_model::explain::explain_by;
+use robot_model::explain::explain_beyond;
 use serde_json::json;
 
 use super::compare::{read, warn_if_lone};
@@ -27,8 +27,9 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let asked: Vec<&dyn Effect> = catalogue.iter().map(|it| *it as _).collect();
-    // The whole story, from the nominal robot on, whatever the model has already.
-    let answer = explain_by(&campaign, &asked).map_err(Error::new)?;
+    // The whole story, from the robot on that was recorded, whatever the model has been given since.
+    let in_use: Vec<&str> = model.in_use().iter().map(|it| it.id()).collect();
+    let answer = explain_beyond(&campaign, &asked, &in_use).map_err(Error::new)?;
     let comparer = Comparer::new(&campaign, &catalogue[CATALOGUE.len()..]).map_err(Error::new)?;
     let found = assumed(&answer.steps, |id| model.find(id));
     let combinations: Vec<_> = found.iter().map(|it| comparer.combination(it)).collect();
@@ -41,9 +42,11 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         combinations: &combinations,
         in_model: &[],
     };
-    let comparisons = [comparer.compare(&[]), comparer.compare(&found)];
-    let paths = [comparer.paths(&[]), comparer.paths(&found)];
-    let curves = [comparer.curves(&[]), comparer.curves(&found)];
+    let before = assumed(&answer.known, |id| model.find(id));
+    let after: Vec<Assumed> = before.iter().chain(&found).cloned().collect();
+    let comparisons = [comparer.compare(&before), comparer.compare(&after)];
+    let paths = [comparer.paths(&before), comparer.paths(&after)];
+    let curves = [comparer.curves(&before), comparer.curves(&after)];
     let report = CampaignReport {
         subject: &subject,
         answer: &answer,

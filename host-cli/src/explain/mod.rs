@@ -1,12 +1,13 @@
 //! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
-use robot_model::answer::{Answer, Aside, Errors, StepFound};
+use robot_model::answer::{Answer, Aside, Errors, ParameterFound, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
 
 use crate::compare::LINE;
-use crate::quantity::{friendly, friendly_interval, probability};
+use crate::model::EffectEntry;
+use crate::quantity::{friendly, friendly_exact, friendly_interval, probability};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
@@ -43,7 +44,7 @@ pub struct Subject<'a> {
     /// All effects that were asked about.
     pub catalogue: &'a [&'static dyn Effect],
     /// The effects that the user's model has already.
-    pub in_model: &'a [&'a str],
+    pub in_model: &'a [EffectEntry],
     /// What each step comes to in one plain number, where one says it.
     pub combinations: &'a [Option<String>],
 }
@@ -221,20 +222,48 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
     say("");
     say(paint(BOLD, "In the model already"));
     let mut table = Table::new("ll");
-    for id in subject.in_model {
+    for entry in subject.in_model {
+        let id = entry.id();
         let holds = |it: &&StepFound| it.class.iter().any(|other| other == id);
         let words = match answer.known.iter().find(holds) {
-            Some(it) if it.effect == *id => format!("stands (p = {})", probability(it.p_value)),
+            Some(it) if it.effect == id => stands(entry, it),
             Some(it) => format!("stands, in a class with {}", it.effect),
             None => {
-                let rejected = answer.rejected.iter().find(|it| it.effect == *id);
+                let rejected = answer.rejected.iter().find(|it| it.effect == id);
                 let why = rejected.map_or("", |it| it.reason.as_str());
                 format!("these runs do not bear it out: {why}")
             }
         };
-        table.row([(*id).into(), Cell::styled(DIM, words)]);
+        table.row([id.into(), Cell::styled(DIM, words)]);
     }
     table.say(2);
+}
+
+/// An effect of the model that these runs bear out: whether at the value that the model has.
+fn stands(entry: &EffectEntry, found: &StepFound) -> String {
+    let stands = format!("stands (p = {})", probability(found.p_value));
+    // Both are known to some 95 %; what is in use, exactly.
+    let half = |it: &ParameterFound| (it.high95 - it.low95) / 2.0;
+    let pairs = entry.parameters.iter().filter_map(|was| {
+        let now = found.parameters.iter().find(|now| now.name == was.name)?;
+        let off = (now.value - was.value).abs() > half(was).hypot(half(now));
+        let value = friendly(now.value, now.sigma, &now.unit);
+        Some((friendly_exact(was.value, now.sigma, &now.unit), value, off))
+    });
+    let pairs: Vec<(String, String, bool)> = pairs.collect();
+    let worst = pairs.iter().find(|it| it.2).or(pairs.first());
+    match worst {
+        Some((was, now, true)) if entry.in_use => format!(
+            "{stands}, but not at {was}, which is in use: these runs say {now}; `beeline apply` writes it"
+        ),
+        Some((was, now, true)) => format!(
+            "{stands}, but not at {was}: these runs say {now}; `beeline model fit` fits it anew"
+        ),
+        Some((was, now, false)) if entry.in_use => {
+            format!("{stands}, compensated: {was} is in use, these runs say {now}")
+        }
+        _ => stands,
+    }
 }
 
 fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &Subject<'_>) {

@@ -14,8 +14,10 @@
 //! ```
 //!
 //! A `[[custom]]` declares an effect, so that `explain` asks about it too; only an `[[effect]]` of its id
-//! puts it into the model.
+//! puts it into the model. `in_use = true` marks one that the robot compensated when its runs were recorded,
+//! at the value in its configuration ([`in_use`]).
 
+pub mod in_use;
 mod read;
 mod sense;
 #[cfg(test)]
@@ -50,6 +52,20 @@ pub struct EffectEntry {
     pub effect: &'static dyn Effect,
     /// Its fitted parameters; empty before a fit.
     pub parameters: Vec<ParameterFound>,
+    /// The values are those that the robot compensated when the runs were recorded; nothing was fitted.
+    pub in_use: bool,
+}
+
+impl EffectEntry {
+    /// One without values yet.
+    pub fn unfitted(effect: &'static dyn Effect) -> Self {
+        Self { effect, parameters: Vec::new(), in_use: false }
+    }
+
+    /// Which.
+    pub fn id(&self) -> &'static str {
+        self.effect.facts().id
+    }
 }
 
 /// What a fit left.
@@ -86,6 +102,11 @@ impl ModelFile {
     /// The effects of the model.
     pub fn chosen(&self) -> Vec<&'static dyn Effect> {
         self.effects.iter().map(|it| it.effect).collect()
+    }
+
+    /// What the robot compensated when the runs were recorded, and nothing was fitted to since.
+    pub fn in_use(&self) -> Vec<&EffectEntry> {
+        self.effects.iter().filter(|it| it.in_use).collect()
     }
 
     /// The model at its fitted values; the id of the first effect that has none as an error.

@@ -29,6 +29,8 @@ struct RawModel {
 struct RawEffect {
     id: Spanned<String>,
     #[serde(default)]
+    in_use: bool,
+    #[serde(default)]
     parameters: BTreeMap<String, Spanned<RawParameter>>,
 }
 
@@ -189,7 +191,7 @@ impl ModelFile {
                     sense::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text))
                 })
                 .collect::<Result<Vec<_>, _>>()?;
-            model.effects.push(EffectEntry { effect, parameters });
+            model.effects.push(EffectEntry { effect, parameters, in_use: entry.in_use });
         }
         let wrong = |wrong: sense::Nonsense| wrong.at(file, text);
         let errors = raw.error.as_ref().map(sense::errors).transpose().map_err(wrong)?;

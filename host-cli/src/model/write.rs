@@ -8,12 +8,24 @@ use robot_model::effect::Effect;
 
 use super::{FitEntry, ModelFile};
 use crate::campaign::{CampaignError, Place};
-use crate::file::write_whole;
+use crate::file::{write_new, write_whole};
+
+const IN_USE: &str = "\
+    # From the robot's configuration when these runs were recorded: known to it, not fitted to them.\n\
+    in_use = true\n";
 
 impl ModelFile {
     /// Writes the model of the robot of this name.
     pub fn write(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
         write_whole(file, self.to_text(robot).as_bytes()).map_err(|error| {
+            let problem = format!("cannot write it ({error})");
+            CampaignError::new(Place::whole(file), problem, "check the path and the disk")
+        })
+    }
+
+    /// Writes it where there is none yet.
+    pub fn write_new(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
+        write_new(file, self.to_text(robot).as_bytes()).map(|_| ()).map_err(|error| {
             let problem = format!("cannot write it ({error})");
             CampaignError::new(Place::whole(file), problem, "check the path and the disk")
         })
@@ -37,6 +49,9 @@ impl ModelFile {
                 quoted(facts.id),
                 facts.equation
             );
+            if entry.in_use {
+                text.push_str(IN_USE);
+            }
             for it in &entry.parameters {
                 let _ = writeln!(
                     text,

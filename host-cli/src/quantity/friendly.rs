@@ -24,6 +24,13 @@ pub fn friendly(value: f64, sigma: f64, unit: &str) -> String {
     format!("{} {name}", plus_minus(value * factor, sigma * factor)).trim_end().to_owned()
 }
 
+/// A value beside another one that is known to this sigma, with as many digits: `0.83 %`.
+pub fn friendly_exact(value: f64, sigma: f64, unit: &str) -> String {
+    let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
+    let decimals = super::decimals(sigma * factor);
+    format!("{:.decimals$} {name}", value * factor).trim_end().to_owned()
+}
+
 /// Both ends of the 95 % interval of such a value: `0.80 to 0.88 %`.
 pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);

@@ -27,7 +27,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     // What was named comes first, then what has most left.
     shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
     let mut html = String::new();
-    legend(&mut html, false);
+    legend(&mut html, super::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
     for curve in shown.into_iter().take(PANELS) {
         let earlier = before.iter().find(|it| it.axis == curve.axis && it.aspect == curve.aspect);

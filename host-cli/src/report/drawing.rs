@@ -44,9 +44,10 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
     if !panels.is_empty() {
         let _ = write!(
             svg,
-            "<text class=\"tick\" x=\"{MARGIN}\" y=\"{}\">grey: measured \u{2003} orange: the nominal robot \u{2003} \
+            "<text class=\"tick\" x=\"{MARGIN}\" y=\"{}\">grey: measured \u{2003} orange: the {before} \u{2003} \
              blue: with what is missing \u{2003} (deviations enlarged as each corner says)</text>",
-            Px(height - 12.0)
+            Px(height - 12.0),
+            before = super::before(report.answer)
         );
     }
     svg.push_str("</svg>\n");

@@ -38,7 +38,7 @@ pub struct CampaignReport<'a> {
     pub subject: &'a Subject<'a>,
     /// What was found.
     pub answer: &'a Answer,
-    /// The nominal robot against the runs, and the model that was found.
+    /// The nominal robot, with what it compensates already, against the runs; and the model that was found.
     pub comparisons: [&'a Comparison; 2],
     /// Their paths.
     pub paths: [&'a [Path]; 2],
@@ -118,7 +118,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         "Where the error comes from",
         "Every run is cut where the regime changes; each dot \
         is the error over all stretches of one kind, in multiples of what noise alone gives. Within the \
-        grey band it is noise. On the right: what is the same in all stretches of a kind for the nominal robot, \
+        grey band it is noise. On the right: what is the same in all stretches of a kind for the robot before, \
         per metre that the rims roll, where it is more than noise.",
     );
     html.push_str(&regimes::draw(report));
@@ -156,7 +156,17 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
         "</h1>\n<p class=\"lead\">{}</p>",
         escape(&headline(answer, report.subject))
     );
+    if !answer.known.is_empty() {
+        let known = answer.known.iter().map(|it| report.subject.name(&it.effect));
+        let names = known.collect::<Vec<_>>().join(", ");
+        let _ = writeln!(html, "<p>Compensated on the robot already: {}.</p>", escape(&names));
+    }
     let _ = writeln!(html, "<p class=\"sub\">{}</p>", escape(&report.comparisons[0].finding));
+}
+
+/// What the effects of the answer are added to, in a legend.
+fn before(answer: &Answer) -> &'static str {
+    if answer.known.is_empty() { "nominal robot" } else { "robot as configured" }
 }
 
 /// The finding in a few words.
@@ -177,12 +187,15 @@ fn section(html: &mut String, title: &str, words: &str) {
 }
 
 /// The names of the three colours.
-fn legend(html: &mut String, measured: bool) {
+fn legend(html: &mut String, before: &str, measured: bool) {
     html.push_str("<p class=\"legend\">");
     if measured {
         html.push_str("<span><i class=\"k\"></i>measured</span>");
     }
-    html.push_str("<span><i class=\"b\"></i>nominal robot</span><span><i class=\"a\"></i>with what is missing</span></p>");
+    let _ = write!(
+        html,
+        "<span><i class=\"b\"></i>{before}</span><span><i class=\"a\"></i>with what is missing</span></p>"
+    );
 }
 
 /// The errors on runs that nothing was fitted to or chosen by.

@@ -18,7 +18,7 @@ const SIZE_MIN_M: f64 = 0.1;
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let mut html = String::new();
-    legend(&mut html, true);
+    legend(&mut html, super::before(report.answer), true);
     html.push_str("<div class=\"grid\">");
     for index in chosen(report.paths[0]) {
         panel(&mut html, &report.paths[0][index], &report.paths[1][index]);

@@ -14,7 +14,7 @@ const X: (f64, f64) = (250.0, 640.0);
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.comparisons.map(|it| &it.regimes);
     let mut html = String::new();
-    legend(&mut html, false);
+    legend(&mut html, super::before(report.answer), false);
     let rows: usize = before.iter().map(|it| it.cells.len()).sum();
     let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
     let cells = before.iter().chain(after).flat_map(|it| &it.cells);
@@ -43,9 +43,10 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let _ = write!(
         html,
         "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\
-         <text class=\"tick\" x=\"690\" y=\"13\">the same everywhere, nominal robot</text>",
+         <text class=\"tick\" x=\"690\" y=\"13\">the same everywhere, {}</text>",
         Px((X.0 + X.1) / 2.0),
-        Px(bottom + 36.0)
+        Px(bottom + 36.0),
+        super::before(report.answer)
     );
     let mut y = 22.0;
     for question in before {

@@ -73,7 +73,7 @@ pub(super) fn drawing(report: &CampaignReport<'_>) -> (f64, String) {
 fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
     let answer = report.answer;
     let mut rows = vec![Row {
-        name: vec!["nominal robot".into()],
+        name: vec![super::before(answer).into()],
         p: String::new(),
         train: answer.baseline.train,
         heldout: answer.baseline.heldout,

@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::file::write_whole;
 use crate::hex::hex;
 use crate::interrupt;
+use crate::model::in_use::{self, Kept};
 use crate::motion::{self, RecordOptions};
 use crate::session::{Session, faulted};
 
@@ -50,6 +51,10 @@ impl Default for RecordSettings {
 /// Where the procedure is; told to whoever looks on.
 #[derive(Debug)]
 pub enum Step<'a> {
+    /// The new campaign's model has these effects: the robot compensates them already.
+    Compensated(&'a [&'static str]),
+    /// The robot compensates this effect by another value than when the campaign was begun.
+    CompensatedAnew(&'static str),
     /// So many runs of the plan are there already.
     GoesOn(usize),
     /// A run begins: its place in the plan, from 1, and how many there are.
@@ -132,6 +137,11 @@ pub async fn record_campaign(
     }
     let writer = CampaignWriter::open(folder, &robot)?;
     let there = Campaign::read_if_any(folder)?;
+    match in_use::keep(folder, writer.robot(), &config, there.is_some())? {
+        Kept::Nothing => {}
+        Kept::Written(ids) => tell(Step::Compensated(&ids)),
+        Kept::Changed(id) => tell(Step::CompensatedAnew(id)),
+    }
     if settings.whole {
         keep_plan(folder, plan, there.is_some())?;
     }

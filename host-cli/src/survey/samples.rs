@@ -5,10 +5,12 @@ use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
 use crate::campaign::{Column, RobotFile, Row};
+use crate::model::in_use;
 
 /// What `robot.toml` says of a robot with this configuration; a simulated camera's noise is known.
 ///
-/// It has one encoder for both wheels, the left one: see [`on_one_encoder`].
+/// It has one encoder for both wheels, the left one: see [`on_one_encoder`]. Its radius is the mean of both
+/// wheels' in use, so that W_T is wheel_radius_ratio alone: see [`crate::model::in_use`].
 pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
     let encoder = config.encoder.left;
     let name = match config.name.as_str() {
@@ -17,7 +19,7 @@ pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
     };
     RobotFile {
         name: name.into(),
-        wheel_radius_m: config.geometry.wheel_radius_m,
+        wheel_radius_m: in_use::mean_radius_m(&config.geometry),
         track_width_m: config.geometry.track_width_m,
         counts_per_rev: encoder.counts_per_rev,
         gear_reduction: encoder.gear_reduction,

@@ -17,7 +17,7 @@ const EFFECTS_MAX: usize = 8;
 const MODELS_MAX: usize = 16;
 /// By chance alone the likelihood asks for an effect in a perfect robot this often; runs held out refuse most of
 /// these, so that fewer than 5 % get one.
-pub(crate) const FALSE_ALARM: f64 = 0.15;
+pub(crate) const FALSE_ALARM: f64 = 0.20;
 /// A first look lets more pass: what does not stand is removed in the end.
 const FIRST_LOOK_P: f64 = 0.03;
 /// Of those that do not stand at first, so many are looked at with the noise that they leave.

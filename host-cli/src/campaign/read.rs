@@ -98,6 +98,7 @@ pub(super) fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, Campaig
 pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
     let required = Column::REQUIRED.map(|column| (column, column.name()));
     let table = Table::read(file, Column::from_name, Column::Time, &required)?;
+    check_positions(file, &table)?;
     let rows = table
         .rows
         .into_iter()
@@ -110,4 +111,27 @@ pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> 
         })
         .collect();
     Ok((rows, table.warnings))
+}
+
+/// Refuses half a position, which would be passed over without a word.
+fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignError> {
+    let half = |line: u64, has: Column, lacks: Column| {
+        let column = table.column(has).unwrap_or_default();
+        let problem = format!("there is {} without {}", has.name(), lacks.name());
+        let hint = "a position has both: fill the other in, or take this one away";
+        CampaignError::new(Place { file: file.into(), line, column }, problem, hint)
+    };
+    for (has, lacks) in [(Column::X, Column::Y), (Column::Y, Column::X)] {
+        if table.column(has).is_some() && table.column(lacks).is_none() {
+            return Err(half(1, has, lacks));
+        }
+        for (line, cells) in &table.rows {
+            let measured =
+                |column| cells.iter().any(|(it, value)| *it == column && value.is_some());
+            if measured(has) && !measured(lacks) {
+                return Err(half(*line, has, lacks));
+            }
+        }
+    }
+    Ok(())
 }

@@ -51,6 +51,7 @@ impl<C: Copy + PartialEq> Table<C> {
             return Err(CampaignError::new(Place::whole(file), problem, header_hint(required)));
         };
         let header = header.map_err(|error| damaged(file, &error))?;
+        check_separator(file, &header)?;
         let mut table = Self::with_header(file, &header, known)?;
         for (column, name) in required {
             if !table.columns.contains(&Some(*column)) {
@@ -78,7 +79,9 @@ impl<C: Copy + PartialEq> Table<C> {
         header: &str,
         known: impl Fn(&str) -> Option<C>,
     ) -> Result<Self, CampaignError> {
-        Self::with_header(file, &header.split(',').map(str::trim).collect(), known)
+        let header = header.split(',').map(str::trim).collect();
+        check_separator(file, &header)?;
+        Self::with_header(file, &header, known)
     }
 
     fn with_header(
@@ -101,6 +104,11 @@ impl<C: Copy + PartialEq> Table<C> {
             table.columns.push(column);
         }
         Ok(table)
+    }
+
+    /// Where a column stands in the header, from 1.
+    pub(crate) fn column(&self, column: C) -> Option<u64> {
+        self.columns.iter().position(|it| *it == Some(column)).map(|index| index as u64 + 1)
     }
 
     fn add(&mut self, file: &Path, record: &StringRecord) -> Result<(), CampaignError> {
@@ -159,6 +167,20 @@ impl<C: Copy + PartialEq> Table<C> {
         }
         Ok(())
     }
+}
+
+/// Refuses what a spreadsheet writes where numbers take a comma: it would be one column with a strange name.
+fn check_separator(file: &Path, header: &StringRecord) -> Result<(), CampaignError> {
+    let [only] = header.iter().collect::<Vec<_>>()[..] else { return Ok(()) };
+    let what = match only {
+        _ if only.contains(';') => "semicolons",
+        _ if only.contains('\t') => "tabs",
+        _ => return Ok(()),
+    };
+    let place = Place { line: 1, ..Place::whole(file) };
+    let problem = format!("its columns are separated by {what}");
+    let hint = "put commas in their place, and a point into each number that has a comma";
+    Err(CampaignError::new(place, problem, hint))
 }
 
 fn header_hint<C>(required: &[(C, &str)]) -> String {

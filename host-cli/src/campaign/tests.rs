@@ -28,6 +28,7 @@ fn row(i: u32) -> Row {
         t_s,
         counts: WheelPair::new(Some(f64::from(i) * 7.0), Some(f64::from(i) * -6.5)),
         x_m: seen.then_some(t_s * 0.1),
+        y_m: seen.then_some(t_s * 0.2),
         heading_rad: seen.then_some(-0.001),
         ..Row::default()
     }
@@ -35,7 +36,7 @@ fn row(i: u32) -> Row {
 
 fn record(folder: &Path, name: &str, facts: RunFacts) -> std::path::PathBuf {
     let writer = CampaignWriter::open(folder, &robot()).unwrap();
-    let mut run = writer.start_run(name, &[Column::X, Column::Heading]).unwrap();
+    let mut run = writer.start_run(name, &[Column::X, Column::Y, Column::Heading]).unwrap();
     (0..10).for_each(|i| run.push(&row(i)).unwrap());
     run.finish(facts).unwrap()
 }
@@ -84,8 +85,8 @@ fn the_same_run_gives_the_same_bytes() {
     assert_eq!(bytes[0], bytes[1]);
     let text = String::from_utf8(bytes[0].0.clone()).unwrap();
     assert!(text.starts_with(
-        "t_s,left_counts,right_counts,x_m,heading_rad\n\
-         0.000000,0,0,0.0000000,-0.0010000\n0.020000,7,-6.5,,\n"
+        "t_s,left_counts,right_counts,x_m,y_m,heading_rad\n\
+         0.000000,0,0,0.0000000,0.0000000,-0.0010000\n0.020000,7,-6.5,,,\n"
     ));
 }
 
@@ -246,6 +247,12 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (error(TOML, Some(&CSV.replace("1,5", ",5"))), "line 3, column 1: the time is missing"),
         (error(TOML, Some(&CSV.replace("5,5", "5"))), "line 3: 2 cells, but the header has 3"),
         (error(TOML, Some("t_s,left_counts,right_counts\n0,0,0\n")), "a run needs at least two rows, this one has 1"),
+        (error(TOML, Some(&CSV.replace(',', ";"))), "01_a.csv, line 1: its columns are separated by semicolons; put commas"),
+        (error(TOML, Some("t_s;left_counts;right_counts\n0,5;0;0\n1,5;5;5\n")), "01_a.csv, line 1: its columns are separated by semicolons; put commas in their place, and a point into each number"),
+        (error(TOML, Some(&CSV.replace(',', "\t"))), "01_a.csv, line 1: its columns are separated by tabs; put commas"),
+        (error(TOML, Some("t_s,left_counts,right_counts,x_m\n0,0,0,0\n1,5,5,0\n")), "01_a.csv, line 1, column 4: there is x_m without y_m; a position"),
+        (error(TOML, Some("t_s,y_m,left_counts,right_counts\n0,0,0,0\n1,0,5,5\n")), "01_a.csv, line 1, column 2: there is y_m without x_m; a position"),
+        (error(TOML, Some("t_s,left_counts,right_counts,x_m,y_m\n0,0,0,0,0\n1,5,5,,0\n")), "01_a.csv, line 3, column 5: there is y_m without x_m; a position"),
         (error(TOML, Some("t_s,t_s,left_counts,right_counts\n")), "line 1, column 2: the column `t_s` is there twice"),
     ];
     for (error, expected) in cases {

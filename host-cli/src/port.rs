@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use sim_target::{Lab, Options, Scenario, SimTarget};
 
+use crate::campaign::Simulated;
 use crate::error::{Error, Result};
 use crate::file::{check_writable, is_special, target};
 use crate::link::{Clock, ThreadedWire, Wire};
@@ -116,6 +117,17 @@ pub struct SimOptions {
 }
 
 impl SimOptions {
+    /// What a campaign keeps of a simulated robot; nothing of a real one.
+    pub fn kept(&self, port: &Port) -> Option<Simulated> {
+        let Port::Sim(scenario) = port else { return None };
+        let named = |path: &PathBuf| {
+            // What another machine has elsewhere, or not at all, is left out.
+            let file = if path.is_absolute() { path.file_name()?.as_ref() } else { path.as_path() };
+            Some(file.to_string_lossy().into_owned())
+        };
+        Some(Simulated { scenario: scenario.as_ref().and_then(named), seed: self.seed })
+    }
+
     /// The scenario of a port, with the seed that replaces its own.
     pub fn scenario(&self, port: &Port) -> Result<Scenario> {
         let scenario = port.scenario()?;
@@ -263,6 +275,17 @@ mod tests {
     use std::net::{Ipv4Addr, TcpListener};
 
     use super::*;
+
+    #[test]
+    fn a_campaign_keeps_which_robot_was_simulated_and_no_folder_of_a_machine() {
+        let kept =
+            |port: &str| SimOptions { seed: Some(7), flash: None }.kept(&port.parse().unwrap());
+        let named = |port: &str| kept(port).unwrap().scenario;
+        assert_eq!(kept("sim"), Some(Simulated { scenario: None, seed: Some(7) }));
+        assert_eq!(named("sim:robots/wide.toml").as_deref(), Some("robots/wide.toml"));
+        assert_eq!(named("sim:/robots/wide.toml").as_deref(), Some("wide.toml"));
+        assert_eq!(kept("/dev/ttyACM0"), None);
+    }
 
     #[test]
     fn a_host_that_answers_on_its_second_address_is_reached() {

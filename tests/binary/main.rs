@@ -19,4 +19,5 @@ mod outcome;
 mod question;
 mod real_time;
 mod served;
+mod tape;
 mod walkthrough;

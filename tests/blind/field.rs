@@ -7,7 +7,7 @@ use host_cli::link::{Clock, Wire};
 use host_cli::session::Session;
 use host_cli::survey::samples::{columns, robot_file};
 use host_cli::survey::witness::Go;
-use host_cli::survey::{Plan, PlanSettings, Witness, record_run};
+use host_cli::survey::{Plan, PlanSettings, Ran, Witness, record_run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::WheelPair;
@@ -109,7 +109,7 @@ pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campai
                 if witness.place(&mut session, run).await? == Go::Skip {
                     continue;
                 }
-                let recorded = record_run(
+                let ran = record_run(
                     &mut session,
                     &mut witness,
                     &config,
@@ -119,6 +119,7 @@ pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campai
                     &mut |_| (),
                 )
                 .await?;
+                let Ran::Recorded(recorded) = ran else { continue };
                 let name = format!("{:02}_{}", index + 1, run.name);
                 let facts = RunFacts {
                     name: name.clone(),

@@ -19,6 +19,7 @@ pub mod umbmark;
 
 pub use checks::Checks;
 pub use measure::{Instrument, Measurement, Way};
+pub(crate) use reading::join_units;
 pub(crate) use track_file::{check_header, track_so_far, whole_lines};
 
 use std::path::PathBuf;

@@ -19,7 +19,7 @@ pub(super) fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Dev
 }
 
 /// `2.5 cm 1mm` is two lengths, not three.
-pub(super) fn join_units(text: &str) -> Vec<String> {
+pub(crate) fn join_units(text: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
         match parts.last_mut() {

@@ -103,6 +103,17 @@ pub enum Warning {
         /// The fastest that a wheel turns by it \[rad/s\].
         rate_rad_s: f64,
     },
+    /// Runs were measured by something else than `robot.toml` says.
+    OtherNoise {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// The key.
+        name: &'static str,
+        /// What it says.
+        there: f64,
+        /// What was measured with.
+        here: f64,
+    },
     /// Runs of which nobody said when they began.
     NoStart {
         /// The campaign's `robot.toml`.
@@ -126,6 +137,13 @@ impl fmt::Display for Warning {
                     f,
                     "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
                      degrees in a second; give seconds"
+                )
+            }
+            Self::OtherNoise { place, name, there, here } => {
+                write!(
+                    f,
+                    "{place}: {name} = {there} is not how well this run was measured ({here}); a campaign \
+                     has one noise: use a folder of its own for each way of measuring"
                 )
             }
             Self::NoStart { place, runs, of } => {

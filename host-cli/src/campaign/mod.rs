@@ -19,6 +19,6 @@ mod write;
 
 pub use error::{CampaignError, Place, Warning};
 pub use read::{Campaign, Run, read_run};
-pub use robot_toml::{RobotFile, RunFacts};
+pub use robot_toml::{RobotFile, RunFacts, Simulated};
 pub use row::{Column, Row};
 pub use write::{CampaignWriter, RunWriter};

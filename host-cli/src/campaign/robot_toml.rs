@@ -35,9 +35,24 @@ pub struct RobotFile {
     /// The board's unique number, in hexadecimal: two robots may have the same nominal values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uid: Option<String>,
+    /// How to simulate it again, if it is a simulated one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<Simulated>,
     /// Facts about single runs.
     #[serde(rename = "run", default, skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<RunFacts>,
+}
+
+/// Which simulated robot it was. Where a real one is reached is a matter of the machine, and not kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// The scenario's file as the user wrote it, without the folders of one machine; none for the built-in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    /// The seed that replaced the scenario's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
 }
 
 /// Facts about one run.

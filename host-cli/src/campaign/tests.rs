@@ -17,6 +17,7 @@ fn robot() -> RobotFile {
         heading_sigma_rad: None,
         supply_v: Some(12.0),
         uid: None,
+        simulated: None,
         runs: Vec::new(),
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::read::run_files;
-use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts};
+use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning};
 use crate::file::{WriteError, check_writable, write_new, write_whole};
 
 /// A campaign folder to add runs to.
@@ -48,6 +48,43 @@ impl CampaignWriter {
     /// What is nominal in this folder.
     pub fn robot(&self) -> &RobotFile {
         &self.robot
+    }
+
+    /// Says in `robot.toml` how well poses are measured, one sigma \[m, rad\], where it does not yet.
+    ///
+    /// Warns where it says something that is far from it: that stays.
+    pub fn keep_sigmas(
+        &self,
+        position_m: f64,
+        heading_rad: f64,
+    ) -> Result<Vec<Warning>, CampaignError> {
+        /// A noise is seldom known better.
+        const FAR: f64 = 1.5;
+        let toml = self.folder.join("robot.toml");
+        let robot = RobotFile::read(&toml)?;
+        let mut warnings = Vec::new();
+        let mut lines = String::new();
+        for (name, there, here) in [
+            ("position_sigma_m", robot.position_sigma_m, position_m),
+            ("heading_sigma_rad", robot.heading_sigma_rad, heading_rad),
+        ] {
+            match there {
+                None => lines += &format!("{name} = {here}\n"),
+                Some(there) if there > FAR * here || here > FAR * there => {
+                    let place = Place::whole(&toml);
+                    warnings.push(Warning::OtherNoise { place, name, there, here });
+                }
+                Some(_) => {}
+            }
+        }
+        if !lines.is_empty() {
+            let text = fs::read_to_string(&toml)
+                .map_err(|error| CampaignError::io(&toml, "read it", error))?;
+            let text = before_sections(&text, &lines);
+            RobotFile::parse(&toml, &text)?;
+            write_whole(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+        }
+        Ok(warnings)
     }
 
     /// Starts a run. `name` is put behind the next free number: `07_name`.
@@ -172,6 +209,21 @@ fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
     }
     let text = with_facts(toml, &facts)?;
     write_whole(toml, text.as_bytes()).map_err(|error| unwritten(toml, error))
+}
+
+/// A TOML file with these lines at the end of its first part, before the first section: whatever people
+/// wrote there stays as it is.
+fn before_sections(text: &str, lines: &str) -> String {
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        if line.trim_start().starts_with('[') {
+            break;
+        }
+        at += line.len();
+    }
+    // Behind the last line that is not blank.
+    let head = text[..at].trim_end();
+    format!("{head}\n{lines}{}", &text[head.len()..].strip_prefix('\n').unwrap_or_default())
 }
 
 /// What a `robot.toml` says with these facts at its end; refused if no reader would take it.

@@ -23,7 +23,8 @@ Examples:
     #[command(after_help = "\
 How the robot is measured (--measure):
   camera      the simulator's overhead camera (default on the simulator)
-  ask         after each run you name its track file, or have none (default elsewhere)
+  ask         before each run where it stands, unless at its mark; after it what a tape reads (1.795m -12mm 3deg),
+              or its track's file, or nothing; repeat, skip (default elsewhere)
   track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
   none        nobody: poses are added to the files later
 
@@ -110,10 +111,10 @@ pub struct CampaignRecordArgs {
     /// A CSV (t_s,gyro_z_rad_s) that a yaw rate sensor's logger appends to, by any clock.
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
-    /// Noise of the measured track's positions, one sigma; if not given, it is found in the data.
+    /// Noise of the measured positions, one sigma; if not given, 2 mm for a tape, else it is found in the data.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub position_sigma: Option<Length>,
-    /// Noise of the measured track's headings, one sigma; if not given, it is found in the data.
+    /// Noise of the measured headings, one sigma; if not given, 10 mrad for a tape, else it is found in the data.
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Option<Angle>,
     /// Samples per second.

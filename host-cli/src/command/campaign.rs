@@ -14,8 +14,8 @@ use crate::port::with_robot;
 use crate::survey::extra::{Extra, fastest_mps, runs_of};
 use crate::survey::record::plan_path;
 use crate::survey::{
-    Floor, GyroLog, Plan, PlanSettings, PlannedRun, RecordSettings, Step, Summary, Witness,
-    record_campaign,
+    Floor, GyroLog, Person, Plan, PlanSettings, PlannedRun, RecordSettings, Sigma, Step, Summary,
+    Witness, record_campaign,
 };
 use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, warn};
 
@@ -187,6 +187,8 @@ fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
         let config = session.read_config().await?;
         let mut witness = witness(args, lab)?;
         let (plan, settings) = what_to_record(args, &config, folder)?;
+        let simulated = common.sim().kept(&common.port);
+        let settings = RecordSettings { simulated, ..settings };
         let mut teller = Teller { quiet: common.json, progress: None };
         record_campaign(session, &mut witness, &plan, folder, &settings, &mut |step| {
             teller.tell(step);
@@ -274,7 +276,13 @@ fn pose_witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> 
             Err(Error::new("a ruler at the end of a run is too little for a campaign")
                 .hint("--measure camera, track:FILE, ask or none"))
         }
-        (Measure::Ask, _) => Ok(Witness::Person { confirm }),
+        (Measure::Ask, lab) => {
+            let sigma = Sigma {
+                position_m: args.position_sigma.map_or(Sigma::TAPE.position_m, |it| it.m),
+                heading_rad: args.heading_sigma.map_or(Sigma::TAPE.heading_rad, |it| it.rad),
+            };
+            Ok(Witness::Person(Person::new(confirm, sigma, lab)))
+        }
         (Measure::Nobody, _) => Ok(Witness::Nobody { confirm }),
         (Measure::Track(path), _) => Ok(Witness::TrackFile { path, confirm, seen: 0 }),
     }
@@ -318,6 +326,7 @@ impl Teller {
                     note(format_args!("  {} skipped", run.name));
                 }
             }
+            Step::Warning(warning) => warn(warning),
             Step::Compensated(effects) if !self.quiet => {
                 let effects = effects.join(", ");
                 note(format_args!(

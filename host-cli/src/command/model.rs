@@ -12,11 +12,10 @@ use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ModelCommand};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
-use crate::explain::text;
+use crate::explain::{parameters, text};
 use crate::model::{
     EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
 };
-use crate::quantity::{friendly, friendly_interval};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say};
 
@@ -236,30 +235,12 @@ fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
     for it in &model.effects {
         let mark = if new(it.effect) { "+ " } else { "  " };
         say(format_args!("{mark}{}", paint(BOLD, it.effect)));
-        parameters(&it.parameters);
+        parameters(&it.parameters, 4);
         let style = if it.verdict.better() { GOOD } else { BAD };
         for line in wrapped(&it.verdict.sentence(), LINE - 4) {
             say(format_args!("    {}", paint(style, line)));
         }
     }
-}
-
-fn parameters(parameters: &[robot_model::answer::ParameterFound]) {
-    let mut table = Table::new("lll");
-    for it in parameters {
-        table.row([
-            Cell::styled(DIM, &it.name),
-            friendly(it.value, it.sigma, &it.unit).into(),
-            Cell::styled(
-                DIM,
-                format!(
-                    "95 %: {}",
-                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
-                ),
-            ),
-        ]);
-    }
-    table.say(4);
 }
 
 fn errors_json(it: &Errors) -> serde_json::Value {
@@ -332,7 +313,7 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         if it.parameters.is_empty() {
             say("    not fitted yet: `beeline model fit CAMPAIGN`");
         }
-        parameters(&it.parameters);
+        parameters(&it.parameters, 4);
     }
     let unused = model
         .customs

@@ -29,6 +29,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         if lab.is_none() {
             robot.uid = Some(hex(&session.identify().await?.uid));
         }
+        robot.simulated = common.sim().kept(&common.port);
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         // The robot's own clock begins anew at every power-on. In the simulator each run is a new robot, and
         // the same seed gives the same bytes.

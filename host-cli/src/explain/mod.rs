@@ -1,15 +1,20 @@
 //! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
+mod next;
+
 use robot_model::answer::{Answer, Aside, Errors, ParameterFound, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
 
 use crate::compare::LINE;
 use crate::model::EffectEntry;
-use crate::quantity::{friendly, friendly_exact, friendly_interval, probability};
+use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+
+pub(crate) use self::next::{gyro_words, no_next_run};
+pub use self::next::{next_run_command, reached};
 
 /// Width of the longest bar.
 const BAR: usize = 24;
@@ -37,8 +42,8 @@ pub struct Subject<'a> {
     pub robot: &'a str,
     /// The folder, as the user wrote it.
     pub campaign: &'a str,
-    /// The port for the next run, as the user would write it.
-    pub port: &'a str,
+    /// The options that reach the robot for the next run, as the user would write them.
+    pub reached: &'a str,
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All effects that were asked about.
@@ -241,7 +246,7 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
 
 /// An effect of the model that these runs bear out: whether at the value that the model has.
 fn stands(entry: &EffectEntry, found: &StepFound) -> String {
-    let stands = format!("stands (p = {})", probability(found.p_value));
+    let stands = format!("stands ({})", p_value(found.p_value));
     // Both are known to some 95 %; what is in use, exactly.
     let half = |it: &ParameterFound| (it.high95 - it.low95) / 2.0;
     let pairs = entry.parameters.iter().filter_map(|was| {
@@ -276,21 +281,7 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
     if let Some(facts) = facts {
         say(format_args!("   {}", paint(DIM, facts.equation)));
     }
-    let mut table = Table::new("lll");
-    for it in &step.parameters {
-        table.row([
-            Cell::styled(DIM, &it.name),
-            friendly(it.value, it.sigma, &it.unit).into(),
-            Cell::styled(
-                DIM,
-                format!(
-                    "95 %: {}",
-                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
-                ),
-            ),
-        ]);
-    }
-    table.say(3);
+    parameters(&step.parameters, 3);
     put(&format!("Why: {}.", step.why.trim_end_matches('.')));
     if step.class.len() > 1 {
         let common = combination
@@ -307,6 +298,25 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
     }
 }
 
+/// Prints values with their 95 % intervals, a line each.
+pub fn parameters(parameters: &[ParameterFound], indent: usize) {
+    let mut table = Table::new("lll");
+    for it in parameters {
+        table.row([
+            Cell::styled(DIM, &it.name),
+            friendly(it.value, it.sigma, &it.unit).into(),
+            Cell::styled(
+                DIM,
+                format!(
+                    "95 %: {}",
+                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
+                ),
+            ),
+        ]);
+    }
+    table.say(indent);
+}
+
 fn unexplained(answer: &Answer) {
     let it = &answer.unexplained;
     if it.structure {
@@ -318,14 +328,14 @@ fn unexplained(answer: &Answer) {
             ),
         ));
         say(format_args!(
-            "   by chance as much with p = {}; `beeline report` shows its shape",
-            probability(it.p_value)
+            "   by chance as much with {}; `beeline report` shows its shape",
+            p_value(it.p_value)
         ));
     } else {
         say(format_args!(
-            "{}: what is left depends on nothing that was asked about (p = {})",
+            "{}: what is left depends on nothing that was asked about ({})",
             paint(BOLD, "Nothing else"),
-            probability(it.p_value)
+            p_value(it.p_value)
         ));
     }
 }
@@ -336,43 +346,12 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
             say(paint(BOLD, format_args!("Next: record {}", next.kind)));
             let words = format!("It tells {} apart: {}.", next.separates.join(", "), next.why);
             wrapped(&words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
-            say(format_args!("   {}", next_run_command(&next.kind, subject)));
+            let gyro = gyro_words(next).unwrap_or_default();
+            wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
+            say(format_args!("   {}", next_run_command(next, subject)));
         }
         None => wrapped(&no_next_run(answer), LINE).iter().for_each(say),
     }
-}
-
-/// What is to be said where no run is suggested.
-pub(crate) fn no_next_run(answer: &Answer) -> String {
-    let open = answer.steps.iter().filter(|it| it.class.len() > 1);
-    let open: Vec<String> = open
-        .map(|it| {
-            let others = it.class.iter().filter(|id| **id != it.effect).cloned();
-            format!("{} from {}", it.effect, others.collect::<Vec<_>>().join(", "))
-        })
-        .collect();
-    if open.is_empty() {
-        return "No further run is needed to tell effects apart.".into();
-    }
-    format!("No run that is known here would tell {}.", open.join("; nor "))
-}
-
-/// The command line that records the next run.
-pub fn next_run_command(kind: &str, subject: &Subject<'_>) -> String {
-    let quoted = |text: &str| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:@".contains(c);
-        if !text.is_empty() && text.chars().all(plain) {
-            text.to_owned()
-        } else {
-            format!("\"{text}\"")
-        }
-    };
-    format!(
-        "beeline campaign record {} --run {} --port {}",
-        quoted(subject.campaign),
-        quoted(kind),
-        quoted(subject.port)
-    )
 }
 
 #[cfg(test)]
@@ -416,7 +395,7 @@ mod tests {
         let subject = Subject {
             robot: "r",
             campaign: "r",
-            port: "sim",
+            reached: "--port sim",
             runs,
             catalogue: &[],
             combinations: &[],

@@ -48,6 +48,14 @@ pub fn probability(p: f64) -> String {
     }
 }
 
+/// A probability with its name: `p = 0.03`, `p < 1e-99`.
+pub fn p_value(p: f64) -> String {
+    match probability(p).strip_prefix("< ") {
+        Some(less) => format!("p < {less}"),
+        None => format!("p = {}", probability(p)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,5 +74,6 @@ mod tests {
         assert_eq!(probability(0.031), "0.03");
         assert_eq!(probability(2.4e-7), "2e-7");
         assert_eq!(probability(0.0), "< 1e-99");
+        assert_eq!((p_value(0.0), p_value(0.031)), ("p < 1e-99".into(), "p = 0.03".into()));
     }
 }

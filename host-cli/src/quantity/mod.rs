@@ -13,7 +13,9 @@ mod units;
 use std::f64::consts::TAU;
 
 pub use error::QuantityError;
-pub use friendly::{friendly, friendly_exact, friendly_interval, probability, scaled_unit};
+pub use friendly::{
+    friendly, friendly_exact, friendly_interval, p_value, probability, scaled_unit,
+};
 pub use print::{LengthUnit, decimals, plus_minus};
 
 /// A length \[m\].

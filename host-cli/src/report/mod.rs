@@ -25,7 +25,9 @@ use std::fmt::Write;
 use robot_model::answer::Answer;
 use robot_model::compare::{Comparison, Curve, Path};
 
-use crate::explain::{Subject, headline, next_run_command, no_next_run, text, where_aside};
+use crate::explain::{
+    Subject, gyro_words, headline, next_run_command, no_next_run, text, where_aside,
+};
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
@@ -213,16 +215,16 @@ fn aside(html: &mut String, report: &CampaignReport<'_>) {
 
 fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     let it = &report.answer.unexplained;
-    let p = crate::quantity::probability(it.p_value);
+    let p = escape(&crate::quantity::p_value(it.p_value));
     let words = if it.structure {
         format!(
-            "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with p = {p}). \
+            "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with {p}). \
              An effect that explains it must have this shape.",
             escape(&it.depends_on_text())
         )
     } else {
         format!(
-            "What is left depends on nothing that was asked about (p = {p}): these curves should lie on zero within their bars."
+            "What is left depends on nothing that was asked about ({p}): these curves should lie on zero within their bars."
         )
     };
     section(html, if it.structure { "Still unexplained" } else { "What is left" }, "");
@@ -241,11 +243,12 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
         Some(next) => {
             let _ = writeln!(
                 html,
-                "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}.</p><code>{}</code></div>",
+                "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}. {}</p><code>{}</code></div>",
                 escape(&next.kind),
                 escape(&next.separates.join(", ")),
                 escape(&next.why),
-                escape(&next_run_command(&next.kind, report.subject))
+                escape(gyro_words(next).unwrap_or_default()),
+                escape(&next_run_command(next, report.subject))
             );
         }
         None => {

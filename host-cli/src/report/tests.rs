@@ -88,7 +88,7 @@ fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> 
     let subject = Subject {
         robot,
         campaign: "my robot",
-        port: "sim",
+        reached: "--port sim",
         runs: 3,
         catalogue: &CATALOGUE,
         combinations: &[Some("2.0 mm to the left per metre".into())],

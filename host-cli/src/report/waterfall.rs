@@ -6,7 +6,7 @@ use robot_model::answer::Errors;
 
 use super::CampaignReport;
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
-use crate::quantity::probability;
+use crate::quantity::p_value;
 use crate::table::wrapped;
 
 /// Width of the drawing, and where the columns of bars begin and end.
@@ -86,11 +86,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
             name.truncate(LINES);
             name[LINES - 1].push_str(" \u{2026}");
         }
-        let p = probability(step.p_value);
-        let p = match p.strip_prefix("< ") {
-            Some(less) => format!("p &lt; {less}"),
-            None => format!("p = {p}"),
-        };
+        let p = p_value(step.p_value).replace('<', "&lt;");
         let y = rows.last().map_or(TOP, |it| it.y + it.height());
         rows.push(Row { name, p, train: step.train, heldout: step.heldout, y });
     }

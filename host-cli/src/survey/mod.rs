@@ -16,6 +16,7 @@
 //! | [`piece`] | what the wheels do in a piece of a run |
 //! | [`floor`] | how much room a run takes |
 //! | [`witness`] | who measures the robot, and puts it at its mark |
+//! | [`person`] | a person with a tape measure |
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`align`] | a tracker's clock brought to the robot's |
 //! | [`gyro_log`] | a yaw rate sensor's log, its clock brought to the robot's |
@@ -27,6 +28,7 @@ pub mod clock;
 pub mod extra;
 pub mod floor;
 pub mod gyro_log;
+pub mod person;
 pub mod piece;
 pub mod plan;
 pub mod plan_file;
@@ -36,6 +38,7 @@ pub mod witness;
 
 pub use floor::Floor;
 pub use gyro_log::GyroLog;
+pub use person::{Person, Sigma};
 pub use plan::{Plan, PlanSettings, PlannedRun};
-pub use record::{RecordSettings, RecordedRun, Step, Summary, record_campaign, record_run};
+pub use record::{Ran, RecordSettings, RecordedRun, Step, Summary, record_campaign, record_run};
 pub use witness::Witness;

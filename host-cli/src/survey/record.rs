@@ -10,8 +10,10 @@ use super::clock::{CampaignClock, LastRun};
 use super::piece;
 use super::plan::{PAUSE_S, Plan, PlannedRun};
 use super::samples::{columns, on_one_encoder, robot_file, rows};
-use super::witness::{Go, Witness};
-use crate::campaign::{Campaign, CampaignError, CampaignWriter, Place, Row, RunFacts};
+use super::witness::{Go, Seen, Witness};
+use crate::campaign::{
+    Campaign, CampaignError, CampaignWriter, Place, Row, RunFacts, Simulated, Warning,
+};
 use crate::error::{Error, Result};
 use crate::file::write_whole;
 use crate::hex::hex;
@@ -21,7 +23,7 @@ use crate::motion::{self, RecordOptions};
 use crate::session::{Session, faulted};
 
 /// How to record.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RecordSettings {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
@@ -33,6 +35,8 @@ pub struct RecordSettings {
     pub position_sigma_m: Option<f64>,
     /// Noise of the measured headings, where it is known \[rad\].
     pub heading_sigma_rad: Option<f64>,
+    /// Which robot it is, if it is a simulated one.
+    pub simulated: Option<Simulated>,
 }
 
 impl Default for RecordSettings {
@@ -44,6 +48,7 @@ impl Default for RecordSettings {
             later_s: 0.0,
             position_sigma_m: None,
             heading_sigma_rad: None,
+            simulated: None,
         }
     }
 }
@@ -74,6 +79,8 @@ pub enum Step<'a> {
     },
     /// It was left out.
     Skipped(&'a PlannedRun),
+    /// Something that the user should know.
+    Warning(&'a Warning),
 }
 
 /// One run as recorded.
@@ -97,6 +104,17 @@ impl RecordedRun {
     pub fn has_gyro(&self) -> bool {
         self.rows.iter().any(|row| row.gyro_z_rad_s.is_some())
     }
+}
+
+/// What became of one run.
+#[derive(Clone, Debug)]
+pub enum Ran {
+    /// It was recorded.
+    Recorded(RecordedRun),
+    /// It is to be driven again.
+    Repeat,
+    /// It is to be left out.
+    Skip,
 }
 
 /// What came of it.
@@ -131,6 +149,7 @@ pub async fn record_campaign(
     let mut robot = robot_file(&config, lab);
     robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
     robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
+    robot.simulated.clone_from(&settings.simulated);
     // A simulated robot is another one with each seed, and it is the same campaign all the same.
     if !matches!(witness, Witness::Camera { .. }) {
         robot.uid = Some(hex(&session.identify().await?.uid));
@@ -160,18 +179,29 @@ pub async fn record_campaign(
             continue;
         }
         tell(Step::Begins(index + 1, plan.runs.len(), run));
-        if witness.place(session, run).await? == Go::Skip {
+        // Before the robot moves: a folder that cannot be written must not cost a run.
+        drop(writer.start_run(&run.name, &[])?);
+        let ran = loop {
+            if witness.place(session, run).await? == Go::Skip {
+                break Ran::Skip;
+            }
+            let mut progress = |share| tell(Step::Driving(share));
+            let period_ms = settings.period_ms;
+            match record_run(session, witness, &config, plan, run, period_ms, &mut progress).await?
+            {
+                Ran::Repeat => {}
+                other => break other,
+            }
+        };
+        let Ran::Recorded(recorded) = ran else {
             tell(Step::Skipped(run));
             summary.skipped.push(run.name.clone());
             continue;
+        };
+        if let Some(sigma) = witness.sigma() {
+            let other = writer.keep_sigmas(sigma.position_m, sigma.heading_rad)?;
+            other.iter().for_each(|warning| tell(Step::Warning(warning)));
         }
-        // Before the robot moves: a folder that cannot be written must not cost a run.
-        drop(writer.start_run(&run.name, &[])?);
-        let recorded =
-            record_run(session, witness, &config, plan, run, settings.period_ms, &mut |share| {
-                tell(Step::Driving(share));
-            })
-            .await?;
         let poses = recorded.poses();
         let mut file = writer.start_run(&run.name, &columns(poses > 0, recorded.has_gyro()))?;
         recorded.rows.iter().try_for_each(|row| file.push(row))?;
@@ -198,7 +228,7 @@ pub async fn record_run(
     run: &PlannedRun,
     period_ms: u16,
     progress: &mut dyn FnMut(f64),
-) -> Result<RecordedRun> {
+) -> Result<Ran> {
     let dropped_before = session.status().await?.link.telemetry_dropped;
     witness.begin()?;
     let started_us = session.clock().now_us();
@@ -228,7 +258,11 @@ pub async fn record_run(
         done_s += piece_s + 2.0 * PAUSE_S;
     }
     telemetry.sort_by_key(|frame| frame.t_us);
-    let track = witness.track(session, run, config, &telemetry).await?;
+    let track = match witness.track(session, run, config, &telemetry).await? {
+        Seen::Track(track) => track,
+        Seen::Repeat => return Ok(Ran::Repeat),
+        Seen::Skip => return Ok(Ran::Skip),
+    };
     let rows = rows(&telemetry, &track, &witness.gyro(run, config, &telemetry)?);
     if rows.len() < 2 {
         return Err(Error::new("the robot sent no telemetry during the run")
@@ -236,7 +270,7 @@ pub async fn record_run(
     }
     let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
     let rows = rows.iter().map(|row| on_one_encoder(row, config)).collect();
-    Ok(RecordedRun { rows, started_us, dropped })
+    Ok(Ran::Recorded(RecordedRun { rows, started_us, dropped }))
 }
 
 /// Stands still and records.

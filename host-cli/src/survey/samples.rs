@@ -27,6 +27,7 @@ pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
         heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
         supply_v: None,
         uid: None,
+        simulated: None,
         runs: Vec::new(),
     }
 }

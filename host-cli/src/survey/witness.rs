@@ -9,12 +9,12 @@ use sim_target::Lab;
 
 use super::align::{Reckoned, shift_s};
 use super::gyro_log::GyroLog;
+use super::person::{Person, Sigma};
 use super::plan::PlannedRun;
 use super::samples::{camera_track, gyro_readings};
 use crate::calibrate::{check_header, geometry, track_so_far};
 use crate::error::{Error, Result};
 use crate::session::Session;
-use crate::track::read_track;
 use crate::ui;
 
 /// Who measures the robot, and puts it at its marks.
@@ -37,11 +37,8 @@ pub enum Witness {
         /// Samples in the file before the run.
         seen: usize,
     },
-    /// A person who names a track file after each run, or has none.
-    Person {
-        /// Whether to ask before each run.
-        confirm: bool,
-    },
+    /// A person with a tape, or with a track file for each run.
+    Person(Person),
     /// Nobody: poses are added to the files later.
     Nobody {
         /// Whether to ask before each run.
@@ -65,6 +62,17 @@ pub enum Go {
     Skip,
 }
 
+/// What was measured of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seen {
+    /// Poses on the robot's clock; none if nothing was measured.
+    Track(Vec<TrackSample>),
+    /// The run is to be driven again, and this one forgotten.
+    Repeat,
+    /// The run is to be left out.
+    Skip,
+}
+
 /// How long the simulator's person takes to carry the robot to its mark \[s\].
 const CARRY_S: u64 = 10;
 
@@ -78,7 +86,7 @@ impl Witness {
     pub fn sees(&self) -> bool {
         match self {
             Witness::Camera { .. } | Witness::TrackFile { .. } => true,
-            Witness::Person { .. } | Witness::Nobody { .. } => false,
+            Witness::Person(_) | Witness::Nobody { .. } => false,
             Witness::WithGyro { other, .. } => other.sees(),
         }
     }
@@ -95,9 +103,10 @@ impl Witness {
                 });
                 return Ok(Go::Drive);
             }
-            Witness::TrackFile { confirm, .. }
-            | Witness::Person { confirm }
-            | Witness::Nobody { confirm } => *confirm,
+            Witness::TrackFile { confirm, .. } | Witness::Nobody { confirm } => *confirm,
+            Witness::Person(person) => {
+                return person.place(session.clock(), run, &ask_for(run)).await;
+            }
             Witness::WithGyro { other, .. } => return Box::pin(other.place(session, run)).await,
         };
         if !confirm {
@@ -109,9 +118,7 @@ impl Witness {
             match ui::ask(&question, session.clock()).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => return Ok(Go::Drive),
                 "s" | "skip" => return Ok(Go::Skip),
-                "q" | "quit" => {
-                    return Err(Error::interrupted("stopped; the same command goes on from here"));
-                }
+                "q" | "quit" => return Err(stopped()),
                 _ => {}
             }
         }
@@ -128,7 +135,7 @@ impl Witness {
                 check_header(path)?.iter().for_each(ui::warn);
                 *seen = track_so_far(path)?.len();
             }
-            Witness::Person { .. } | Witness::Nobody { .. } => {}
+            Witness::Person(_) | Witness::Nobody { .. } => {}
             Witness::WithGyro { other, log } => {
                 other.begin()?;
                 log.begin()?;
@@ -137,16 +144,16 @@ impl Witness {
         Ok(())
     }
 
-    /// What was measured during the run, on the robot's clock; empty if nothing was.
+    /// What was measured during the run, on the robot's clock.
     pub async fn track(
         &mut self,
         session: &mut Session,
         run: &PlannedRun,
         config: &Config,
         telemetry: &[Telemetry],
-    ) -> Result<Vec<TrackSample>> {
+    ) -> Result<Seen> {
         match self {
-            Witness::Camera { lab, seen, .. } => Ok(camera_track(lab, *seen)),
+            Witness::Camera { lab, seen, .. } => Ok(Seen::Track(camera_track(lab, *seen))),
             Witness::TrackFile { path, seen, .. } => {
                 let samples = track_so_far(path)?.get(*seen..).unwrap_or_default().to_vec();
                 if samples.len() < 10 {
@@ -158,28 +165,25 @@ impl Witness {
                     ))
                     .hint("is the tracking system running, and does it append to this file?"));
                 }
-                on_robot_clock(samples, config, telemetry).ok_or_else(|| no_shift(path))
+                let track = on_robot_clock(samples, &reckoned(config, telemetry));
+                track.map(Seen::Track).ok_or_else(|| no_shift(path))
             }
-            Witness::Person { .. } => loop {
-                let question =
-                    "Its track, a CSV file (t_s,x_m,y_m[,heading_rad]), or Enter for none:";
-                let answer = ui::ask(question, session.clock()).await?;
-                if answer.is_empty() {
-                    return Ok(Vec::new());
-                }
-                let path = Path::new(&answer);
-                match read_track(path) {
-                    Ok((samples, _)) => match on_robot_clock(samples, config, telemetry) {
-                        Some(track) => return Ok(track),
-                        None => ui::warn(no_shift(path)),
-                    },
-                    Err(error) => ui::warn(error),
-                }
-            },
-            Witness::Nobody { .. } => Ok(Vec::new()),
+            Witness::Person(person) => {
+                person.track(session.clock(), &reckoned(config, telemetry)).await
+            }
+            Witness::Nobody { .. } => Ok(Seen::Track(Vec::new())),
             Witness::WithGyro { other, .. } => {
                 Box::pin(other.track(session, run, config, telemetry)).await
             }
+        }
+    }
+
+    /// How well the last run was measured, where the witness alone knows.
+    pub fn sigma(&self) -> Option<Sigma> {
+        match self {
+            Witness::Person(person) => person.sigma(),
+            Witness::WithGyro { other, .. } => other.sigma(),
+            _ => None,
         }
     }
 
@@ -213,19 +217,22 @@ fn ask_for(run: &PlannedRun) -> String {
     format!("{}: put the robot at its mark, {facing}{load}.", run.name)
 }
 
-fn no_shift(path: &Path) -> Error {
+/// The user wants no more for now.
+pub(super) fn stopped() -> Error {
+    Error::interrupted("stopped; the same command goes on from here")
+}
+
+pub(super) fn no_shift(path: &Path) -> Error {
     Error::new(format_args!("{} and the wheels have no motion in common", path.display()))
         .hint("is it the track of this run?")
 }
 
 /// A track by another clock, on the robot's. A track of a robot that stood still is put over the
 /// telemetry as it is: there is no motion to go by, and none is needed.
-fn on_robot_clock(
+pub(super) fn on_robot_clock(
     mut samples: Vec<TrackSample>,
-    config: &Config,
-    telemetry: &[Telemetry],
+    reckoned: &[Reckoned],
 ) -> Option<Vec<TrackSample>> {
-    let reckoned = reckoned(config, telemetry);
     let moved = |poses: &[Reckoned]| {
         poses.iter().any(|it| {
             let (a, b) = (it.pose, poses[0].pose);
@@ -233,8 +240,8 @@ fn on_robot_clock(
                 || (a.heading_rad - b.heading_rad).abs() > 0.05
         })
     };
-    let shift_s = if moved(&reckoned) {
-        shift_s(&samples, &reckoned)?
+    let shift_s = if moved(reckoned) {
+        shift_s(&samples, reckoned)?
     } else {
         reckoned.first()?.t_s - samples.first()?.t_s
     };

@@ -1,0 +1,115 @@
+//! The next run: what to drive, what it takes, and the command that does it.
+
+use robot_model::answer::{Answer, NextRun};
+
+use super::Subject;
+use crate::campaign::RobotFile;
+use crate::port::Port;
+
+/// What is to be said where no run is suggested.
+pub(crate) fn no_next_run(answer: &Answer) -> String {
+    let open = answer.steps.iter().filter(|it| it.class.len() > 1);
+    let open: Vec<String> = open
+        .map(|it| {
+            let others = it.class.iter().filter(|id| **id != it.effect).cloned();
+            format!("{} from {}", it.effect, others.collect::<Vec<_>>().join(", "))
+        })
+        .collect();
+    if open.is_empty() {
+        return "No further run is needed to tell effects apart.".into();
+    }
+    format!("No run that is known here would tell {}.", open.join("; nor "))
+}
+
+/// What a next run takes besides driving it: one that is about the gyro shows nothing without it.
+pub(crate) fn gyro_words(next: &NextRun) -> Option<&'static str> {
+    next.separates.iter().any(|id| id.starts_with("gyro_")).then_some(
+        "The gyro has to be logged in it: --gyro names the CSV (t_s,gyro_z_rad_s) to which its logger \
+         appends; a simulated robot has one if its scenario has a section [gyro].",
+    )
+}
+
+/// A word of a command line.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("\"{text}\"")
+    }
+}
+
+/// The options that reach a campaign's robot: the port in use, unless it is the simulator because none
+/// was given; then the robot that was simulated, or a word in place of a real one's port.
+pub fn reached(port: &Port, robot: &RobotFile) -> String {
+    match (port, &robot.simulated) {
+        (Port::Sim(None), None) => "--port PORT".into(),
+        (Port::Sim(None), Some(it)) => {
+            let scenario = it.scenario.as_deref().map_or_else(String::new, |it| format!(":{it}"));
+            let seed = it.seed.map_or_else(String::new, |seed| format!(" --seed {seed}"));
+            format!("--port {}{seed}", quoted(&format!("sim{scenario}")))
+        }
+        (port, _) => format!("--port {}", quoted(&port.to_string())),
+    }
+}
+
+/// The command line that records the next run.
+pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
+    let simulated = subject.reached.starts_with("--port sim");
+    let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
+    format!(
+        "beeline campaign record {} --run {} {}{gyro}",
+        quoted(subject.campaign),
+        quoted(&next.kind),
+        subject.reached
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_next_run_goes_to_the_robot_that_was_recorded_or_to_the_port_that_was_given() {
+        let text =
+            "name = \"r\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.4\ncounts_per_rev = 900\n";
+        let robot = |more: &str| toml::from_str::<RobotFile>(&format!("{text}{more}")).unwrap();
+        for (port, more, expected) in [
+            ("sim", "", "--port PORT"),
+            ("sim", "[simulated]\n", "--port sim"),
+            ("sim", "[simulated]\nscenario = \"a b.toml\"\n", "--port \"sim:a b.toml\""),
+            ("sim", "[simulated]\nscenario = \"a.toml\"\nseed = 7", "--port sim:a.toml --seed 7"),
+            ("tcp:robot:7700", "[simulated]\n", "--port tcp:robot:7700"),
+        ] {
+            assert_eq!(reached(&port.parse().unwrap(), &robot(more)), expected);
+        }
+    }
+
+    #[test]
+    fn a_next_run_about_the_gyro_asks_for_its_log() {
+        let next = |separates: &[&str]| NextRun {
+            kind: "rest".into(),
+            separates: separates.iter().map(|it| (*it).to_owned()).collect(),
+            why: String::new(),
+        };
+        let subject = |reached| Subject {
+            robot: "r",
+            campaign: "my robot",
+            reached,
+            runs: 3,
+            catalogue: &[],
+            combinations: &[],
+            in_model: &[],
+        };
+        let gyro = next(&["gyro_bias", "gyro_scale"]);
+        let command = next_run_command(&gyro, &subject("--port PORT"));
+        assert_eq!(
+            command,
+            "beeline campaign record \"my robot\" --run rest --port PORT --gyro FILE"
+        );
+        assert!(gyro_words(&gyro).unwrap().contains("[gyro]"));
+        // The simulator has a gyro of its own, and refuses a file.
+        assert!(next_run_command(&gyro, &subject("--port sim")).ends_with("--port sim"));
+        assert!(gyro_words(&next(&["slope", "heading_pull"])).is_none());
+    }
+}

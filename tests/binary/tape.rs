@@ -1,0 +1,213 @@
+//! `beeline campaign record --measure ask`: a person with a tape measure answers.
+
+use std::f64::consts::FRAC_PI_2;
+
+use host_cli::campaign::{Campaign, Row};
+
+use crate::desk::Desk;
+use crate::outcome::Outcome;
+
+/// There and round, away from its mark.
+const PLAN: &str = "\
+acceleration_mps2 = 0.3
+[[run]]
+name = \"ahead\"
+pieces = [{ straight_m = 0.5, speed_mps = 0.2 }]
+[[run]]
+name = \"north\"
+heading_deg = 90
+pieces = [{ straight_m = 0.5, speed_mps = 0.2 }]
+[[run]]
+name = \"spin\"
+pieces = [{ spin_deg = 360, speed_mps = 0.1 }]
+";
+
+const RECORD: [&str; 7] =
+    ["campaign", "record", "robot", "--plan", "plan.toml", "--measure", "ask"];
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("plan.toml", PLAN);
+    desk
+}
+
+fn record(desk: &Desk, answers: &str) -> Outcome {
+    desk.run_with(&RECORD, answers)
+}
+
+fn campaign(desk: &Desk) -> Campaign {
+    Campaign::read(&desk.path("robot")).unwrap()
+}
+
+fn names(desk: &Desk) -> Vec<String> {
+    campaign(desk).runs.into_iter().map(|run| run.name).collect()
+}
+
+/// The rows of a run that have a position.
+fn seen(desk: &Desk, run: usize) -> Vec<Row> {
+    campaign(desk).runs[run].rows.iter().filter(|row| row.x_m.is_some()).copied().collect()
+}
+
+#[test]
+fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() {
+    let desk = desk();
+    let ahead = "1m\n12mm -3mm 1deg\n500 3\n5m 0m\n50.8cm -4mm 2mm\n50.8cm -4mm\ntwo\n2\n2.5deg\n";
+    let outcome = record(&desk, &format!("{ahead}\n0mm 0.497m 91deg\n\n1mm 2mm\n\n")).ok();
+    let warnings: Vec<&str> =
+        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+    for (warning, expected) in warnings.iter().zip([
+        "`1m` is no pose",
+        "no unit",
+        "4.99 m from where it started",
+        "unit",
+        "no number",
+        "no unit",
+    ]) {
+        assert!(warning.contains(expected), "{warning}");
+    }
+    assert_eq!(warnings.len(), 6, "{outcome:#?}");
+    assert_eq!(names(&desk), ["01_ahead", "02_north", "03_spin"]);
+
+    let [start, end] = seen(&desk, 0)[..] else { panic!("{:?}", seen(&desk, 0)) };
+    assert_eq!(
+        (start.x_m, start.y_m, start.heading_rad),
+        (Some(0.012), Some(-0.003), Some(0.0174533))
+    );
+    assert_eq!((end.x_m, end.y_m, end.heading_rad), (Some(0.508), Some(-0.004), Some(0.0436332)));
+    // At rest: at the first sample and the last one.
+    let rows = &campaign(&desk).runs[0].rows;
+    assert_eq!((start.t_s, end.t_s), (rows[0].t_s, rows[rows.len() - 1].t_s));
+    // A run that begins at its mark begins in the mark's heading.
+    let [start, end] = seen(&desk, 1)[..] else { panic!("{:?}", seen(&desk, 1)) };
+    assert_eq!((start.x_m, start.y_m), (Some(0.0), Some(0.0)));
+    assert!((start.heading_rad.unwrap() - FRAC_PI_2).abs() < 1e-7);
+    assert_eq!(end.y_m, Some(0.497));
+    assert_eq!(seen(&desk, 2)[1].heading_rad, None, "it was left out");
+}
+
+#[test]
+fn how_well_a_tape_is_read_is_in_robot_toml_once_it_was_read() {
+    let desk = desk();
+    // A track has its own noise, and nothing was read by the tape.
+    let outcome = record(&desk, "s\ns\ns\n").ok();
+    assert!(outcome.stderr.contains("good to 2 mm and 10 mrad"), "{outcome:#?}");
+    let text = desk.read("robot/robot.toml");
+    assert!(!String::from_utf8(text).unwrap().contains("sigma"));
+    record(&desk, "\n0.5m 0m 0deg\ns\ns\n").ok();
+    let robot = campaign(&desk).robot;
+    assert_eq!((robot.position_sigma_m, robot.heading_sigma_rad), (Some(0.002), Some(0.01)));
+
+    // What was said first stays, and another way of measuring is warned of.
+    let finer = [&RECORD[..], &["--position-sigma", "0.5mm"]].concat();
+    let outcome = desk.run_with(&finer, "\n0m 0.5m 90deg\ns\n").ok();
+    assert!(outcome.stderr.contains("position_sigma_m = 0.002 is not how well"), "{outcome:#?}");
+    assert_eq!(campaign(&desk).robot.position_sigma_m, Some(0.002));
+
+    let desk = self::desk();
+    desk.run_with(&finer, "\n0.5m 0m 0deg\ns\ns\n").ok();
+    let robot = campaign(&desk).robot;
+    assert_eq!((robot.position_sigma_m, robot.heading_sigma_rad), (Some(0.0005), Some(0.01)));
+}
+
+#[test]
+fn when_answers_end_what_is_complete_is_kept_and_the_same_command_goes_on() {
+    // Before the second run, after it, and while its heading is asked for.
+    for rest in ["", "\n", "\n0m 0.5m\n"] {
+        let desk = desk();
+        let message = record(&desk, &format!("\n0.5m 0m 0deg\n{rest}")).refused();
+        assert!(message.contains("nobody is there to answer"), "{rest:?}: {message}");
+        assert!(message.contains("1 run complete and kept"), "{rest:?}: {message}");
+        assert_eq!(names(&desk), ["01_ahead"], "{rest:?}");
+        let kept = desk.read("robot/runs/01_ahead.csv");
+        assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
+
+        let outcome = record(&desk, "\n0m 0.5m 90deg\n\n0m 0m 0deg\n").ok();
+        assert!(outcome.stderr.contains("there already: 1 run of the plan"), "{outcome:#?}");
+        assert_eq!(names(&desk), ["01_ahead", "02_north", "03_spin"]);
+        assert_eq!(desk.read("robot/runs/01_ahead.csv"), kept);
+    }
+    // Said so, after a run: that one is driven again next time.
+    let desk = desk();
+    let outcome = record(&desk, "\n0.5m 0m 0deg\n\nq\n");
+    assert_eq!(outcome.code, Some(130), "{outcome:#?}");
+    assert_eq!(names(&desk), ["01_ahead"]);
+}
+
+#[test]
+fn a_run_is_left_out_or_driven_again_after_it_was_seen_to_go_wrong() {
+    let desk = desk();
+    let outcome = record(&desk, "\nskip\n\nrepeat\n\n0m 0.5m 90deg\ns\n").ok();
+    assert!(outcome.stdout.contains("2 left out: ahead, spin"), "{outcome:#?}");
+    assert_eq!(outcome.stderr.matches("north: put the robot").count(), 2, "{outcome:#?}");
+    assert_eq!(names(&desk), ["01_north"]);
+    assert_eq!(seen(&desk, 0).len(), 2);
+    // What was left out is asked for again.
+    record(&desk, "\n0.5m 0m 0deg\n\n0m 0m 0deg\n").ok();
+    assert_eq!(names(&desk), ["01_north", "02_ahead", "03_spin"]);
+}
+
+/// Right wheel 1 % smaller than the left one, nothing else.
+const UNEQUAL: &str = "\
+name = \"unequal\"
+[plant]
+substep_us = 200
+geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
+tyre.longitudinal_stiffness_n_per_m = 120000.0
+tyre.lateral_stiffness_n_per_m = 72000.0
+tyre.rolling_resistance = 0.003
+";
+
+fn squares() -> String {
+    let mut plan = String::from("acceleration_mps2 = 0.3\n");
+    for number in 1..=3 {
+        for (way, deg) in [("left", 90), ("right", -90)] {
+            let side = format!(
+                "{{ straight_m = 1, speed_mps = 0.25 }}, {{ spin_deg = {deg}, speed_mps = 0.12 }}"
+            );
+            let sides = [side.as_str(); 4].join(", ");
+            plan += &format!("[[run]]\nname = \"{way}_{number}\"\npieces = [{sides}]\n");
+        }
+    }
+    plan
+}
+
+/// The robot is measured by the tape as it truly stands: what the first recording says it would read is what
+/// is typed in the second time.
+#[test]
+fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
+    let desk = Desk::new();
+    desk.write("plan.toml", &squares());
+    desk.write("unequal.toml", UNEQUAL);
+    let record = |folder: &str, answers: &str| {
+        let mut arguments = RECORD.to_vec();
+        arguments[2] = folder;
+        arguments.extend(["--port", "sim:unequal.toml"]);
+        desk.run_with(&arguments, answers).ok()
+    };
+    let practice = record("practice", &"\n".repeat(12));
+    let read: Vec<&str> = practice
+        .stderr
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("a tape would read "))
+        .collect();
+    assert_eq!(read.len(), 6, "{practice:#?}");
+    let answers: String = read.iter().map(|it| format!("\n{it}\n")).collect();
+    record("robot", &answers);
+    let compared = desk.run("compare robot").ok().stdout;
+    assert!(compared.contains("05_left_3"), "{compared}");
+    let answer = desk.run("explain robot --format json").ok().json();
+    let classes = answer["steps"].as_array().unwrap();
+    let class = classes
+        .iter()
+        .map(|step| &step["class"])
+        .find(|class| class.as_array().unwrap().iter().any(|id| id == "wheel_radius_ratio"));
+    let class = class.unwrap_or_else(|| panic!("{answer:#}"));
+    for id in ["heading_pull", "turn_asymmetry"] {
+        assert!(class.as_array().unwrap().iter().any(|it| it == id), "{answer:#}");
+    }
+    assert!(!answer["next_run"].is_null(), "{answer:#}");
+    // The next run is to be driven by the robot that was recorded.
+    let said = desk.run("explain robot").ok().stdout;
+    let next = said.lines().find(|line| line.contains("beeline campaign record robot --run"));
+    assert!(next.is_some_and(|it| it.ends_with(" --port sim:unequal.toml")), "{said}");
+}

@@ -257,6 +257,21 @@ fn umbmark_closes_squares(desk: &Desk) {
 }
 
 #[test]
+fn what_explain_says_of_umbmarks_squares_has_values_and_intervals_in_lines_that_fit() {
+    let desk = crooked();
+    let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
+                     --port sim:crooked.toml";
+    let said = desk.run(arguments).ok().stdout;
+    let (_, explained) = said.split_once("What `explain` says").unwrap();
+    assert!(explained.contains("wheel_radius_ratio"), "{said}");
+    // Wheels that differ by 1 %: a value, its sigma, its interval, its unit.
+    let value = explained.lines().find(|line| line.contains("\u{b1}") && line.contains("95 %: "));
+    let value = value.unwrap_or_else(|| panic!("{said}"));
+    assert!(value.trim_end().ends_with('%') && value.contains(" to "), "{value}");
+    assert!(explained.lines().all(|line| line.chars().count() <= 100), "{said}");
+}
+
+#[test]
 fn umbmark_that_cannot_be_remembered_is_refused_before_the_robot_moves() {
     let desk = crooked();
     // Where the folder of that name would have to be.

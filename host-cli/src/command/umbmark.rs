@@ -1,5 +1,6 @@
 //! `beeline calibrate --method umbmark`
 
+use robot_model::answer::StepFound;
 use serde_json::json;
 use shared_proto::GeometryConfig;
 
@@ -8,11 +9,14 @@ use crate::calibrate::umbmark::{
     Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
 use crate::cli::{CalibrateArgs, Common};
+use crate::compare::LINE;
 use crate::error::{Error, Result};
+use crate::explain::parameters;
 use crate::limits;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::survey::piece::{self, Piece};
+use crate::table::wrapped;
 use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say};
 use crate::undo::state_folder;
 
@@ -78,12 +82,12 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
 }
 
 /// What `explain` says about the first set of squares.
-fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<(Vec<String>, String)>> {
+fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<StepFound>> {
     let Some(campaign) = &outcome.campaign else { return Ok(Vec::new()) };
     let answer =
         robot_model::explain::explain(&campaign.to_model(std::path::Path::new("squares"))?)
             .map_err(Error::new)?;
-    Ok(answer.steps.into_iter().map(|step| (step.class, step.why)).collect())
+    Ok(answer.steps)
 }
 
 fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
@@ -100,8 +104,10 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
                 "geometry": geometry,
             })
         };
-        let explained: Vec<_> =
-            explained.iter().map(|(class, why)| json!({"class": class, "why": why})).collect();
+        let explained: Vec<_> = explained
+            .iter()
+            .map(|it| json!({"class": it.class, "parameters": it.parameters, "why": it.why}))
+            .collect();
         say(json!({
             "saved": outcome.saved,
             "before": set(before, &outcome.geometry[0]),
@@ -116,9 +122,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
             if explained.is_empty() {
                 say("  nothing beyond noise");
             }
-            for (class, why) in &explained {
-                say(format_args!("  {:<28} {why}", class.join(" or ")));
-            }
+            explained.iter().for_each(say_effect);
         }
     }
     if !outcome.saved {
@@ -138,6 +142,21 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// One effect with its values and why it is believed, as `explain` has it.
+fn say_effect(step: &StepFound) {
+    let put = |indent: usize, words: &str| {
+        for line in wrapped(words, LINE - indent) {
+            say(format_args!("{:indent$}{line}", ""));
+        }
+    };
+    put(2, &step.class.join(" or "));
+    parameters(&step.parameters, 4);
+    put(4, &format!("{}.", step.why.trim_end_matches('.')));
+    if step.class.len() > 1 {
+        put(4, &format!("The values are of {}, if it is that.", step.effect));
+    }
 }
 
 fn table(outcome: &UmbmarkOutcome) -> String {

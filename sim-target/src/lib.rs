@@ -14,6 +14,7 @@ pub mod instruments;
 pub mod plant;
 pub mod scenario;
 mod target;
+mod uid;
 mod wire;
 
 pub use chassis::Chassis;

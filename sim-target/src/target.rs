@@ -24,6 +24,7 @@ use crate::instruments::{
 };
 use crate::plant::{Plant, PlantFault, Pose};
 use crate::scenario::{FaultEvent, Scenario, Setup};
+use crate::uid::uid;
 use crate::wire::Wire;
 
 /// How to set a simulated robot up, beyond what its scenario says.
@@ -362,7 +363,7 @@ impl SimTarget {
         let shared: Rc<Shared<NoopRawMutex>> = Rc::new(Shared::new());
         let board = BoardInfo {
             board: Name::new("simulator").unwrap_or_default(),
-            uid: uid(seed),
+            uid: uid(scenario),
             reset_cause: ResetCause::PowerOn,
         };
         let hardware = Hardware(world.clone());
@@ -464,11 +465,4 @@ impl Wake for Flag {
     fn wake(self: Arc<Self>) {
         self.0.store(true, Ordering::Relaxed);
     }
-}
-
-/// A number of its own for each seed, as a chip has.
-fn uid(seed: u64) -> [u8; 12] {
-    let mut uid = *b"sim:\0\0\0\0\0\0\0\0";
-    uid[4..].copy_from_slice(&seed.to_be_bytes());
-    uid
 }

@@ -3,7 +3,7 @@
 use beeline_tests::blind::case::cases;
 use beeline_tests::blind::judge_all;
 use beeline_tests::blind::mystery::{Mystery, read_sealed, seal};
-use beeline_tests::blind::score::{bars, misses};
+use beeline_tests::blind::score::{Bar, bars, misses};
 use beeline_tests::blind::verdict::Verdict;
 
 /// Not a seed that is reported, nor one that anything is tuned on.
@@ -18,19 +18,77 @@ fn hidden_effects_are_named_and_sound_robots_left_alone() {
     let misses = misses(&verdicts);
     println!("{misses}");
     let bars = bars(&verdicts);
-    let share = |claim: &str| {
-        let bar = bars.iter().find(|it| it.claim.starts_with(claim)).unwrap();
-        (bar.measured, bar.of)
-    };
-    // Twenty campaigns cannot measure a share of a few percent: were the robot-model at its bars, these bounds
-    // would be broken by chance in one benchmark of a hundred.
-    let (named, of) = share("one effect, medium and strong"); // bar 0.95
-    assert!(of >= 3 && named * of as f64 >= of as f64 - 1.0, "{named} of {of}: {misses}");
-    let (alarms, of) = share("nothing"); // bar 0.05
-    assert!(of >= 8 && alarms * of as f64 <= 2.0, "{alarms} of {of}: {misses}");
+    let counted = bars.iter().filter_map(Counted::of);
+    let (sound, hiding): (Vec<_>, Vec<_>) = counted.partition(|it| it.claim.starts_with("nothing"));
+    assert_eq!((sound.len(), hiding.len()), (1, 6), "all but the ratio");
+    assert!(sound[0].of >= 8, "{} sound robots", sound[0].of);
+    let named = hiding.iter().find(|it| it.claim.starts_with("one effect, medium")).unwrap();
+    assert!(named.of >= 3, "{} of them", named.of);
+    // A bar of one or two campaigns is not broken by both of them; together with the others it counts.
+    let hidden: Vec<(usize, f64)> = hiding.iter().map(|it| (it.of, it.chance)).collect();
+    let (failures, of) = hiding.iter().fold((0, 0), |sum, it| (sum.0 + it.failures, sum.1 + it.of));
+    let most = allowance(&hidden);
+    assert!(most < of, "{most} of {of} cannot be broken");
+    assert!(failures <= most, "{failures} of {of} failed together: {misses}");
+    for it in hiding.iter().chain(&sound) {
+        let most = allowance(&[(it.of, it.chance)]);
+        assert!(it.failures <= most, "{}: {} of {}: {misses}", it.claim, it.failures, it.of);
+    }
+
     let ratio = bars.iter().find(|it| it.ratio).unwrap(); // bar 1.15
     // Two-sided: far better than the fit that knows the truth would be a judge that cheats.
     assert!((0.5..1.15).contains(&ratio.measured), "{ratio:?}: {misses}");
+}
+
+/// Were the robot-model just at a bar, its bound would be broken by chance in so many benchmarks.
+const BY_CHANCE: f64 = 0.015;
+
+/// A bar about a share of campaigns, or of intervals, as a count of failures.
+struct Counted {
+    claim: &'static str,
+    failures: usize,
+    of: usize,
+    /// Of one failure, just at the bar.
+    chance: f64,
+}
+
+impl Counted {
+    /// Of intervals, only that they are not too narrow: that they are too wide takes hundreds to see.
+    fn of(bar: &Bar) -> Option<Self> {
+        let [low, high] = bar.within;
+        let (failing, chance) =
+            if low > 0.0 { (1.0 - bar.measured, 1.0 - low) } else { (bar.measured, high) };
+        // Nothing was asked: a share of none.
+        let failures = if bar.of == 0 { 0.0 } else { (failing * bar.of as f64).round() };
+        let counted = Self { claim: bar.claim, failures: failures as usize, of: bar.of, chance };
+        (!bar.ratio).then_some(counted)
+    }
+}
+
+/// So many failures that more of them come up by chance in at most [`BY_CHANCE`] of all benchmarks; `groups`:
+/// how many may fail, and the chance of each.
+fn allowance(groups: &[(usize, f64)]) -> usize {
+    // Chance of each number of failures, one trial after the other.
+    let mut chances = vec![1.0];
+    for chance in groups.iter().flat_map(|(of, chance)| std::iter::repeat_n(*chance, *of)) {
+        let without = |k: usize| chances.get(k).copied().unwrap_or(0.0) * (1.0 - chance);
+        let with = |k: usize| k.checked_sub(1).map_or(0.0, |k| chances[k] * chance);
+        chances = (0..=chances.len()).map(|k| without(k) + with(k)).collect();
+    }
+    let more_than = |most: usize| chances[most + 1..].iter().sum::<f64>();
+    (0..chances.len()).find(|most| more_than(*most) <= BY_CHANCE).unwrap_or(chances.len())
+}
+
+#[test]
+fn as_many_failures_are_allowed_as_chance_gives_at_the_bar() {
+    // By hand: 1 - 0.95^4 - 4 x 0.05 x 0.95^3 = 0.014, and of two with a chance of 0.2 both fail in 0.04.
+    assert_eq!(allowance(&[(4, 0.05)]), 1);
+    assert_eq!(allowance(&[(2, 0.2)]), 2);
+    assert_eq!(allowance(&[]), 0);
+    // The same trials in two heaps.
+    assert_eq!(allowance(&[(3, 0.1), (5, 0.1)]), allowance(&[(8, 0.1)]));
+    // 1 - P(0) - P(1) - P(2) of ten at 0.05 = 0.0115.
+    assert_eq!(allowance(&[(10, 0.05)]), 2);
 }
 
 #[test]

@@ -4,10 +4,12 @@
 //! layout  record, little-endian
 //! 1       layout u16 | CRC-32 of the configuration u32            | configuration, postcard
 //! 2       layout u16 | CRC-32 of layout and configuration u32     | configuration, postcard
+//! 3       as 2, with geometry.heading_pull_rad_per_m in the configuration
 //! ```
 //!
-//! Layout 2 is written. Layout 1 is still read, and becomes layout 2 at the next save. A layout whose
-//! configuration differs from [`Config`] keeps a frozen copy of that type here, and a conversion.
+//! Layout 3 is written. The others are still read, and become layout 3 at the next save: they have no pull, so
+//! it is 0 (`with_pull`). A layout whose configuration differs in more than an added number keeps a frozen
+//! copy of that type here, and a conversion.
 //!
 //! `sequential-storage` appends each record to the one before, so that the old record is whole until
 //! the new one is: a power cut leaves either. What a power cut in the middle of an erasure leaves, a
@@ -24,12 +26,12 @@ use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raised when [`Config`] changes; `decode` goes on reading the older
 /// ones.
-pub const LAYOUT: u16 = 2;
+pub const LAYOUT: u16 = 3;
 
 /// The one record's key.
 const CONFIGURATION: u8 = 1;
 
-/// Longest record with its key; a configuration takes about 260 bytes.
+/// Longest record with its key; a configuration takes about 270 bytes.
 const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.
@@ -185,15 +187,30 @@ fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, S
 fn decode(record: &[u8]) -> Result<Config, StoreError> {
     let (header, body) = record.split_at_checked(HEADER_LEN).ok_or(StoreError::Damaged)?;
     let &[low, high, a, b, c, d] = header else { return Err(StoreError::Damaged) };
-    let expected = match u16::from_le_bytes([low, high]) {
+    let layout = u16::from_le_bytes([low, high]);
+    let expected = match layout {
         1 => checksum(&[body]),
-        2 => checksum(&[&[low, high], body]),
+        2 | LAYOUT => checksum(&[&[low, high], body]),
         _ => return Err(StoreError::Damaged),
     };
     if u32::from_le_bytes([a, b, c, d]) != expected {
         return Err(StoreError::Damaged);
     }
-    postcard::from_bytes(body).map_err(|_| StoreError::Damaged)
+    let config = if layout == LAYOUT { postcard::from_bytes(body).ok() } else { with_pull(body) };
+    config.ok_or(StoreError::Damaged)
+}
+
+/// A configuration of before there was a pull: that is 0, which is eight bytes of 0 behind W_T.
+fn with_pull(body: &[u8]) -> Option<Config> {
+    const PULL: usize = size_of::<f64>();
+    // The name's length, in one byte; the name; radius, track and W_T.
+    let at = 1 + usize::from(*body.first()?) + 3 * size_of::<f64>();
+    let (before, behind) = body.split_at_checked(at)?;
+    let mut whole = [0; RECORD_LEN_MAX];
+    whole.get_mut(..at)?.copy_from_slice(before);
+    let end = body.len() + PULL;
+    whole.get_mut(at + PULL..end)?.copy_from_slice(behind);
+    postcard::from_bytes(&whole[..end]).ok()
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

@@ -41,6 +41,10 @@ pub struct GeometryConfig {
     pub track_width_m: f64,
     /// Right wheel's radius relative to the left one's, W_T = R_R / R_L.
     pub wheel_weight: f64,
+    /// How much the robot turns by itself on its way, c \[rad/m\]: to the left if positive, forwards and
+    /// backwards. Every motion steers against it; 0 steers against nothing.
+    #[serde(default)]
+    pub heading_pull_rad_per_m: f64,
 }
 
 /// One wheel's encoder.
@@ -173,6 +177,7 @@ fields![
     "geometry.wheel_radius_m"           "m"       0.005 ..= 1.0     geometry.wheel_radius_m;
     "geometry.track_width_m"            "m"       0.02  ..= 5.0     geometry.track_width_m;
     "geometry.wheel_weight"             ""        0.8   ..= 1.25    geometry.wheel_weight;
+    "geometry.heading_pull_rad_per_m"   "rad/m"   -0.1  ..= 0.1     geometry.heading_pull_rad_per_m;
     "encoder.left.counts_per_rev"       ""        1.0   ..= 1e6     encoder.left.counts_per_rev;
     "encoder.left.gear_reduction"       ""        0.01  ..= 1000.0  encoder.left.gear_reduction;
     "encoder.right.counts_per_rev"      ""        1.0   ..= 1e6     encoder.right.counts_per_rev;
@@ -297,6 +302,7 @@ impl Default for Config {
                 wheel_radius_m: 0.036,
                 track_width_m: 0.372,
                 wheel_weight: 1.0,
+                heading_pull_rad_per_m: 0.0,
             },
             encoder: WheelPair::both(encoder),
             motor: WheelPair::both(MotorConfig { reversed: false }),

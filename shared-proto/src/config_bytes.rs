@@ -21,9 +21,9 @@ const VALUES: usize = 1 + NUMBERS + FLAGS;
 const fn flags_behind(number: usize) -> usize {
     match number {
         // The left encoder's.
-        4 => 1,
+        5 => 1,
         // The right encoder's, and both motors'.
-        6 => 3,
+        7 => 3,
         _ => 0,
     }
 }

@@ -27,8 +27,8 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 18 | 27 |
-//! | 1 `Request` | 219 | 228 |
-//! | 2 `Reply` | 220 | 229 |
+//! | 1 `Request` | 227 | 236 |
+//! | 2 `Reply` | 228 | 237 |
 //! | 3 `Telemetry` | 110 | 119 |
 //! | 4 `Event` | 21 | 30 |
 //!

@@ -1,6 +1,7 @@
 //! Records of every layout that ever was, as bytes that never change.
 
 use firmware::hal::StoreError;
+use shared_proto::Config;
 
 use super::nor::{Nor, SECTOR_LEN, SECTORS};
 use super::{load, numbered, save};
@@ -21,6 +22,14 @@ const LAYOUT_2: &str = "000000007f465eb1cc0059fc0102006ac5456b086e756d6265726564
     000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f000000000000d03f\
     00000000000022409a9999999999c93f";
 
+/// With a pull, in layout 3.
+const LAYOUT_3: &str = "0000000066f3ca2dd400f1e90103009c54ed89086e756d62657265643bdf4f8d976ea23f022b8716\
+    d9ced73f67161f090100f03f9a999999999989bf0000000000208c40000000000000f03f00000000\
+    0000208c40000000000000f03f00000000000000000044400000000000004e40000000000000f03f\
+    7b14ae47e17aa43f0000000000000040fca9f1d24d62b03f9a9999999999d93f000000000000f03f\
+    000000000000e03f000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f\
+    000000000000d03f00000000000022409a9999999999c93f";
+
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
 
@@ -38,47 +47,62 @@ fn flash(content: &[u8]) -> Nor {
     Nor::holding(bytes)
 }
 
-#[test]
-fn a_store_of_layout_1_is_read_and_the_next_save_makes_layout_2_of_it() {
-    let old = bytes(LAYOUT_1);
-    let (loaded, flash) = load(flash(&old));
-    let config = loaded.expect("readable").expect("there is one");
-    assert_eq!(config.name.as_str(), "numbered");
-    assert_eq!(config.geometry.wheel_weight, numbered(7).geometry.wheel_weight);
-    assert_eq!(flash.operations, 0, "reading writes nothing");
+/// The configuration of all of them.
+fn stored(heading_pull_rad_per_m: f64) -> Config {
+    let mut config = numbered(7);
+    config.geometry.heading_pull_rad_per_m = heading_pull_rad_per_m;
+    config
+}
 
-    let (saved, flash) = save(Nor::holding(flash.bytes), &config);
-    assert_eq!(saved, Ok(()));
-    let (again, flash) = load(Nor::holding(flash.bytes));
-    assert_eq!(again, Ok(Some(config)));
-    // The old record is as it was; behind it stands one with the same configuration in layout 2.
-    assert_eq!(flash.bytes[..old.len()], old);
-    let new = &flash.bytes[old.len()..];
-    let (header, new) = new[RECORD - 4..].split_at(6);
-    assert_eq!(header[..2], 2_u16.to_le_bytes());
-    assert_eq!(new[..old.len() - RECORD - 6], old[RECORD + 6..], "every value is kept");
+#[test]
+fn a_store_of_an_older_layout_is_read_without_a_pull_and_the_next_save_makes_layout_3_of_it() {
+    for old in [LAYOUT_1, LAYOUT_2].map(bytes) {
+        let (loaded, flash) = load(flash(&old));
+        assert_eq!(loaded, Ok(Some(stored(0.0))), "every value is kept");
+        assert_eq!(flash.operations, 0, "reading writes nothing");
+
+        let (saved, flash) = save(Nor::holding(flash.bytes), &stored(-0.0125));
+        assert_eq!(saved, Ok(()));
+        let (again, flash) = load(Nor::holding(flash.bytes));
+        assert_eq!(again, Ok(Some(stored(-0.0125))));
+        // The old record is as it was; behind it stands one in layout 3.
+        assert_eq!(flash.bytes[..old.len()], old);
+        let header = &flash.bytes[old.len() + RECORD - 4..];
+        assert_eq!(header[..2], 3_u16.to_le_bytes());
+    }
 }
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    let golden = bytes(LAYOUT_2);
-    let config = load(flash(&golden)).0.expect("readable").expect("there is one");
-    let (_, flash) = save(Nor::blank(), &config);
+    let golden = bytes(LAYOUT_3);
+    assert_eq!(load(flash(&golden)).0, Ok(Some(stored(-0.0125))));
+    let (_, flash) = save(Nor::blank(), &stored(-0.0125));
+    let written = flash.bytes[..golden.len()].iter().map(|it| format!("{it:02x}"));
     assert_eq!(
-        flash.bytes[..golden.len()],
-        golden,
-        "raise `store::LAYOUT`, keep the old type for `decode`, and add a record of the new layout here"
+        written.collect::<String>(),
+        golden.iter().map(|it| format!("{it:02x}")).collect::<String>(),
+        "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here"
     );
+    assert!(flash.bytes[golden.len()..][..64].iter().all(|it| *it == 0xFF), "and no more");
 }
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
-    for at in [RECORD, RECORD + 2, RECORD + 6, RECORD + 100] {
+    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3] {
+        let record = &bytes(layout)[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
-        let mut record = bytes(LAYOUT_2)[RECORD..].to_vec();
-        record[at - RECORD] ^= 4;
-        assert_eq!(load(holding_record(&record)).0, Err(StoreError::Damaged), "byte {at}");
+        for at in [0, 2, 6, 100] {
+            let mut record = record.to_vec();
+            record[at] ^= 4;
+            assert_eq!(load(holding_record(&record)).0, Err(StoreError::Damaged), "byte {at}");
+        }
     }
+    // What an older firmware wrote and no firmware can have: a name beyond the record's end.
+    let mut record = bytes(LAYOUT_2)[RECORD..].to_vec();
+    record[6] = 0xF0;
+    let sum = shared_proto::Crc32::new().over(&record[..2]).over(&record[6..]).value();
+    record[2..6].copy_from_slice(&sum.to_le_bytes());
+    assert_eq!(load(holding_record(&record)).0, Err(StoreError::Damaged));
 }
 
 /// A flash with a record that the library finds nothing wrong with.

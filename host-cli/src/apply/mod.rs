@@ -1,11 +1,11 @@
 //! What the firmware can compensate, from what a campaign says.
 //!
 //! ```text
-//! R_L = R (1 + s) (1 - rho/2),   W_T = (1 + rho/2) / (1 - rho/2),   b' = b (1 + delta)     (1)
+//! R_L = R (1 + s) (1 - rho/2),   W_T = (1 + rho/2) / (1 - rho/2),   b' = b (1 + delta),   c' = c     (1)
 //! ```
 //!
 //! R and b are the nominal robot of the campaign (`robot.toml`), rho of wheel_radius_ratio, s of
-//! wheel_radius_scale, delta of track_width. Encoder counts are recorded raw, so (1) is absolute: applying
+//! wheel_radius_scale, delta of track_width, c of heading_pull, which motions are steered against. Encoder counts are recorded raw, so (1) is absolute: applying
 //! it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
 //!
 //! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
@@ -102,7 +102,8 @@ pub fn chosen(model: &ModelFile) -> Vec<Believed> {
     model.effects.iter().map(entry).collect()
 }
 
-const COMPENSABLE: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
+const COMPENSABLE: [&str; 4] =
+    ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"];
 
 impl Change {
     /// What these effects ask for on the robot with this configuration.
@@ -116,7 +117,7 @@ impl Change {
     ) -> Result<Self> {
         same_robot(nominal, config, uid)?;
         let mut after = config.geometry;
-        let (mut rho, mut s, mut delta) = (None, None, None);
+        let (mut rho, mut s, mut delta, mut c) = (None, None, None, None);
         let mut remedies = Vec::new();
         for it in effects {
             let remedy = remedy(it);
@@ -125,6 +126,7 @@ impl Change {
                 match it.effect.as_str() {
                     "wheel_radius_ratio" => rho = value,
                     "wheel_radius_scale" => s = value,
+                    "heading_pull" => c = value,
                     _ => delta = value,
                 }
             }
@@ -145,6 +147,9 @@ impl Change {
         if let Some(delta) = delta {
             after.track_width_m = nominal.track_width_m * (1.0 + delta);
         }
+        if let Some(c) = c {
+            after.heading_pull_rad_per_m = c;
+        }
         Ok(Self { before: config.geometry, after, remedies })
     }
 
@@ -155,6 +160,7 @@ impl Change {
         differs(self.before.wheel_radius_m, self.after.wheel_radius_m)
             || differs(self.before.track_width_m, self.after.track_width_m)
             || differs(self.before.wheel_weight, self.after.wheel_weight)
+            || (self.before.heading_pull_rad_per_m - self.after.heading_pull_rad_per_m).abs() > 1e-7
     }
 }
 
@@ -266,6 +272,16 @@ mod tests {
         assert!((g.wheel_weight - 0.997 / 1.003).abs() < 1e-12);
         let mean_m = |g: &GeometryConfig| g.wheel_radius_m * (1.0 + g.wheel_weight) / 2.0;
         assert!((mean_m(&g) - mean_m(&config.geometry)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pull_alone_leaves_the_wheels_in_use() {
+        let (nominal, config) = (nominal(&Config::default()), calibrated());
+        let effects = [effect("heading_pull", -0.01, &["heading_pull"])];
+        let change = Change::new(&effects, &nominal, &config, None).unwrap();
+        assert!(change.changes());
+        let expected = GeometryConfig { heading_pull_rad_per_m: -0.01, ..config.geometry };
+        assert_eq!(change.after, expected);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use robot_model::{
     Deviation, Experiment, FitOptions, Geometry, Leg, OutAndBack, Pose, Shared, Track, TrackFit,
     TrackSample, Turns, WheelAngles, WheelWeight, fit_track, path::dead_reckon,
 };
-use shared_proto::{Config, Telemetry};
+use shared_proto::{Config, GeometryConfig, Telemetry};
 use sim_target::Lab;
 
 use super::reading::parse_reading;
@@ -221,6 +221,25 @@ impl Instrument {
     }
 }
 
+/// Takes off what wheels were steered against a pull, c \[rad/m\], so that it does not pass for their radii:
+/// the robot has turned by (s_R - s_L)/b + c S, as one without a pull whose wheels rolled
+/// s_R + b c S/2 and s_L - b c S/2, S its way without a sign.
+fn unsteer(angles: &mut [WheelAngles], geometry: &GeometryConfig) {
+    let GeometryConfig { wheel_radius_m, wheel_weight, .. } = *geometry;
+    let bend = geometry.track_width_m * geometry.heading_pull_rad_per_m / 2.0;
+    let (mut way_m, mut last) = (0.0, angles.first().map(|it| it.turns));
+    for it in angles {
+        if let Some(last) = last.replace(it.turns) {
+            let step = it.turns.since(last);
+            let left_m = wheel_radius_m * step.phi_left_rad;
+            let right_m = wheel_radius_m * wheel_weight * step.phi_right_rad;
+            way_m += ((left_m + right_m) / 2.0).abs();
+        }
+        it.turns.phi_left_rad -= bend * way_m / wheel_radius_m;
+        it.turns.phi_right_rad += bend * way_m / (wheel_radius_m * wheel_weight);
+    }
+}
+
 impl Run<'_> {
     /// When the recording begins, on the robot's clock \[us\]; times of this drive count from here.
     fn origin_us(&self) -> u64 {
@@ -241,7 +260,9 @@ impl Run<'_> {
                 phi_right_rad: angle(frame.wheels.right.counts, encoder.right),
             },
         };
-        telemetry.iter().map(frame).collect()
+        let mut angles = telemetry.iter().map(frame).collect::<Vec<_>>();
+        unsteer(&mut angles, &self.config.geometry);
+        angles
     }
 
     fn by_track(&self, track: &Track, options: FitOptions) -> Result<Measurement> {

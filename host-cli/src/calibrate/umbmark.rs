@@ -147,6 +147,7 @@ impl Systematic {
                 / (1.0 + wheel_weight),
             wheel_weight,
             track_width_m: in_use.track_width_m * self.track_ratio,
+            ..*in_use
         }
     }
 }
@@ -410,8 +411,7 @@ mod tests {
 
     #[test]
     fn squares_both_ways_tell_the_wheels_from_the_track() {
-        let in_use =
-            GeometryConfig { wheel_radius_m: 0.036, track_width_m: 0.372, wheel_weight: 1.0 };
+        let in_use = Config::default().geometry;
         for (true_track_m, ratio) in [(0.380, 1.0), (0.372, 1.005), (0.368, 0.994)] {
             let errors = |way: f64| vec![error_m(way, 1.0, 0.372, true_track_m, ratio); 2];
             let it = Systematic::new(errors(1.0), errors(-1.0), 1.0, 0.372);

@@ -146,12 +146,14 @@ fn table(change: &Change) -> String {
     let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "then"))];
     let cm = |value: f64| LengthUnit::Cm.format(value, 4);
     let ratio = |value: f64| format!("{value:.6}");
+    let pull = |g: &GeometryConfig| format!("{:.3} mrad/m", g.heading_pull_rad_per_m * 1e3);
     let right_m = |g: &GeometryConfig| g.wheel_radius_m * g.wheel_weight;
     for (name, now, then) in [
         ("R_L", cm(before.wheel_radius_m), cm(after.wheel_radius_m)),
         ("R_R", cm(right_m(before)), cm(right_m(after))),
         ("W_T", ratio(before.wheel_weight), ratio(after.wheel_weight)),
         ("track width", cm(before.track_width_m), cm(after.track_width_m)),
+        ("heading pull", pull(before), pull(after)),
     ] {
         lines.push(format!("  {name:<22} {now:>14} {then:>14}"));
     }

@@ -2,7 +2,7 @@
 
 use robot_model::{Deviation, Experiment, Geometry, Turns, WheelWeight};
 use serde_json::{Value, json};
-use shared_proto::GeometryConfig;
+use shared_proto::{Config, GeometryConfig};
 
 use crate::calibrate::believable;
 use crate::cli::{Common, WheelWeightArgs};
@@ -39,6 +39,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
         wheel_radius_m: args.radius.m,
         track_width_m: args.track_width.m,
         wheel_weight: weight.value,
+        ..Config::default().geometry
     })?;
     let rolled_m = args.radius.m * turns.phi_left_rad.abs().min(turns.phi_right_rad.abs());
     limits::check_length(rolled_m, args.track_width.m)?;

@@ -4,7 +4,7 @@
 //! rho = 2 (W_T - 1) / (W_T + 1),   s = R_L (1 + W_T) / (2 R) - 1,   delta = b' / b - 1     (1)
 //! ```
 //!
-//! W_T, R_L and b' are in the robot's configuration, R and b in the campaign's `robot.toml`; (1) is the inverse
+//! W_T, R_L and b' are in the robot's configuration, and the heading pull as it is; R and b in the campaign's `robot.toml`; (1) is the inverse
 //! of what [`crate::apply`] writes. Counts are raw, so an effect that is compensated shows in them as before:
 //! without this a campaign would name it as missing. The values are exact: what is in use is not measured.
 
@@ -34,6 +34,7 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
         ("wheel_radius_ratio", 2.0 * (weight - 1.0) / (weight + 1.0)),
         ("wheel_radius_scale", mean_radius_m(in_use) / nominal.wheel_radius_m - 1.0),
         ("track_width", in_use.track_width_m / nominal.track_width_m - 1.0),
+        ("heading_pull", in_use.heading_pull_rad_per_m),
     ];
     values.into_iter().filter(|(_, value)| value.abs() > NOTHING).filter_map(entry).collect()
 }
@@ -138,9 +139,14 @@ mod tests {
         let nominal = robot_file(&Config::default(), None);
         let mut config = calibrated();
         config.geometry.track_width_m *= 1.02;
+        config.geometry.heading_pull_rad_per_m = -0.004;
         let found = values(&nominal, &config);
         let ids: Vec<&str> = found.iter().map(|it| it.0).collect();
-        assert_eq!(ids, ["wheel_radius_ratio", "wheel_radius_scale", "track_width"]);
+        assert_eq!(
+            ids,
+            ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"]
+        );
+        assert_eq!(found[3].1, -0.004);
         let mean_m = nominal.wheel_radius_m * (1.0 + found[1].1);
         let left_m = mean_m * (1.0 - found[0].1 / 2.0);
         assert!((left_m - 0.0361).abs() < 1e-15, "{left_m}");

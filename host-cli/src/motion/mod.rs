@@ -182,6 +182,8 @@ async fn drive_armed(
 
     let mut heard_us = session.clock().now_us();
     let mut last_us = 0;
+    /// Against a pull a wheel is steered by b c / 2 farther: by their ranges at most 5 m x 0.1 rad/m / 2.
+    const STEERED: f64 = 1.25;
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
@@ -199,7 +201,7 @@ async fn drive_armed(
         stop_if_interrupted()?;
         if session.take_events().any(|event| ends_motion(&event, id))
             || end_us(telemetry, start_us).is_some()
-            || elapsed_s > duration_s + 5.0
+            || elapsed_s > STEERED * duration_s + 5.0
             || silent_s > 5.0
         {
             break;

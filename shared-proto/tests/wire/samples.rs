@@ -43,6 +43,7 @@ pub fn config() -> Config {
             wheel_radius_m: 0.036,
             track_width_m: 0.372,
             wheel_weight: 0.9919,
+            heading_pull_rad_per_m: -0.0125,
         },
         encoder: WheelPair {
             left: EncoderConfig { counts_per_rev: 900.0, gear_reduction: 1.5, reversed: false },

@@ -42,13 +42,14 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 19), pair(encoder), pair(motor))
+    (name(), vec(number(), 20), pair(encoder), pair(motor))
         .prop_map(|(name, n, encoder, motor)| Config {
             name,
             geometry: GeometryConfig {
                 wheel_radius_m: n[0],
                 track_width_m: n[1],
                 wheel_weight: n[2],
+                heading_pull_rad_per_m: n[19],
             },
             encoder,
             motor,

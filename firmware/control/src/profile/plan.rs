@@ -1,6 +1,6 @@
 //! Plans: from a state of motion to a standstill at the target.
 
-use shared_proto::{Config, Drive, MotionError, TravelUnit, WheelPair};
+use shared_proto::{Config, Drive, GeometryConfig, MotionError, TravelUnit, WheelPair};
 
 use super::course::{Course, Phase};
 use super::ramps::{Ramps, Task, ceil, position_steps};
@@ -60,6 +60,9 @@ impl Plan {
     /// moves, each one goes from its own velocity to its own target, as quickly as cruise speed and
     /// acceleration allow, and the quicker one then takes a lower cruise speed so that both end
     /// together. A wheel goes beyond its target only where it cannot brake in time.
+    ///
+    /// A robot that is pulled to one side is steered against it: see `steered`. As that is part of the
+    /// distances, a stop on the way, which keeps the wheels' proportion, keeps it too.
     #[inline]
     pub fn drive(
         start_tick: u32,
@@ -188,6 +191,7 @@ impl Order {
         if above(acceleration_mps2, config.limits.acceleration_mps2_max) {
             return Err(MotionError::TooSteep);
         }
+        let distances_m = steered(distances_m, &config.geometry);
         if distances_m.all(|distance| above(STEP_M, distance.abs())) {
             return Err(MotionError::NoDistance);
         }
@@ -202,6 +206,24 @@ impl Order {
         }
         Ok(order)
     }
+}
+
+/// Distances of the wheels that take a pulled robot where these take one that is not:
+///
+/// ```text
+/// dtheta = (d_R - d_L) / b + c |s|,   s = (d_L + d_R) / 2      what it does by itself
+/// d_L' = d_L + b c |s| / 2,   d_R' = d_R - b c |s| / 2         so that dtheta is (d_R - d_L) / b again
+/// ```
+///
+/// b is the track width \[m\], c the pull \[rad/m\], to the left if positive. s stays as it is. Without a pull,
+/// and on the spot, the distances are the same bits. A way that turns round before its target, as a new
+/// motion from a moving state may, is longer than |s|: there less is steered than needed.
+#[inline]
+fn steered(distances_m: WheelPair<f64>, geometry: &GeometryConfig) -> WheelPair<f64> {
+    let WheelPair { left, right } = distances_m;
+    let gain = 0.25 * geometry.track_width_m * geometry.heading_pull_rad_per_m;
+    let bend_m = gain * (left + right).abs();
+    WheelPair::new(left + bend_m, right - bend_m)
 }
 
 #[inline]

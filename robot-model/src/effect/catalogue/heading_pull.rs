@@ -32,5 +32,5 @@ static FACTS: Facts = Facts {
     acts_on: ActsOn::Motion,
     signature: "a straight run turns the same way forwards and backwards",
     shown_by: "an out-and-back straight run",
-    compensation: "a term in the odometry",
+    compensation: "steering against it: the firmware's geometry.heading_pull_rad_per_m",
 };

@@ -15,7 +15,7 @@ use crate::model::p_text;
 use crate::next_run::next_run;
 use crate::profile::interval;
 use crate::recording::RecordingError;
-use crate::select::{FALSE_ALARM, Selection, select};
+use crate::select::{Selection, is_chance, select, standing};
 use crate::structure::{counts_start_anew, unexplained};
 
 /// Half a 95 % interval in standard errors of a normal distribution.
@@ -46,8 +46,13 @@ pub fn explain_beyond(
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
     let prepared = campaign.prepare()?;
-    let Selection { fitted, kept, rejected, look } = select(&prepared, catalogue);
-    let classes = classes(&prepared, &fitted, &look, &kept);
+    let mut selection = select(&prepared, catalogue);
+    let mut found = classes_of(&prepared, &selection);
+    if let Some(it) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
+        selection = it;
+        found = classes_of(&prepared, &selection);
+    }
+    let (Selection { fitted, kept, rejected, look }, classes) = (selection, found);
     let is_known = |index: &usize| {
         let rivals = classes[*index].rivals.iter().map(Candidate::id);
         let own = fitted.terms[*index].effect.facts().id;
@@ -83,6 +88,34 @@ pub fn explain_beyond(
         next_run: next_run(&prepared, &fitted, &classes, &kept),
         aside: aside::errors(&prepared, &fitted.terms, &fitted.noise),
     })
+}
+
+fn classes_of<'a>(prepared: &Prepared, it: &Selection<'a>) -> Vec<Class<'a>> {
+    classes(prepared, &it.fitted, &it.look, &it.kept)
+}
+
+/// The same with effects that the model has already in place of such as these runs cannot tell from them, if
+/// there are any and they stand: else what is known already would be taken for its rival, and with it the values
+/// of all others would move to and fro from one campaign to the next.
+fn with_known<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (selection, classes): (&Selection<'a>, &[Class<'a>]),
+    in_model: &[&str],
+) -> Option<Selection<'a>> {
+    let mut terms = selection.fitted.terms.clone();
+    let mut changed = false;
+    for (index, class) in classes.iter().enumerate() {
+        let has = |id: &str| terms.iter().any(|it| it.effect.facts().id == id);
+        let known = class.rivals.iter().find(|it| in_model.contains(&it.id()) && !has(it.id()));
+        if let Some(known) = known
+            && !in_model.contains(&terms[index].effect.facts().id)
+        {
+            terms[index] = Term { column: None, ..known.term.clone() };
+            changed = true;
+        }
+    }
+    if changed { standing(prepared, catalogue, terms) } else { None }
 }
 
 /// The effects of the model, each next one that which explains most given those before.
@@ -225,23 +258,23 @@ fn reject(
         format!("of the {} runs that it touches {} get better", it.touched, it.better)
     } else if it.dispersion > 3.0 {
         format!(
-            "runs disagree about it {:.0} times more than their noise (p = {})",
+            "runs disagree about it {:.0} times more than their noise ({})",
             it.dispersion,
             p_text(it.p_value)
         )
-    } else if it.p_value * look.asked() as f64 > FALSE_ALARM {
+    } else if is_chance(it, look.asked(), fitted.terms.len() + 1) {
         format!(
-            "no more than chance gives where {} effects are asked about (p = {})",
+            "no more than chance gives where {} effects are asked about ({})",
             look.asked(),
             p_text(it.p_value)
         )
     } else if look.tracks_get_worse(prepared, &[], &candidate.term) {
         format!(
-            "beside the model it makes tracks of runs held out no better (p = {} by their likelihood)",
+            "beside the model it makes tracks of runs held out no better ({} by their likelihood)",
             p_text(it.p_value)
         )
     } else {
-        format!("beside the model that was found it does not hold (p = {})", p_text(it.p_value))
+        format!("beside the model that was found it does not hold ({})", p_text(it.p_value))
     };
     Rejected {
         effect: candidate.id().to_owned(),

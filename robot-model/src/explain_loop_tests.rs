@@ -83,3 +83,31 @@ fn squares_of_which_the_ends_are_measured_and_what_is_suggested_then_resolve_une
         assert_eq!(made, 1, "{truth:?}");
     }
 }
+
+#[test]
+fn what_the_model_has_already_is_what_a_class_is_called_by() {
+    // One straight run: a radius and a pull do the same.
+    let plan: Plan = part_of_plan(&["out_and_back_0"])
+        .into_iter()
+        .map(|(name, heading_rad, pieces)| (name, heading_rad, pieces[..1].to_vec()))
+        .collect();
+    let (campaign, answer) = asked(&plan, ("heading_pull", &[0.02]), 0);
+    let class = class_of(&answer, "heading_pull");
+    assert!(class.contains(&"wheel_radius_ratio".to_owned()), "{class:?}");
+    for id in ["heading_pull", "wheel_radius_ratio"] {
+        let answer = explain_beyond(&campaign, &CATALOGUE, &[id]).unwrap();
+        assert!(answer.steps.is_empty(), "{:?}", answer.steps);
+        assert_eq!(answer.known[0].effect, id);
+        assert!(answer.known[0].class.len() > 1);
+    }
+}
+
+#[test]
+fn who_measured_ends_alone_is_told_that_the_next_run_needs_poses_along_the_way() {
+    let truth = ("wheel_radius_ratio", &[0.01][..]);
+    let plan = part_of_plan(&["square"]);
+    for (ends_only, told) in [(plan.len(), true), (0, false)] {
+        let next = asked(&plan, truth, ends_only).1.next_run;
+        assert_eq!(next.is_some_and(|it| it.why.contains("along the way")), told);
+    }
+}

@@ -80,27 +80,27 @@ impl Verdict {
         } else if let Some(kind) = &self.worse_kind {
             format!("not to be trusted: fitted to the other kinds, it makes {kind} runs worse")
         } else if self.p_value >= CHANCE {
-            format!("no better than chance: p = {}", p_text(self.p_value))
+            format!("no better than chance: {}", p_text(self.p_value))
         } else if self.spoils_tracks {
             "not to be trusted: with it tracks of runs held out are predicted worse".to_owned()
         } else if self.lone {
             format!(
-                "better, in the one run that shows it: chance gives as much with p = {}",
+                "better, in the one run that shows it: chance gives as much with {}",
                 p_text(self.p_value)
             )
         } else {
-            format!("better: chance gives as much with p = {}", p_text(self.p_value))
+            format!("better: chance gives as much with {}", p_text(self.p_value))
         }
     }
 }
 
-/// A probability as text: two digits, and no zeros without end.
+/// A probability with its name: `p = 0.03`, `p < 1e-99`.
 pub(crate) fn p_text(p: f64) -> String {
     match p {
-        p if p >= 0.01 => format!("{p:.2}"),
-        p if p >= 0.001 => format!("{p:.3}"),
-        p if p > 1e-99 => format!("{p:.0e}"),
-        _ => "0 to a hundred digits".to_owned(),
+        p if p >= 0.01 => format!("p = {p:.2}"),
+        p if p >= 0.001 => format!("p = {p:.3}"),
+        p if p > 1e-99 => format!("p = {p:.0e}"),
+        _ => "p < 1e-99".to_owned(),
     }
 }
 

@@ -141,7 +141,7 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
 }
 
 /// The run to make next, if any class has rivals that some run would tell apart: of the class with most
-/// rivals, if there is one for it.
+/// rivals, if there is one for it. Whoever measured ends of runs alone is told that more is wanted.
 pub(crate) fn next_run(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -151,9 +151,14 @@ pub(crate) fn next_run(
     let mut order: Vec<usize> =
         (0..classes.len()).filter(|it| !classes[*it].rivals.is_empty()).collect();
     order.sort_by_key(|it| core::cmp::Reverse(classes[*it].rivals.len()));
-    order.into_iter().find_map(|index| {
+    let next = order.into_iter().find_map(|index| {
         separating(prepared, fitted, (index, &classes[index]), kept[index].dispersion)
-    })
+    })?;
+    if prepared.runs.iter().any(|run| run.recording.sights.len() > 2) {
+        return Some(next);
+    }
+    let why = format!("{}, if poses are measured along the way, as a camera does", next.why);
+    Some(NextRun { why, ..next })
 }
 
 /// One of a class: any of them may be the truth.

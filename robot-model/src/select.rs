@@ -17,7 +17,9 @@ const EFFECTS_MAX: usize = 8;
 const MODELS_MAX: usize = 16;
 /// By chance alone the likelihood asks for an effect in a perfect robot this often; runs held out refuse most of
 /// these, so that fewer than 5 % get one.
-pub(crate) const FALSE_ALARM: f64 = 0.20;
+const FALSE_ALARM: f64 = 0.20;
+/// Beside another effect it takes more: what an equation does not say of its own effect looks like one more.
+const FALSE_ALARM_BESIDE: f64 = 0.10;
 /// A first look lets more pass: what does not stand is removed in the end.
 const FIRST_LOOK_P: f64 = 0.03;
 /// Of those that do not stand at first, so many are looked at with the noise that they leave.
@@ -34,6 +36,13 @@ pub(crate) struct Selection<'a> {
     pub rejected: Vec<Candidate<'a>>,
     /// The look from the final model.
     pub look: Look<'a>,
+}
+
+impl<'a> Selection<'a> {
+    fn new(fitted: Fitted<'a>, look: Look<'a>) -> Self {
+        let (kept, rejected) = (look.kept(), look.candidates(&[]));
+        Self { fitted, kept, rejected, look }
+    }
 }
 
 /// The model of a campaign: of all models tried in which every effect stands, the most likely one.
@@ -65,16 +74,30 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     // Its noise is not to depend on the way that led to it: it is learnt as for a model chosen by hand.
     let mut fitted = fit_afresh(prepared, fitted.terms);
     // And with that noise, too, every effect has to stand.
-    let mut look = loop {
+    let look = loop {
         let look = Look::new(prepared, &fitted, catalogue);
         let Some(terms) = removal(prepared, &look, &fitted) else { break look };
         fitted = fit_afresh(prepared, terms);
     };
-    while let Some(it) = reconsidered(prepared, catalogue, (&fitted, &look)) {
-        (fitted, look) = it;
+    let mut selection = Selection::new(fitted, look);
+    while let Some(it) = reconsidered(prepared, catalogue, &selection) {
+        selection = it;
     }
-    let (kept, rejected) = (look.kept(), look.candidates(&[]));
-    Selection { fitted, kept, rejected, look }
+    selection
+}
+
+/// A model of these effects, if every one of them stands in it.
+pub(crate) fn standing<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    terms: Vec<Term<'a>>,
+) -> Option<Selection<'a>> {
+    let fitted = fit_afresh(prepared, terms);
+    let look = Look::new(prepared, &fitted, catalogue);
+    if removal(prepared, &look, &fitted).is_some() {
+        return None;
+    }
+    Some(Selection::new(fitted, look))
 }
 
 /// What every robot is to be measured for first, and what everything else has to stand beside.
@@ -204,17 +227,20 @@ fn additions<'a>(look: &Look<'a>, fitted: &Fitted<'a>) -> Vec<Candidate<'a>> {
 fn reconsidered<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
-    (fitted, look): (&Fitted<'a>, &Look<'a>),
-) -> Option<(Fitted<'a>, Look<'a>)> {
+    Selection { fitted, look, .. }: &Selection<'a>,
+) -> Option<Selection<'a>> {
     additions(look, fitted)
         .iter()
         .filter(|it| !look.tracks_get_worse(prepared, &[], &it.term))
         .take(RECONSIDERED_MAX)
-        .find_map(|it| {
-            let fitted = fit_afresh(prepared, exchanged(fitted, &[], it));
-            let look = Look::new(prepared, &fitted, catalogue);
-            removal(prepared, &look, &fitted).is_none().then_some((fitted, look))
-        })
+        .find_map(|it| standing(prepared, catalogue, exchanged(fitted, &[], it)))
+}
+
+/// Whether chance gives as much as this judgement says in a model of so many effects, this one counted, where
+/// so many are asked about.
+pub(crate) fn is_chance(it: &Judgement, asked: usize, effects: usize) -> bool {
+    // Bonferroni: one is asked about all that might be there.
+    it.p_value * asked as f64 > if effects > 1 { FALSE_ALARM_BESIDE } else { FALSE_ALARM }
 }
 
 /// The model without the effect that stands least, given all others.
@@ -225,11 +251,10 @@ fn removal<'a>(prepared: &Prepared, look: &Look<'a>, fitted: &Fitted<'a>) -> Opt
     let kept = look.kept();
     let spoils = look.spoils_tracks(prepared);
     let worst = (0..kept.len())
-        // Bonferroni: one is asked about all that might be there.
         .filter(|i| {
             let it = &kept[*i];
             let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
-            it.p_value * look.asked() as f64 > FALSE_ALARM
+            is_chance(it, look.asked(), kept.len())
                 || spoils[*i]
                 || !(if is_geometry { it.is_sound() } else { it.passes_held_out() })
         })

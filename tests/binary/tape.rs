@@ -211,3 +211,18 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
     let next = said.lines().find(|line| line.contains("beeline campaign record robot --run"));
     assert!(next.is_some_and(|it| it.ends_with(" --port sim:unequal.toml")), "{said}");
 }
+
+#[test]
+fn a_run_that_is_suggested_may_follow_at_once() {
+    let desk = desk();
+    record(&desk, "\n49.8cm 1mm 0deg\nq\n");
+    // The advice ends with the tape, and is taken in the same minute.
+    desk.run(&["explain", "robot"]).ok();
+    let once_more = |answers: &str| {
+        let straight = ["campaign", "record", "robot", "--run", "straight", "--measure", "ask"];
+        desk.run_with(&straight, answers).ok();
+    };
+    once_more("\n1.498m 2mm 0deg\n");
+    once_more("\n1.498m 1mm 0deg\n");
+    assert_eq!(names(&desk).len(), 3);
+}

@@ -52,6 +52,12 @@ impl Campaign {
         Ok(robot_model::campaign::Campaign { robot, runs })
     }
 
+    /// Poses are known of the beginning and the end of its runs alone, as a tape tells them.
+    pub fn is_measured_at_ends(&self) -> bool {
+        let poses = || self.runs.iter().map(Run::poses);
+        poses().any(|it| it > 0) && poses().all(|it| it <= 2)
+    }
+
     /// The runs that say nothing, as nobody measured where the robot was.
     pub fn without_poses(&self) -> Vec<&str> {
         let blind = self.runs.iter().filter(|run| !run.has_poses());
@@ -75,6 +81,12 @@ impl RobotFile {
 
 impl Run {
     /// Whether it has a measured position, and anything measured after it.
+    /// Of how many moments the pose is known.
+    fn poses(&self) -> usize {
+        let posed = |row: &&Row| row.x_m.is_some() || row.heading_rad.is_some();
+        self.rows.iter().filter(posed).count()
+    }
+
     fn has_poses(&self) -> bool {
         let position = |row: &&Row| row.x_m.is_some() && row.y_m.is_some();
         let measured = |row: &&Row| position(row) || row.heading_rad.is_some();

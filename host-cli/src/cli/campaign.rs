@@ -128,8 +128,9 @@ pub struct CampaignRecordArgs {
 /// `beeline apply`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-The firmware knows both wheels' radii (R_L and W_T) and the track width. Whatever else a campaign says is
-listed with what can be done about it. What a campaign says is its model.toml, or what `explain` names without one.
+The firmware knows both wheels' radii (R_L and W_T), the track width and a pull to one side. Whatever
+else a campaign says is listed with what can be done about it. What a campaign says is its model.toml, or what
+`explain` names without one.
 
 Examples:
   beeline apply my-robot --port /dev/ttyACM0

@@ -168,7 +168,7 @@ fn table(change: &Change) -> String {
                 "stays as it is in use: these runs bear out neither it nor another value".to_owned()
             }
             Remedy::Ambiguous(others) => format!(
-                "not written: these runs cannot tell it from {}; `explain` names the run that can",
+                "not written: these runs cannot tell it from {}; `explain` names a run that can, if one is known",
                 others.join(", ")
             ),
             Remedy::Measurement => "is about the measurement: nothing to compensate".to_owned(),
@@ -204,8 +204,12 @@ fn finish(common: &Common, change: &Change, written: bool) {
         say(paint(GOOD, "written, read back and saved"));
         if !common.port.is_sim() || common.flash.is_some() {
             say(format_args!(
-                "  beeline apply --undo --port {} puts the old values back",
-                common.port
+                "  beeline apply --undo --port {}{} puts the old values back",
+                common.port,
+                common
+                    .flash
+                    .as_ref()
+                    .map_or_else(String::new, |it| format!(" --flash {}", it.display()))
             ));
         }
     } else {

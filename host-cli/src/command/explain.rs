@@ -6,7 +6,7 @@ use robot_model::explain::explain_beyond;
 use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, reached, show};
+use crate::explain::{Subject, assumed, reached_again, show};
 use crate::model::ModelFile;
 use crate::ui::say;
 
@@ -40,7 +40,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
             &Subject {
                 robot: &read.robot.name,
                 campaign: &args.campaign.to_string_lossy(),
-                reached: &reached(&common.port, &read.robot),
+                reached: &reached_again(common, &read),
                 runs: campaign.fitted_runs().count(),
                 catalogue: &catalogue,
                 combinations: &combinations,

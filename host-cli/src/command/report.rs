@@ -8,7 +8,7 @@ use serde_json::json;
 use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, reached};
+use crate::explain::{Subject, assumed, reached_again};
 use crate::file::{check_writable, write_whole};
 use crate::model::ModelFile;
 use crate::report::{CampaignReport, to_html, to_svg};
@@ -36,7 +36,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let subject = Subject {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),
-        reached: &reached(&common.port, &read.robot),
+        reached: &reached_again(common, &read),
         runs: campaign.fitted_runs().count(),
         catalogue: &catalogue,
         combinations: &combinations,

@@ -3,7 +3,8 @@
 use robot_model::answer::{Answer, NextRun};
 
 use super::Subject;
-use crate::campaign::RobotFile;
+use crate::campaign::{Campaign, RobotFile};
+use crate::cli::Common;
 use crate::port::Port;
 
 /// What is to be said where no run is suggested.
@@ -51,6 +52,18 @@ pub fn reached(port: &Port, robot: &RobotFile) -> String {
         }
         (port, _) => format!("--port {}", quoted(&port.to_string())),
     }
+}
+
+/// The same, with the robot's memory, and with a track if a tape is too little for what is to be told.
+pub fn reached_again(common: &Common, campaign: &Campaign) -> String {
+    let mut words = reached(&common.port, &campaign.robot);
+    if let Some(flash) = &common.flash {
+        words += &format!(" --flash {}", quoted(&flash.to_string_lossy()));
+    }
+    if campaign.is_measured_at_ends() && !words.starts_with("--port sim") {
+        words += " --measure track:FILE";
+    }
+    words
 }
 
 /// The command line that records the next run.

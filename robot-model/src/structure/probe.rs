@@ -78,6 +78,16 @@ fn wheels(p: &[Jet; PARAMETERS_MAX], x: Sides<f64>) -> Change {
     Change { travel, ..Change::NONE }
 }
 
+/// Either wheel's radius, a pull and the track width, in proportion to something.
+fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
+    Change {
+        travel: Sides::new(p[0] * x, p[1] * x),
+        turn_rad: p[2] * (x * step.travel_m().abs()),
+        turning: p[3] * x,
+        ..Change::NONE
+    }
+}
+
 pub(super) static PROBES: &[Probe] = &[
     Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 1.0) },
     Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 2.0) },
@@ -149,27 +159,11 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: "time in the run",
-        act: |p, step| {
-            let x = step.t_s / 60.0;
-            Change {
-                travel: Sides::new(p[0] * x, p[1] * x),
-                turn_rad: p[2] * (x * step.travel_m().abs()),
-                turning: p[3] * x,
-                ..Change::NONE
-            }
-        },
+        act: |p, step| radii_and_track(p, step, step.t_s / 60.0),
     },
     Probe {
         regressor: "time in the campaign",
-        act: |p, step| {
-            let x = step.clock_s / 3600.0;
-            Change {
-                travel: Sides::new(p[0] * x, p[1] * x),
-                turn_rad: p[2] * (x * step.travel_m().abs()),
-                turning: p[3] * x,
-                ..Change::NONE
-            }
-        },
+        act: |p, step| radii_and_track(p, step, step.clock_s / 3600.0),
     },
     Probe {
         regressor: "distance since reversal",
@@ -196,30 +190,12 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
-        regressor: "load",
-        act: |p, step| {
-            let x = step.payload_kg;
-            Change {
-                travel: Sides::new(p[0] * x, p[1] * x),
-                turn_rad: p[2] * (x * step.travel_m().abs()),
-                turning: p[3] * x,
-                ..Change::NONE
-            }
-        },
-    },
+    Probe { regressor: "load", act: |p, step| radii_and_track(p, step, step.payload_kg) },
 ];
 
 /// Regressors that change from run to run, and hardly within one.
 pub(super) const OF_RUNS: [&str; 2] = ["load", "time in the campaign"];
 
 /// What a run may have for itself: its own travel of either wheel, its own turn.
-pub(super) static OF_A_RUN: Probe = Probe {
-    regressor: "run",
-    act: |p, step| Change {
-        travel: Sides::new(p[0], p[1]),
-        turn_rad: p[2] * step.travel_m().abs(),
-        turning: p[3],
-        ..Change::NONE
-    },
-};
+pub(super) static OF_A_RUN: Probe =
+    Probe { regressor: "run", act: |p, step| radii_and_track(p, step, 1.0) };

@@ -15,7 +15,7 @@ use crate::model::p_text;
 use crate::next_run::next_run;
 use crate::profile::interval;
 use crate::recording::RecordingError;
-use crate::select::{Selection, is_chance, select, standing};
+use crate::select::{Selection, is_chance, select, settled};
 use crate::structure::{counts_start_anew, unexplained};
 
 /// Half a 95 % interval in standard errors of a normal distribution.
@@ -115,7 +115,14 @@ fn with_known<'a>(
             changed = true;
         }
     }
-    if changed { standing(prepared, catalogue, terms) } else { None }
+    if !changed {
+        return None;
+    }
+    // What stood beside the rival alone goes; if what is known does, the rival was right.
+    let is_known = |it: &Term<'a>| in_model.contains(&it.effect.facts().id);
+    let known = terms.iter().filter(|it| is_known(it)).count();
+    let settled = settled(prepared, catalogue, terms);
+    (settled.fitted.terms.iter().filter(|it| is_known(it)).count() == known).then_some(settled)
 }
 
 /// The effects of the model, each next one that which explains most given those before.

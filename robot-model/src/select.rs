@@ -72,22 +72,32 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     // The last model tried stands, so there is a best one.
     let fitted = best.map_or(fitted, |(_, it)| it);
     // Its noise is not to depend on the way that led to it: it is learnt as for a model chosen by hand.
-    let mut fitted = fit_afresh(prepared, fitted.terms);
     // And with that noise, too, every effect has to stand.
-    let look = loop {
-        let look = Look::new(prepared, &fitted, catalogue);
-        let Some(terms) = removal(prepared, &look, &fitted) else { break look };
-        fitted = fit_afresh(prepared, terms);
-    };
-    let mut selection = Selection::new(fitted, look);
+    let mut selection = settled(prepared, catalogue, fitted.terms);
     while let Some(it) = reconsidered(prepared, catalogue, &selection) {
         selection = it;
     }
     selection
 }
 
+/// What is left of a model of these effects when all that does not stand in it is gone.
+pub(crate) fn settled<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    terms: Vec<Term<'a>>,
+) -> Selection<'a> {
+    let mut fitted = fit_afresh(prepared, terms);
+    loop {
+        let look = Look::new(prepared, &fitted, catalogue);
+        let Some(terms) = removal(prepared, &look, &fitted) else {
+            return Selection::new(fitted, look);
+        };
+        fitted = fit_afresh(prepared, terms);
+    }
+}
+
 /// A model of these effects, if every one of them stands in it.
-pub(crate) fn standing<'a>(
+fn standing<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     terms: Vec<Term<'a>>,

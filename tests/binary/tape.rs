@@ -217,7 +217,7 @@ fn a_run_that_is_suggested_may_follow_at_once() {
     let desk = desk();
     record(&desk, "\n49.8cm 1mm 0deg\nq\n");
     // The advice ends with the tape, and is taken in the same minute.
-    desk.run(&["explain", "robot"]).ok();
+    desk.run("explain robot").ok();
     let once_more = |answers: &str| {
         let straight = ["campaign", "record", "robot", "--run", "straight", "--measure", "ask"];
         desk.run_with(&straight, answers).ok();

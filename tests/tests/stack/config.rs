@@ -162,6 +162,7 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "geometry.wheel_radius_m" => &mut config.geometry.wheel_radius_m,
         "geometry.track_width_m" => &mut config.geometry.track_width_m,
         "geometry.wheel_weight" => &mut config.geometry.wheel_weight,
+        "geometry.heading_pull_rad_per_m" => &mut config.geometry.heading_pull_rad_per_m,
         "encoder.left.counts_per_rev" => &mut encoder.left.counts_per_rev,
         "encoder.left.gear_reduction" => &mut encoder.left.gear_reduction,
         "encoder.right.counts_per_rev" => &mut encoder.right.counts_per_rev,

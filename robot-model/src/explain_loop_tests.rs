@@ -104,10 +104,12 @@ fn what_the_model_has_already_is_what_a_class_is_called_by() {
 
 #[test]
 fn who_measured_ends_alone_is_told_that_the_next_run_needs_poses_along_the_way() {
-    let truth = ("wheel_radius_ratio", &[0.01][..]);
-    let plan = part_of_plan(&["square"]);
-    for (ends_only, told) in [(plan.len(), true), (0, false)] {
-        let next = asked(&plan, truth, ends_only).1.next_run;
-        assert_eq!(next.is_some_and(|it| it.why.contains("along the way")), told);
+    let mut straight: Plan = part_of_plan(&["out_and_back_0"]);
+    straight[0].2.truncate(1);
+    for (plan, ends_only) in [(part_of_plan(&["square"]), true), (straight, false)] {
+        let measured_so = if ends_only { plan.len() } else { 0 };
+        let answer = asked(&plan, ("wheel_radius_ratio", &[0.01]), measured_so).1;
+        let next = answer.next_run.expect("a class to be told apart");
+        assert_eq!(next.why.contains("along the way"), ends_only, "{}", next.why);
     }
 }

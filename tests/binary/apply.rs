@@ -125,7 +125,7 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
 }
 
 /// Wheels that differ by 1 %, and nothing else: the standard caster costs 0.01 % of a turn, which shows.
-const UNEQUAL: &str = "\
+pub(crate) const UNEQUAL: &str = "\
 name = \"unequal\"
 [plant]
 substep_us = 200

@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use host_cli::campaign::{Campaign, Row};
 
+use crate::apply::UNEQUAL;
 use crate::desk::Desk;
 use crate::outcome::Outcome;
 
@@ -145,17 +146,6 @@ fn a_run_is_left_out_or_driven_again_after_it_was_seen_to_go_wrong() {
     record(&desk, "\n0.5m 0m 0deg\n\n0m 0m 0deg\n").ok();
     assert_eq!(names(&desk), ["01_north", "02_ahead", "03_spin"]);
 }
-
-/// Right wheel 1 % smaller than the left one, nothing else.
-const UNEQUAL: &str = "\
-name = \"unequal\"
-[plant]
-substep_us = 200
-geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
-tyre.longitudinal_stiffness_n_per_m = 120000.0
-tyre.lateral_stiffness_n_per_m = 72000.0
-tyre.rolling_resistance = 0.003
-";
 
 fn squares() -> String {
     let mut plan = String::from("acceleration_mps2 = 0.3\n");

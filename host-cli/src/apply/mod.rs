@@ -5,8 +5,8 @@
 //! ```
 //!
 //! R and b are the nominal robot of the campaign (`robot.toml`), rho of wheel_radius_ratio, s of
-//! wheel_radius_scale, delta of track_width, c of heading_pull, which motions are steered against. Encoder counts are recorded raw, so (1) is absolute: applying
-//! it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
+//! wheel_radius_scale, delta of track_width, c of heading_pull, which motions are steered against. Encoder counts
+//! are recorded raw, so (1) is absolute: applying it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
 //!
 //! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 

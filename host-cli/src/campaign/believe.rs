@@ -80,13 +80,13 @@ impl RobotFile {
 }
 
 impl Run {
-    /// Whether it has a measured position, and anything measured after it.
     /// Of how many moments the pose is known.
     fn poses(&self) -> usize {
         let posed = |row: &&Row| row.x_m.is_some() || row.heading_rad.is_some();
         self.rows.iter().filter(posed).count()
     }
 
+    /// Whether it has a measured position, and anything measured after it.
     fn has_poses(&self) -> bool {
         let position = |row: &&Row| row.x_m.is_some() && row.y_m.is_some();
         let measured = |row: &&Row| position(row) || row.heading_rad.is_some();

@@ -12,6 +12,7 @@ use crate::apply::{Believed, Change, Remedy, believed, chosen, doubted};
 use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
+use crate::explain::memory;
 use crate::hex::hex;
 use crate::model::{EffectEntry, ModelFile};
 use crate::port::with_robot;
@@ -206,10 +207,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
             say(format_args!(
                 "  beeline apply --undo --port {}{} puts the old values back",
                 common.port,
-                common
-                    .flash
-                    .as_ref()
-                    .map_or_else(String::new, |it| format!(" --flash {}", it.display()))
+                memory(common)
             ));
         }
     } else {

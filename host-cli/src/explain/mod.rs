@@ -14,7 +14,7 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
 pub(crate) use self::next::{gyro_words, no_next_run};
-pub use self::next::{next_run_command, reached, reached_again};
+pub use self::next::{memory, next_run_command, reached, reached_again};
 
 /// Width of the longest bar.
 const BAR: usize = 24;

@@ -54,12 +54,15 @@ pub fn reached(port: &Port, robot: &RobotFile) -> String {
     }
 }
 
+/// The option that gives a simulated robot its memory again.
+pub fn memory(common: &Common) -> String {
+    let flash = common.flash.as_ref().map(|it| it.to_string_lossy());
+    flash.map_or_else(String::new, |it| format!(" --flash {}", quoted(&it)))
+}
+
 /// The same, with the robot's memory, and with a track if a tape is too little for what is to be told.
 pub fn reached_again(common: &Common, campaign: &Campaign) -> String {
-    let mut words = reached(&common.port, &campaign.robot);
-    if let Some(flash) = &common.flash {
-        words += &format!(" --flash {}", quoted(&flash.to_string_lossy()));
-    }
+    let mut words = reached(&common.port, &campaign.robot) + &memory(common);
     if campaign.is_measured_at_ends() && !words.starts_with("--port sim") {
         words += " --measure track:FILE";
     }

@@ -4,8 +4,8 @@
 //! rho = 2 (W_T - 1) / (W_T + 1),   s = R_L (1 + W_T) / (2 R) - 1,   delta = b' / b - 1     (1)
 //! ```
 //!
-//! W_T, R_L and b' are in the robot's configuration, and the heading pull as it is; R and b in the campaign's `robot.toml`; (1) is the inverse
-//! of what [`crate::apply`] writes. Counts are raw, so an effect that is compensated shows in them as before:
+//! W_T, R_L and b' are in the robot's configuration, and the heading pull as it is; R and b in the campaign's
+//! `robot.toml`; (1) is the inverse of what [`crate::apply`] writes. Counts are raw, so an effect that is compensated shows in them as before:
 //! without this a campaign would name it as missing. The values are exact: what is in use is not measured.
 
 use std::path::Path;

@@ -127,6 +127,10 @@ impl Drop for Progress {
     }
 }
 
+/// What to do where nobody answers.
+const NOBODY: &str =
+    "run it in a terminal, or with --yes; poses that nobody types come with --measure track:FILE";
+
 /// Asks the user and waits for an answer, which may be empty.
 pub async fn ask(question: &str, clock: Clock) -> Result<String> {
     {
@@ -144,8 +148,7 @@ pub async fn ask(question: &str, clock: Clock) -> Result<String> {
         match receiver.try_recv() {
             Ok(Ok((0, _))) => {
                 note("");
-                return Err(Error::new("nobody is there to answer")
-                    .hint("run it in a terminal, or measure with --measure track:FILE --yes"));
+                return Err(Error::new("nobody is there to answer").hint(NOBODY));
             }
             Ok(Ok((_, line))) => {
                 let answer = line.trim();
@@ -157,8 +160,9 @@ pub async fn ask(question: &str, clock: Clock) -> Result<String> {
             }
             Ok(Err(error)) => {
                 note("");
-                return Err(Error::new(format_args!("cannot read the answer: {error}"))
-                    .hint("run it in a terminal, or measure with --measure track:FILE --yes"));
+                return Err(
+                    Error::new(format_args!("cannot read the answer: {error}")).hint(NOBODY)
+                );
             }
             Err(_) if interrupt::requested() => {
                 note("");

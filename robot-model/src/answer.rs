@@ -34,8 +34,8 @@ pub struct Aside {
     pub runs: usize,
     /// Their kinds, each once, in the order of the campaign.
     pub kinds: Vec<String>,
-    /// Of the nominal robot.
-    pub nominal: Errors,
+    /// Of the nominal robot; with the known effects, where there are any.
+    pub baseline: Errors,
     /// Of the model, fitted to all other runs.
     pub model: Errors,
 }

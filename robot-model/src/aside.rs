@@ -7,9 +7,10 @@ use crate::evidence::Evidence;
 use crate::increment::Term;
 use crate::odometry_noise::OdometryNoise;
 
-/// Errors of the nominal robot and of these terms, as they are; `None` where no run is kept aside.
+/// Errors before and with these terms, as they are; `None` where no run is kept aside.
 pub(crate) fn errors(
     prepared: &Prepared,
+    before: &[Term<'_>],
     terms: &[Term<'_>],
     noise: &OdometryNoise,
 ) -> Option<Aside> {
@@ -29,7 +30,7 @@ pub(crate) fn errors(
             kinds.push(kind);
         }
     }
-    Some(Aside { runs: there.runs.len(), kinds, nominal: errors(&[]), model: errors(terms) })
+    Some(Aside { runs: there.runs.len(), kinds, baseline: errors(before), model: errors(terms) })
 }
 
 /// The campaign of the runs kept aside alone, in the light of what is known of the others.

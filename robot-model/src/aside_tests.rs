@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::compare::{Assumed, Comparer, Comparison};
-use crate::effect::find;
-use crate::explain::explain;
+use crate::effect::{CATALOGUE, find};
+use crate::explain::{explain, explain_beyond};
 use crate::model::fit;
 use crate::synthetic::{campaign, full_plan, term};
 
@@ -31,8 +31,16 @@ fn an_explanation_is_what_it_would_be_without_the_runs_kept_aside() {
     assert_eq!(answer, bare);
     assert_eq!((aside.runs, aside.kinds.as_slice()), (2, &["square".to_owned()][..]));
     // 0.5 % of 4 m over 0.37 m is 54 mrad; what is left is noise, of which a good fit has as much as here.
-    assert!(aside.nominal.position_rms_m > 3.0 * aside.model.position_rms_m, "{aside:?}");
+    assert!(aside.baseline.position_rms_m > 3.0 * aside.model.position_rms_m, "{aside:?}");
     assert!((0.7..1.4).contains(&aside.model.chi), "{aside:?}");
+}
+
+#[test]
+fn what_is_known_already_is_where_the_error_on_runs_kept_aside_begins() {
+    let answer = explain_beyond(&marked(), &CATALOGUE, &["wheel_radius_ratio"]).unwrap();
+    assert!(answer.steps.is_empty() && answer.known.len() == 1, "{answer:?}");
+    let aside = answer.aside.unwrap();
+    assert_eq!(aside.baseline, aside.model);
 }
 
 #[test]

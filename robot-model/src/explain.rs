@@ -62,6 +62,7 @@ pub fn explain_beyond(
         by_evidence(&look, &kept).into_iter().partition(is_known);
     let mut prefix: Vec<Term<'_>> = known.iter().map(|it| fitted.terms[*it].clone()).collect();
     let baseline = errors(&prepared, &fitted, &prefix);
+    let before = fit_parameters(&prepared, prefix.clone(), fitted.noise).terms;
     let known: Vec<StepFound> = known
         .into_iter()
         .map(|index| step(&prepared, &fitted, index, &kept[index], &classes[index], baseline))
@@ -86,7 +87,7 @@ pub fn explain_beyond(
         rejected,
         unexplained: unexplained(&prepared, &fitted),
         next_run: next_run(&prepared, &fitted, &classes, &kept),
-        aside: aside::errors(&prepared, &fitted.terms, &fitted.noise),
+        aside: aside::errors(&prepared, &before, &fitted.terms, &fitted.noise),
     })
 }
 

@@ -134,7 +134,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
         .collect();
     let nominal = errors(&prepared, &fitted, &[]);
     let errors = errors(&prepared, &fitted, &fitted.terms);
-    let aside = aside::errors(&prepared, &fitted.terms, &fitted.noise);
+    let aside = aside::errors(&prepared, &[], &fitted.terms, &fitted.noise);
     Ok(Model { effects, nominal, errors, aside, noise: fitted.noise })
 }
 

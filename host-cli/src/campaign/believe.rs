@@ -28,6 +28,7 @@ impl Campaign {
                 Ok(recording)
             })
             .collect::<Result<Vec<_>, CampaignError>>()?;
+        super::gate::check_all(folder, &robot, &runs)?;
         if self.runs.iter().all(|run| run.facts.held_out) {
             let problem = match self.runs.len() {
                 1 => "the only run is held out: none is left to be fitted to".to_owned(),

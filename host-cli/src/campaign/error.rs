@@ -103,6 +103,15 @@ pub enum Warning {
         /// The fastest that a wheel turns by it \[rad/s\].
         rate_rad_s: f64,
     },
+    /// The last pose of a run lies far from where its wheels led from the first one.
+    Stray {
+        /// Where.
+        place: Place,
+        /// How far, if its position does \[m\].
+        position_m: Option<f64>,
+        /// How far, if its heading does \[rad\].
+        heading_rad: Option<f64>,
+    },
     /// Runs were measured by something else than `robot.toml` says.
     OtherNoise {
         /// The campaign's `robot.toml`.
@@ -137,6 +146,22 @@ impl fmt::Display for Warning {
                     f,
                     "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
                      degrees in a second; give seconds"
+                )
+            }
+            Self::Stray { place, position_m, heading_rad } => {
+                let off = match (position_m, heading_rad) {
+                    (Some(m), Some(rad)) => {
+                        format!("{m:.2} m and {:.0} degrees", rad.to_degrees().abs())
+                    }
+                    (Some(m), None) => format!("{m:.2} m"),
+                    (None, rad) => {
+                        format!("{:.0} degrees", rad.unwrap_or_default().to_degrees().abs())
+                    }
+                };
+                write!(
+                    f,
+                    "{place}: the run ends {off} from where its wheels led: it was misread, the robot was moved, \
+                     or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
                 )
             }
             Self::OtherNoise { place, name, there, here } => {

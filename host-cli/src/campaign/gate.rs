@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use robot_model::gate::{Suspicion, suspicions};
+use robot_model::gate::{Mismatch, Suspicion, mismatch, stray, suspicions};
 use robot_model::recording::{Recording, Robot};
 
+use super::robot_toml::place_of_key;
 use super::{Campaign, CampaignError, Column, Place, Run, Warning};
 
 /// Refuses a run that no robot can have driven; `file` is where it was read.
@@ -64,6 +65,75 @@ pub(super) fn check(
     Ok(())
 }
 
+/// Refuses a campaign whose wheels and poses cannot be of one robot; no run of it is suspicious.
+pub(super) fn check_all(
+    folder: &Path,
+    robot: &Robot,
+    runs: &[Recording],
+) -> Result<(), CampaignError> {
+    let Some(found) = mismatch(robot, runs) else { return Ok(()) };
+    let toml = folder.join("robot.toml");
+    let fail = |key: &str, problem: String, hint: &str| {
+        Err(CampaignError::new(place_of_key(&toml, key), problem, hint))
+    };
+    match found {
+        Mismatch::Travel { times } => {
+            let problem = format!(
+                "on straight ways the robot got {} times as far as its wheels rolled by this file",
+                factor(times)
+            );
+            let hint = "check counts_per_rev (with quadrature four counts for each line of the disc), \
+                        gear_reduction and wheel_radius_m, and that x_m and y_m are metres";
+            fail("counts_per_rev", problem, hint)
+        }
+        Mismatch::Backwards => {
+            let problem = "the robot went back where its wheels rolled ahead".to_owned();
+            let hint = "left_counts and right_counts increase when the robot goes ahead: change both signs, \
+                        or turn heading_rad by half a turn";
+            fail("counts_per_rev", problem, hint)
+        }
+        Mismatch::Turns { times } if times < -0.5 => {
+            let problem = "the robot turned the other way than its wheels turned it".to_owned();
+            let hint = "exchange left_counts and right_counts, or change the sign of heading_rad and y_m: \
+                        headings are counter-clockwise, y is to the left of x";
+            fail("track_width_m", problem, hint)
+        }
+        Mismatch::Turns { times } => {
+            let problem = format!(
+                "the robot turned {} times as far as its wheels turned it by this file",
+                factor(times.max(0.0))
+            );
+            let hint =
+                "check track_width_m, and that both counts increase when the robot goes ahead";
+            fail("track_width_m", problem, hint)
+        }
+    }
+}
+
+/// `0.250`, `10.0`.
+fn factor(times: f64) -> String {
+    if times < 1.0 { format!("{times:.3}") } else { format!("{times:.1}") }
+}
+
+/// Runs whose last pose lies far from where the wheels led; none where that is so throughout.
+pub(super) fn stray_ends(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
+    let robot = campaign.robot.to_model();
+    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
+    let sound = |it: &Recording| it.validate().is_ok() && suspicions(&robot, it).is_empty();
+    if !recordings.iter().all(sound) || mismatch(&robot, &recordings).is_some() {
+        return Vec::new();
+    }
+    let warning = |(run, recording): (&Run, &Recording)| {
+        let found = stray(&robot, recording)?;
+        let file = folder.join("runs").join(format!("{}.csv", run.name));
+        let line = run.rows.iter().position(|row| row.t_s >= found.t_s)? as u64 + 2;
+        let column = if found.position_m.is_some() { Column::X } else { Column::Heading };
+        let place = Place { line, ..header(&file, column) };
+        Some(Warning::Stray { place, position_m: found.position_m, heading_rad: found.heading_rad })
+    };
+    campaign.runs.iter().zip(&recordings).filter_map(warning).collect()
+}
+
 /// Runs whose clock can hardly be in seconds.
 pub(super) fn slow_clocks(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
     let robot = campaign.robot.to_model();
@@ -97,12 +167,17 @@ fn header(file: &Path, column: Column) -> Place {
 mod tests {
     use super::*;
 
+    const TOML: &str =
+        "name = \"r\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.372\ncounts_per_rev = 900\n";
+
     /// A run that goes 1 m ahead in 10 s, and turns by a quarter: counts of a turn of 36 mm.
     fn read(row: impl Fn(f64) -> String) -> Result<Vec<Warning>, CampaignError> {
+        read_as(TOML, row)
+    }
+
+    fn read_as(toml: &str, row: impl Fn(f64) -> String) -> Result<Vec<Warning>, CampaignError> {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("runs")).unwrap();
-        let toml =
-            "name = \"r\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.372\ncounts_per_rev = 900\n";
         fs::write(folder.path().join("robot.toml"), toml).unwrap();
         let rows: Vec<String> = (0..=100).map(|k| row(0.1 * f64::from(k))).collect();
         let csv =
@@ -158,6 +233,43 @@ mod tests {
         let error = read(|t_s| row(t_s, [1.0; 3], round)).unwrap_err().to_string();
         assert!(error.contains("column 3: left_counts goes from 655"), "{error}");
         assert!(error.contains("of 16 bits went round; add 65536 from this row on"), "{error}");
+    }
+
+    #[test]
+    fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
+        let same = |it: f64| it;
+        for (from, to, expected) in [
+            ("= 900", "= 225", "line 4, column 1: on straight ways the robot got 0.25"),
+            ("= 0.372", "= 3.72", "line 3, column 1: the robot turned 10.0"),
+        ] {
+            let toml = TOML.replace(from, to);
+            assert_ne!(toml, TOML);
+            let error = read_as(&toml, |t_s| row(t_s, [1.0; 3], same)).unwrap_err().to_string();
+            assert!(error.contains(expected) && error.contains("; check"), "{error}");
+        }
+        // Headings and positions as of one who looks from below.
+        let error = read(|t_s| row(t_s, [1.0, -1.0, 1.0], same)).unwrap_err().to_string();
+        assert!(error.contains("turned the other way") && error.contains("; exchange"), "{error}");
+        let error = read(|t_s| row(t_s, [-1.0, 1.0, 1.0], same)).unwrap_err().to_string();
+        assert!(error.contains("went back where its wheels rolled ahead"), "{error}");
+    }
+
+    #[test]
+    fn an_end_that_was_misread_is_a_warning_at_its_cell() {
+        let misread = |t_s: f64| {
+            let row = row(t_s, [1.0; 3], |it| it);
+            let cells: Vec<&str> = row.split(',').collect();
+            let heading: f64 = cells[3].parse().unwrap();
+            let heading = if t_s > 9.95 { heading + 1.57 } else { heading };
+            format!("{},{},{},{heading},{},{}", cells[0], cells[1], cells[2], cells[4], cells[5])
+        };
+        let warnings = read(misread).unwrap();
+        let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+        let said = warning.to_string();
+        assert!(
+            said.contains("01_a.csv, line 102, column 4: the run ends 90 degrees from"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -105,8 +105,9 @@ impl RobotFile {
         let robot: Self = toml::from_str(text).map_err(|error| {
             let place =
                 error.span().map_or_else(|| Place::whole(file), |it| at(file, text, it.start));
-            let hint = "name, wheel_radius_m, track_width_m and counts_per_rev are required";
-            CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
+            let problem = error.message().trim().replace('\n', "; ");
+            let hint = hint_for(&problem);
+            CampaignError::new(place, problem, hint)
         })?;
         robot.check(file, text)?;
         Ok(robot)
@@ -178,6 +179,25 @@ impl RobotFile {
     }
 }
 
+/// What to do about what the reader of the file says.
+fn hint_for(problem: &str) -> &'static str {
+    if problem.starts_with("missing field `name`") {
+        "the robot and each [[run]] have one: name = \"my-robot\""
+    } else if problem.starts_with("missing field") {
+        "name, wheel_radius_m, track_width_m and counts_per_rev are required"
+    } else if problem.starts_with("unknown field") {
+        "check its spelling, and that it stands above the first [[run]] if it is about the robot, below if about a run"
+    } else if problem.contains("expected f64") {
+        "a number, without quotes and unit, with a decimal point: wheel_radius_m = 0.036"
+    } else if problem.contains("expected a boolean") {
+        "true or false, without quotes"
+    } else if problem.contains("expected a string") {
+        "a text in quotes"
+    } else {
+        "each line is `key = value`, a text in quotes, a number without"
+    }
+}
+
 /// Line and column of a byte.
 pub(crate) fn at(file: &Path, text: &str, byte: usize) -> Place {
     let before = &text[..byte.min(text.len())];
@@ -199,6 +219,11 @@ fn start_of_run(text: &str, index: usize) -> usize {
         (name.trim() == "run").then_some(here)
     });
     headers.collect::<Vec<_>>().get(index).copied().unwrap_or(0)
+}
+
+/// Where a key of the robot stands.
+pub(super) fn place_of_key(file: &Path, key: &str) -> Place {
+    place_of(file, &fs::read_to_string(file).unwrap_or_default(), 0, key)
 }
 
 /// Where a key stands, from a byte on.

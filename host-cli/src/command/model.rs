@@ -17,7 +17,7 @@ use crate::model::{
     EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
 };
 use crate::table::{Cell, Table, wrapped};
-use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say};
+use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
@@ -54,6 +54,11 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
             let (effects, campaign) = split(&args.what, true, "remove")?;
             let mut task = Task::new(campaign, args.model.as_deref())?;
             for id in &effects {
+                if task.model.in_use().iter().any(|it| it.id() == id) {
+                    warn(format_args!(
+                        "{id} was compensated when these runs were recorded: without it `explain` names it as missing"
+                    ));
+                }
                 let before = task.model.effects.len();
                 task.model.effects.retain(|it| it.effect.facts().id != id);
                 let declared = task.model.customs.len();

@@ -15,6 +15,15 @@ use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
+    let ending = args.output.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
+    let is_drawing = ending.as_deref() == Some("svg");
+    if !is_drawing && ending.as_deref().is_some_and(|it| it != "html" && it != "htm") {
+        return Err(Error::new(format_args!(
+            "{}: a report is .html, or .svg",
+            args.output.display()
+        ))
+        .hint("a browser prints the page, to PDF as well"));
+    }
     let (read, campaign) = read(&args.campaign)?;
     warn_if_lone(&campaign);
     let output = args.output.display();
@@ -54,7 +63,6 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         paths: paths.each_ref().map(Vec::as_slice),
         curves: curves.each_ref().map(Vec::as_slice),
     };
-    let is_drawing = args.output.extension().is_some_and(|it| it.eq_ignore_ascii_case("svg"));
     let page = if is_drawing { to_svg(&report) } else { to_html(&report) };
     write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
     tell(common, json!({"report": args.output}), format_args!("{output} written"));

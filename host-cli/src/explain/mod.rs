@@ -167,8 +167,8 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     say("");
     waterfall(answer, subject);
     if let Some(aside) = &answer.aside {
-        let (nominal, model) = (text(&aside.nominal), text(&aside.model));
-        say(format_args!("{}  {nominal} \u{2192} {model}", paint(DIM, where_aside(aside))));
+        let (before, model) = (text(&aside.baseline), text(&aside.model));
+        say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, where_aside(aside))));
     }
     known(answer, subject);
     for (number, step) in answer.steps.iter().enumerate() {
@@ -213,7 +213,11 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
     };
     row(String::new(), before(answer).into(), &answer.baseline.heldout, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
-        let name = format!("+ {}", says(step, subject));
+        let name = match step.class.len() {
+            0..=2 => format!("+ {}", says(step, subject)),
+            // All of them are in the section of this effect.
+            n => format!("+ {} or {} others", subject.name(&step.effect), n - 1),
+        };
         row((number + 1).to_string(), name, &step.heldout, probability(step.p_value));
     }
     table.say(0);
@@ -294,7 +298,12 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
         put(&format!("In these runs: {it}."));
     }
     if let Some(facts) = facts.filter(|it| !it.compensation.is_empty()) {
-        put(&format!("What can be done: {}.", facts.compensation));
+        let which = if step.class.len() > 1 {
+            format!(", if it is {}", step.effect)
+        } else {
+            String::new()
+        };
+        put(&format!("What can be done{which}: {}.", facts.compensation));
     }
 }
 

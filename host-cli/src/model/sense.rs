@@ -12,6 +12,9 @@ use super::read::{RawError, RawErrors, RawNoise, RawParameter};
 use crate::campaign::CampaignError;
 use crate::campaign::robot_toml::at;
 
+/// So many times the greatest plausible value is no value.
+const FAR_OUT: f64 = 1000.0;
+
 /// A number that makes no sense: where, what, and what to do.
 pub(super) struct Nonsense {
     byte: usize,
@@ -87,6 +90,9 @@ fn impossible(id: &str, known: &Parameter, value: f64) -> Option<&'static str> {
         }
         ("turn_asymmetry", _) if value.abs() >= 1.0 => Some("between -1 and 1"),
         ("wheel_radius_ratio", _) if value.abs() >= 2.0 => Some("between -2 and 2"),
+        _ if value.abs() > FAR_OUT * known.low.abs().max(known.high.abs()) => {
+            Some("a number that some robot might have; look at its unit")
+        }
         _ => None,
     }
 }

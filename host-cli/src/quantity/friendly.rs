@@ -1,6 +1,7 @@
 //! Parameters as people read them: a ratio in per cent, a length in millimetres, an angle in mrad.
 
 use super::plus_minus;
+use super::print::DECIMALS_MAX;
 
 /// The factor and the unit in which a value of this size reads best.
 pub fn scaled_unit(size: f64, unit: &str) -> (f64, String) {
@@ -35,7 +36,11 @@ pub fn friendly_exact(value: f64, sigma: f64, unit: &str) -> String {
 pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     let decimals = super::decimals(sigma * factor);
-    let text = format!("{:.decimals$} to {:.decimals$} {name}", low * factor, high * factor);
+    let (low, high) = (low * factor, high * factor);
+    let text = match decimals {
+        0..=DECIMALS_MAX => format!("{low:.decimals$} to {high:.decimals$} {name}"),
+        _ => format!("{low:.2e} to {high:.2e} {name}"),
+    };
     text.trim_end().to_owned()
 }
 
@@ -67,6 +72,12 @@ mod tests {
         assert_eq!(friendly(1.546, 0.26, "rad/s"), "1.55 ± 0.26 rad/s");
         assert_eq!(friendly(-0.25, 0.07, "s^2/m"), "-0.250 ± 0.070 s^2/m");
         assert_eq!(friendly_interval(0.0084, 0.0002, (0.008, 0.0088), "1"), "0.800 to 0.880 %");
+        assert_eq!(friendly(2e-19, 1.5e-19, "m/s^2"), "2.00e-19 ± 1.50e-19 m/s^2");
+        let (low, high) = (-1e-19, 5e-19);
+        assert_eq!(
+            friendly_interval(2e-19, 1.5e-19, (low, high), "1/s"),
+            "-1.00e-19 to 5.00e-19 1/s"
+        );
     }
 
     #[test]

@@ -5,6 +5,9 @@ use std::fmt;
 
 use super::Distance;
 
+/// With more decimals a number is written with its power of ten.
+pub(super) const DECIMALS_MAX: usize = 9;
+
 /// Decimals that show a sigma with two significant digits; six at most without one.
 pub fn decimals(sigma: f64) -> usize {
     if !(sigma > 0.0 && sigma.is_finite()) {
@@ -16,9 +19,12 @@ pub fn decimals(sigma: f64) -> usize {
     (1 - power).clamp(0, 12) as usize
 }
 
-/// `0.9919 ± 0.0041`: both with as many decimals as the sigma has meaning.
+/// `0.9919 ± 0.0041`: both with as many decimals as the sigma has meaning; `1.23e-15 ± 3.01e-16`, never a row of zeros.
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     let decimals = decimals(sigma);
+    if decimals > DECIMALS_MAX {
+        return format!("{value:.2e} ± {sigma:.2e}");
+    }
     format!("{value:.decimals$} ± {sigma:.decimals$}")
 }
 

@@ -206,9 +206,10 @@ fn aside(html: &mut String, report: &CampaignReport<'_>) {
     let _ = writeln!(
         html,
         "<p>{}, to which nothing was fitted and by which nothing was chosen: <span class=\"before\">{}</span> \
-         for the nominal robot, <span class=\"after\">{}</span> with what is missing.</p>",
+         for the {}, <span class=\"after\">{}</span> with what is missing.</p>",
         escape(&where_aside(it).replacen("on", "On", 1)),
-        text(&it.nominal),
+        text(&it.baseline),
+        before(report.answer),
         text(&it.model)
     );
 }

@@ -47,7 +47,7 @@ fn answer() -> Answer {
         aside: Some(Aside {
             runs: 2,
             kinds: vec!["square".into()],
-            nominal: errors(12.3),
+            baseline: errors(12.3),
             model: errors(4.5),
         }),
         next_run: Some(NextRun {

@@ -93,7 +93,7 @@ impl Person {
         }
         while self.confirm {
             let question = format!(
-                "{place} Enter to drive, or where it stands if it is not there (12mm -3mm 1deg), s to skip it, q to stop here:"
+                "{place} Enter to drive, where it stands if not there (12mm -3mm 1deg), s to skip, q to stop:"
             );
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => break,
@@ -132,10 +132,15 @@ impl Person {
             match parse_answer(&ui::ask(question, clock).await?) {
                 Ok(Answer::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(track) if read.heading_rad.is_some() => return Ok(Seen::Track(track)),
-                    Ok(mut track) => {
-                        track[1].heading_rad = ask_heading(clock).await?;
-                        return Ok(Seen::Track(track));
-                    }
+                    Ok(mut track) => match ask_heading(clock).await? {
+                        Heading::Read(heading_rad) => {
+                            track[1].heading_rad = heading_rad;
+                            return Ok(Seen::Track(track));
+                        }
+                        Heading::Repeat => return Ok(Seen::Repeat),
+                        Heading::Skip => return Ok(Seen::Skip),
+                        Heading::Quit => return Err(stopped()),
+                    },
                     Err(why) => ui::warn(why),
                 },
                 Ok(Answer::Track(path)) => match read_track(&path) {
@@ -189,18 +194,47 @@ impl Person {
     }
 }
 
-/// Asks for the heading alone \[rad\].
-async fn ask_heading(clock: Clock) -> Result<Option<f64>> {
+/// What was answered when the heading alone was asked for.
+enum Heading {
+    /// \[rad\], if it was read.
+    Read(Option<f64>),
+    Repeat,
+    Skip,
+    Quit,
+}
+
+/// Asks for the heading alone.
+async fn ask_heading(clock: Clock) -> Result<Heading> {
     loop {
-        let answer = ui::ask("Its heading, to the left (3deg), or Enter for none:", clock).await?;
-        if answer.is_empty() {
-            return Ok(None);
-        }
-        match answer.parse::<Angle>() {
-            Ok(angle) => return Ok(Some(angle.rad)),
+        let question = "Its heading, to the left (3deg), Enter for none, repeat, skip, or q:";
+        match parse_heading(&ui::ask(question, clock).await?) {
+            Ok(heading) => return Ok(heading),
             Err(why) => ui::warn(why),
         }
     }
+}
+
+fn parse_heading(text: &str) -> std::result::Result<Heading, String> {
+    Ok(match text.to_lowercase().as_str() {
+        "" => Heading::Read(None),
+        "r" | "repeat" => Heading::Repeat,
+        "s" | "skip" => Heading::Skip,
+        "q" | "quit" => Heading::Quit,
+        angle => {
+            no_decimal_comma(angle)?;
+            let angle = angle.parse::<Angle>().map_err(|it| it.to_string())?;
+            Heading::Read(Some(angle.rad))
+        }
+    })
+}
+
+/// Refuses `1,795m`, as some write it: elsewhere a comma ends a number.
+fn no_decimal_comma(text: &str) -> std::result::Result<(), String> {
+    let digits = text
+        .as_bytes()
+        .windows(3)
+        .any(|it| it[1] == b',' && it[0].is_ascii_digit() && it[2].is_ascii_digit());
+    if digits { Err(format!("`{text}`: write 1.8m, with a point, not 1,8m")) } else { Ok(()) }
 }
 
 fn parse_answer(text: &str) -> std::result::Result<Answer, String> {
@@ -220,6 +254,7 @@ fn parse_answer(text: &str) -> std::result::Result<Answer, String> {
 
 /// `1.795m -12mm`, `1.795m -12mm 3deg`.
 fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
+    no_decimal_comma(text)?;
     let parts = join_units(text);
     let length = |text: &str| text.parse::<Length>().map(|it| it.m).map_err(|it| it.to_string());
     let angle = |text: &str| text.parse::<Angle>().map(|it| it.rad).map_err(|it| it.to_string());
@@ -264,9 +299,22 @@ mod tests {
             ("1.8 2", "unit"),
             ("1m 2deg", "unit"),
             ("1m 2m 3m", "unit"),
+            ("1,795m 2mm", "with a point"),
         ] {
             let said = parse_pose(bad).unwrap_err();
             assert!(said.contains(why) && !said.contains('\n'), "{bad}: {said}");
+        }
+    }
+
+    #[test]
+    fn whoever_is_asked_for_the_heading_may_as_well_leave() {
+        assert!(matches!(parse_heading("3deg"), Ok(Heading::Read(Some(rad))) if rad > 0.05));
+        assert!(matches!(parse_heading(""), Ok(Heading::Read(None))));
+        assert!(matches!(parse_heading("Q"), Ok(Heading::Quit)));
+        assert!(matches!(parse_heading("skip"), Ok(Heading::Skip)));
+        assert!(matches!(parse_heading("r"), Ok(Heading::Repeat)));
+        for bad in ["3", "3,5deg", "quite"] {
+            assert!(parse_heading(bad).is_err(), "{bad}");
         }
     }
 

@@ -25,6 +25,8 @@ use crate::recording::wrap;
 
 /// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
 const ROLLED_MAX_M: f64 = 0.5;
+/// Two poses with more rolling than this between them have the label that this share of it has.
+const LABEL_SHARE: f64 = 0.7;
 /// Stretches with less rolling tell nothing \[m\].
 const ROLLED_MIN_M: f64 = 0.01;
 
@@ -112,8 +114,14 @@ pub(super) fn stretches(
     };
     for pair in whole.windows(2) {
         let (from, to) = (track.step[pair[0]], track.step[pair[1]]);
-        // The label of the step in the middle speaks for the interval.
-        let here = label((from + to).div_ceil(2).min(steps.len() - 1));
+        // The label of the step in the middle speaks for the interval, if poses are close; what was measured at
+        // its ends alone is about no angle of a wheel that went round between them.
+        let here = label((from + to).div_ceil(2).min(steps.len() - 1)).filter(|it| {
+            let all_m = rolled[to] - rolled[from];
+            let same = (from..to).filter(|k| label(*k) == Some(*it));
+            all_m <= ROLLED_MAX_M
+                || same.map(|k| steps[k].rolled_m()).sum::<f64>() >= LABEL_SHARE * all_m
+        });
         if let Some((begin, name)) = open {
             let long = rolled[track.step[pair[0]]] - rolled[track.step[begin]] >= ROLLED_MAX_M;
             if here != Some(name) || long {

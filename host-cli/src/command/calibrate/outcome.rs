@@ -66,6 +66,9 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
                 paint(WARN, "Not a radius:")
             ));
             say("  look at the caster, the floor's slope, and a brake or tyre that drags");
+            say(
+                "  what stays of it can be steered against: `beeline campaign record`, then `beeline apply`",
+            );
         }
         None => {
             say(format_args!(

@@ -280,6 +280,11 @@ impl Custom {
             shown_by: "runs in which what stands in its expression varies",
             compensation: "a term in the odometry",
         }));
+        if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
+            let problem = format!("it grows without bound when the robot {when}");
+            let hint = format!("no division by what becomes zero there: {instead}, for example");
+            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
+        }
         let (target, per) = (self.target, self.per);
         Ok(Box::leak(Box::new(CustomEffect { custom: self.clone(), facts, tree, target, per })))
     }
@@ -457,6 +462,46 @@ fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
         });
         linear && finite > 0
     })
+}
+
+/// When what an expression gives in a second grows without bound, and what to write instead; every run has such
+/// moments, and a fit to them would be about nothing else.
+fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<(&'static str, &'static str)> {
+    // Of what it was; and how much more a thousandth of that must give.
+    const SLOWER: [f64; 2] = [1e-3, 1e-6];
+    const GROWS: f64 = 100.0;
+    let amount = |step: &Step| {
+        let at = Jet::parameters(&[0.83, 1.31, 0.57, 1.71][..count]);
+        let rate = evaluate::evaluate(tree, &at, step).value;
+        let times = match per {
+            Per::Second => 1.0,
+            Per::Metre => step.speed_mps(),
+            Per::Radian => step.turn_rate_rad_s(),
+        };
+        (rate * times).abs()
+    };
+    let slowly = |step: &Step, share: f64| Step {
+        dphi_rad: step.dphi_rad.map(|it| share * it),
+        wheel_speed_mps: step.wheel_speed_mps.map(|it| share * it),
+        ..*step
+    };
+    let evenly = |step: &Step, share: f64| Step {
+        wheel_accel_mps2: step.wheel_accel_mps2.map(|it| share * it),
+        ..*step
+    };
+    let grows = |like: &dyn Fn(&Step, f64) -> Step| {
+        probes().iter().any(|step| {
+            let [slow, slower] = SLOWER.map(|share| amount(&like(step, share)));
+            slow.is_finite() && slower > GROWS * slow
+        })
+    };
+    if grows(&slowly) {
+        Some(("stands", "k / max(abs(v), 0.02[m/s])"))
+    } else if grows(&evenly) {
+        Some(("drives evenly", "k / max(abs(a), 0.02[m/s^2])"))
+    } else {
+        None
+    }
 }
 
 /// An amplitude beyond this would be seen with the naked eye: a fifth of the way, or of a radian a

@@ -40,6 +40,20 @@ fn units_of_parameters_follow_from_the_expression() {
 }
 
 #[test]
+fn what_stays_finite_where_the_robot_stands_is_no_mistake() {
+    for equation in [
+        "dtheta/ds = k / v",
+        "dtheta = k / max(abs(v), 0.02[m/s])",
+        "dn/ds = k * max(0[m/s], 0.1[m/s] - v)",
+        "dtheta = k * omega / v * a",
+        "dtheta = k * exp(-v / v0)",
+        "dn = k * sign(v)",
+    ] {
+        built(equation);
+    }
+}
+
+#[test]
 fn every_mistake_is_pointed_at_and_has_a_hint() {
     for (equation, problem, pointed) in [
         ("k * v", "there is no = in it", "k * v"),
@@ -62,6 +76,9 @@ fn every_mistake_is_pointed_at_and_has_a_hint() {
         ("dtheta = k * 2^v", "an exponent has no unit", "v"),
         ("dtheta = v * omega", "no parameter", "v * omega"),
         ("dtheta = omega * (1 + k)", "no parameter makes it vanish", "omega * (1 + k)"),
+        ("dtheta = k / v", "grows without bound when the robot stands", "k / v"),
+        ("ds_left/ds = k * a / omega^2", "when the robot stands", "k * a / omega^2"),
+        ("dn = k / a", "when the robot drives evenly", "k / a"),
         ("dtheta = k * 3[furlong]", "`furlong` is no unit", "[furlong]"),
         ("dtheta = k * 3[mm]", "`mm` is not an SI base unit", "[mm]"),
         ("dtheta = k * §", "`§` cannot stand here", "§"),

@@ -2,11 +2,16 @@
 //!
 //! What the wheels rolled is held against what was measured. Between them lie slip, a wrong radius, a hand
 //! that pushed, factors of two at most; a wrong unit is a factor of 57 or more. Nothing here fires on a robot
-//! that is merely wrong, and what stood still is never judged.
+//! that is merely wrong, and what stood still is never judged. What all runs say together, and each alone, when
+//! the units are right, is in `mismatch`.
+
+mod mismatch;
 
 use crate::path::Pose;
 use crate::recording::{Recording, Robot};
 use crate::sides::Sides;
+
+pub use self::mismatch::{Mismatch, Stray, mismatch, stray};
 
 /// What a recording cannot be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,5 +203,4 @@ fn headings(run: &Recording, reckoned: &[Pose]) -> Option<Suspicion> {
 }
 
 #[cfg(test)]
-#[path = "gate_tests.rs"]
 mod tests;

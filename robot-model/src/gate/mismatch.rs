@@ -1,0 +1,203 @@
+//! Wheels and poses that cannot be of one robot, though each is in its units: a radius, a gear or a track width
+//! off by a factor, a sign, two encoders exchanged; and single poses that lie far from where the wheels led.
+
+use crate::path::Pose;
+use crate::recording::{Recording, Robot, Sight, wrap};
+
+use super::{FAR_M, TURNED_RAD, at, reckon};
+
+/// What cannot be, by the middle of all runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mismatch {
+    /// On straight ways the robot got so many times as far as its wheels rolled.
+    Travel {
+        /// How many times.
+        times: f64,
+    },
+    /// It went back where its wheels rolled ahead, and the other way round.
+    Backwards,
+    /// It turned so many times as far as its wheels turned it; negative is the other way round.
+    Turns {
+        /// How many times.
+        times: f64,
+    },
+}
+
+/// The last pose of a run, far from where the wheels led from the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stray {
+    /// When it was measured \[s\].
+    pub t_s: f64,
+    /// How far off it is, if the position is \[m\].
+    pub position_m: Option<f64>,
+    /// How far off it is, if the heading is, counter-clockwise positive \[rad\].
+    pub heading_rad: Option<f64>,
+}
+
+/// A robot that is merely wrong stays within this factor.
+const FACTOR: f64 = 2.0;
+/// A way is straight if it is at most so many times as long as what it led to, and by wheels and by eye
+/// the robot turned by less than this \[rad\].
+const STRAIGHT: (f64, f64) = (1.1, 0.5);
+/// Turned by more between two poses, a wrapped heading may stand for another turn \[rad\].
+const TURNED_MAX_RAD: f64 = 2.0;
+/// Turned by less, wheels did not turn it \[rad\].
+const TURNED_MIN_RAD: f64 = 0.001;
+/// A last pose may be off by this, and by this share of the way or of the turn, before it is called stray.
+const STRAY_M: (f64, f64) = (0.15, 0.15);
+const STRAY_RAD: (f64, f64) = (0.5, 0.15);
+
+/// What a campaign as a whole cannot be; its runs are valid, and none of them is suspicious.
+pub fn mismatch(robot: &Robot, runs: &[Recording]) -> Option<Mismatch> {
+    let (mut ways, mut turns) = (Vec::new(), Vec::new());
+    for run in runs {
+        let led = Led::of(robot, run);
+        ways.extend(median(led.ways()));
+        turns.extend(median(led.turns()));
+    }
+    if let Some(times) = median(ways).filter(|it| !believable(*it)) {
+        return Some(match believable(-times) {
+            true => Mismatch::Backwards,
+            false => Mismatch::Travel { times: times.abs() },
+        });
+    }
+    let times = median(turns).filter(|it| !believable(*it))?;
+    Some(Mismatch::Turns { times })
+}
+
+/// The last pose of a run, if it is far off; the campaign as a whole is no [`Mismatch`].
+pub fn stray(robot: &Robot, run: &Recording) -> Option<Stray> {
+    let led = Led::of(robot, run);
+    let first = run.sights.iter().find(|it| it.position_m.is_some())?;
+    let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
+    let (way_m, turn_rad) = led.rolled(first.t_s, last.t_s);
+    let pose = |it: &Sight, heading_rad: f64| {
+        let [x_m, y_m] = it.position_m?;
+        Some(Pose::new(x_m, y_m, it.heading_rad.unwrap_or(heading_rad)))
+    };
+    let to = at(run, &led.poses, last.t_s).seen_from(at(run, &led.poses, first.t_s));
+    let heading_rad = first
+        .heading_rad
+        .zip(last.heading_rad)
+        .map(|(from, seen)| wrap(seen - from - to.heading_rad));
+    let position_m = last.position_m.and_then(|[x_m, y_m]| {
+        let from = pose(first, 0.0)?;
+        match first.heading_rad {
+            Some(_) => {
+                let there = from.compose(to);
+                Some((x_m - there.x_m).hypot(y_m - there.y_m))
+            }
+            // It looked anywhere: how far it got must do.
+            None => {
+                let got_m = (x_m - from.x_m).hypot(y_m - from.y_m);
+                Some((got_m - to.x_m.hypot(to.y_m)).abs())
+            }
+        }
+    });
+    let stray = Stray {
+        t_s: last.t_s,
+        position_m: position_m.filter(|it| *it > STRAY_M.0 + STRAY_M.1 * way_m),
+        heading_rad: heading_rad.filter(|it| it.abs() > STRAY_RAD.0 + STRAY_RAD.1 * turn_rad),
+    };
+    (stray.position_m.is_some() || stray.heading_rad.is_some()).then_some(stray)
+}
+
+fn believable(times: f64) -> bool {
+    (1.0 / FACTOR..=FACTOR).contains(&times)
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// A run, and where its wheels led.
+struct Led<'a> {
+    run: &'a Recording,
+    poses: Vec<Pose>,
+    /// How far the middle of the robot went and how much it turned by each sample, ahead or back.
+    rolled: Vec<(f64, f64)>,
+}
+
+impl<'a> Led<'a> {
+    fn of(robot: &Robot, run: &'a Recording) -> Self {
+        let mut rolled = vec![(0.0, 0.0)];
+        for pair in run.wheels.windows(2) {
+            let step =
+                pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| (a - b) * robot.wheel_radius_m);
+            let (way_m, turn_rad) = rolled[rolled.len() - 1];
+            let turn = (step.difference() / robot.track_width_m).abs();
+            rolled.push((way_m + step.mean().abs(), turn_rad + turn));
+        }
+        Self { run, poses: reckon(robot, run), rolled }
+    }
+
+    fn rolled(&self, from_s: f64, to_s: f64) -> (f64, f64) {
+        let by = |t_s: f64| {
+            let after = self.run.wheels.partition_point(|it| it.t_s <= t_s);
+            self.rolled[after.saturating_sub(1)]
+        };
+        let ((a_m, a_rad), (b_m, b_rad)) = (by(from_s), by(to_s));
+        (b_m - a_m, b_rad - a_rad)
+    }
+
+    /// On straight ways from where it was seen first: how far it got over how far its wheels took it;
+    /// negative where it looked the other way.
+    fn ways(&self) -> Vec<f64> {
+        let mut seen = self.run.sights.iter().filter_map(|it| Some((it, it.position_m?)));
+        let Some((first, from_m)) = seen.next() else { return Vec::new() };
+        let from = at(self.run, &self.poses, first.t_s);
+        let ratio = |(sight, to_m): (&Sight, [f64; 2])| {
+            let led = at(self.run, &self.poses, sight.t_s).seen_from(from);
+            let (led_m, way_m) = (led.x_m.hypot(led.y_m), self.rolled(first.t_s, sight.t_s).0);
+            let got_m = [to_m[0] - from_m[0], to_m[1] - from_m[1]];
+            let far = led_m.max(got_m[0].hypot(got_m[1])) > FAR_M && led_m > 0.0;
+            let turned = led.heading_rad.abs() > STRAIGHT.1;
+            if !far || turned || way_m > STRAIGHT.0 * led_m {
+                return None;
+            }
+            let times = got_m[0].hypot(got_m[1]) / led_m;
+            let ahead = first.heading_rad.map_or(1.0, |heading_rad| {
+                let along_m = got_m[0] * heading_rad.cos() + got_m[1] * heading_rad.sin();
+                along_m * led.x_m.signum()
+            });
+            // Across, as with a heading that is off, it is neither.
+            Some(if ahead < -0.5 * times * led_m { -times } else { times })
+        };
+        let straight = |it: &Sight| {
+            let turned_rad = first.heading_rad.zip(it.heading_rad).map(|(a, b)| wrap(b - a));
+            turned_rad.is_none_or(|it| it.abs() < STRAIGHT.1)
+        };
+        // Once it turned it may look ahead again, but it is elsewhere.
+        seen.take_while(|it| straight(it.0)).filter_map(ratio).collect()
+    }
+
+    /// How much it turned, bit by bit, over how much its wheels turned it.
+    fn turns(&self) -> Vec<f64> {
+        let heading =
+            |it: &Sight| Some((it.heading_rad?, at(self.run, &self.poses, it.t_s).heading_rad));
+        let seen: Vec<(f64, f64)> = self.run.sights.iter().filter_map(heading).collect();
+        let (mut measured_rad, mut wheels_rad) = (0.0_f64, 0.0_f64);
+        let mut ratios = Vec::new();
+        for pair in seen.windows(2) {
+            let by_wheels = pair[1].1 - pair[0].1;
+            if by_wheels.abs() < TURNED_MAX_RAD {
+                measured_rad += wrap(pair[1].0 - pair[0].0);
+                wheels_rad += by_wheels;
+                if measured_rad.abs().max(wheels_rad.abs()) < TURNED_RAD {
+                    continue;
+                }
+                // Wheels that did not turn it at all say nothing of a factor.
+                if wheels_rad.abs() > TURNED_MIN_RAD {
+                    ratios.push(measured_rad / wheels_rad);
+                }
+            }
+            (measured_rad, wheels_rad) = (0.0, 0.0);
+        }
+        ratios
+    }
+}
+
+#[cfg(test)]
+#[path = "mismatch_tests.rs"]
+mod tests;

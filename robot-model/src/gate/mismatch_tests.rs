@@ -1,0 +1,115 @@
+use super::*;
+use crate::campaign::Campaign;
+use crate::sides::Sides;
+use crate::synthetic::{ALONE, ROBOT, campaign, end_poses_only, full_plan, term};
+
+/// What is said of a campaign that another robot drove than `robot` and `change` say.
+fn said(robot: &Robot, ends_only: bool, change: impl Fn(&mut Recording)) -> Option<Mismatch> {
+    let mut campaign = sound(ends_only);
+    campaign.runs.iter_mut().for_each(change);
+    mismatch(robot, &campaign.runs)
+}
+
+fn sound(ends_only: bool) -> Campaign {
+    let mut campaign = campaign(&full_plan(), &[], 3);
+    if ends_only {
+        // The way out alone: out and back leads nowhere.
+        for run in campaign.runs.iter_mut().filter(|it| it.name.starts_with("out_and_back")) {
+            let middle = run.wheels[run.wheels.len() / 2].t_s;
+            run.wheels.retain(|it| it.t_s < middle);
+            run.sights.retain(|it| it.t_s < middle);
+        }
+        return end_poses_only(campaign);
+    }
+    campaign
+}
+
+fn nothing(_: &mut Recording) {}
+
+#[test]
+fn a_robot_that_is_merely_wrong_is_none_and_has_no_stray_poses() {
+    for ends_only in [false, true] {
+        assert_eq!(said(&ROBOT, ends_only, nothing), None);
+        for run in &sound(ends_only).runs {
+            assert_eq!(stray(&ROBOT, run), None, "{}", run.name);
+        }
+    }
+    for (id, values) in ALONE {
+        let campaign = campaign(&full_plan(), &[term(id, values)], 3);
+        assert_eq!(mismatch(&ROBOT, &campaign.runs), None, "{id}");
+        for run in &campaign.runs {
+            assert_eq!(stray(&ROBOT, run), None, "{id}: {}", run.name);
+        }
+    }
+    let other = |radius: f64, track: f64| Robot {
+        wheel_radius_m: radius * ROBOT.wheel_radius_m,
+        track_width_m: track * ROBOT.track_width_m,
+        ..ROBOT
+    };
+    for (radius, track) in [(1.6, 1.0), (0.7, 1.0), (1.0, 1.5), (1.0, 0.7)] {
+        assert_eq!(said(&other(radius, track), false, nothing), None, "{radius}, {track}");
+    }
+}
+
+#[test]
+fn a_radius_or_a_count_off_by_a_factor_is_seen() {
+    for ends_only in [false, true] {
+        for times in [1000.0, 4.0, 0.25, 0.01] {
+            let robot = Robot { wheel_radius_m: ROBOT.wheel_radius_m * times, ..ROBOT };
+            let Some(Mismatch::Travel { times: found }) = said(&robot, ends_only, nothing) else {
+                panic!("{times}: {:?}", said(&robot, ends_only, nothing));
+            };
+            assert!((found * times - 1.0).abs() < 0.1, "{times}: {found}");
+        }
+    }
+}
+
+#[test]
+fn a_track_width_off_by_a_factor_is_seen() {
+    for times in [100.0, 10.0, 3.0, 0.3] {
+        let robot = Robot { track_width_m: ROBOT.track_width_m * times, ..ROBOT };
+        let Some(Mismatch::Turns { times: found }) = said(&robot, false, nothing) else {
+            panic!("{times}: {:?}", said(&robot, false, nothing));
+        };
+        assert!((found / times - 1.0).abs() < 0.1, "{times}: {found}");
+    }
+}
+
+#[test]
+fn exchanged_encoders_and_signs_are_seen() {
+    let each = |change: fn(Sides<f64>) -> Sides<f64>| {
+        said(&ROBOT, false, |run| {
+            run.wheels.iter_mut().for_each(|it| it.phi_rad = change(it.phi_rad));
+        })
+    };
+    let exchanged = each(|it| Sides::new(it.right, it.left));
+    assert!(
+        matches!(exchanged, Some(Mismatch::Turns { times }) if (times + 1.0).abs() < 0.05),
+        "{exchanged:?}"
+    );
+    assert_eq!(each(|it| Sides::new(-it.left, -it.right)), Some(Mismatch::Backwards));
+    // One alone: straight ahead is a spin to the encoders.
+    let one = each(|it| Sides::new(-it.left, it.right));
+    assert!(matches!(one, Some(Mismatch::Turns { times }) if times.abs() < 0.5), "{one:?}");
+}
+
+#[test]
+fn a_misread_pose_is_a_stray_one() {
+    for ends_only in [false, true] {
+        for (name, off_m, off_rad) in [("arc", 0.0, 1.57), ("out_and_back", 1.0, 0.0)] {
+            let mut runs = sound(ends_only).runs;
+            let run = runs.iter_mut().find(|it| it.name.starts_with(name)).unwrap();
+            let last = run.sights.last_mut().unwrap();
+            last.heading_rad = last.heading_rad.map(|it| it + off_rad);
+            last.position_m = last.position_m.map(|[x, y]| [x, y + off_m]);
+            let t_s = last.t_s;
+            let found = stray(&ROBOT, run).unwrap_or_else(|| panic!("{}, {ends_only}", run.name));
+            assert_eq!(found.t_s, t_s);
+            let near = |it: Option<f64>, off: f64| match it {
+                Some(it) => (it - off).abs() < 0.05,
+                None => off == 0.0,
+            };
+            assert!(near(found.position_m, off_m) && near(found.heading_rad, off_rad), "{found:?}");
+        }
+    }
+}

@@ -220,6 +220,11 @@ impl Evidence {
         Solution { delta, covariance }
     }
 
+    /// What the priors add to chi^2 at this point.
+    pub fn prior_cost(&self) -> f64 {
+        self.priors.iter().map(|it| (it.from_middle / it.spread).powi(2)).sum()
+    }
+
     /// How far the best that other columns can do stays from what these columns do at these values,
     /// in sigmas squared: the gain in -2 log likelihood that the truth is to be expected to have.
     pub fn separation(

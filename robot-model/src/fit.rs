@@ -1,7 +1,7 @@
 //! Fits a model to a campaign: its parameters by Gauss-Newton on whitened residuals, and the noise by
 //! maximum likelihood, in turns.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::campaign::{Prepared, PreparedRun};
 use crate::effect::{Effect, Role};
@@ -18,6 +18,8 @@ use crate::whiten::{Innovation, Sink, whiten};
 const ROUNDS_MAX: usize = 8;
 /// A step of this many sigmas is no step.
 const STEP_SIGMAS: f64 = 0.02;
+/// A step by which chi^2 grows more than this is too long.
+const RISE: f64 = 0.5;
 
 /// A fitted set of effects.
 #[derive(Clone, Debug)]
@@ -109,20 +111,33 @@ pub(crate) fn fit_noise(
 }
 
 /// Fits the parameters of these terms, with the noise as given.
+///
+/// Where a whole step makes things worse, as behind a kink it may, half of it is taken. What then still does not come
+/// to rest is left where it was best; [`crate::look::Look::is_unsettled`] knows it.
 pub(crate) fn fit_parameters<'a>(
     prepared: &Prepared,
     mut terms: Vec<Term<'a>>,
     noise: OdometryNoise,
 ) -> Fitted<'a> {
+    let mut best: Option<(f64, Vec<Term<'a>>, DVector<f64>)> = None;
     let mut round = 0;
     loop {
         let evidence = Evidence::gather(prepared, &mut terms, &noise);
+        let cost = evidence.total.squares + evidence.prior_cost();
+        round += 1;
+        if let Some((least, there, step)) = &mut best
+            && cost > *least + RISE
+        {
+            *step *= if round > ROUNDS_MAX { 0.0 } else { 0.5 };
+            terms.clone_from(there);
+            moved_within_range(prepared, &mut terms, step.as_slice());
+            continue;
+        }
         let columns: Vec<usize> = (0..evidence.priors.len()).collect();
         let solution = evidence.solve(&evidence.total, &columns);
         let distance = (0..columns.len())
             .map(|i| solution.delta[i].abs() / solution.covariance[(i, i)].sqrt())
             .fold(0.0, f64::max);
-        round += 1;
         if distance < STEP_SIGMAS || round > ROUNDS_MAX {
             return Fitted {
                 terms,
@@ -132,7 +147,9 @@ pub(crate) fn fit_parameters<'a>(
                 rows: evidence.total.rows,
             };
         }
+        let before = terms.clone();
         moved_within_range(prepared, &mut terms, solution.delta.as_slice());
+        best = Some((cost, before, solution.delta));
     }
 }
 
@@ -202,3 +219,7 @@ fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fit
 
 /// From so many rows on the size of the noise is their matter alone, not that of what is typical.
 const ROWS_FOR_SIZE: f64 = 1000.0;
+
+#[cfg(test)]
+#[path = "fit_tests.rs"]
+mod tests;

@@ -41,6 +41,12 @@ const ROUNDING: f64 = 1e-6;
 /// An effect of a model has to go if tracks of runs held out get better by more than this share without it.
 const WORSE_TRACKS: f64 = 0.02;
 
+/// Squared errors of tracks that fall by this share fall beyond doubt.
+const GOOD_DEAL: f64 = 0.2;
+
+/// A fit that came to rest is nearer to what it wants than this.
+const UNSETTLED_SIGMAS: f64 = 1.0;
+
 /// What an effect's parameters, shapes included, cost in -2 log likelihood: Akaike's two each.
 pub(crate) fn penalty(term: &Term<'_>) -> f64 {
     2.0 * term.values.len() as f64
@@ -202,6 +208,43 @@ impl<'a> Look<'a> {
             whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, WORSE_TRACKS))
         };
         (0..self.in_model).map(spoils).collect()
+    }
+
+    /// For each effect of the model, whether it stands elsewhere than the runs say there that it should, so that its
+    /// fit never came to rest: what is said of it then is about no value.
+    pub fn is_unsettled(&self) -> Vec<bool> {
+        let columns = self.model_columns(&[]);
+        let solution = self.evidence.solve(&self.evidence.total, &columns);
+        let far = |i: usize| {
+            solution.delta[i].abs() > UNSETTLED_SIGMAS * solution.covariance[(i, i)].sqrt()
+        };
+        let effect = |index: usize| {
+            let own = self.amplitudes(index);
+            (0..columns.len()).any(|i| own.contains(&columns[i]) && far(i))
+        };
+        (0..self.in_model).map(effect).collect()
+    }
+
+    /// The effects of the model, but for its geometry, by which tracks of runs held out get better by less than
+    /// a good deal.
+    pub fn hardly_better_tracks(&self, prepared: &Prepared) -> Vec<usize> {
+        let whole = self.held_out_tracks(prepared, &[], None);
+        let asked = |index: &usize| {
+            let without = self.held_out_tracks(prepared, &[*index], None);
+            !GEOMETRY.contains(&self.terms[*index].effect.facts().id)
+                && whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, -GOOD_DEAL))
+        };
+        (0..self.in_model).filter(asked).collect()
+    }
+
+    /// Whether tracks of runs held out are predicted worse than by a model that was fitted for itself.
+    pub fn tracks_are_worse_than(&self, prepared: &Prepared, other: &Fitted<'a>) -> bool {
+        let mut terms = other.terms.clone();
+        let evidence = Evidence::gather(prepared, &mut terms, &other.noise);
+        let columns: Vec<usize> = (0..evidence.priors.len()).collect();
+        let there = held_out_tracks(prepared, (&evidence, &terms), &columns, &self.noise);
+        let here = self.held_out_tracks(prepared, &[], None);
+        here.zip(there).is_some_and(|(here, there)| here.worse_than(there, WORSE_TRACKS))
     }
 
     fn held_out_tracks(

@@ -90,21 +90,47 @@ pub(crate) fn settled<'a>(
     loop {
         let look = Look::new(prepared, &fitted, catalogue);
         let Some(terms) = removal(prepared, &look, &fitted) else {
-            return Selection::new(fitted, look);
+            match better_without(prepared, catalogue, &look, &fitted) {
+                Some(without) => fitted = without,
+                None => return Selection::new(fitted, look),
+            }
+            continue;
         };
         fitted = fit_afresh(prepared, terms);
     }
 }
 
-/// A model of these effects, if every one of them stands in it.
+/// The model without an effect, if all else stands in it and tracks of runs held out are predicted better by it with
+/// the noise that is its own.
+///
+/// What an effect does to the noise changes what every run weighs, and with it all other parameters: it may look
+/// good in a model that is worse for it. Where an effect makes tracks far better there is no need to ask.
+fn better_without<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    look: &Look<'a>,
+    fitted: &Fitted<'a>,
+) -> Option<Fitted<'a>> {
+    look.hardly_better_tracks(prepared).into_iter().find_map(|index| {
+        let mut terms = fitted.terms.clone();
+        terms.remove(index);
+        let without = fit_afresh(prepared, terms);
+        let stands =
+            || removal(prepared, &Look::new(prepared, &without, catalogue), &without).is_none();
+        (look.tracks_are_worse_than(prepared, &without) && stands()).then_some(without)
+    })
+}
+
+/// A model of these effects, if every one of them stands in it, and tracks are no worse than `before`.
 fn standing<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     terms: Vec<Term<'a>>,
+    before: &Fitted<'a>,
 ) -> Option<Selection<'a>> {
     let fitted = fit_afresh(prepared, terms);
     let look = Look::new(prepared, &fitted, catalogue);
-    if removal(prepared, &look, &fitted).is_some() {
+    if removal(prepared, &look, &fitted).is_some() || look.tracks_are_worse_than(prepared, before) {
         return None;
     }
     Some(Selection::new(fitted, look))
@@ -243,7 +269,7 @@ fn reconsidered<'a>(
         .iter()
         .filter(|it| !look.tracks_get_worse(prepared, &[], &it.term))
         .take(RECONSIDERED_MAX)
-        .find_map(|it| standing(prepared, catalogue, exchanged(fitted, &[], it)))
+        .find_map(|it| standing(prepared, catalogue, exchanged(fitted, &[], it), fitted))
 }
 
 /// Whether chance gives as much as this judgement says in a model of so many effects, this one counted, where
@@ -259,13 +285,14 @@ pub(crate) fn is_chance(it: &Judgement, asked: usize, effects: usize) -> bool {
 /// that disagreement is no evidence against them.
 fn removal<'a>(prepared: &Prepared, look: &Look<'a>, fitted: &Fitted<'a>) -> Option<Vec<Term<'a>>> {
     let kept = look.kept();
-    let spoils = look.spoils_tracks(prepared);
+    let (spoils, unsettled) = (look.spoils_tracks(prepared), look.is_unsettled());
     let worst = (0..kept.len())
         .filter(|i| {
             let it = &kept[*i];
             let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
             is_chance(it, look.asked(), kept.len())
                 || spoils[*i]
+                || unsettled[*i]
                 || !(if is_geometry { it.is_sound() } else { it.passes_held_out() })
         })
         .min_by(|a, b| kept[*a].held_out_gain.total_cmp(&kept[*b].held_out_gain))?;

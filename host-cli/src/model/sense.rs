@@ -84,7 +84,8 @@ fn fit_again() -> String {
 fn impossible(id: &str, known: &Parameter, value: f64) -> Option<&'static str> {
     find(id)?;
     match (id, known.role) {
-        (_, Role::Shape) if value <= 0.0 => Some("above zero"),
+        // A place that has a sign, as a lever, may be anywhere.
+        (_, Role::Shape) if value <= 0.0 && known.low >= 0.0 => Some("above zero"),
         ("track_width" | "wheel_radius_scale" | "scrub" | "gyro_scale", _) if value <= -1.0 => {
             Some("above -1")
         }

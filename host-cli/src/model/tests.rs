@@ -46,6 +46,26 @@ fn what_was_written_is_read_again() {
 }
 
 #[test]
+fn whatever_a_fit_may_come_to_is_read_again() {
+    for effect in CATALOGUE {
+        let facts = effect.facts();
+        for at in [0.0_f64, 0.3, 0.6, 1.0] {
+            let found = |it: &robot_model::effect::Parameter| {
+                let value = it.low + at * (it.high - it.low);
+                let (name, unit) = (it.name.to_owned(), it.unit.to_owned());
+                ParameterFound { name, unit, value, sigma: 0.1, low95: value, high95: value }
+            };
+            let mut entry = EffectEntry::unfitted(effect);
+            entry.parameters = facts.parameters.iter().map(found).collect();
+            let model = ModelFile { effects: vec![entry], ..ModelFile::default() };
+            let again =
+                parse(&model.to_text("r")).unwrap_or_else(|it| panic!("{}: {it}", facts.id));
+            assert_eq!(again.effects[0].parameters.len(), facts.parameters.len(), "{}", facts.id);
+        }
+    }
+}
+
+#[test]
 fn an_effect_without_values_is_named() {
     let model = parse("[[effect]]\nid = \"side_slip\"\n").unwrap();
     assert_eq!(model.assumed().unwrap_err(), "side_slip");

@@ -153,6 +153,19 @@ impl Change {
         Ok(Self { before: config.geometry, after, remedies })
     }
 
+    /// The mean radius that stays in use, if the campaign is relative to another one and says nothing about it \[m\].
+    pub fn other_radius_m(&self, nominal: &RobotFile) -> Option<f64> {
+        /// What no campaign can tell, and digits of a file.
+        const SAME: f64 = 1e-4;
+        let stays_m = mean_radius_m(&self.after);
+        let told = self.remedies.iter().any(|(effect, remedy)| {
+            effect == "wheel_radius_scale"
+                && matches!(remedy, Remedy::Compensated | Remedy::Ambiguous(_))
+        });
+        let other = (stays_m / nominal.wheel_radius_m - 1.0).abs() > SAME;
+        (other && !told).then_some(stays_m)
+    }
+
     /// Whether the configuration would be another one.
     pub fn changes(&self) -> bool {
         // To less than what any campaign can tell.
@@ -344,6 +357,15 @@ mod tests {
     #[test]
     fn the_campaign_of_another_robot_is_refused() {
         let config = Config::default();
+        let smaller = RobotFile { wheel_radius_m: 0.0358, ..nominal(&config) };
+        let of = |effects: &[Believed]| Change::new(effects, &smaller, &config, None).unwrap();
+        let ratio = effect("wheel_radius_ratio", 0.01, &["wheel_radius_ratio"]);
+        let kept_m = of(&[ratio.clone()]).other_radius_m(&smaller).unwrap();
+        assert!((kept_m - mean_radius_m(&config.geometry)).abs() < 1e-12);
+        let scale = effect("wheel_radius_scale", 0.004, &["wheel_radius_scale"]);
+        assert_eq!(of(&[ratio.clone(), scale]).other_radius_m(&smaller), None);
+        let same = Change::new(&[ratio], &nominal(&config), &config, None).unwrap();
+        assert_eq!(same.other_radius_m(&nominal(&config)), None);
         let other = RobotFile { counts_per_rev: 1000.0, ..nominal(&config) };
         let error = Change::new(&[], &other, &config, None).unwrap_err().to_string();
         assert!(error.contains("counts_per_rev"), "{error}");

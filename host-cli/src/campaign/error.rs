@@ -112,6 +112,15 @@ pub enum Warning {
         /// How far, if its heading does \[rad\].
         heading_rad: Option<f64>,
     },
+    /// So are those of so many runs that none of them is misread.
+    Strays {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// How many runs.
+        runs: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// Runs were measured by something else than `robot.toml` says.
     OtherNoise {
         /// The campaign's `robot.toml`.
@@ -164,6 +173,11 @@ impl fmt::Display for Warning {
                      or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
                 )
             }
+            Self::Strays { place, runs, of } => write!(
+                f,
+                "{place}: {runs} of {of} runs end far from where their wheels led by this file; check wheel_radius_m, \
+                 counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
+            ),
             Self::OtherNoise { place, name, there, here } => {
                 write!(
                     f,

@@ -36,8 +36,8 @@ pub(super) fn check(
                     "heading_rad looks like degrees: the robot would have turned by {measured_rad:.0} \
                      rad where its wheels turned it by {turned_rad:.1} rad"
                 );
-                let hint =
-                    "give heading_rad in radians; if it is, check track_width_m in robot.toml";
+                let hint = "give heading_rad in radians; if it is, check track_width_m, counts_per_rev and gear_reduction in \
+                     robot.toml";
                 return fail(header(file, Column::Heading), problem, hint);
             }
             Suspicion::WentRound { right, t_s, bits } => {
@@ -72,43 +72,56 @@ pub(super) fn check_all(
     runs: &[Recording],
 ) -> Result<(), CampaignError> {
     let Some(found) = mismatch(robot, runs) else { return Ok(()) };
-    let toml = folder.join("robot.toml");
-    let fail = |key: &str, problem: String, hint: &str| {
-        Err(CampaignError::new(place_of_key(&toml, key), problem, hint))
+    let toml = |key: &str| place_of_key(&folder.join("robot.toml"), key);
+    // What is about the columns is so in all runs: the first one stands for them.
+    let csv = |column: Column| {
+        let name = runs.first().map_or("", |it| it.name.as_str());
+        header(&folder.join("runs").join(format!("{name}.csv")), column)
     };
+    let fail =
+        |place: Place, problem: String, hint: &str| Err(CampaignError::new(place, problem, hint));
     match found {
         Mismatch::Travel { times } => {
             let problem = format!(
                 "on straight ways the robot got {} times as far as its wheels rolled by this file",
                 factor(times)
             );
-            let hint = "check counts_per_rev (with quadrature four counts for each line of the disc), \
-                        gear_reduction and wheel_radius_m, and that x_m and y_m are metres";
-            fail("counts_per_rev", problem, hint)
+            let hint = "check wheel_radius_m (no diameter), counts_per_rev (with quadrature four counts for each \
+                        line of the disc) and gear_reduction, and that x_m and y_m are metres";
+            fail(toml("wheel_radius_m"), problem, hint)
         }
         Mismatch::Backwards => {
-            let problem = "the robot went back where its wheels rolled ahead".to_owned();
+            let problem =
+                "in this and all other runs the robot went back where its wheels rolled ahead";
             let hint = "left_counts and right_counts increase when the robot goes ahead: change both signs, \
                         or turn heading_rad by half a turn";
-            fail("counts_per_rev", problem, hint)
+            fail(csv(Column::LeftCounts), problem.to_owned(), hint)
         }
         Mismatch::Turns { times } if times < -0.5 => {
-            let problem = "the robot turned the other way than its wheels turned it".to_owned();
+            let problem = "in this and all other runs the robot turned the other way than its wheels turned it";
             let hint = "exchange left_counts and right_counts, or change the sign of heading_rad and y_m: \
                         headings are counter-clockwise, y is to the left of x";
-            fail("track_width_m", problem, hint)
+            fail(csv(Column::LeftCounts), problem.to_owned(), hint)
+        }
+        Mismatch::Turns { times } if times.abs() < STANDS => {
+            let problem =
+                "in this and all other runs the robot did not turn where its wheels turned it";
+            let hint = "one wheel counts backwards: left_counts and right_counts increase when the robot goes ahead";
+            fail(csv(Column::LeftCounts), problem.to_owned(), hint)
         }
         Mismatch::Turns { times } => {
             let problem = format!(
                 "the robot turned {} times as far as its wheels turned it by this file",
                 factor(times.max(0.0))
             );
-            let hint =
-                "check track_width_m, and that both counts increase when the robot goes ahead";
-            fail("track_width_m", problem, hint)
+            let hint = "check track_width_m: from the middle of one wheel's tread to that of the other, in metres";
+            fail(toml("track_width_m"), problem, hint)
         }
     }
 }
+
+/// Of what its wheels say, a robot that turns by less does not turn.
+const STANDS: f64 = 0.02;
 
 /// `0.250`, `10.0`.
 fn factor(times: f64) -> String {
@@ -131,8 +144,17 @@ pub(super) fn stray_ends(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
         let place = Place { line, ..header(&file, column) };
         Some(Warning::Stray { place, position_m: found.position_m, heading_rad: found.heading_rad })
     };
-    campaign.runs.iter().zip(&recordings).filter_map(warning).collect()
+    let found: Vec<Warning> = campaign.runs.iter().zip(&recordings).filter_map(warning).collect();
+    if found.len() > STRAYS_MAX && 4 * found.len() > campaign.runs.len() {
+        // So many are not misread.
+        let place = place_of_key(&folder.join("robot.toml"), "wheel_radius_m");
+        return vec![Warning::Strays { place, runs: found.len(), of: campaign.runs.len() }];
+    }
+    found
 }
+
+/// More than this, and more than a quarter of all runs, are not of a slip of the pen.
+const STRAYS_MAX: usize = 2;
 
 /// Runs whose clock can hardly be in seconds.
 pub(super) fn slow_clocks(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
@@ -239,7 +261,7 @@ mod tests {
     fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
         let same = |it: f64| it;
         for (from, to, expected) in [
-            ("= 900", "= 225", "line 4, column 1: on straight ways the robot got 0.25"),
+            ("= 900", "= 225", "line 2, column 1: on straight ways the robot got 0.25"),
             ("= 0.372", "= 3.72", "line 3, column 1: the robot turned 10.0"),
         ] {
             let toml = TOML.replace(from, to);

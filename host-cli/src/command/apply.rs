@@ -47,6 +47,14 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             note(paint(BOLD, format_args!("For {}", display_name(&identity))));
             note(table(&change));
         }
+        if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
+            warn(format_args!(
+                "the mean radius stays at {}: this campaign is relative to {}, and believes in no other; if that is \
+                 the robot's, scale the radius to it with `beeline config set geometry.wheel_radius_m`",
+                LengthUnit::Mm.format(stays_m, 3),
+                LengthUnit::Mm.format(campaign.robot.wheel_radius_m, 3)
+            ));
+        }
         if !change.changes() {
             return Ok((change, false));
         }

@@ -34,15 +34,16 @@ pub struct Stray {
     pub heading_rad: Option<f64>,
 }
 
-/// A robot that is merely wrong stays within this factor.
-const FACTOR: f64 = 2.0;
+/// A robot that is merely wrong stays well within this factor; a diameter for a radius, or half the edges of an
+/// encoder, is beyond it.
+const FACTOR: f64 = 1.5;
 /// A way is straight if it is at most so many times as long as what it led to, and by wheels and by eye
 /// the robot turned by less than this \[rad\].
 const STRAIGHT: (f64, f64) = (1.1, 0.5);
 /// Turned by more between two poses, a wrapped heading may stand for another turn \[rad\].
 const TURNED_MAX_RAD: f64 = 2.0;
 /// Turned by less, wheels did not turn it \[rad\].
-const TURNED_MIN_RAD: f64 = 0.001;
+const TURNED_MIN_RAD: f64 = 1e-5;
 /// A last pose may be off by this, and by this share of the way or of the turn, before it is called stray.
 const STRAY_M: (f64, f64) = (0.15, 0.15);
 const STRAY_RAD: (f64, f64) = (0.5, 0.15);

@@ -1,7 +1,7 @@
 //! Recordings that cannot be what their columns say: other units, counters that went round, another clock.
 //!
 //! What the wheels rolled is held against what was measured. Between them lie slip, a wrong radius, a hand
-//! that pushed, factors of two at most; a wrong unit is a factor of 57 or more. Nothing here fires on a robot
+//! that pushed, factors of one and a half at most; a wrong unit is a factor of 57 or more. Nothing here fires on a robot
 //! that is merely wrong, and what stood still is never judged. What all runs say together, and each alone, when
 //! the units are right, is in `mismatch`.
 

@@ -360,7 +360,7 @@ mod tests {
         let smaller = RobotFile { wheel_radius_m: 0.0358, ..nominal(&config) };
         let of = |effects: &[Believed]| Change::new(effects, &smaller, &config, None).unwrap();
         let ratio = effect("wheel_radius_ratio", 0.01, &["wheel_radius_ratio"]);
-        let kept_m = of(&[ratio.clone()]).other_radius_m(&smaller).unwrap();
+        let kept_m = of(std::slice::from_ref(&ratio)).other_radius_m(&smaller).unwrap();
         assert!((kept_m - mean_radius_m(&config.geometry)).abs() < 1e-12);
         let scale = effect("wheel_radius_scale", 0.004, &["wheel_radius_scale"]);
         assert_eq!(of(&[ratio.clone(), scale]).other_radius_m(&smaller), None);

@@ -210,17 +210,21 @@ impl<'a> Look<'a> {
         (0..self.in_model).map(spoils).collect()
     }
 
-    /// For each effect of the model, whether it stands elsewhere than the runs say there that it should, so that its
-    /// fit never came to rest: what is said of it then is about no value.
+    /// For each effect of the model, whether it stands at nothing though the runs say there that it should not, so
+    /// that its fit never came to rest: what is said of it then is about no value. (At a kink, as of a threshold, a
+    /// fit may rest where they would have it further on.)
     pub fn is_unsettled(&self) -> Vec<bool> {
         let columns = self.model_columns(&[]);
         let solution = self.evidence.solve(&self.evidence.total, &columns);
-        let far = |i: usize| {
-            solution.delta[i].abs() > UNSETTLED_SIGMAS * solution.covariance[(i, i)].sqrt()
-        };
         let effect = |index: usize| {
-            let own = self.amplitudes(index);
-            (0..columns.len()).any(|i| own.contains(&columns[i]) && far(i))
+            let (own, term) = (self.amplitudes(index), &self.terms[index]);
+            let first = term.column.unwrap_or(0);
+            let standing = (0..columns.len()).filter(|i| own.contains(&columns[*i])).map(|i| {
+                let sigma = UNSETTLED_SIGMAS * solution.covariance[(i, i)].sqrt();
+                (term.values[columns[i] - first].abs() < sigma, solution.delta[i].abs() > sigma)
+            });
+            let (nothing, far) = standing.fold((true, false), |(a, b), it| (a && it.0, b || it.1));
+            nothing && far
         };
         (0..self.in_model).map(effect).collect()
     }

@@ -112,8 +112,8 @@ pub(crate) fn fit_noise(
 
 /// Fits the parameters of these terms, with the noise as given.
 ///
-/// Where a whole step makes things worse, as behind a kink it may, half of it is taken. What then still does not come
-/// to rest is left where it was best; [`crate::look::Look::is_unsettled`] knows it.
+/// Where a whole step makes things worse, as behind a kink it may, half of it is taken; what does not come to rest is
+/// left where it was best. An effect that ended at nothing so is not believed ([`crate::look::Look::is_unsettled`]).
 pub(crate) fn fit_parameters<'a>(
     prepared: &Prepared,
     mut terms: Vec<Term<'a>>,

@@ -72,29 +72,22 @@ pub fn stray(robot: &Robot, run: &Recording) -> Option<Stray> {
     let first = run.sights.iter().find(|it| it.position_m.is_some())?;
     let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
     let (way_m, turn_rad) = led.rolled(first.t_s, last.t_s);
-    let pose = |it: &Sight, heading_rad: f64| {
-        let [x_m, y_m] = it.position_m?;
-        Some(Pose::new(x_m, y_m, it.heading_rad.unwrap_or(heading_rad)))
-    };
     let to = at(run, &led.poses, last.t_s).seen_from(at(run, &led.poses, first.t_s));
     let heading_rad = first
         .heading_rad
         .zip(last.heading_rad)
         .map(|(from, seen)| wrap(seen - from - to.heading_rad));
-    let position_m = last.position_m.and_then(|[x_m, y_m]| {
-        let from = pose(first, 0.0)?;
-        match first.heading_rad {
-            Some(_) => {
-                let there = from.compose(to);
-                Some((x_m - there.x_m).hypot(y_m - there.y_m))
+    let position_m =
+        first.position_m.zip(last.position_m).map(|([from_x_m, from_y_m], [x_m, y_m])| {
+            match first.heading_rad {
+                Some(heading_rad) => {
+                    let there = Pose::new(from_x_m, from_y_m, heading_rad).compose(to);
+                    (x_m - there.x_m).hypot(y_m - there.y_m)
+                }
+                // It looked anywhere: how far it got must do.
+                None => ((x_m - from_x_m).hypot(y_m - from_y_m) - to.x_m.hypot(to.y_m)).abs(),
             }
-            // It looked anywhere: how far it got must do.
-            None => {
-                let got_m = (x_m - from.x_m).hypot(y_m - from.y_m);
-                Some((got_m - to.x_m.hypot(to.y_m)).abs())
-            }
-        }
-    });
+        });
     let stray = Stray {
         t_s: last.t_s,
         position_m: position_m.filter(|it| *it > STRAY_M.0 + STRAY_M.1 * way_m),

@@ -270,6 +270,11 @@ impl Custom {
             let hint = format!("it has {}", list(&names));
             return Err(CustomError::new(Part::Range(name.clone()), 0..0, &problem, &hint));
         }
+        if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
+            let problem = format!("it grows without bound when the robot {when}");
+            let hint = format!("no division by what becomes zero there: {instead}, for example");
+            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
+        }
         let facts = Box::leak(Box::new(Facts {
             id: kept(self.id.clone()),
             name: kept(format!("your own {}", self.id)),
@@ -280,11 +285,6 @@ impl Custom {
             shown_by: "runs in which what stands in its expression varies",
             compensation: "a term in the odometry",
         }));
-        if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
-            let problem = format!("it grows without bound when the robot {when}");
-            let hint = format!("no division by what becomes zero there: {instead}, for example");
-            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
-        }
         let (target, per) = (self.target, self.per);
         Ok(Box::leak(Box::new(CustomEffect { custom: self.clone(), facts, tree, target, per })))
     }

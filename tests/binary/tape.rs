@@ -87,6 +87,24 @@ fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() 
 }
 
 #[test]
+fn what_the_wheels_contradict_is_asked_again_and_taken_when_typed_twice() {
+    let desk = desk();
+    let ahead = "\n0.5m 0m 90deg\n0.5m 0m 3deg\n";
+    let north = "\n0m -0.5m 90deg\n0m -0.5m 90deg\n";
+    let outcome = record(&desk, &format!("{ahead}{north}\n0m 0m 90deg\n0m 0m\n1deg\n")).ok();
+    let warnings: Vec<&str> =
+        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+    let [ahead, north, spin] = warnings[..] else { panic!("{outcome:#?}") };
+    for (warning, off) in [(ahead, " degrees from where"), (north, " m from"), (spin, " degrees")] {
+        assert!(warning.contains(off) && warning.contains("read it again"), "{warning}");
+    }
+    let heading = |run: usize| seen(&desk, run)[1].heading_rad.unwrap();
+    assert!((heading(0) - 3_f64.to_radians()).abs() < 1e-6);
+    assert_eq!(seen(&desk, 1)[1].y_m, Some(-0.5));
+    assert!((heading(2) - 1_f64.to_radians()).abs() < 1e-6);
+}
+
+#[test]
 fn how_well_a_tape_is_read_is_in_robot_toml_once_it_was_read() {
     let desk = desk();
     // A track has its own noise, and nothing was read by the tape.

@@ -4,6 +4,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use robot_model::gate::Mismatch;
+
+use super::convention::Convention;
+
 /// A place in a file, lines and columns from 1; zero where there is none.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -120,6 +124,22 @@ pub enum Warning {
         runs: usize,
         /// Of how many.
         of: usize,
+        /// What would make them sound.
+        because: Option<Convention>,
+    },
+    /// One run alone cannot be of the robot that drove the others.
+    Another {
+        /// Where.
+        place: Place,
+        /// What it cannot be.
+        found: Mismatch,
+    },
+    /// Most poses of one run lie far from where its wheels led.
+    Beside {
+        /// Where.
+        place: Place,
+        /// How far the middle one is off \[m\].
+        off_m: f64,
     },
     /// Runs were measured by something else than `robot.toml` says.
     OtherNoise {
@@ -143,6 +163,13 @@ pub enum Warning {
     },
 }
 
+/// `0.31 m and 90 degrees`, of what is off.
+pub(crate) fn how_far(position_m: Option<f64>, heading_rad: Option<f64>) -> String {
+    let position = position_m.map(|m| format!("{m:.2} m"));
+    let heading = heading_rad.map(|rad| format!("{:.0} degrees", rad.to_degrees().abs()));
+    [position, heading].into_iter().flatten().collect::<Vec<_>>().join(" and ")
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -158,25 +185,49 @@ impl fmt::Display for Warning {
                 )
             }
             Self::Stray { place, position_m, heading_rad } => {
-                let off = match (position_m, heading_rad) {
-                    (Some(m), Some(rad)) => {
-                        format!("{m:.2} m and {:.0} degrees", rad.to_degrees().abs())
-                    }
-                    (Some(m), None) => format!("{m:.2} m"),
-                    (None, rad) => {
-                        format!("{:.0} degrees", rad.unwrap_or_default().to_degrees().abs())
-                    }
-                };
+                let off = how_far(*position_m, *heading_rad);
                 write!(
                     f,
                     "{place}: the run ends {off} from where its wheels led: it was misread, the robot was moved, \
                      or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
                 )
             }
-            Self::Strays { place, runs, of } => write!(
+            Self::Strays { place, runs, of, because } => {
+                write!(
+                    f,
+                    "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; "
+                )?;
+                match because {
+                    Some(it) => write!(f, "with {} it was not", it.hint()),
+                    None => write!(
+                        f,
+                        "check wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
+                    ),
+                }
+            }
+            Self::Another { place, found } => {
+                let what = match found {
+                    Mismatch::Travel { times } => {
+                        format!("got {times:.2} times as far as its wheels rolled")
+                    }
+                    Mismatch::Backwards => "went back where its wheels rolled ahead".to_owned(),
+                    Mismatch::Turns { times } if *times < 0.0 => {
+                        "turned the other way than its wheels turned it".to_owned()
+                    }
+                    Mismatch::Turns { times } => {
+                        format!("turned {times:.2} times as far as its wheels turned it")
+                    }
+                };
+                write!(
+                    f,
+                    "{place}: in this run alone the robot {what}: make its columns those of the other runs, \
+                     or leave it out if somebody pushed the robot"
+                )
+            }
+            Self::Beside { place, off_m } => write!(
                 f,
-                "{place}: {runs} of {of} runs end far from where their wheels led by this file; check wheel_radius_m, \
-                 counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
+                "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
+                 make its columns and signs those of the other runs, or leave it out if somebody pushed the robot"
             ),
             Self::OtherNoise { place, name, there, here } => {
                 write!(

@@ -7,6 +7,7 @@
 //! ```
 
 mod believe;
+mod convention;
 mod error;
 mod gate;
 mod read;
@@ -17,6 +18,8 @@ pub(crate) mod table;
 mod tests;
 mod write;
 
+pub use convention::Convention;
+pub(crate) use error::how_far;
 pub use error::{CampaignError, Place, Warning};
 pub use read::{Campaign, Run, read_run};
 pub use robot_toml::{RobotFile, RunFacts, Simulated};

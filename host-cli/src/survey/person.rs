@@ -5,6 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
+use robot_model::gate::doubtful;
+use robot_model::recording::Sight;
 use robot_model::{Pose, TrackSample};
 use sim_target::Lab;
 
@@ -12,6 +14,7 @@ use super::align::Reckoned;
 use super::plan::PlannedRun;
 use super::witness::{Go, Seen, on_robot_clock, stopped};
 use crate::calibrate::join_units;
+use crate::campaign::how_far;
 use crate::error::Result;
 use crate::link::Clock;
 use crate::quantity::{Angle, Length};
@@ -123,24 +126,30 @@ impl Person {
 
     /// Asks where the robot stands after a run; `reckoned` is the run by its wheels.
     pub async fn track(&mut self, clock: Clock, reckoned: &[Reckoned]) -> Result<Seen> {
-        self.by_tape = false;
         if let Some(lab) = &self.lab {
             ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
         }
+        let mut doubted = None;
         loop {
+            self.by_tape = false;
             let question = "Where it stands now (1.795m -12mm 3deg), its track's file, Enter for neither, repeat, skip, or q:";
             match parse_answer(&ui::ask(question, clock).await?) {
                 Ok(Answer::Pose(read)) => match self.ends(read, reckoned) {
-                    Ok(track) if read.heading_rad.is_some() => return Ok(Seen::Track(track)),
-                    Ok(mut track) => match ask_heading(clock).await? {
-                        Heading::Read(heading_rad) => {
-                            track[1].heading_rad = heading_rad;
-                            return Ok(Seen::Track(track));
+                    Ok(mut track) => {
+                        if read.heading_rad.is_none() {
+                            match ask_heading(clock).await? {
+                                Heading::Read(heading_rad) => track[1].heading_rad = heading_rad,
+                                Heading::Repeat => return Ok(Seen::Repeat),
+                                Heading::Skip => return Ok(Seen::Skip),
+                                Heading::Quit => return Err(stopped()),
+                            }
                         }
-                        Heading::Repeat => return Ok(Seen::Repeat),
-                        Heading::Skip => return Ok(Seen::Skip),
-                        Heading::Quit => return Err(stopped()),
-                    },
+                        match doubt(&track, reckoned) {
+                            Some(why) if doubted.as_ref() != Some(&track) => ui::warn(why),
+                            _ => return Ok(Seen::Track(track)),
+                        }
+                        doubted = Some(track);
+                    }
                     Err(why) => ui::warn(why),
                 },
                 Ok(Answer::Track(path)) => match read_track(&path) {
@@ -192,6 +201,21 @@ impl Person {
             at(last.t_s, end.x_m, end.y_m, end.heading_rad),
         ])
     }
+}
+
+/// Why both ends of a run, as read, cannot well be those of the wheels: a digit, a sign.
+fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
+    let sight = |it: &TrackSample| Sight {
+        t_s: it.t_s,
+        position_m: Some([it.x_m, it.y_m]),
+        heading_rad: it.heading_rad,
+    };
+    let wheels: Vec<Pose> = reckoned.iter().map(|it| it.pose).collect();
+    let off = doubtful(&sight(track.first()?), &sight(track.last()?), &wheels)?;
+    Some(format!(
+        "that is {} from where its wheels led: read it again; what is typed a second time is taken",
+        how_far(off.position_m, off.heading_rad)
+    ))
 }
 
 /// What was answered when the heading alone was asked for.

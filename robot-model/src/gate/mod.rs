@@ -11,7 +11,7 @@ use crate::path::Pose;
 use crate::recording::{Recording, Robot};
 use crate::sides::Sides;
 
-pub use self::mismatch::{Mismatch, Stray, mismatch, stray};
+pub use self::mismatch::{Mismatch, Stray, beside, doubtful, mismatch, strays};
 
 /// What a recording cannot be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-pub use crate::structure::Unexplained;
+pub use crate::structure::{PlaceSeen, Unexplained};
 
 /// The whole answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]

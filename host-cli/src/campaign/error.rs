@@ -227,7 +227,7 @@ impl fmt::Display for Warning {
             Self::Beside { place, off_m } => write!(
                 f,
                 "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
-                 make its columns and signs those of the other runs, or leave it out if somebody pushed the robot"
+                 make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
             ),
             Self::OtherNoise { place, name, there, here } => {
                 write!(

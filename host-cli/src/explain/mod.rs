@@ -394,6 +394,7 @@ mod tests {
                 depends_on: Vec::new(),
                 p_value: 0.5,
                 place_m: None,
+                places: Vec::new(),
             },
             next_run: None,
             aside: None,

@@ -7,6 +7,7 @@
 //! | each effect: why, values with intervals, what can be done | `effects.rs` |
 //! | where the error comes from, before and after | `regimes.rs` |
 //! | the shape of what is still unexplained | `curves.rs` |
+//! | the place on the floor that it depends on | `floor.rs` |
 //! | two of these as one picture | `drawing.rs` |
 //!
 //! Nothing in it comes from the network, and nothing in it runs. The same campaign gives the same bytes.
@@ -14,6 +15,7 @@
 mod curves;
 mod drawing;
 mod effects;
+mod floor;
 mod paths;
 mod regimes;
 #[cfg(test)]
@@ -75,7 +77,7 @@ figcaption span{white-space:nowrap}\
 const DRAWING_STYLE: &str = "\
 .seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
 .thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
-.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
+.way{stroke:var(--line);stroke-opacity:.35}.named{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
 
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {
@@ -230,6 +232,7 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     };
     section(html, if it.structure { "Still unexplained" } else { "What is left" }, "");
     let _ = writeln!(html, "<p>{words}</p>");
+    html.push_str(&floor::draw(report).unwrap_or_default());
     html.push_str(
         "<p class=\"sub\">Each drawing has one question across, and upwards what is the same in all runs there, per \
          metre that the rims roll. Upright bars hold the true value in 95 % of cases: a curve whose bars all touch \

@@ -184,7 +184,7 @@ fn bar_text(metres: f64) -> String {
     if metres < 0.1 { format!("{} mm", number(metres * 1e3, 0)) } else { format!("{metres} m") }
 }
 
-fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
+pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
     let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let found =
         points.filter(|it| it.iter().all(|it| it.is_finite())).fold(start, |(low, high), p| {

@@ -1,5 +1,5 @@
 use robot_model::answer::{
-    Aside, ErrorPair, Errors, NextRun, ParameterFound, Rejected, StepFound, Unexplained,
+    Aside, ErrorPair, Errors, NextRun, ParameterFound, PlaceSeen, Rejected, StepFound, Unexplained,
 };
 use robot_model::compare::{Bin, Drift, Rms};
 use robot_model::effect::CATALOGUE;
@@ -43,6 +43,7 @@ fn answer() -> Answer {
             depends_on: vec!["speed"],
             p_value: 0.001,
             place_m: None,
+            places: Vec::new(),
         },
         aside: Some(Aside {
             runs: 2,
@@ -63,7 +64,15 @@ fn html(robot: &str, broken: bool) -> String {
 }
 
 fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> String {
-    let answer = answer();
+    drawn_of(robot, broken, draw, &answer())
+}
+
+fn drawn_of(
+    robot: &str,
+    broken: bool,
+    draw: fn(&CampaignReport<'_>) -> String,
+    answer: &Answer,
+) -> String {
     let rms = Rms { rms: 0.02, noise: 0.002, noise_high: 0.003 };
     let comparison = Comparison {
         finding: "It is off.".into(),
@@ -96,7 +105,7 @@ fn drawn(robot: &str, broken: bool, draw: fn(&CampaignReport<'_>) -> String) -> 
     };
     draw(&CampaignReport {
         subject: &subject,
-        answer: &answer,
+        answer,
         comparisons: [&comparison, &comparison],
         paths: [std::slice::from_ref(&path), std::slice::from_ref(&path)],
         curves: [std::slice::from_ref(&curve), std::slice::from_ref(&curve)],
@@ -154,6 +163,27 @@ fn the_page_says_what_explain_says() {
         "20.0 \u{b1} 1.0 ms",
     ] {
         assert!(page.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn a_place_that_is_named_is_drawn_on_the_floor() {
+    assert!(!html("Bee", false).contains("aria-label=\"The floor"));
+    let mut answer = answer();
+    answer.unexplained.depends_on = vec!["place"];
+    answer.unexplained.place_m = Some([0.6, -0.22]);
+    let seen = |x_m: f64, gain: f64| PlaceSeen { at_m: [x_m, -0.3], gain };
+    answer.unexplained.places = vec![seen(0.6, 200.0), seen(0.9, 20.0), seen(-3.0, -1.0)];
+    for broken in [false, true] {
+        let page = drawn_of("Bee", broken, to_html, &answer);
+        let floor = page.split("aria-label=\"The floor").nth(1).unwrap();
+        let floor = floor.split("</figure>").next().unwrap();
+        assert!(floor.contains(">x 0.60 m, y \u{2212}0.22 m</text>"), "{floor}");
+        assert_eq!(floor.matches("<rect ").count(), 2, "what explains nothing is not drawn");
+        for opacity in ["\"0.80\"", "\"0.08\""] {
+            assert!(floor.contains(&format!("fill-opacity={opacity}")), "{opacity}: {floor}");
+        }
+        assert!(!floor.contains("NaN"));
     }
 }
 

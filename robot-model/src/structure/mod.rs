@@ -19,7 +19,9 @@ use crate::tail::{chi_squared, false_discovery_rates};
 use crate::unevenness::unevenness;
 
 use probe::{OF_A_RUN, OF_RUNS, PLACE, PROBES, WHEEL_ANGLE};
-use spot::suspected;
+use spot::{Suspected, suspected};
+
+pub use spot::PlaceSeen;
 
 /// Regressors are to be named falsely at most this often.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
@@ -48,6 +50,9 @@ pub struct Unexplained {
     /// Where on the floor, if it depends on a place and one place says it \[m\].
     #[serde(skip)]
     pub place_m: Option<[f64; 2]>,
+    /// The places of the floor that several runs came to, if one is named.
+    #[serde(skip)]
+    pub places: Vec<PlaceSeen>,
 }
 
 impl Unexplained {
@@ -116,7 +121,7 @@ struct Finding {
 
 /// Tests what the model leaves against every regressor.
 fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
-    let (spots, looked_at) = suspected(prepared, fitted);
+    let Suspected { spots, looked_at, seen } = suspected(prepared, fitted);
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
     let probes = PROBES.iter().map(|it| it as &dyn Effect);
@@ -178,6 +183,9 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         }
         found.place_m = found.place_m.or(taken.spot_m);
         model.extend(taken.columns);
+    }
+    if found.place_m.is_some() {
+        found.places = seen;
     }
     if counts_start_anew(prepared) && !found.depends_on.contains(&WHEEL_ANGLE) {
         let p_value = waves

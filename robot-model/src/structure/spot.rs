@@ -86,9 +86,32 @@ fn wheel_places_m([x_m, y_m]: [f64; 2], heading_rad: f64, track_width_m: f64) ->
     Sides::new([x_m - half_m * sin, y_m + half_m * cos], [x_m + half_m * sin, y_m - half_m * cos])
 }
 
-/// The places near the one where what the model leaves shows most, if it does anywhere, and how many were
-/// looked at for that.
-pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> (Vec<Spot>, usize) {
+/// A first look at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaceSeen {
+    /// Its middle \[m\].
+    pub at_m: [f64; 2],
+    /// How much of what the model leaves it would explain, in -2 log likelihood.
+    pub gain: f64,
+}
+
+impl PlaceSeen {
+    /// Places of a first look are cells of this side \[m\].
+    pub const SIDE_M: f64 = 2.0 * REACH_M;
+}
+
+/// What a first look at the floor found.
+pub(super) struct Suspected {
+    /// The places near the one where what the model leaves shows most, if it does anywhere.
+    pub(super) spots: Vec<Spot>,
+    /// How many were looked at for that.
+    pub(super) looked_at: usize,
+    /// The first look.
+    pub(super) seen: Vec<PlaceSeen>,
+}
+
+/// Looks for a place where what the model leaves shows.
+pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> Suspected {
     let spots = visited(prepared);
     let mut terms = fitted.terms.clone();
     terms.extend(spots.iter().map(|it| Term { effect: it, values: vec![0.0; 2], column: None }));
@@ -108,11 +131,13 @@ pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> (Vec<Spot>,
         without - chi_squared_of(&both)
     };
     let gains = terms[fitted.terms.len()..].iter().map(gain);
-    let best = spots.iter().zip(gains).max_by(|(_, a), (_, b)| a.total_cmp(b));
-    let Some((best, _)) =
-        best.filter(|(_, gain)| chi_squared(2, *gain) * (spots.len() as f64) < FIRST_LOOK_P)
+    let seen: Vec<PlaceSeen> =
+        spots.iter().zip(gains).map(|(spot, gain)| PlaceSeen { at_m: spot.at_m, gain }).collect();
+    let best = seen.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let Some(best) =
+        best.filter(|it| chi_squared(2, it.gain) * (spots.len() as f64) < FIRST_LOOK_P)
     else {
-        return (Vec::new(), spots.len());
+        return Suspected { spots: Vec::new(), looked_at: spots.len(), seen };
     };
     let closer: Vec<Spot> = CLOSER_REACHES_M
         .iter()
@@ -120,14 +145,13 @@ pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> (Vec<Spot>,
         .flat_map(|(reach_m, dx)| CLOSER_M.iter().map(move |dy| (reach_m, [dx, *dy])))
         .map(|(reach_m, [dx, dy])| Spot { at_m: [best.at_m[0] + dx, best.at_m[1] + dy], reach_m })
         .collect();
-    let count = spots.len() + closer.len();
-    (closer, count)
+    Suspected { looked_at: spots.len() + closer.len(), spots: closer, seen }
 }
 
 /// The places that wheels of several runs were seen to come to.
 fn visited(prepared: &Prepared) -> Vec<Spot> {
     let mut runs_of: BTreeMap<(i64, i64), BTreeSet<usize>> = BTreeMap::new();
-    let pitch_m = 2.0 * REACH_M;
+    let pitch_m = PlaceSeen::SIDE_M;
     let track_width_m = prepared.robot.track_width_m;
     for (index, run) in prepared.runs.iter().enumerate() {
         for sight in &run.recording.sights {

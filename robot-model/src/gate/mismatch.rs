@@ -1,5 +1,5 @@
 //! Wheels and poses that cannot be of one robot, though each is in its units: a radius, a gear or a track width
-//! off by a factor, a sign, two encoders exchanged; and single poses that lie far from where the wheels led.
+//! off by a factor, a sign, two encoders exchanged.
 
 use crate::path::Pose;
 use crate::recording::{Recording, Robot, Sight, wrap};
@@ -23,17 +23,6 @@ pub enum Mismatch {
     },
 }
 
-/// The last pose of a run, far from where the wheels led from the first one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stray {
-    /// When it was measured \[s\].
-    pub t_s: f64,
-    /// How far off it is, if the position is \[m\].
-    pub position_m: Option<f64>,
-    /// How far off it is, if the heading is, counter-clockwise positive \[rad\].
-    pub heading_rad: Option<f64>,
-}
-
 /// A robot that is merely wrong stays well within this factor; a diameter for a radius, or half the edges of an
 /// encoder, is beyond it.
 const FACTOR: f64 = 1.5;
@@ -42,22 +31,8 @@ const FACTOR: f64 = 1.5;
 const STRAIGHT: (f64, f64) = (1.1, 0.5);
 /// Turned by more between two poses, a wrapped heading may stand for another turn \[rad\].
 const TURNED_MAX_RAD: f64 = 2.0;
-/// Fewer poses on the way are no picture of it.
-const SEEN_MIN: usize = 5;
-/// Turned by less in all, a run does not say by what share of it the wheels are off \[rad\].
-const TURNED_SHARE_MIN_RAD: f64 = 1.0;
 /// Turned by less, wheels did not turn it \[rad\].
 const TURNED_MIN_RAD: f64 = 1e-5;
-/// A last pose may be off by this, and by this share of the way, before it is called stray.
-const STRAY_M: (f64, f64) = (0.15, 0.15);
-/// The same of its heading and of the turn; less of a turn where at least so many other runs say how much of
-/// it the wheels are off by, as with a track width that is merely wrong.
-const STRAY_RAD: (f64, f64) = (0.5, 0.15);
-const STRAY_RAD_BESIDE_OTHERS: f64 = 0.06;
-const OTHERS_MIN: usize = 3;
-/// Who asks a person at once, and has no other runs, may ask once too often.
-const STRAY_RAD_TO_ASK: f64 = 0.08;
-
 /// What a campaign as a whole cannot be; its runs are valid, and none of them is suspicious.
 pub fn mismatch(robot: &Robot, runs: &[Recording]) -> Option<Mismatch> {
     let (mut ways, mut turns) = (Vec::new(), Vec::new());
@@ -76,148 +51,26 @@ pub fn mismatch(robot: &Robot, runs: &[Recording]) -> Option<Mismatch> {
     Some(Mismatch::Turns { times })
 }
 
-/// The last pose of each run, if it is far off; the campaign as a whole is no [`Mismatch`].
-pub fn strays(robot: &Robot, runs: &[Recording]) -> Vec<Option<Stray>> {
-    let ends: Vec<Option<End>> =
-        runs.iter().map(|run| End::of(&Led::of(robot, run), run)).collect();
-    let shares: Vec<Option<f64>> =
-        ends.iter().map(|it| it.as_ref().and_then(End::share_of_turn)).collect();
-    let stray = |(index, end): (usize, &Option<End>)| {
-        let others: Vec<f64> =
-            shares.iter().enumerate().filter(|it| it.0 != index).filter_map(|it| *it.1).collect();
-        let beside = (others.len() >= OTHERS_MIN).then(|| median(others)).flatten();
-        end.as_ref()?.stray(
-            beside.unwrap_or(0.0),
-            match beside {
-                Some(_) => STRAY_RAD_BESIDE_OTHERS,
-                None => STRAY_RAD.1,
-            },
-        )
-    };
-    ends.iter().enumerate().map(stray).collect()
-}
-
-/// Whether what was just read of where a robot stands, `last`, is far from where its wheels led from `first`,
-/// as poses of theirs from anywhere: what may be asked again.
-pub fn doubtful(first: &Sight, last: &Sight, wheels: &[Pose]) -> Option<Stray> {
-    let (from, to) = (wheels.first()?, wheels.last()?);
-    let steps = || wheels.windows(2).map(|it| it[1].seen_from(it[0]));
-    let end = End {
-        first,
-        last,
-        to: to.seen_from(*from),
-        turned_rad: to.heading_rad - from.heading_rad,
-        way_m: steps().map(|it| it.x_m.hypot(it.y_m)).sum(),
-        turn_rad: steps().map(|it| it.heading_rad.abs()).sum(),
-    };
-    end.stray(0.0, STRAY_RAD_TO_ASK)
-}
-
-/// How far the poses of a run lie from where its wheels led \[m\], if most of them lie far from there: their middle.
-pub fn beside(robot: &Robot, run: &Recording) -> Option<f64> {
-    let led = Led::of(robot, run);
-    let first = run.sights.iter().find(|it| it.position_m.is_some())?;
-    let until = |last: &'_ Sight| {
-        let end = End::between(&led, first, last);
-        let way_m = end.way_m;
-        Some((end.position_off_m()?, way_m)).filter(|it| it.1 > FAR_M)
-    };
-    let off: Vec<(f64, f64)> = run.sights.iter().filter_map(until).collect();
-    let far = |it: &&(f64, f64)| it.0 > STRAY_M.0 + STRAY_M.1 * it.1;
-    let most = 2 * off.iter().filter(far).count() > off.len();
-    median(off.iter().map(|it| it.0).collect()).filter(|_| most && off.len() >= SEEN_MIN)
-}
-
-/// Where a run ended: as it was seen, and by its wheels.
-struct End<'a> {
-    first: &'a Sight,
-    last: &'a Sight,
-    /// By the wheels, seen from where it was first seen.
-    to: Pose,
-    /// How much the wheels turned it in all, counter-clockwise less clockwise \[rad\].
-    turned_rad: f64,
-    /// How far they took it and turned it, ahead or back \[m, rad\].
-    way_m: f64,
-    turn_rad: f64,
-}
-
-impl<'a> End<'a> {
-    fn of(led: &Led, run: &'a Recording) -> Option<Self> {
-        let first = run.sights.iter().find(|it| it.position_m.is_some())?;
-        let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
-        Some(Self::between(led, first, last))
-    }
-
-    fn between(led: &Led, first: &'a Sight, last: &'a Sight) -> Self {
-        let (way_m, turn_rad) = led.rolled(first.t_s, last.t_s);
-        let by_wheels = |t_s: f64| at(led.run, &led.poses, t_s);
-        let (from, to) = (by_wheels(first.t_s), by_wheels(last.t_s));
-        let turned_rad = to.heading_rad - from.heading_rad;
-        Self { first, last, to: to.seen_from(from), turned_rad, way_m, turn_rad }
-    }
-
-    /// How far its heading is from where the wheels led \[rad\].
-    fn heading_off_rad(&self) -> Option<f64> {
-        let both = self.first.heading_rad.zip(self.last.heading_rad);
-        both.map(|(from, seen)| wrap(seen - from - self.turned_rad))
-    }
-
-    /// That, as a share of how much they turned it.
-    fn share_of_turn(&self) -> Option<f64> {
-        let turned = self.turned_rad.abs() > TURNED_SHARE_MIN_RAD;
-        self.heading_off_rad().filter(|_| turned).map(|it| it / self.turned_rad)
-    }
-
-    /// How far its position is from where the wheels led \[m\].
-    fn position_off_m(&self) -> Option<f64> {
-        let both_m = self.first.position_m.zip(self.last.position_m);
-        both_m.map(|([from_x_m, from_y_m], [x_m, y_m])| {
-            match self.first.heading_rad {
-                Some(heading_rad) => {
-                    let there = Pose::new(from_x_m, from_y_m, heading_rad).compose(self.to);
-                    (x_m - there.x_m).hypot(y_m - there.y_m)
-                }
-                // It looked anywhere: how far it got must do.
-                None => {
-                    let got_m = (x_m - from_x_m).hypot(y_m - from_y_m);
-                    (got_m - self.to.x_m.hypot(self.to.y_m)).abs()
-                }
-            }
-        })
-    }
-
-    /// If it is off: `share` of its turn is that of all runs, and `allowed` more of it is no wonder.
-    fn stray(&self, share: f64, allowed: f64) -> Option<Stray> {
-        let position_m = self.position_off_m();
-        let heading_rad = self.heading_off_rad().map(|it| wrap(it - share * self.turned_rad));
-        let stray = Stray {
-            t_s: self.last.t_s,
-            position_m: position_m.filter(|it| *it > STRAY_M.0 + STRAY_M.1 * self.way_m),
-            heading_rad: heading_rad.filter(|it| it.abs() > STRAY_RAD.0 + allowed * self.turn_rad),
-        };
-        (stray.position_m.is_some() || stray.heading_rad.is_some()).then_some(stray)
-    }
-}
-
 fn believable(times: f64) -> bool {
     (1.0 / FACTOR..=FACTOR).contains(&times)
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 
 /// A run, and where its wheels led.
-struct Led<'a> {
-    run: &'a Recording,
-    poses: Vec<Pose>,
+pub(super) struct Led<'a> {
+    pub(super) run: &'a Recording,
+    /// By the wheels alone, from anywhere.
+    pub(super) poses: Vec<Pose>,
     /// How far the middle of the robot went and how much it turned by each sample, ahead or back.
     rolled: Vec<(f64, f64)>,
 }
 
 impl<'a> Led<'a> {
-    fn of(robot: &Robot, run: &'a Recording) -> Self {
+    pub(super) fn of(robot: &Robot, run: &'a Recording) -> Self {
         let mut rolled = vec![(0.0, 0.0)];
         for pair in run.wheels.windows(2) {
             let step =
@@ -229,7 +82,7 @@ impl<'a> Led<'a> {
         Self { run, poses: reckon(robot, run), rolled }
     }
 
-    fn rolled(&self, from_s: f64, to_s: f64) -> (f64, f64) {
+    pub(super) fn rolled(&self, from_s: f64, to_s: f64) -> (f64, f64) {
         let by = |t_s: f64| {
             let after = self.run.wheels.partition_point(|it| it.t_s <= t_s);
             self.rolled[after.saturating_sub(1)]
@@ -297,4 +150,4 @@ impl<'a> Led<'a> {
 
 #[cfg(test)]
 #[path = "mismatch_tests.rs"]
-mod tests;
+pub(super) mod tests;

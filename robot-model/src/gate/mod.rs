@@ -2,16 +2,18 @@
 //!
 //! What the wheels rolled is held against what was measured. Between them lie slip, a wrong radius, a hand
 //! that pushed, factors of one and a half at most; a wrong unit is a factor of 57 or more. Nothing here fires on a robot
-//! that is merely wrong, and what stood still is never judged. What all runs say together, and each alone, when
-//! the units are right, is in `mismatch`.
+//! that is merely wrong, and what stood still is never judged. What all runs say together, when the units
+//! are right, is in `mismatch`; what single poses do, in `stray`.
 
 mod mismatch;
+mod stray;
 
 use crate::path::Pose;
 use crate::recording::{Recording, Robot};
 use crate::sides::Sides;
 
-pub use self::mismatch::{Mismatch, Stray, beside, doubtful, mismatch, strays};
+pub use self::mismatch::{Mismatch, mismatch};
+pub use self::stray::{Stray, beside, doubtful, strays};
 
 /// What a recording cannot be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,90 @@
+use super::*;
+use crate::gate::mismatch::tests::sound;
+use crate::synthetic::{ALONE, ROBOT, campaign, full_plan, term};
+
+#[test]
+fn a_robot_that_is_merely_wrong_has_no_stray_poses() {
+    let none = |runs: &[Recording], what: &str| {
+        assert_eq!(strays(&ROBOT, runs), vec![None; runs.len()], "{what}");
+        assert_eq!(runs.iter().find_map(|it| beside(&ROBOT, it)), None, "{what}");
+    };
+    for ends_only in [false, true] {
+        none(&sound(ends_only).runs, "sound");
+    }
+    for (id, values) in ALONE {
+        none(&campaign(&full_plan(), &[term(id, values)], 3).runs, id);
+    }
+}
+
+#[test]
+fn a_misread_pose_is_a_stray_one() {
+    let near = |it: Option<f64>, off: f64| match it {
+        Some(it) => (it - off).abs() < 0.05,
+        None => off == 0.0,
+    };
+    for ends_only in [false, true] {
+        for (name, off_m, off_rad) in [
+            ("arc", 0.0, 1.57),
+            ("out_and_back", 1.0, 0.0),
+            ("spin", 0.0, 1.57),
+            ("spin", 0.0, -1.57),
+        ] {
+            let mut runs = sound(ends_only).runs;
+            let index = runs.iter().position(|it| it.name.starts_with(name)).unwrap();
+            let last = runs[index].sights.last_mut().unwrap();
+            last.heading_rad = last.heading_rad.map(|it| it + off_rad);
+            last.position_m = last.position_m.map(|[x, y]| [x, y + off_m]);
+            let t_s = last.t_s;
+            let mut found = strays(&ROBOT, &runs);
+            let it = found[index].take().unwrap_or_else(|| panic!("{name}, {ends_only}"));
+            assert_eq!(it.t_s, t_s);
+            assert!(near(it.position_m, off_m) && near(it.heading_rad, off_rad), "{it:?}");
+            assert_eq!(found, vec![None; runs.len()], "{name}, {ends_only}");
+        }
+    }
+}
+
+#[test]
+fn poses_on_the_other_side_throughout_are_seen_though_the_run_ends_where_it_began() {
+    for run in sound(false).runs.iter().filter(|it| it.name.starts_with("arc")) {
+        let mut mirrored = run.clone();
+        for sight in &mut mirrored.sights {
+            sight.position_m = sight.position_m.map(|[x, y]| [x, -y]);
+        }
+        assert!(beside(&ROBOT, &mirrored).is_some_and(|it| it > 0.3), "{}", run.name);
+    }
+}
+
+#[test]
+fn a_track_width_that_is_wrong_makes_no_stray_poses_and_hides_none() {
+    let robot = Robot { track_width_m: 1.12 * ROBOT.track_width_m, ..ROBOT };
+    let mut runs = sound(true).runs;
+    assert_eq!(strays(&robot, &runs), vec![None; runs.len()]);
+    let index = runs.iter().position(|it| it.name.starts_with("spin")).unwrap();
+    let last = runs[index].sights.last_mut().unwrap();
+    last.heading_rad = last.heading_rad.map(|it| it + 1.57);
+    let found = strays(&robot, &runs);
+    assert!(found[index].is_some() && found.iter().flatten().count() == 1, "{found:?}");
+}
+
+#[test]
+fn what_was_just_read_is_doubted_where_the_wheels_led_elsewhere() {
+    let at = |t_s: f64, x_m: f64, heading_rad: Option<f64>| Sight {
+        t_s,
+        position_m: Some([x_m, 0.0]),
+        heading_rad,
+    };
+    let ahead: Vec<Pose> = (0..=18).map(|k| Pose::new(0.1 * f64::from(k), 0.0, 0.0)).collect();
+    let spin: Vec<Pose> = (0..=18).map(|k| Pose::new(0.0, 0.0, 0.7 * f64::from(k))).collect();
+    let turned_rad = Some(0.7 * 18.0);
+    let start = at(0.0, 0.0, Some(0.0));
+    for (wheels, good, bad) in [
+        (&ahead, at(9.0, 1.75, Some(0.1)), at(9.0, 1.2, Some(0.1))),
+        (&ahead, at(9.0, 1.75, None), at(9.0, 1.75, Some(1.57))),
+        (&spin, at(9.0, 0.02, turned_rad), at(9.0, 0.02, turned_rad.map(|it| it + 1.57))),
+        (&spin, at(9.0, 0.02, None), at(9.0, 0.3, None)),
+    ] {
+        assert_eq!(doubtful(&start, &good, wheels), None);
+        assert!(doubtful(&start, &bad, wheels).is_some(), "{bad:?}");
+    }
+}

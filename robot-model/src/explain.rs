@@ -292,7 +292,7 @@ fn reject(
 }
 
 /// What these runs would have to have in order to show an effect, and lack.
-fn absent(prepared: &Prepared, facts: &Facts) -> Option<String> {
+pub(crate) fn absent(prepared: &Prepared, facts: &Facts) -> Option<String> {
     let runs = &prepared.runs;
     let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);
     let asks = |id: &str| facts.id == id;

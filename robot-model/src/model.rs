@@ -6,7 +6,7 @@ use crate::campaign::{Campaign, Prepared};
 use crate::effect::{CATALOGUE, Effect, find};
 use crate::errors::train;
 use crate::evidence::Evidence;
-use crate::explain::{errors, parameters};
+use crate::explain::{absent, errors, parameters};
 use crate::fit::{self, Fitted, fit_afresh};
 use crate::increment::Term;
 use crate::look::Look;
@@ -59,6 +59,8 @@ pub struct Verdict {
     pub spoils_tracks: bool,
     /// One run alone shows it: what it gains was held out of nothing.
     pub lone: bool,
+    /// What the runs would have to have in order to show it, and lack.
+    pub absent: Option<String>,
 }
 
 impl Verdict {
@@ -66,6 +68,7 @@ impl Verdict {
     pub fn better(&self) -> bool {
         self.p_value < CHANCE
             && self.held_out_gain > 0.0
+            && self.absent.is_none()
             && !self.implausible
             && !self.spoils_tracks
             && self.worse_kind.is_none()
@@ -73,7 +76,9 @@ impl Verdict {
 
     /// The same in words.
     pub fn sentence(&self) -> String {
-        if self.implausible {
+        if let Some(absent) = &self.absent {
+            format!("nothing shows it: {absent}")
+        } else if self.implausible {
             "not believable: no robot has such a value".to_owned()
         } else if self.held_out_gain <= 0.0 {
             "no better than chance: runs that were held out get no better".to_owned()
@@ -128,6 +133,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
                     worse_kind: it.worse_kind.map(|(kind, _)| kind.to_string()),
                     spoils_tracks: spoils[index],
                     lone: it.lone,
+                    absent: absent(&prepared, effect.facts()),
                 },
             }
         })
@@ -178,5 +184,25 @@ impl Model {
             .collect();
         let evidence = Evidence::gather(&prepared, &mut terms, &self.noise);
         Ok(train(&prepared, (&evidence, &terms), &[], &self.noise))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{campaign, full_plan};
+
+    #[test]
+    fn what_runs_cannot_show_is_said_of_an_effect_that_was_asked_for() {
+        let mut campaign = campaign(&full_plan(), &[], 5);
+        campaign.runs.iter_mut().for_each(|run| run.payload_kg = 0.0);
+        let model = fit(&campaign, &[find("payload").unwrap(), find("scrub").unwrap()]).unwrap();
+        let [payload, scrub] = &model.effects[..] else { panic!("{:?}", model.effects) };
+        assert!(!payload.verdict.better(), "{:?}", payload.verdict);
+        assert_eq!(
+            payload.verdict.sentence(),
+            "nothing shows it: no run carries a load (payload_kg in robot.toml)"
+        );
+        assert_eq!(scrub.verdict.absent, None);
     }
 }

@@ -161,13 +161,30 @@ pub(crate) fn fit_from_best_starts<'a>(
     for effect in shaped {
         let look = Look::new(prepared, &fitted, &[effect]);
         let mut terms = fitted.terms.clone();
-        terms.extend(look.candidates(&[]).into_iter().map(|it| it.term));
+        // One of which no start can be judged, as with numbers that are none, begins at its first.
+        let found = look.candidates(&[]).into_iter().map(|it| it.term).next();
+        terms.push(found.unwrap_or_else(|| Term {
+            effect,
+            values: starts(effect).swap_remove(0),
+            column: None,
+        }));
         fitted = fit::fit(prepared, terms, fitted.noise);
     }
     fitted
 }
 
 impl Model {
+    /// Whether what it says are numbers: an expression of one's own may overflow.
+    pub fn is_finite(&self) -> bool {
+        let errors = [self.errors.train, self.errors.heldout];
+        let parameters = self.effects.iter().flat_map(|it| &it.parameters);
+        errors.iter().all(|it| {
+            it.position_rms_m.is_finite() && it.heading_rms_rad.is_finite() && it.chi.is_finite()
+        }) && parameters
+            .into_iter()
+            .all(|it| [it.value, it.sigma, it.low95, it.high95].iter().all(|it| it.is_finite()))
+    }
+
     /// Errors of this model, as it is, on other runs than those that it was fitted to; of the catalogue's
     /// effects, as one of the user's own is not found by its id alone. Runs that are held out count too.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
@@ -204,5 +221,23 @@ mod tests {
             "nothing shows it: no run carries a load (payload_kg in robot.toml)"
         );
         assert_eq!(scrub.verdict.absent, None);
+    }
+
+    #[test]
+    fn an_expression_that_overflows_is_no_panic_and_can_be_told() {
+        let campaign = campaign(&full_plan(), &[], 5);
+        let own = |id: &str, equation: &str| {
+            let own = crate::effect::custom::Custom::from_equation(equation).unwrap();
+            crate::effect::custom::Custom { id: id.to_owned(), ..own }.build().unwrap()
+        };
+        let wild = own("wild", "dtheta = k * exp(1000*v/0.1[m/s])");
+        let wave = own("wave", "dtheta/ds = k * sin(phi_left + p)");
+        let model = fit(&campaign, &[wild, wave]).unwrap();
+        assert_eq!(model.effects.len(), 2);
+        assert!(fit(&campaign, &[wave]).unwrap().is_finite());
+        // Whatever becomes of this one, it is told.
+        let mut told = fit(&campaign, &[own("wilder", "dtheta = k * exp(v/0.0001[m/s])")]).unwrap();
+        told.errors.heldout.chi = f64::INFINITY;
+        assert!(!told.is_finite());
     }
 }

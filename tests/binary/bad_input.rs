@@ -139,8 +139,8 @@ fn other_bad_arguments_are_refused_before_the_robot_moves() {
     let desk = Desk::new();
     std::fs::create_dir(desk.path("folder")).unwrap();
     for (arguments, expected) in [
-        ("calibrate --measure telepathy", "camera, ruler, ask or track:FILE"),
-        ("calibrate --measure track:", "camera, ruler, ask or track:FILE"),
+        ("calibrate --measure telepathy", "camera, ask, track:FILE, ruler (to calibrate)"),
+        ("calibrate --measure track:", "camera, ask, track:FILE, ruler (to calibrate)"),
         ("calibrate --measure track:folder --yes", "folder"),
         ("calibrate --distance -8rev", "above zero"),
         ("calibrate --distance 8", "no unit"),

@@ -4,9 +4,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use robot_model::gate::Mismatch;
+use robot_model::gate::{Glitch, Mismatch};
 
-use super::convention::Convention;
+use super::convention::Meant;
+use super::robot_toml::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,7 +126,7 @@ pub enum Warning {
         /// Of how many.
         of: usize,
         /// What would make them sound.
-        because: Option<Convention>,
+        because: Option<Meant>,
     },
     /// One run alone cannot be of the robot that drove the others.
     Another {
@@ -141,6 +142,20 @@ pub enum Warning {
         /// How far the middle one is off \[m\].
         off_m: f64,
     },
+    /// A single row that no robot drove.
+    Glitch {
+        /// Where.
+        place: Place,
+        /// What is off.
+        found: Glitch,
+    },
+    /// Headings are turned against the way that the robot rolls, in all runs alike.
+    Crooked {
+        /// Where.
+        place: Place,
+        /// By how much, counter-clockwise positive \[rad\].
+        turned_rad: f64,
+    },
     /// Runs were measured by something else than `robot.toml` says.
     OtherNoise {
         /// The campaign's `robot.toml`.
@@ -151,6 +166,15 @@ pub enum Warning {
         there: f64,
         /// What was measured with.
         here: f64,
+    },
+    /// A campaign of one simulated robot is gone on with by another.
+    OtherRobot {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// Which it was.
+        before: Simulated,
+        /// Which it is.
+        now: Simulated,
     },
     /// Runs of which nobody said when they began.
     NoStart {
@@ -192,35 +216,37 @@ impl fmt::Display for Warning {
                      or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
                 )
             }
-            Self::Strays { place, runs, of, because } => {
-                write!(
-                    f,
-                    "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; "
-                )?;
-                match because {
-                    Some(it) => write!(f, "with {} it was not", it.hint()),
-                    None => write!(
-                        f,
-                        "check wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
-                    ),
-                }
-            }
+            Self::Strays { place, of, because: Some(it), .. } => write!(
+                f,
+                "{place}: wheels and poses of the {of} runs do not fit together; with {it} they do"
+            ),
+            Self::Strays { place, runs, of, because: None } => write!(
+                f,
+                "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; check \
+                 wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
+            ),
             Self::Another { place, found } => {
-                let what = match found {
-                    Mismatch::Travel { times } => {
-                        format!("got {times:.2} times as far as its wheels rolled")
-                    }
-                    Mismatch::Backwards => "went back where its wheels rolled ahead".to_owned(),
-                    Mismatch::Turns { times } if *times < 0.0 => {
-                        "turned the other way than its wheels turned it".to_owned()
-                    }
-                    Mismatch::Turns { times } => {
-                        format!("turned {times:.2} times as far as its wheels turned it")
-                    }
+                let (what, columns) = match found {
+                    Mismatch::Travel { times } => (
+                        format!("got {times:.2} times as far as its wheels rolled"),
+                        "the units of x_m, y_m and counts",
+                    ),
+                    Mismatch::Backwards => (
+                        "went back where its wheels rolled ahead".to_owned(),
+                        "the signs of counts and heading_rad",
+                    ),
+                    Mismatch::Turns { times } if *times < 0.0 => (
+                        "turned the other way than its wheels turned it".to_owned(),
+                        "the signs of heading_rad and the order of the counts",
+                    ),
+                    Mismatch::Turns { times } => (
+                        format!("turned {times:.2} times as far as its wheels turned it"),
+                        "heading_rad and counts",
+                    ),
                 };
                 write!(
                     f,
-                    "{place}: in this run alone the robot {what}: make its columns those of the other runs, \
+                    "{place}: in this run alone the robot {what}: make {columns} those of the other runs, \
                      or leave it out if somebody pushed the robot"
                 )
             }
@@ -229,6 +255,24 @@ impl fmt::Display for Warning {
                 "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
                  make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
             ),
+            Self::Glitch { place, found } => match found {
+                Glitch::Jump { rolled_m, .. } => write!(
+                    f,
+                    "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
+                     the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
+                ),
+                Glitch::Spike { off_m, .. } => write!(
+                    f,
+                    "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
+                     heading_rad of this row"
+                ),
+            },
+            Self::Crooked { place, turned_rad } => write!(
+                f,
+                "{place}: headings are turned by {:+.1} degrees against the way that the robot rolls, in all runs alike; \
+                 what measures them sits crooked on the robot: take {turned_rad:.4} off heading_rad",
+                turned_rad.to_degrees()
+            ),
             Self::OtherNoise { place, name, there, here } => {
                 write!(
                     f,
@@ -236,6 +280,11 @@ impl fmt::Display for Warning {
                      has one noise: use a folder of its own for each way of measuring"
                 )
             }
+            Self::OtherRobot { place, before, now } => write!(
+                f,
+                "{place}: the simulated robot of this campaign was {before}, and now it is {now}: runs of two robots \
+                 are explained by neither; use a folder of its own for each"
+            ),
             Self::NoStart { place, runs, of } => {
                 let which =
                     if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };

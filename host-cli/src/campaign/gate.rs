@@ -4,10 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::slice;
 
-use robot_model::gate::{Mismatch, Stray, Suspicion, beside, mismatch, strays, suspicions};
+use robot_model::gate::{
+    Glitch, Mismatch, Stray, Suspicion, beside, crooked, glitch, misfits, mismatch, strays,
+    suspicions,
+};
 use robot_model::recording::{Recording, Robot};
 
-use super::convention::Convention;
+use super::convention::{Convention, Meant};
 use super::robot_toml::place_of_key;
 use super::{Campaign, CampaignError, Column, Place, Run, Warning};
 
@@ -140,17 +143,12 @@ pub(super) fn stray_runs(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
     }
     let found = odd(&robot, &recordings);
     let count = odd_runs(&found);
-    let explains = |it: &Convention| {
-        let ours = it.in_ours(&recordings);
-        mismatch(&robot, &ours).is_none() && 4 * odd_runs(&odd(&robot, &ours)) <= count
-    };
-    // Few are misread sooner than meant otherwise.
-    let because = Convention::ALL.into_iter().find(|it| count > STRAYS_MAX && explains(it));
+    let because = meant(&robot, &recordings, count);
     let strays =
         |place| vec![Warning::Strays { place, runs: count, of: recordings.len(), because }];
     if let Some(it) = because {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
-        return strays(header(&run_file(folder, first), it.column()));
+        return strays(header(&run_file(folder, first), it.convention.column()));
     }
     if count > STRAYS_MAX && 4 * count > recordings.len() {
         return strays(place_of_key(&folder.join("robot.toml"), "wheel_radius_m"));
@@ -158,7 +156,10 @@ pub(super) fn stray_runs(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
     let warning = |(run, odd): (&Run, Odd)| {
         let file = run_file(folder, &run.name);
         if let Some(found) = odd.mismatch {
-            return Some(Warning::Another { place: header(&file, Column::LeftCounts), found });
+            return Some(Warning::Another {
+                place: Place { line: 1, ..Place::whole(&file) },
+                found,
+            });
         }
         if let Some(off_m) = odd.beside_m {
             return Some(Warning::Beside { place: header(&file, Column::X), off_m });
@@ -170,6 +171,68 @@ pub(super) fn stray_runs(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
         Some(Warning::Stray { place, position_m: found.position_m, heading_rad: found.heading_rad })
     };
     campaign.runs.iter().zip(found).filter_map(warning).collect()
+}
+
+/// The axes in which all runs would be sound, if many of them are not in ours.
+fn meant(robot: &Robot, runs: &[Recording], odd_runs_here: usize) -> Option<Meant> {
+    let sum = |misfits: &[f64]| misfits.iter().sum::<f64>();
+    let here = misfits(robot, runs);
+    if sum(&here) < MISFIT_MIN && odd_runs_here <= STRAYS_MAX {
+        return None;
+    }
+    let all = Convention::ALL
+        .into_iter()
+        .flat_map(|convention| [false, true].map(|ends_only| Meant { convention, ends_only }));
+    let tried = all.map(|it| {
+        let ours = it.in_ours(runs);
+        (it, misfits(robot, &ours), ours)
+    });
+    let (best, there, ours) = tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))?;
+    let better =
+        here.iter().zip(&there).filter(|(here, there)| **here > 2.0 * **there + BETTER_MIN);
+    let by_ends = better.count() > STRAYS_MAX
+        && sum(&here) > MISFIT_MIN
+        && sum(&here) > MISFIT_TIMES * sum(&there);
+    // Ends that lie where the run began show little: then it is the way in between that counts.
+    let fewer = || 4 * odd_runs(&odd(robot, &ours)) <= odd_runs_here;
+    let by_ways = odd_runs_here > STRAYS_MAX && sum(&there) <= sum(&here) && fewer();
+    let sound = mismatch(robot, &ours).is_none();
+    (sound && (by_ends || by_ways)).then_some(best)
+}
+
+/// Runs that are off by less in all, shares of their ways and radians, are not in other axes; and other axes
+/// make them so many times better.
+const MISFIT_MIN: f64 = 0.5;
+const MISFIT_TIMES: f64 = 4.0;
+/// Of a run, less is nothing.
+const BETTER_MIN: f64 = 0.02;
+
+/// Single rows that no robot drove, and headings that are turned in all runs.
+pub(super) fn glitches(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
+    let robot = campaign.robot.to_model();
+    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
+    if recordings.iter().any(|it| it.validate().is_err()) {
+        return Vec::new();
+    }
+    let row = |(run, recording): (&Run, &Recording)| {
+        let found = glitch(&robot, recording)?;
+        let file = run_file(folder, &run.name);
+        let (t_s, column) = match found {
+            Glitch::Jump { right: false, t_s, .. } => (t_s, Column::LeftCounts),
+            Glitch::Jump { right: true, t_s, .. } => (t_s, Column::RightCounts),
+            Glitch::Spike { t_s, .. } => (t_s, Column::X),
+        };
+        let line = run.rows.iter().position(|row| row.t_s >= t_s)? as u64 + 2;
+        Some(Warning::Glitch { place: Place { line, ..header(&file, column) }, found })
+    };
+    let mut warnings: Vec<Warning> =
+        campaign.runs.iter().zip(&recordings).filter_map(row).collect();
+    if let Some(turned_rad) = crooked(&robot, &recordings) {
+        let first = campaign.runs.first().map_or("", |run| run.name.as_str());
+        let place = header(&run_file(folder, first), Column::Heading);
+        warnings.push(Warning::Crooked { place, turned_rad });
+    }
+    warnings
 }
 
 /// What is odd about a run, beside the others.

@@ -155,7 +155,22 @@ fn other_axes_are_one_warning_that_says_which() {
 }
 
 #[test]
+fn headings_that_sit_crooked_in_all_runs_are_one_warning() {
+    let said = of_mystery("csv", |y, heading| (y, heading + 0.08));
+    assert!(said.len() == 1 && said[0].contains("headings are turned by +4."), "{said:?}");
+    assert!(said[0].contains("01_rest.csv, line 1, column 9: "), "{said:?}");
+}
+
+#[test]
 fn one_run_with_other_signs_is_a_warning_at_its_file() {
+    let said = of_mystery("16_", |y, heading| {
+        (if heading > 3.0 && heading < 3.02 { y + 0.4 } else { y }, heading)
+    });
+    assert!(
+        said.iter().any(|it| it.contains("16_arc_large_fast_left.csv, line ")
+            && it.contains(" m off those before and after it")),
+        "{said:?}"
+    );
     let said = of_mystery("12_", |y, heading| (-y, heading));
     assert!(
         said.len() == 1
@@ -166,7 +181,9 @@ fn one_run_with_other_signs_is_a_warning_at_its_file() {
     let said = of_mystery("06_", |y, heading| (y, -heading));
     assert!(
         said.len() == 1
-            && said[0].contains("06_spin_slow_left.csv, line 1, column 2: in this run alone the robot turned the other way"),
+            && said[0].contains(
+                "06_spin_slow_left.csv, line 1: in this run alone the robot turned the other way"
+            ),
         "{said:?}"
     );
 }

@@ -18,7 +18,7 @@ pub(crate) mod table;
 mod tests;
 mod write;
 
-pub use convention::Convention;
+pub use convention::{Convention, Meant};
 pub(crate) use error::how_far;
 pub use error::{CampaignError, Place, Warning};
 pub use read::{Campaign, Run, read_run};

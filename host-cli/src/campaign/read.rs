@@ -61,6 +61,7 @@ impl Campaign {
         }
         campaign.warnings.extend(campaign.without_start(&toml));
         campaign.warnings.extend(super::gate::slow_clocks(folder, &campaign));
+        campaign.warnings.extend(super::gate::glitches(folder, &campaign));
         campaign.warnings.extend(super::gate::stray_runs(folder, &campaign));
         Ok(campaign)
     }

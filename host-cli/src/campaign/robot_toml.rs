@@ -1,5 +1,6 @@
 //! `robot.toml`: what is nominal, and facts about single runs.
 
+use std::fmt;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -53,6 +54,16 @@ pub struct Simulated {
     /// The seed that replaced the scenario's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+}
+
+impl fmt::Display for Simulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scenario = self.scenario.as_deref().unwrap_or("the built-in one");
+        match self.seed {
+            Some(seed) => write!(f, "{scenario}, seed {seed}"),
+            None => write!(f, "{scenario}"),
+        }
+    }
 }
 
 /// Facts about one run.

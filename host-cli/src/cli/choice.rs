@@ -31,7 +31,10 @@ impl FromStr for Measure {
             "none" => Ok(Measure::Nobody),
             _ => match text.strip_prefix("track:") {
                 Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
-                _ => Err("must be camera, ruler, ask or track:FILE".into()),
+                _ => {
+                    Err("must be camera, ask, track:FILE, ruler (to calibrate) or none (to record)"
+                        .into())
+                }
             },
         }
     }

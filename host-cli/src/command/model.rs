@@ -165,6 +165,17 @@ impl Task {
             |effects: &[&'static dyn Effect]| fit(&self.campaign, effects).map_err(Error::new);
         let before = fitted(&self.before)?;
         let after = fitted(&self.model.chosen())?;
+        if !after.is_finite() {
+            let old: Vec<&str> = self.before.iter().map(|it| it.facts().id).collect();
+            let new = after.effects.iter().map(|it| it.effect).filter(|it| !old.contains(it));
+            let added = new.collect::<Vec<_>>().join(", ");
+            let with = if added.is_empty() { "this model".to_owned() } else { added };
+            return Err(Error::new(format_args!(
+                "with {with} the prediction is not finite on these runs; {} is as it was",
+                self.file.display()
+            ))
+            .hint("bound its expression, with tanh, min or max, or scale what stands in exp"));
+        }
         for (entry, fitted) in self.model.effects.iter_mut().zip(&after.effects) {
             entry.parameters.clone_from(&fitted.parameters);
             entry.in_use = false;

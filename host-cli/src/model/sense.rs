@@ -76,7 +76,7 @@ pub(super) fn parameter(
 }
 
 fn fit_again() -> String {
-    "`beeline model fit CAMPAIGN` finds it anew".into()
+    "take it out and `beeline model fit CAMPAIGN` finds it anew".into()
 }
 
 /// What a value of the catalogue's has to be, where it makes no sense as it is: a wheel or a track of no
@@ -105,7 +105,8 @@ fn size(it: &Spanned<f64>, name: &str) -> Result<f64, Nonsense> {
         return Ok(value);
     }
     let problem = format!("{name} = {value} cannot be");
-    let hint = format!("it must be a finite number, and not negative; {}", fit_again());
+    let hint = "it must be a finite number, and not negative; take [error] and [noise] out and \
+                `beeline model fit CAMPAIGN` finds both anew";
     Err(Nonsense::new(it, problem, hint))
 }
 

@@ -88,7 +88,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (
             "0.021",
             "nan",
-            "line 4, column 26: k has a number that is not finite; `beeline model fit",
+            "line 4, column 26: k has a number that is not finite; take it out and `beeline model fit",
         ),
         (
             "unit = \"s\"",

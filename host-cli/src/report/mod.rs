@@ -67,7 +67,7 @@ figcaption span{white-space:nowrap}\
 .lead{font-size:19px;line-height:1.45;max-width:40em}.next{border-left:4px solid var(--after);padding:4px 0 4px 18px}\
 .next code{display:inline-block;padding:8px 12px;border:1px solid var(--faint);border-radius:8px;color:var(--ink);margin-top:6px;overflow-wrap:anywhere}\
 .ids{color:var(--soft);font-size:14px}.rej td{vertical-align:top;text-align:left}.rej td:last-child,.rej th:last-child{text-align:right;white-space:nowrap}\
-.rej th{text-align:left}.noise{fill:var(--faint);opacity:.6}.whisker{stroke-width:1.3;fill:none}\
+.rej th{text-align:left}.way{stroke:var(--line);stroke-opacity:.35}.named{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}.noise{fill:var(--faint);opacity:.6}.whisker{stroke-width:1.3;fill:none}\
 @media screen and (max-width:640px){.wide{overflow-x:auto}.wide svg{width:760px}.wide .d text{font-size:13px}}\
 @media(max-width:820px){.grid{grid-template-columns:1fr 1fr}.pair{grid-template-columns:1fr}}\
 @media(max-width:520px){.grid{grid-template-columns:1fr}}\
@@ -77,7 +77,7 @@ figcaption span{white-space:nowrap}\
 const DRAWING_STYLE: &str = "\
 .seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
 .thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
-.way{stroke:var(--line);stroke-opacity:.35}.named{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
+.d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
 
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {

@@ -156,6 +156,14 @@ pub async fn record_campaign(
     }
     let writer = CampaignWriter::open(folder, &robot)?;
     let there = Campaign::read_if_any(folder)?;
+    if let (Some(_), Some(before), Some(now)) =
+        (&there, &writer.robot().simulated, &settings.simulated)
+        && before != now
+    {
+        let place = Place::whole(&folder.join("robot.toml"));
+        let (before, now) = (before.clone(), now.clone());
+        tell(Step::Warning(&Warning::OtherRobot { place, before, now }));
+    }
     match in_use::keep(folder, writer.robot(), &config, there.is_some())? {
         Kept::Nothing => {}
         Kept::Written(ids) => tell(Step::Compensated(&ids)),

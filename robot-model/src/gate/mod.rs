@@ -5,6 +5,8 @@
 //! that is merely wrong, and what stood still is never judged. What all runs say together, when the units
 //! are right, is in `mismatch`; what single poses do, in `stray`.
 
+mod glitch;
+mod lone;
 mod mismatch;
 mod stray;
 
@@ -12,6 +14,8 @@ use crate::path::Pose;
 use crate::recording::{Recording, Robot};
 use crate::sides::Sides;
 
+pub use self::glitch::{Glitch, crooked, glitch};
+pub use self::lone::misfits;
 pub use self::mismatch::{Mismatch, mismatch};
 pub use self::stray::{Stray, beside, doubtful, strays};
 
@@ -132,10 +136,16 @@ fn clock(run: &Recording) -> Option<Suspicion> {
 
 /// Where the wheels alone take the nominal robot, from anywhere, at each sample of the wheels.
 fn reckon(robot: &Robot, run: &Recording) -> Vec<Pose> {
+    reckon_with(robot, run, 1.0)
+}
+
+/// The same with a right radius that is so many times the left one.
+fn reckon_with(robot: &Robot, run: &Recording, right: f64) -> Vec<Pose> {
     let mut pose = Pose::ORIGIN;
+    let radius_m = Sides::new(robot.wheel_radius_m, robot.wheel_radius_m * right);
     let steps = run.wheels.windows(2).map(|pair| {
-        let travel_m =
-            pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| (a - b) * robot.wheel_radius_m);
+        let turned_rad = pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| a - b);
+        let travel_m = turned_rad.zip(radius_m).map(|(turned, radius)| turned * radius);
         (travel_m.mean(), travel_m.difference() / robot.track_width_m)
     });
     let mut poses = vec![pose];

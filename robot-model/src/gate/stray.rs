@@ -3,6 +3,7 @@
 use crate::path::Pose;
 use crate::recording::{Recording, Robot, Sight, wrap};
 
+use super::lone::lone;
 use super::mismatch::{Led, median};
 use super::{FAR_M, at};
 
@@ -21,15 +22,20 @@ pub struct Stray {
 const SEEN_MIN: usize = 5;
 /// Turned by less in all, a run does not say by what share of it the wheels are off \[rad\].
 const TURNED_SHARE_MIN_RAD: f64 = 1.0;
-/// A last pose may be off by this, and by this share of the way, before it is called stray.
-const STRAY_M: (f64, f64) = (0.15, 0.15);
-/// The same of its heading and of the turn; less of a turn where at least so many other runs say how much of
-/// it the wheels are off by, as with a track width that is merely wrong.
-const STRAY_RAD: (f64, f64) = (0.5, 0.15);
-const STRAY_RAD_BESIDE_OTHERS: f64 = 0.06;
+/// How far a last pose may be off before it is called stray: by this, and by this share of the way and of the turn.
+#[derive(Clone, Copy)]
+struct Allowed {
+    position_m: (f64, f64),
+    heading_rad: (f64, f64),
+}
+
+const ALLOWED: Allowed = Allowed { position_m: (0.15, 0.15), heading_rad: (0.5, 0.15) };
+/// Where at least so many other runs say by what share of a turn the wheels are off, as with a track width that is
+/// merely wrong.
+const BESIDE_OTHERS: Allowed = Allowed { heading_rad: (0.5, 0.06), ..ALLOWED };
 const OTHERS_MIN: usize = 3;
 /// Who asks a person at once, and has no other runs, may ask once too often.
-const STRAY_RAD_TO_ASK: f64 = 0.08;
+const ASKED: Allowed = Allowed { position_m: (0.1, 0.05), heading_rad: (0.3, 0.08) };
 
 /// The last pose of each run, if it is far off; the campaign as a whole is no [`Mismatch`].
 pub fn strays(robot: &Robot, runs: &[Recording]) -> Vec<Option<Stray>> {
@@ -41,15 +47,11 @@ pub fn strays(robot: &Robot, runs: &[Recording]) -> Vec<Option<Stray>> {
         let others: Vec<f64> =
             shares.iter().enumerate().filter(|it| it.0 != index).filter_map(|it| *it.1).collect();
         let beside = (others.len() >= OTHERS_MIN).then(|| median(others)).flatten();
-        end.as_ref()?.stray(
-            beside.unwrap_or(0.0),
-            match beside {
-                Some(_) => STRAY_RAD_BESIDE_OTHERS,
-                None => STRAY_RAD.1,
-            },
-        )
+        let allowed = if beside.is_some() { BESIDE_OTHERS } else { ALLOWED };
+        end.as_ref()?.stray(beside.unwrap_or(0.0), allowed)
     };
-    ends.iter().enumerate().map(stray).collect()
+    let lone = lone(robot, runs);
+    ends.iter().enumerate().zip(lone).map(|(end, lone)| stray(end).or(lone)).collect()
 }
 
 /// Whether what was just read of where a robot stands, `last`, is far from where its wheels led from `first`,
@@ -65,7 +67,7 @@ pub fn doubtful(first: &Sight, last: &Sight, wheels: &[Pose]) -> Option<Stray> {
         way_m: steps().map(|it| it.x_m.hypot(it.y_m)).sum(),
         turn_rad: steps().map(|it| it.heading_rad.abs()).sum(),
     };
-    end.stray(0.0, STRAY_RAD_TO_ASK)
+    end.stray(0.0, ASKED)
 }
 
 /// How far the poses of a run lie from where its wheels led \[m\], if most of them lie far from there: their middle.
@@ -78,7 +80,8 @@ pub fn beside(robot: &Robot, run: &Recording) -> Option<f64> {
         Some((end.position_off_m()?, way_m)).filter(|it| it.1 > FAR_M)
     };
     let off: Vec<(f64, f64)> = run.sights.iter().filter_map(until).collect();
-    let far = |it: &&(f64, f64)| it.0 > STRAY_M.0 + STRAY_M.1 * it.1;
+    let (least_m, share) = ALLOWED.position_m;
+    let far = |it: &&(f64, f64)| it.0 > least_m + share * it.1;
     let most = 2 * off.iter().filter(far).count() > off.len();
     median(off.iter().map(|it| it.0).collect()).filter(|_| most && off.len() >= SEEN_MIN)
 }
@@ -142,13 +145,15 @@ impl<'a> End<'a> {
     }
 
     /// If it is off: `share` of its turn is that of all runs, and `allowed` more of it is no wonder.
-    fn stray(&self, share: f64, allowed: f64) -> Option<Stray> {
+    fn stray(&self, share: f64, allowed: Allowed) -> Option<Stray> {
+        let bound = |(least, share): (f64, f64), of: f64| least + share * of;
         let position_m = self.position_off_m();
         let heading_rad = self.heading_off_rad().map(|it| wrap(it - share * self.turned_rad));
         let stray = Stray {
             t_s: self.last.t_s,
-            position_m: position_m.filter(|it| *it > STRAY_M.0 + STRAY_M.1 * self.way_m),
-            heading_rad: heading_rad.filter(|it| it.abs() > STRAY_RAD.0 + allowed * self.turn_rad),
+            position_m: position_m.filter(|it| *it > bound(allowed.position_m, self.way_m)),
+            heading_rad: heading_rad
+                .filter(|it| it.abs() > bound(allowed.heading_rad, self.turn_rad)),
         };
         (stray.position_m.is_some() || stray.heading_rad.is_some()).then_some(stray)
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::gate::lone::misfits;
 use crate::gate::mismatch::tests::sound;
 use crate::synthetic::{ALONE, ROBOT, campaign, full_plan, term};
 
@@ -87,4 +88,46 @@ fn what_was_just_read_is_doubted_where_the_wheels_led_elsewhere() {
         assert_eq!(doubtful(&start, &good, wheels), None);
         assert!(doubtful(&start, &bad, wheels).is_some(), "{bad:?}");
     }
+}
+
+#[test]
+fn an_end_that_is_misread_by_a_little_stands_alone_beside_others_that_agree() {
+    for (name, off_m, off_rad) in
+        [("arc", 0.0, 0.2), ("arc", 0.3, 0.0), ("out_and_back", 0.2, 0.0), ("spin", 0.0, -0.3)]
+    {
+        let mut runs = sound(true).runs;
+        let index = runs.iter().position(|it| it.name.starts_with(name)).unwrap();
+        let last = runs[index].sights.last_mut().unwrap();
+        last.heading_rad = last.heading_rad.map(|it| it + off_rad);
+        last.position_m = last.position_m.map(|[x, y]| [x, y + off_m]);
+        let found = strays(&ROBOT, &runs);
+        assert!(found[index].is_some(), "{name}: {found:?}");
+        assert_eq!(found.iter().flatten().count(), 1, "{name}: {found:?}");
+        // One that carried a load may well differ from all others.
+        runs[index].payload_kg = 2.0;
+        assert_eq!(strays(&ROBOT, &runs), vec![None; runs.len()], "{name}");
+    }
+}
+
+#[test]
+fn what_all_runs_are_off_together_is_little_in_the_right_axes_and_much_in_others() {
+    let runs = sound(true).runs;
+    let misfit = |robot: &Robot, runs: &[Recording]| misfits(robot, runs).iter().sum::<f64>();
+    let here = misfit(&ROBOT, &runs);
+    let mirrored: Vec<Recording> = runs
+        .iter()
+        .map(|run| {
+            let mut run = run.clone();
+            for it in &mut run.sights {
+                it.position_m = it.position_m.map(|[x, y]| [x, -y]);
+            }
+            run
+        })
+        .collect();
+    let there = misfit(&ROBOT, &mirrored);
+    assert!(here < 0.2 && there > 5.0 * here, "{here}, {there}");
+    // A geometry that is merely wrong is fitted.
+    let robot = Robot { wheel_radius_m: 1.05 * ROBOT.wheel_radius_m, ..ROBOT };
+    let other = misfit(&robot, &runs);
+    assert!(other < 0.2, "{other}");
 }

@@ -1,0 +1,159 @@
+//! Ends of runs beside what the wheels say once their geometry fits most runs: the ones that stand alone.
+//!
+//! Misread by ten degrees, a pose is nothing that no robot could do, and a fit takes it for noise or for an effect.
+//! Beside twenty runs that agree to one degree it can be told all the same.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::path::Pose;
+use crate::recording::{Recording, Robot, Sight, wrap};
+
+use super::mismatch::Led;
+use super::stray::Stray;
+use super::{at, reckon_with};
+
+/// From so many runs on one of them may stand alone, and from so many on two.
+const RUNS_MIN: [usize; 2] = [5, 9];
+/// Alone is what is so many times as far off as the farthest of the others.
+const ALONE: f64 = 5.0;
+/// No less is called misread: of the way and what is added to it \[m\], and of the heading \[rad\].
+const POSITION_MIN: f64 = 0.025;
+const HEADING_MIN_RAD: f64 = 0.06;
+/// How far off a position is goes with the way, and this \[m\].
+const NEAR_M: f64 = 0.3;
+/// Of the right radius, both radii and the track width: a step of the difference, and what is usual.
+const STEP: f64 = 0.01;
+const USUAL: f64 = 0.1;
+/// Sums of absolute values, by weights: so many rounds, and no number weighs as one nearer than this.
+const ROUNDS: usize = 30;
+const NEAREST: f64 = 1e-3;
+
+/// One number of a run that is off, and how it goes with right radius, both radii and track width.
+struct Row {
+    off: f64,
+    slope: Vector3<f64>,
+}
+
+/// What a run leaves once the geometry fits most of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rest {
+    t_s: f64,
+    way_m: f64,
+    /// As a share of the way.
+    position: Option<f64>,
+    heading_rad: Option<f64>,
+}
+
+/// Both ends of a run: as seen, and by wheels of four geometries.
+struct Ends<'a> {
+    first: &'a Sight,
+    last: &'a Sight,
+    way_m: f64,
+    to: [Pose; 4],
+}
+
+impl<'a> Ends<'a> {
+    fn of(robot: &Robot, run: &'a Recording) -> Option<Self> {
+        let first = run.sights.iter().find(|it| it.position_m.is_some())?;
+        let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
+        let way_m = Led::of(robot, run).rolled(first.t_s, last.t_s).0;
+        // None, the right radius, both radii, the track width.
+        let to = [0, 1, 2, 3].map(|changed| {
+            let times = |which: usize| if which == changed { 1.0 + STEP } else { 1.0 };
+            let robot = Robot {
+                wheel_radius_m: robot.wheel_radius_m * times(2),
+                track_width_m: robot.track_width_m * times(3),
+                ..*robot
+            };
+            let poses = reckon_with(&robot, run, times(1));
+            at(run, &poses, last.t_s).seen_from(at(run, &poses, first.t_s))
+        });
+        Some(Self { first, last, way_m, to })
+    }
+
+    /// Along and across where it first looked, as a share of the way, and the heading.
+    fn rows(&self) -> [Option<Row>; 3] {
+        let row = |off: f64, of: &dyn Fn(&Pose) -> f64| Row {
+            off,
+            slope: Vector3::from_fn(|k, _| (of(&self.to[k + 1]) - of(&self.to[0])) / STEP),
+        };
+        let scale = 1.0 / (NEAR_M + self.way_m);
+        let places = self.first.position_m.zip(self.last.position_m).zip(self.first.heading_rad);
+        let seen = places.map(|(([x0, y0], [x, y]), heading_rad)| {
+            let frame = Pose::new(x0, y0, heading_rad);
+            Pose::new(x, y, heading_rad).seen_from(frame)
+        });
+        let turned = self.first.heading_rad.zip(self.last.heading_rad).map(|(a, b)| b - a);
+        let wheels = self.to[0];
+        [
+            seen.map(|it| row(scale * (it.x_m - wheels.x_m), &|to| scale * to.x_m)),
+            seen.map(|it| row(scale * (it.y_m - wheels.y_m), &|to| scale * to.y_m)),
+            turned.map(|it| row(wrap(it - wheels.heading_rad), &|to| to.heading_rad)),
+        ]
+    }
+}
+
+/// What each run leaves once the geometry fits most of them.
+fn rests(robot: &Robot, runs: &[Recording]) -> Vec<Option<Rest>> {
+    let ends: Vec<Option<Ends>> = runs.iter().map(|run| Ends::of(robot, run)).collect();
+    let rows: Vec<[Option<Row>; 3]> =
+        ends.iter().map(|it| it.as_ref().map_or([None, None, None], Ends::rows)).collect();
+    let mut geometry = Vector3::zeros();
+    for _ in 0..ROUNDS {
+        let mut normal = Matrix3::identity() * (NEAREST / USUAL.powi(2));
+        let mut right = Vector3::zeros();
+        for row in rows.iter().flatten().flatten() {
+            let weight = 1.0 / (row.off - row.slope.dot(&geometry)).abs().max(NEAREST);
+            normal += row.slope * row.slope.transpose() * weight;
+            right += row.slope * (row.off * weight);
+        }
+        let Some(solved) = normal.cholesky().map(|it| it.solve(&right)) else { break };
+        geometry = solved;
+    }
+    let rest = |(ends, rows): (&Option<Ends>, &[Option<Row>; 3])| {
+        let ends = ends.as_ref()?;
+        let left = |k: usize| rows[k].as_ref().map(|it| it.off - it.slope.dot(&geometry));
+        Some(Rest {
+            t_s: ends.last.t_s,
+            way_m: ends.way_m,
+            position: left(0).zip(left(1)).map(|(x, y)| x.hypot(y)),
+            heading_rad: left(2).map(wrap),
+        })
+    };
+    ends.iter().zip(&rows).map(rest).collect()
+}
+
+/// How far each run is off once the geometry fits most of them: the share of its way and radians.
+pub fn misfits(robot: &Robot, runs: &[Recording]) -> Vec<f64> {
+    let of = |it: Option<Rest>| {
+        it.map_or(0.0, |it| {
+            it.position.map_or(0.0, |it| it.min(1.0)) + it.heading_rad.map_or(0.0, f64::abs)
+        })
+    };
+    rests(robot, runs).into_iter().map(of).collect()
+}
+
+/// The last poses that are far off beside all others; one that carries a load may well differ from all others.
+pub(super) fn lone(robot: &Robot, runs: &[Recording]) -> Vec<Option<Stray>> {
+    let rests = rests(robot, runs);
+    let bound = |of: fn(&Rest) -> Option<f64>, least: f64| {
+        let mut all: Vec<f64> = rests.iter().flatten().filter_map(of).map(f64::abs).collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        let alone = RUNS_MIN.iter().filter(|it| all.len() >= **it).count();
+        let others = all.get(alone).filter(|_| alone > 0);
+        others.map_or(f64::INFINITY, |it| (ALONE * it).max(least))
+    };
+    let position = bound(|it| it.position, POSITION_MIN);
+    let heading_rad = bound(|it| it.heading_rad, HEADING_MIN_RAD);
+    let stray = |(run, rest): (&Recording, &Option<Rest>)| {
+        let rest = rest.filter(|_| run.payload_kg == 0.0)?;
+        let far = rest.position.filter(|it| *it > position);
+        let stray = Stray {
+            t_s: rest.t_s,
+            position_m: far.map(|it| it * (NEAR_M + rest.way_m)),
+            heading_rad: rest.heading_rad.filter(|it| it.abs() > heading_rad),
+        };
+        (stray.position_m.is_some() || stray.heading_rad.is_some()).then_some(stray)
+    };
+    runs.iter().zip(&rests).map(stray).collect()
+}

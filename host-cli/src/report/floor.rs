@@ -21,7 +21,7 @@ const OPACITY_MAX: f64 = 0.8;
 pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
     let place_m = report.answer.unexplained.place_m?;
     let paths = report.paths[1];
-    let (low, high) = super::paths::bounds(paths.iter().flat_map(|it| &it.measured_m));
+    let (low, high) = super::paths::bounds(paths.iter().flat_map(|it| it.shape_m()));
     let (low, high) =
         ([0, 1].map(|k| low[k].min(place_m[k])), [0, 1].map(|k| high[k].max(place_m[k])));
     let span = [0, 1].map(|k| high[k] - low[k] + 2.0 * RING_M);
@@ -50,9 +50,9 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
         );
     }
     for path in paths {
-        let every = path.measured_m.len().div_ceil(240).max(1);
+        let every = path.shape_m().len().div_ceil(240).max(1);
         let mut data = String::new();
-        for [to_x, to_y] in path.measured_m.iter().step_by(every) {
+        for [to_x, to_y] in path.shape_m().iter().step_by(every) {
             let letter = if data.is_empty() { 'M' } else { 'L' };
             let _ = write!(data, "{letter}{} {}", x.at(*to_x), y.at(*to_y));
         }

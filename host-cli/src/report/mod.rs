@@ -110,7 +110,8 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         "Measured and predicted",
         "The runs with the largest errors of each kind, from above, and \
         their errors before and after. How far a prediction is off is drawn enlarged by the factor in the corner, \
-        averaged over a twentieth of the run; the measured path is drawn as it is.",
+        averaged over a twentieth of the run; the measured path is drawn as it is. Where the robot was seen at the ends of a \
+        run alone, these are dots, and the ways between them are those of its wheels.",
     );
     html.push_str(&paths::draw(report));
     if !report.answer.steps.is_empty() {

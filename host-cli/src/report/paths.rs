@@ -35,9 +35,9 @@ fn rms_m(path: &Path) -> f64 {
     (squares.sum::<f64>() / path.measured_m.len().max(1) as f64).sqrt()
 }
 
-/// Greater side of the box round a measured path \[m\].
+/// Greater side of the box round a path \[m\].
 fn size_m(path: &Path) -> f64 {
-    let (low, high) = bounds(path.measured_m.iter());
+    let (low, high) = bounds(path.shape_m().iter());
     if path.measured_m.len() < 2 { 0.0 } else { (high[0] - low[0]).max(high[1] - low[1]) }
 }
 
@@ -128,6 +128,9 @@ fn deviations_m(path: &Path) -> Vec<[f64; 2]> {
 
 /// The lines of one drawing.
 fn drawing(nominal: &Path, model: &Path) -> String {
+    if !nominal.way_m.is_empty() {
+        return drawing_of_ends(nominal, model);
+    }
     let [off_nominal, off_model] = [deviations_m(nominal), deviations_m(model)];
     let off_m = off_nominal.iter().map(|it| it[0].hypot(it[1])).fold(0.0, f64::max);
     let (low, high) = bounds(nominal.measured_m.iter());
@@ -140,44 +143,87 @@ fn drawing(nominal: &Path, model: &Path) -> String {
         both.map(|(a, off)| [a[0] + factor * off[0], a[1] + factor * off[1]]).collect()
     };
     let (before, after) = (enlarged(nominal, &off_nominal), enlarged(model, &off_model));
-    let (low, high) = bounds(nominal.measured_m.iter().chain(&before).chain(&after));
-    let scale = ((WIDTH - 2.0 * PAD) / (high[0] - low[0]).max(0.05))
-        .min((HEIGHT - 2.0 * PAD - 16.0) / (high[1] - low[1]).max(0.05));
-    let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
-    let at = |p: &[f64; 2]| {
+    let view = View::of(nominal.measured_m.iter().chain(&before).chain(&after));
+    format!(
+        "<path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>{}\
+         <text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">\u{d7}{}</text>",
+        view.line(&nominal.measured_m),
+        view.line(&before),
+        view.line(&after),
+        view.bar(),
+        Px(WIDTH - 4.0),
+        Px(HEIGHT - 6.0),
+        number(factor, 0),
+    )
+}
+
+/// The same where it was seen seldom: the ways by the wheels, as large as they are, and dots where it was seen.
+fn drawing_of_ends(nominal: &Path, model: &Path) -> String {
+    let points = nominal.measured_m.iter().chain(&nominal.way_m).chain(&model.way_m);
+    let view = View::of(points);
+    let mut dots = String::new();
+    for point in nominal.measured_m.iter().filter(|it| it.iter().all(|it| it.is_finite())) {
+        let (x, y) = view.at(point);
+        let _ = write!(
+            dots,
+            "<circle class=\"dot\" style=\"fill:var(--line)\" fill-opacity=\".75\" cx=\"{x}\" cy=\"{y}\" r=\"5\"/>"
+        );
+    }
+    format!(
+        "{dots}<path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>{}",
+        view.line(&nominal.way_m),
+        view.line(&model.way_m),
+        view.bar()
+    )
+}
+
+/// From metres to one drawing.
+struct View {
+    middle: [f64; 2],
+    scale: f64,
+}
+
+impl View {
+    /// With room for all of these.
+    fn of<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> Self {
+        let (low, high) = bounds(points);
+        let scale = ((WIDTH - 2.0 * PAD) / (high[0] - low[0]).max(0.05))
+            .min((HEIGHT - 2.0 * PAD - 16.0) / (high[1] - low[1]).max(0.05));
+        Self { middle: [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0], scale }
+    }
+
+    fn at(&self, p: &[f64; 2]) -> (Px, Px) {
         (
-            Px(WIDTH / 2.0 + (p[0] - middle[0]) * scale),
-            Px((HEIGHT - 16.0) / 2.0 - (p[1] - middle[1]) * scale),
+            Px(WIDTH / 2.0 + (p[0] - self.middle[0]) * self.scale),
+            Px((HEIGHT - 16.0) / 2.0 - (p[1] - self.middle[1]) * self.scale),
         )
-    };
-    let data = |points: &[[f64; 2]]| {
+    }
+
+    fn line(&self, points: &[[f64; 2]]) -> String {
         let every = points.len().div_ceil(240).max(1);
         let mut data = String::new();
         for (k, point) in points.iter().enumerate() {
             if k % every == 0 || k + 1 == points.len() {
-                let (x, y) = at(point);
+                let (x, y) = self.at(point);
                 let _ = write!(data, "{}{x} {y}", if data.is_empty() { 'M' } else { 'L' });
             }
         }
         data
-    };
-    let bar_m = nice_step(WIDTH / scale, 6.0);
-    format!(
-        "<path class=\"seen\" d=\"{}\"/><path class=\"p b\" d=\"{}\"/><path class=\"p a\" d=\"{}\"/>\
-         <path class=\"zero\" d=\"M{x0} {y0}h{length}m0 -3v6m-{length} -6v6\"/><text class=\"tick\" x=\"{tx}\" y=\"{ty}\">{}</text>\
-         <text class=\"tick\" x=\"{xe}\" y=\"{ty}\" text-anchor=\"end\">\u{d7}{}</text>",
-        data(&nominal.measured_m),
-        data(&before),
-        data(&after),
-        bar_text(bar_m),
-        number(factor, 0),
-        x0 = Px(PAD),
-        y0 = Px(HEIGHT - 10.0),
-        length = Px(bar_m * scale),
-        tx = Px(PAD + bar_m * scale + 8.0),
-        ty = Px(HEIGHT - 6.0),
-        xe = Px(WIDTH - 4.0),
-    )
+    }
+
+    /// How long something is.
+    fn bar(&self) -> String {
+        let bar_m = nice_step(WIDTH / self.scale, 6.0);
+        format!(
+            "<path class=\"zero\" d=\"M{x0} {y0}h{length}m0 -3v6m-{length} -6v6\"/><text class=\"tick\" x=\"{tx}\" y=\"{ty}\">{}</text>",
+            bar_text(bar_m),
+            x0 = Px(PAD),
+            y0 = Px(HEIGHT - 10.0),
+            length = Px(bar_m * self.scale),
+            tx = Px(PAD + bar_m * self.scale + 8.0),
+            ty = Px(HEIGHT - 6.0),
+        )
+    }
 }
 
 fn bar_text(metres: f64) -> String {

@@ -89,7 +89,17 @@ fn drawn_of(
         held_out: true,
         measured_m: vec![[0.0, 0.0], [1.0, bad], [1.5, 0.2]],
         predicted_m: vec![[0.0, 0.0], [1.0, 0.51], [1.5, 0.25]],
+        way_m: Vec::new(),
     };
+    let ends = Path {
+        run: "02_ends".into(),
+        held_out: false,
+        measured_m: vec![[0.0, 0.0], [0.0, bad]],
+        predicted_m: vec![[0.0, 0.0], [0.01, 0.52]],
+        way_m: vec![[0.0, 0.0], [0.3, 0.1], [0.3, 0.4], [0.01, bad]],
+        ..path.clone()
+    };
+    let paths = [path, ends];
     let drift = Drift { aspect: Aspect::Turn, per_m: 0.002, sigma: 0.0005 };
     let bins = (0..4).map(|k| Bin { at: f64::from(k), drift }).collect();
     let curve =
@@ -107,7 +117,7 @@ fn drawn_of(
         subject: &subject,
         answer,
         comparisons: [&comparison, &comparison],
-        paths: [std::slice::from_ref(&path), std::slice::from_ref(&path)],
+        paths: [&paths, &paths],
         curves: [std::slice::from_ref(&curve), std::slice::from_ref(&curve)],
     })
 }
@@ -164,6 +174,17 @@ fn the_page_says_what_explain_says() {
     ] {
         assert!(page.contains(words), "{words}");
     }
+}
+
+#[test]
+fn a_run_of_which_the_ends_were_measured_has_its_way_by_the_model_and_two_dots() {
+    let page = html("Bee", false);
+    let drawn = page.split("aria-label=\"Path of 02_ends\"").nth(1).unwrap();
+    let drawn = drawn.split("</svg>").next().unwrap();
+    assert_eq!(drawn.matches("class=\"dot\"").count(), 2, "{drawn}");
+    assert_eq!(drawn.matches("<path class=\"p ").count(), 2, "{drawn}");
+    let other = page.split("aria-label=\"Path of 01_").nth(1).unwrap();
+    assert!(!other.split("</svg>").next().unwrap().contains("class=\"dot\""));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use crate::noise::Noise;
 use crate::odometry_noise::OdometryNoise;
 use crate::parallel;
 use crate::path::Pose;
+use crate::predict::open_loop_as_seen;
 use crate::predict::{PoseError, Track};
 use crate::recording::Sight;
 
@@ -60,6 +61,38 @@ pub struct Path {
     pub measured_m: Vec<[f64; 2]>,
     /// Where the model says it was then \[m\].
     pub predicted_m: Vec<[f64; 2]>,
+    /// Where the model says it went between them, where it was seen seldom, as at both ends alone; else nothing \[m\].
+    pub way_m: Vec<[f64; 2]>,
+}
+
+impl Path {
+    /// Where it was, as far as that is known: as it was seen, or between that as the model says.
+    pub fn shape_m(&self) -> &[[f64; 2]] {
+        if self.way_m.is_empty() { &self.measured_m } else { &self.way_m }
+    }
+}
+
+/// Who was seen more often than that shows the way by that.
+const SEEN_SELDOM: usize = 8;
+/// The way of the others is told by so many points.
+const WAY_POINTS: usize = 200;
+
+/// Where a run is by the model between where it was seen, if that is seldom; from the same start as what was seen.
+fn way(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<Pose> {
+    let seen = &run.recording.sights;
+    if seen.len() > SEEN_SELDOM || run.recording.wheels.len() <= seen.len() {
+        return Vec::new();
+    }
+    let every = run.recording.wheels.len().div_ceil(WAY_POINTS).max(1);
+    let between = run.recording.wheels.iter().step_by(every).map(|it| Sight {
+        t_s: it.t_s,
+        position_m: None,
+        heading_rad: None,
+    });
+    let apart = |it: &Sight| seen.iter().all(|other| other.t_s != it.t_s);
+    let mut sights: Vec<Sight> = seen.iter().copied().chain(between.filter(apart)).collect();
+    sights.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    open_loop_as_seen(&run.motion, &sights, terms).predicted
 }
 
 /// Squares of one run, and of each of its drawn twins: sums and counts, place and heading.
@@ -241,6 +274,11 @@ pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoi
                 held_out: run.recording.held_out,
                 measured_m,
                 predicted_m: predicted
+                    .into_iter()
+                    .map(|it| start.compose(it))
+                    .map(|it| [it.x_m, it.y_m])
+                    .collect(),
+                way_m: way(run, terms)
                     .into_iter()
                     .map(|it| start.compose(it))
                     .map(|it| [it.x_m, it.y_m])

@@ -37,7 +37,7 @@ const OTHERS_MIN: usize = 3;
 /// Who asks a person at once, and has no other runs, may ask once too often.
 const ASKED: Allowed = Allowed { position_m: (0.1, 0.05), heading_rad: (0.3, 0.08) };
 
-/// The last pose of each run, if it is far off; the campaign as a whole is no [`Mismatch`].
+/// The last pose of each run, if it is far off; the campaign as a whole is no [`super::Mismatch`].
 pub fn strays(robot: &Robot, runs: &[Recording]) -> Vec<Option<Stray>> {
     let ends: Vec<Option<End>> =
         runs.iter().map(|run| End::of(&Led::of(robot, run), run)).collect();

@@ -174,15 +174,15 @@ pub(crate) fn fit_from_best_starts<'a>(
 }
 
 impl Model {
-    /// Whether what it says are numbers: an expression of one's own may overflow.
+    /// Whether all that it says are numbers: an expression of one's own may overflow.
     pub fn is_finite(&self) -> bool {
-        let errors = [self.errors.train, self.errors.heldout];
+        let aside = self.aside.iter().flat_map(|it| [it.baseline, it.model]);
+        let errors = [self.nominal, self.errors].into_iter().flat_map(|it| [it.train, it.heldout]);
+        let errors =
+            errors.chain(aside).flat_map(|it| [it.position_rms_m, it.heading_rms_rad, it.chi]);
         let parameters = self.effects.iter().flat_map(|it| &it.parameters);
-        errors.iter().all(|it| {
-            it.position_rms_m.is_finite() && it.heading_rms_rad.is_finite() && it.chi.is_finite()
-        }) && parameters
-            .into_iter()
-            .all(|it| [it.value, it.sigma, it.low95, it.high95].iter().all(|it| it.is_finite()))
+        let parameters = parameters.flat_map(|it| [it.value, it.sigma, it.low95, it.high95]);
+        errors.chain(parameters).chain(self.noise.to_array()).all(f64::is_finite)
     }
 
     /// Errors of this model, as it is, on other runs than those that it was fitted to; of the catalogue's
@@ -234,10 +234,11 @@ mod tests {
         let wave = own("wave", "dtheta/ds = k * sin(phi_left + p)");
         let model = fit(&campaign, &[wild, wave]).unwrap();
         assert_eq!(model.effects.len(), 2);
-        assert!(fit(&campaign, &[wave]).unwrap().is_finite());
-        // Whatever becomes of this one, it is told.
-        let mut told = fit(&campaign, &[own("wilder", "dtheta = k * exp(v/0.0001[m/s])")]).unwrap();
-        told.errors.heldout.chi = f64::INFINITY;
-        assert!(!told.is_finite());
+        let sound = fit(&campaign, &[wave]).unwrap();
+        let mut broken = [sound.clone(), sound.clone(), sound.clone()];
+        broken[0].errors.heldout.chi = f64::INFINITY;
+        broken[1].noise.travel_walk = f64::NAN;
+        broken[2].effects[0].parameters[0].high95 = f64::INFINITY;
+        assert!(sound.is_finite() && !broken.iter().any(Model::is_finite));
     }
 }

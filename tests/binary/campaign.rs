@@ -247,6 +247,19 @@ fn a_person_skips_a_run_names_a_track_for_another_and_has_none_for_the_last() {
     assert!((at(&campaign, 0) - at(&seen, 1)).abs() < 0.05);
 }
 
+#[test]
+fn going_on_with_another_simulated_robot_is_warned_of() {
+    let desk = Desk::new();
+    let quiet = |arguments: &str| {
+        let said =
+            desk.run(&format!("campaign record robot --run straight {arguments}")).ok().stderr;
+        !said.contains("the simulated robot of this campaign was")
+    };
+    assert!(quiet("--seed 3"));
+    assert!(quiet("--seed 3"));
+    assert!(!quiet("--seed 4"));
+}
+
 #[cfg(unix)]
 fn interrupt(id: u32) {
     let status = std::process::Command::new("kill").args(["-INT", &id.to_string()]).status();

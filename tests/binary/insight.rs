@@ -290,6 +290,21 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
 }
 
 #[test]
+fn an_expression_that_overflows_is_refused_and_nothing_is_written() {
+    let desk = Desk::new();
+    simulated_runs(&desk);
+    let wild = ["model", "add", "--custom", "dtheta = k * exp(v/0.0003[m/s])", "robot"];
+    let message = desk.run_with(&wild, "").refused();
+    assert!(
+        message.contains(
+            "with custom_dtheta the prediction is not finite on these runs; nothing was written"
+        ),
+        "{message}"
+    );
+    assert!(!desk.path("robot/model.toml").exists());
+}
+
+#[test]
 fn what_is_no_campaign_is_refused_by_its_name_and_one_run_is_said_to_prove_little() {
     let desk = Desk::new();
     simulated_runs(&desk);

@@ -133,17 +133,36 @@ fn factor(times: f64) -> String {
     if times < 1.0 { format!("{times:.3}") } else { format!("{times:.1}") }
 }
 
-/// Runs whose last pose lies far from where the wheels led, or that cannot be of the robot that drove the others.
-pub(super) fn stray_runs(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
-    let robot = campaign.robot.to_model();
-    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
-    let sound = |it: &Recording| it.validate().is_ok() && suspicions(&robot, it).is_empty();
-    if !recordings.iter().all(sound) || mismatch(&robot, &recordings).is_some() {
+/// What is odd about a campaign's runs, and no error.
+pub(super) fn warnings(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
+    let robot = &campaign.robot.to_model();
+    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(robot)).collect();
+    if recordings.iter().any(|it| it.validate().is_err()) {
         return Vec::new();
     }
-    let found = odd(&robot, &recordings);
+    let suspected: Vec<Vec<Suspicion>> =
+        recordings.iter().map(|it| suspicions(robot, it)).collect();
+    let mut warnings = slow_clocks(folder, campaign, &suspected);
+    // By other units nothing else means anything.
+    if suspected.iter().all(Vec::is_empty) {
+        warnings.extend(glitches(folder, campaign, robot, &recordings));
+        if mismatch(robot, &recordings).is_none() {
+            warnings.extend(stray_runs(folder, campaign, robot, &recordings));
+        }
+    }
+    warnings
+}
+
+/// Runs whose last pose lies far from where the wheels led, or that cannot be of the robot that drove the others.
+fn stray_runs(
+    folder: &Path,
+    campaign: &Campaign,
+    robot: &Robot,
+    recordings: &[Recording],
+) -> Vec<Warning> {
+    let found = odd(robot, recordings);
     let count = odd_runs(&found);
-    let because = meant(&robot, &recordings, count);
+    let because = meant(robot, recordings, count);
     let strays =
         |place| vec![Warning::Strays { place, runs: count, of: recordings.len(), because }];
     if let Some(it) = because {
@@ -208,14 +227,14 @@ const MISFIT_TIMES: f64 = 4.0;
 const BETTER_MIN: f64 = 0.02;
 
 /// Single rows that no robot drove, and headings that are turned in all runs.
-pub(super) fn glitches(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
-    let robot = campaign.robot.to_model();
-    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
-    if recordings.iter().any(|it| it.validate().is_err()) {
-        return Vec::new();
-    }
+fn glitches(
+    folder: &Path,
+    campaign: &Campaign,
+    robot: &Robot,
+    recordings: &[Recording],
+) -> Vec<Warning> {
     let row = |(run, recording): (&Run, &Recording)| {
-        let found = glitch(&robot, recording)?;
+        let found = glitch(robot, recording)?;
         let file = run_file(folder, &run.name);
         let (t_s, column) = match found {
             Glitch::Jump { right: false, t_s, .. } => (t_s, Column::LeftCounts),
@@ -225,9 +244,8 @@ pub(super) fn glitches(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
         let line = run.rows.iter().position(|row| row.t_s >= t_s)? as u64 + 2;
         Some(Warning::Glitch { place: Place { line, ..header(&file, column) }, found })
     };
-    let mut warnings: Vec<Warning> =
-        campaign.runs.iter().zip(&recordings).filter_map(row).collect();
-    if let Some(turned_rad) = crooked(&robot, &recordings) {
+    let mut warnings: Vec<Warning> = campaign.runs.iter().zip(recordings).filter_map(row).collect();
+    if let Some(turned_rad) = crooked(robot, recordings) {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
         let place = header(&run_file(folder, first), Column::Heading);
         warnings.push(Warning::Crooked { place, turned_rad });
@@ -264,20 +282,16 @@ fn run_file(folder: &Path, name: &str) -> PathBuf {
 const STRAYS_MAX: usize = 2;
 
 /// Runs whose clock can hardly be in seconds.
-pub(super) fn slow_clocks(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
-    let robot = campaign.robot.to_model();
-    let warning = |run: &Run| {
-        let recording = run.to_model(&robot);
-        recording.validate().ok()?;
-        let found = suspicions(&robot, &recording).into_iter();
-        let rate_rad_s = found.into_iter().find_map(|it| match it {
-            Suspicion::Clock { rate_rad_s } => Some(rate_rad_s),
+fn slow_clocks(folder: &Path, campaign: &Campaign, suspected: &[Vec<Suspicion>]) -> Vec<Warning> {
+    let warning = |(run, found): (&Run, &Vec<Suspicion>)| {
+        let rate_rad_s = found.iter().find_map(|it| match it {
+            Suspicion::Clock { rate_rad_s } => Some(*rate_rad_s),
             _ => None,
         })?;
         let file = run_file(folder, &run.name);
         Some(Warning::Clock { place: header(&file, Column::Time), rate_rad_s })
     };
-    campaign.runs.iter().filter_map(warning).collect()
+    campaign.runs.iter().zip(suspected).filter_map(warning).collect()
 }
 
 /// Where a column's name stands; the file as a whole if it cannot be read again.

@@ -60,9 +60,7 @@ impl Campaign {
             return Err(CampaignError::new(place, problem, hint));
         }
         campaign.warnings.extend(campaign.without_start(&toml));
-        campaign.warnings.extend(super::gate::slow_clocks(folder, &campaign));
-        campaign.warnings.extend(super::gate::glitches(folder, &campaign));
-        campaign.warnings.extend(super::gate::stray_runs(folder, &campaign));
+        campaign.warnings.extend(super::gate::warnings(folder, &campaign));
         Ok(campaign)
     }
 

@@ -171,8 +171,7 @@ impl Task {
             let added = new.collect::<Vec<_>>().join(", ");
             let with = if added.is_empty() { "this model".to_owned() } else { added };
             return Err(Error::new(format_args!(
-                "with {with} the prediction is not finite on these runs; {} is as it was",
-                self.file.display()
+                "with {with} the prediction is not finite on these runs; nothing was written"
             ))
             .hint("bound its expression, with tanh, min or max, or scale what stands in exp"));
         }

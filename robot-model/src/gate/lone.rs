@@ -6,10 +6,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::path::Pose;
-use crate::recording::{Recording, Robot, Sight, wrap};
+use crate::recording::{Recording, Robot, wrap};
 
 use super::mismatch::Led;
-use super::stray::Stray;
+use super::stray::{End, Stray};
 use super::{at, reckon_with};
 
 /// From so many runs on one of them may stand alone, and from so many on two.
@@ -44,53 +44,54 @@ struct Rest {
     heading_rad: Option<f64>,
 }
 
-/// Both ends of a run: as seen, and by wheels of four geometries.
+/// Where a run ended, and where wheels of three other geometries led.
 struct Ends<'a> {
-    first: &'a Sight,
-    last: &'a Sight,
-    way_m: f64,
-    to: [Pose; 4],
+    end: End<'a>,
+    others: [Pose; 3],
 }
 
 impl<'a> Ends<'a> {
     fn of(robot: &Robot, run: &'a Recording) -> Option<Self> {
-        let first = run.sights.iter().find(|it| it.position_m.is_some())?;
-        let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
-        let way_m = Led::of(robot, run).rolled(first.t_s, last.t_s).0;
-        // None, the right radius, both radii, the track width.
-        let to = [0, 1, 2, 3].map(|changed| {
-            let times = |which: usize| if which == changed { 1.0 + STEP } else { 1.0 };
+        let end = End::of(&Led::of(robot, run), run)?;
+        let others = [Changed::Right, Changed::Both, Changed::Track].map(|changed| {
+            let times = |which: Changed| if which == changed { 1.0 + STEP } else { 1.0 };
             let robot = Robot {
-                wheel_radius_m: robot.wheel_radius_m * times(2),
-                track_width_m: robot.track_width_m * times(3),
+                wheel_radius_m: robot.wheel_radius_m * times(Changed::Both),
+                track_width_m: robot.track_width_m * times(Changed::Track),
                 ..*robot
             };
-            let poses = reckon_with(&robot, run, times(1));
-            at(run, &poses, last.t_s).seen_from(at(run, &poses, first.t_s))
+            let poses = reckon_with(&robot, run, times(Changed::Right));
+            at(run, &poses, end.last.t_s).seen_from(at(run, &poses, end.first.t_s))
         });
-        Some(Self { first, last, way_m, to })
+        Some(Self { end, others })
     }
 
     /// Along and across where it first looked, as a share of the way, and the heading.
     fn rows(&self) -> [Option<Row>; 3] {
+        let end = &self.end;
         let row = |off: f64, of: &dyn Fn(&Pose) -> f64| Row {
             off,
-            slope: Vector3::from_fn(|k, _| (of(&self.to[k + 1]) - of(&self.to[0])) / STEP),
+            slope: Vector3::from_fn(|k, _| (of(&self.others[k]) - of(&end.to)) / STEP),
         };
-        let scale = 1.0 / (NEAR_M + self.way_m);
-        let places = self.first.position_m.zip(self.last.position_m).zip(self.first.heading_rad);
-        let seen = places.map(|(([x0, y0], [x, y]), heading_rad)| {
-            let frame = Pose::new(x0, y0, heading_rad);
-            Pose::new(x, y, heading_rad).seen_from(frame)
+        let scale = 1.0 / (NEAR_M + end.way_m);
+        let places = end.first.position_m.zip(end.last.position_m).zip(end.first.heading_rad);
+        let seen = places.map(|(([x0_m, y0_m], [x_m, y_m]), heading_rad)| {
+            Pose::new(x_m, y_m, heading_rad).seen_from(Pose::new(x0_m, y0_m, heading_rad))
         });
-        let turned = self.first.heading_rad.zip(self.last.heading_rad).map(|(a, b)| b - a);
-        let wheels = self.to[0];
         [
-            seen.map(|it| row(scale * (it.x_m - wheels.x_m), &|to| scale * to.x_m)),
-            seen.map(|it| row(scale * (it.y_m - wheels.y_m), &|to| scale * to.y_m)),
-            turned.map(|it| row(wrap(it - wheels.heading_rad), &|to| to.heading_rad)),
+            seen.map(|it| row(scale * (it.x_m - end.to.x_m), &|to| scale * to.x_m)),
+            seen.map(|it| row(scale * (it.y_m - end.to.y_m), &|to| scale * to.y_m)),
+            end.heading_off_rad().map(|off_rad| row(off_rad, &|to| to.heading_rad)),
         ]
     }
+}
+
+/// What of a geometry is another.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Changed {
+    Right,
+    Both,
+    Track,
 }
 
 /// What each run leaves once the geometry fits most of them.
@@ -114,8 +115,8 @@ fn rests(robot: &Robot, runs: &[Recording]) -> Vec<Option<Rest>> {
         let ends = ends.as_ref()?;
         let left = |k: usize| rows[k].as_ref().map(|it| it.off - it.slope.dot(&geometry));
         Some(Rest {
-            t_s: ends.last.t_s,
-            way_m: ends.way_m,
+            t_s: ends.end.last.t_s,
+            way_m: ends.end.way_m,
             position: left(0).zip(left(1)).map(|(x, y)| x.hypot(y)),
             heading_rad: left(2).map(wrap),
         })

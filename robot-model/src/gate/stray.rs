@@ -63,7 +63,6 @@ pub fn doubtful(first: &Sight, last: &Sight, wheels: &[Pose]) -> Option<Stray> {
         first,
         last,
         to: to.seen_from(*from),
-        turned_rad: to.heading_rad - from.heading_rad,
         way_m: steps().map(|it| it.x_m.hypot(it.y_m)).sum(),
         turn_rad: steps().map(|it| it.heading_rad.abs()).sum(),
     };
@@ -87,20 +86,18 @@ pub fn beside(robot: &Robot, run: &Recording) -> Option<f64> {
 }
 
 /// Where a run ended: as it was seen, and by its wheels.
-struct End<'a> {
-    first: &'a Sight,
-    last: &'a Sight,
-    /// By the wheels, seen from where it was first seen.
-    to: Pose,
-    /// How much the wheels turned it in all, counter-clockwise less clockwise \[rad\].
-    turned_rad: f64,
+pub(super) struct End<'a> {
+    pub(super) first: &'a Sight,
+    pub(super) last: &'a Sight,
+    /// By the wheels, seen from where it was first seen; its heading counts whole turns.
+    pub(super) to: Pose,
     /// How far they took it and turned it, ahead or back \[m, rad\].
-    way_m: f64,
+    pub(super) way_m: f64,
     turn_rad: f64,
 }
 
 impl<'a> End<'a> {
-    fn of(led: &Led, run: &'a Recording) -> Option<Self> {
+    pub(super) fn of(led: &Led, run: &'a Recording) -> Option<Self> {
         let first = run.sights.iter().find(|it| it.position_m.is_some())?;
         let last = run.sights.last().filter(|it| it.t_s > first.t_s)?;
         Some(Self::between(led, first, last))
@@ -110,20 +107,19 @@ impl<'a> End<'a> {
         let (way_m, turn_rad) = led.rolled(first.t_s, last.t_s);
         let by_wheels = |t_s: f64| at(led.run, &led.poses, t_s);
         let (from, to) = (by_wheels(first.t_s), by_wheels(last.t_s));
-        let turned_rad = to.heading_rad - from.heading_rad;
-        Self { first, last, to: to.seen_from(from), turned_rad, way_m, turn_rad }
+        Self { first, last, to: to.seen_from(from), way_m, turn_rad }
     }
 
     /// How far its heading is from where the wheels led \[rad\].
-    fn heading_off_rad(&self) -> Option<f64> {
+    pub(super) fn heading_off_rad(&self) -> Option<f64> {
         let both = self.first.heading_rad.zip(self.last.heading_rad);
-        both.map(|(from, seen)| wrap(seen - from - self.turned_rad))
+        both.map(|(from, seen)| wrap(seen - from - self.to.heading_rad))
     }
 
     /// That, as a share of how much they turned it.
     fn share_of_turn(&self) -> Option<f64> {
-        let turned = self.turned_rad.abs() > TURNED_SHARE_MIN_RAD;
-        self.heading_off_rad().filter(|_| turned).map(|it| it / self.turned_rad)
+        let turned = self.to.heading_rad.abs() > TURNED_SHARE_MIN_RAD;
+        self.heading_off_rad().filter(|_| turned).map(|it| it / self.to.heading_rad)
     }
 
     /// How far its position is from where the wheels led \[m\].
@@ -148,7 +144,7 @@ impl<'a> End<'a> {
     fn stray(&self, share: f64, allowed: Allowed) -> Option<Stray> {
         let bound = |(least, share): (f64, f64), of: f64| least + share * of;
         let position_m = self.position_off_m();
-        let heading_rad = self.heading_off_rad().map(|it| wrap(it - share * self.turned_rad));
+        let heading_rad = self.heading_off_rad().map(|it| wrap(it - share * self.to.heading_rad));
         let stray = Stray {
             t_s: self.last.t_s,
             position_m: position_m.filter(|it| *it > bound(allowed.position_m, self.way_m)),

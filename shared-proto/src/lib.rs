@@ -53,6 +53,7 @@ mod bound;
 mod config;
 mod config_bytes;
 mod crc;
+mod encoded_len;
 mod fault;
 mod frame;
 mod hello;

@@ -69,7 +69,7 @@ struct Found {
 async fn break_at_cruise(robot: &mut Robot, case: &Case) -> Found {
     let &(what, breaks, ..) = case;
     let motion = robot.cruise(&AHEAD, 2000).await;
-    let watch = robot.0.watch.clone();
+    let watch = robot.0.monitor.clone();
     assert!(watch.duty().all(|duty| duty > 0.05), "{what}: it drives");
     let event_us = now_us();
     robot.0.lab.inject(breaks);
@@ -176,9 +176,9 @@ fn the_button_stops_and_held_later_for_two_seconds_it_clears_its_own_fault() {
                 }
             }
             let held_later = robot.status().await;
-            let off_us = robot.0.watch.last_powered_us();
+            let off_us = robot.0.monitor.last_powered_us();
             robot.listen(500).await;
-            assert_eq!(robot.0.watch.last_powered_us(), off_us, "nothing moves by a button");
+            assert_eq!(robot.0.monitor.last_powered_us(), off_us, "nothing moves by a button");
             (held_at_first, held_later)
         })
         .unwrap();

@@ -55,7 +55,7 @@ struct Survived {
 async fn bear(robot: &mut Robot, case: &Case, number: u32) -> Survived {
     let &(what, place, effect, ..) = case;
     let motion = robot.cruise(&AHEAD, 1500).await;
-    let watch = robot.0.watch.clone();
+    let watch = robot.0.monitor.clone();
     assert!(watch.duty().all(|duty| duty > 0.05), "{what}: it drives");
     let (event_us, resets) = (now_us(), watch.resets_us().len());
     watch.plant(Bug { place, effect });
@@ -86,7 +86,7 @@ fn what_hangs_or_panics_has_the_motors_off_in_time_and_the_board_back_within_100
             survived
         })
         .unwrap();
-    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
+    assert!(ended.unexpected.is_empty(), "{:#?}", ended.unexpected);
     println!("what happens at cruise           zero duty after   restart after   reported as");
     for ((what, ..), survived) in CASES.iter().zip(&ended.found) {
         println!(

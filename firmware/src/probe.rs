@@ -22,7 +22,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
-use crate::soft_float::{is_greater, max, min, nearest, truncate};
+use crate::soft_float::{is_above, max, min, nearest, truncate};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
 
 /// Which way a wheel is about to turn.
@@ -41,7 +41,7 @@ pub enum Direction {
 impl Direction {
     /// The sign of a distance.
     pub fn of(distance: f64) -> Self {
-        if !is_greater(distance.abs(), 0.0) {
+        if !is_above(distance.abs(), 0.0) {
             Direction::Still
         } else if distance.is_sign_negative() {
             Direction::Backward

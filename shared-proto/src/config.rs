@@ -4,6 +4,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::name::Name;
+use crate::order::is_above;
 use crate::pair::{Wheel, WheelPair};
 use crate::readable::Readable;
 
@@ -239,7 +240,7 @@ impl Config {
 /// By IEEE 754's totalOrder: what is not a number is outside, whatever its sign. Both zeros are one.
 fn is_outside(value: f64, min: f64, max: f64) -> bool {
     let value = value + 0.0;
-    min.total_cmp(&value).is_gt() || value.total_cmp(&max).is_gt()
+    is_above(min, value) || is_above(value, max)
 }
 
 /// Why a configuration is refused.

@@ -60,6 +60,7 @@ mod hello;
 mod message;
 mod motion;
 mod name;
+mod order;
 mod pair;
 mod readable;
 
@@ -72,5 +73,6 @@ pub use hello::*;
 pub use message::*;
 pub use motion::*;
 pub use name::*;
+pub use order::is_above;
 pub use pair::*;
 pub use readable::Readable;

@@ -33,7 +33,7 @@ async fn flood(wire: HostWire, monitor: BoardMonitor, what: Flood) {
     let mut encoder = Encoder::new();
     let mut noise = 1_u64;
     loop {
-        while what != Flood::Nothing && watch.waiting() < WAITING {
+        while what != Flood::Nothing && monitor.waiting() < WAITING {
             match what {
                 Flood::Requests => {
                     for _ in 0..8 {
@@ -52,7 +52,7 @@ async fn flood(wire: HostWire, monitor: BoardMonitor, what: Flood) {
                     wire.write_now(&bytes);
                 }
             }
-            // The watch looks at the line at every step.
+            // The monitor is updated at every step.
             sleep_until_us(now_us() + 60).await;
         }
         sleep_until_us(now_us() + 100).await;
@@ -77,11 +77,11 @@ async fn drive(robot: &mut Robot, what: Flood) -> Phase {
         rest: std::time::Duration::from_millis(50),
         ..RecordOptions::default()
     };
-    let (wire, watch) = (robot.0.wire.clone(), robot.0.monitor.clone());
+    let (wire, monitor) = (robot.0.wire.clone(), robot.0.monitor.clone());
     let mut silent = |_| ();
     let driven = motion::drive(&mut robot.0.session, &MOTION, options, &mut silent);
     let attacked = async {
-        flood(wire, watch, what).await;
+        flood(wire, monitor, what).await;
         unreachable!("a flood does not end")
     };
     let recording = future::or(driven, attacked).await.unwrap_or_else(|e| panic!("{what:?}: {e}"));

@@ -3,6 +3,8 @@
 //! Configurations and commands come as `f64`, and motions are planned in it. The compiler's own conversions to
 //! integers take a hundred bytes wherever one stands, and there is no square root without `std`.
 
+pub use shared_proto::is_above;
+
 /// A value in steps of 2^-bits, towards zero; saturates.
 #[inline]
 pub fn truncate(value: f64, bits: u32) -> i64 {
@@ -42,24 +44,16 @@ pub fn to_f64(whole: i64) -> f64 {
     whole as f64
 }
 
-/// a > b. In the order of IEEE 754's totalOrder: of the two zeros the positive one is the larger, and what is
-/// not a number is beyond the infinities. The compiler has a routine of a hundred bytes for each of `<`, `<=`, `>`
-/// and `>=`.
-#[inline(never)]
-pub fn is_greater(a: f64, b: f64) -> bool {
-    a.total_cmp(&b).is_gt()
-}
-
 /// The larger one.
 #[inline(never)]
 pub fn max(a: f64, b: f64) -> f64 {
-    if is_greater(a, b) { a } else { b }
+    if is_above(a, b) { a } else { b }
 }
 
 /// The smaller one.
 #[inline(never)]
 pub fn min(a: f64, b: f64) -> f64 {
-    if is_greater(b, a) { a } else { b }
+    if is_above(b, a) { a } else { b }
 }
 
 /// The square root, to the last bit or the one before; 0 of what is not above 2^-1022.

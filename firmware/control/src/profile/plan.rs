@@ -1,11 +1,11 @@
 //! Plans: from a state of motion to a standstill at the target.
 
-use shared_proto::{Config, Drive, GeometryConfig, MotionError, TravelUnit, WheelPair};
+use shared_proto::{Config, Drive, DriveSi, GeometryConfig, MotionError, WheelPair};
 
 use super::ramps::{Ramps, WheelMove, ceil, position_steps};
 use super::state::{Position, ProfileState, Velocity};
 use super::trajectory::{Phase, Trajectory};
-use crate::soft_float::{is_greater, max, min, nearest, to_f64};
+use crate::soft_float::{is_above, max, min, nearest, to_f64};
 use crate::units::{CONTROL_HZ, Travel};
 
 /// A step \[m\]: 2^-64.
@@ -70,12 +70,12 @@ impl Plan {
         drive: &Drive,
         config: &Config,
     ) -> Result<Plan, MotionError> {
-        let order = Order::new(drive, config)?;
-        let moves = order.distances.zip(from).map(|(distance, from)| WheelMove {
+        let drive = DriveInTicks::new(drive, config)?;
+        let moves = drive.distances.zip(from).map(|(distance, from)| WheelMove {
             distance,
             velocity: velocity_m_per_tick(&from),
-            half: order.half,
-            cruise: order.cruise,
+            half: drive.half,
+            cruise: drive.cruise,
         });
         let mut ramps = if from.all(|from| from.velocity == Velocity::default()) {
             proportionate(&moves)
@@ -83,8 +83,8 @@ impl Plan {
             moves.as_ref().map(Ramps::quickest)
         };
         if ramps.as_ref().any(|ramps| {
-            is_greater(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
-                || is_greater(ramps.duration(), Drive::DURATION_S_MAX * HZ)
+            is_above(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
+                || is_above(ramps.duration(), Drive::DURATION_S_MAX * HZ)
         }) {
             return Err(MotionError::TooLong);
         }
@@ -158,55 +158,27 @@ impl Plan {
     }
 }
 
-/// A valid [`Drive`] in metres and ticks.
-struct Order {
+/// A valid [`Drive`] in metres and ticks, steered against the robot's pull.
+struct DriveInTicks {
     distances: WheelPair<f64>,
     cruise: f64,
     half: f64,
 }
 
-impl Order {
+impl DriveInTicks {
     #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
-        let positive = |value: f64| value.is_finite() && is_greater(value, 0.0);
-        if !positive(drive.cruise)
-            || !positive(drive.acceleration)
-            || !drive.distance.all(f64::is_finite)
-        {
-            return Err(MotionError::NotPositive);
-        }
-        if !Drive::TTL_MS.contains(&drive.ttl_ms) {
-            return Err(MotionError::TimeToLive);
-        }
-        let unit_m = match drive.unit {
-            TravelUnit::Meter => 1.0,
-            TravelUnit::WheelRevolution => core::f64::consts::TAU * config.geometry.wheel_radius_m,
-        };
-        let (cruise_mps, acceleration_mps2) = (drive.cruise * unit_m, drive.acceleration * unit_m);
-        let distances_m = drive.distance.map(|distance| distance * unit_m);
-        if distances_m.any(|distance| is_greater(distance.abs(), Drive::DISTANCE_M_MAX)) {
-            return Err(MotionError::TooFar);
-        }
-        if is_greater(cruise_mps, config.limits.speed_mps_max) {
-            return Err(MotionError::TooFast);
-        }
-        if is_greater(acceleration_mps2, config.limits.acceleration_mps2_max) {
-            return Err(MotionError::TooSteep);
-        }
-        let distances_m = steered(distances_m, &config.geometry);
-        if distances_m.all(|distance| is_greater(STEP_M, distance.abs())) {
+        let DriveSi { distance_m, cruise_mps, acceleration_mps2 } = drive.to_si(config)?;
+        let distances = steered(distance_m, &config.geometry);
+        if distances.all(|distance| is_above(STEP_M, distance.abs())) {
             return Err(MotionError::NoDistance);
         }
-        let order = Self {
-            distances: distances_m,
-            cruise: cruise_mps / HZ,
-            half: acceleration_mps2 / (2.0 * HZ * HZ),
-        };
-        // So slow that one step of 2^-64 is too much.
-        if is_greater(STEP_M, order.cruise) || is_greater(STEP_M, order.half) {
+        let (cruise, half) = (cruise_mps / HZ, acceleration_mps2 / (2.0 * HZ * HZ));
+        // So slow that it is less than one step of 2^-64 m.
+        if is_above(STEP_M, cruise) || is_above(STEP_M, half) {
             return Err(MotionError::TooLong);
         }
-        Ok(order)
+        Ok(Self { distances, cruise, half })
     }
 }
 
@@ -236,7 +208,7 @@ fn velocity_m_per_tick(state: &ProfileState) -> f64 {
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
 #[inline]
 fn proportionate(moves: &WheelPair<WheelMove>) -> WheelPair<Ramps> {
-    if !is_greater(moves.right.distance.abs(), moves.left.distance.abs()) {
+    if !is_above(moves.right.distance.abs(), moves.left.distance.abs()) {
         let left = Ramps::quickest(&moves.left);
         WheelPair::new(left, left.in_proportion(moves.right.distance))
     } else {

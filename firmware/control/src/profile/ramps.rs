@@ -19,7 +19,7 @@
 //! motion ends.
 
 use super::trajectory::{Phase, Trajectory};
-use crate::soft_float::{is_greater, max, min, nearest, sqrt, to_f64, truncate};
+use crate::soft_float::{is_above, max, min, nearest, sqrt, to_f64, truncate};
 
 /// Fractional bits of positions, velocities and accelerations in a [`Phase`].
 const STEP_BITS: u32 = 64;
@@ -54,11 +54,11 @@ impl Ramps {
         let WheelMove { half, cruise: limit, .. } = *wheel_move;
         let a = 2.0 * half;
         let braking = wheel_move.velocity * wheel_move.velocity.abs() / (2.0 * a);
-        let backward = is_greater(braking, wheel_move.distance);
+        let backward = is_above(braking, wheel_move.distance);
         let sign = if backward { -1.0 } else { 1.0 };
         let (distance, velocity) = (sign * wheel_move.distance, sign * wheel_move.velocity);
         let v0_squared = velocity * velocity;
-        let cruise = if is_greater(velocity, limit) {
+        let cruise = if is_above(velocity, limit) {
             limit
         } else {
             // (3), unless that is too fast
@@ -67,12 +67,11 @@ impl Ramps {
         // (2)
         let cruise_squared = cruise * cruise;
         let gain = (cruise_squared - v0_squared) / (2.0 * a);
-        let first = if is_greater(velocity, cruise) { -gain } else { gain };
+        let first = if is_above(velocity, cruise) { -gain } else { gain };
         let cruised = max(distance - first - cruise_squared / (2.0 * a), 0.0);
         // (1)
         let ramp_end = (cruise - velocity).abs() / a;
-        let cruise_end =
-            if is_greater(cruise, 0.0) { ramp_end + cruised / cruise } else { ramp_end };
+        let cruise_end = if is_above(cruise, 0.0) { ramp_end + cruised / cruise } else { ramp_end };
         let ends = [ramp_end, cruise_end, cruise_end + cruise / a];
         Self { sign, wheel_move: WheelMove { distance, velocity, half, cruise }, ends }
     }
@@ -80,7 +79,7 @@ impl Ramps {
     /// Takes a longer time for the same distance, by a lower cruise speed.
     #[inline]
     pub fn stretch(&mut self, duration: f64) {
-        if is_greater(duration, self.duration()) {
+        if is_above(duration, self.duration()) {
             let cruise = self.stretched_cruise(duration);
             let a = 2.0 * self.wheel_move.half;
             let ramp_end = min((cruise - self.wheel_move.velocity).abs() / a, duration);
@@ -94,10 +93,10 @@ impl Ramps {
         let WheelMove { distance, velocity: v0, half, cruise: highest } = self.wheel_move;
         let a = 2.0 * half;
         let (v0_squared, time) = (v0 * v0, duration - v0 / a);
-        if is_greater(v0, 0.0) && is_greater(time, 0.0) {
+        if is_above(v0, 0.0) && is_above(time, 0.0) {
             // (4)
             let cruise = max(distance - v0_squared / (2.0 * a), 0.0) / time;
-            if is_greater(v0, cruise) {
+            if is_above(v0, cruise) {
                 return cruise;
             }
         }
@@ -136,7 +135,7 @@ impl Ramps {
     pub fn longest_ramp(&self) -> f64 {
         let (speed, last) = (self.wheel_move.velocity.abs(), self.ends[2] - self.ends[1]);
         // A wheel that stands still all the time has no acceleration to divide by.
-        if is_greater(speed, 0.0) { max(speed / (2.0 * self.wheel_move.half), last) } else { last }
+        if is_above(speed, 0.0) { max(speed / (2.0 * self.wheel_move.half), last) } else { last }
     }
 
     /// The motion sampled at ticks, from position `from` [2^-64 m].
@@ -145,8 +144,8 @@ impl Ramps {
         let Self { sign, wheel_move: WheelMove { distance, velocity, half, cruise }, ends } = *self;
         let [ramp_end, _, end] = ends;
         let [cruise_first, last_first, end_first] = ends.map(ceil);
-        let rising = if is_greater(velocity, cruise) { -half } else { half };
-        let rising = if is_greater(ramp_end, 0.0) { rising } else { 0.0 };
+        let rising = if is_above(velocity, cruise) { -half } else { half };
+        let rising = if is_above(ramp_end, 0.0) { rising } else { 0.0 };
         let into_cruise = ticks(cruise_first) - ramp_end;
         let at_cruise = (rising * ramp_end + velocity) * ramp_end + cruise * into_cruise;
         let left = max(end - ticks(last_first), 0.0);
@@ -178,7 +177,7 @@ pub(super) fn position_steps(metres: f64) -> i128 {
 #[inline(never)]
 pub(super) fn ceil(time: f64) -> u32 {
     let whole = truncate(time, 0) as u32;
-    if is_greater(time, ticks(whole)) { whole + 1 } else { whole }
+    if is_above(time, ticks(whole)) { whole + 1 } else { whole }
 }
 
 /// A number of ticks, below 2^32.

@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(path) = &options.flash {
         std::fs::write(path, &ended.flash)?;
     }
-    for line in &ended.strange {
+    for line in &ended.unexpected {
         eprintln!("{line}");
     }
     Ok(ended.found?)

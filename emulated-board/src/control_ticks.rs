@@ -10,28 +10,28 @@ const PWM: u64 = 0x4001_003C;
 
 /// One control tick \[ns since power-on\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Beat {
+pub struct TickTimes {
     /// When the encoders were read.
     pub read_ns: u64,
     /// When the motors were written.
     pub written_ns: u64,
 }
 
-/// Notes the beats.
+/// Notes the tick_times.
 #[derive(Debug, Default)]
-pub(crate) struct Pacemaker {
+pub(crate) struct TickRecorder {
     read_ns: Option<u64>,
-    pub beats: Vec<Beat>,
+    pub tick_times: Vec<TickTimes>,
 }
 
-impl Pacemaker {
+impl TickRecorder {
     pub fn on_access(&mut self, access: &Access) {
         let ns = access.virtual_time.0;
         match (access.kind, access.address) {
             (AccessKind::Read, ENCODER) => self.read_ns = Some(ns),
             (AccessKind::Write, PWM) => {
                 if let Some(read_ns) = self.read_ns.take() {
-                    self.beats.push(Beat { read_ns, written_ns: ns });
+                    self.tick_times.push(TickTimes { read_ns, written_ns: ns });
                 }
             }
             _ => {}

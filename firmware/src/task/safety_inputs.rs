@@ -15,7 +15,7 @@ use embassy_time::{Duration, Instant};
 use embedded_hal_async::digital::Wait;
 use shared_proto::Fault;
 
-use crate::shared::{ControlEvent, Lines, Shared};
+use crate::shared::{ControlEvent, SafetyInputs, Shared};
 
 /// Held for this long, the emergency stop's button takes its own fault back.
 const HOLD: Duration = Duration::from_secs(2);
@@ -32,36 +32,36 @@ pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait)
         let latched_before =
             shared.fault.report().is_some_and(|report| report.fault == Fault::EmergencyStop);
         let anew = released.is_none_or(|released| pressed > released + BOUNCE);
-        shared.lines.update(|lines| lines.emergency_stop = true);
+        shared.safety_inputs.update(|inputs| inputs.emergency_stop = true);
         shared.raise(Fault::EmergencyStop, pressed.as_micros());
         wait_until_released(&mut pin).await;
-        shared.lines.update(|lines| lines.emergency_stop = false);
+        shared.safety_inputs.update(|inputs| inputs.emergency_stop = false);
         released = Some(Instant::now());
         if latched_before && anew && pressed.elapsed() >= HOLD {
             // A full queue loses it: the button can be held again.
-            let _ = shared.control_events.try_send(ControlEvent::ClearAsked);
+            let _ = shared.control_events.try_send(ControlEvent::ClearRequested);
         }
     }
 }
 
 /// Watches the motor driver's fault line, for ever.
 pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
-    watch(shared, pin, Fault::Driver, |lines, on| lines.driver_fault = on).await
+    watch(shared, pin, Fault::Driver, |inputs, on| inputs.driver_fault = on).await
 }
 
 async fn watch<M: RawMutex>(
     shared: &Shared<M>,
     mut pin: impl Wait,
     fault: Fault,
-    mark: fn(&mut Lines, bool),
+    mark: fn(&mut SafetyInputs, bool),
 ) -> ! {
     loop {
         // A pin that cannot be read is treated as asserted: the robot does not drive blind.
         let _ = pin.wait_for_low().await;
-        shared.lines.update(|lines| mark(lines, true));
+        shared.safety_inputs.update(|inputs| mark(inputs, true));
         shared.raise(fault, Instant::now().as_micros());
         wait_until_released(&mut pin).await;
-        shared.lines.update(|lines| mark(lines, false));
+        shared.safety_inputs.update(|inputs| mark(inputs, false));
     }
 }
 

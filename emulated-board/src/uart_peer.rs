@@ -9,12 +9,12 @@ use rigless::time::VirtualNanos;
 
 /// Bytes on their way. The controller at the other end gives them their time on the line.
 #[derive(Debug, Default)]
-pub(crate) struct Line {
+pub(crate) struct UartPeer {
     to_robot: VecDeque<u8>,
     to_host: Vec<u8>,
 }
 
-impl Line {
+impl UartPeer {
     /// Puts bytes on the line to the robot.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_robot.extend(bytes);
@@ -31,9 +31,9 @@ impl Line {
     }
 }
 
-store!(Line { values: [to_robot, to_host], parts: [], built: [] });
+store!(UartPeer { values: [to_robot, to_host], parts: [], built: [] });
 
-impl Peer for Line {
+impl Peer for UartPeer {
     fn receive(&mut self, word: u16, _: &mut Timeline<'_, '_>) {
         self.to_host.push(word as u8);
     }

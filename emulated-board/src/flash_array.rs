@@ -66,7 +66,7 @@ impl Operation {
 
 /// The array's words.
 #[derive(Debug)]
-pub(crate) struct Array {
+pub(crate) struct FlashArray {
     words: Vec<u32>,
     /// What was done to it, in order.
     pub journal: Vec<Operation>,
@@ -78,7 +78,7 @@ pub(crate) struct Array {
     pub overwritten: u64,
 }
 
-impl Array {
+impl FlashArray {
     /// What a flash held, or a blank one.
     pub fn new(content: Option<&[u8]>) -> Self {
         let blank = blank();

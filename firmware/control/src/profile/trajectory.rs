@@ -2,7 +2,7 @@
 
 use fixed::types::{I0F64, I8F24, I32F32, I64F64};
 
-use super::{Position, ProfileState, Setpoint, Velocity};
+use super::state::{Position, ProfileState, Setpoint, Velocity};
 use crate::units::{Acceleration, CONTROL_HZ, Speed, Travel};
 
 /// A stretch of constant acceleration, from its first tick on.
@@ -71,11 +71,11 @@ const PHASES_LEN: usize = 4;
 
 /// Up to three phases of motion, and standing still at the end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
+pub(super) struct Trajectory {
     phases: [Phase; PHASES_LEN],
 }
 
-impl Course {
+impl Trajectory {
     /// Stands still at the origin.
     pub const ORIGIN: Self = Self { phases: [Phase::ORIGIN; PHASES_LEN] };
 
@@ -129,16 +129,16 @@ impl Course {
     }
 }
 
-/// A wheel's place on its course.
+/// A wheel's place on its trajectory.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Walker {
+pub(super) struct Cursor {
     phase: usize,
     elapsed: u32,
     point: Point,
     acceleration: Acceleration,
 }
 
-impl Walker {
+impl Cursor {
     /// At the origin.
     pub const ORIGIN: Self = Self {
         phase: 0,
@@ -147,18 +147,18 @@ impl Walker {
         acceleration: Acceleration(I8F24::ZERO),
     };
 
-    /// At the start of a course.
-    pub fn new(course: &Course) -> Self {
-        let phase = course.phase_at(0, 0);
-        let Phase { position, velocity, acceleration, .. } = course.phases[phase];
+    /// At the start of a trajectory.
+    pub fn new(trajectory: &Trajectory) -> Self {
+        let phase = trajectory.phase_at(0, 0);
+        let Phase { position, velocity, acceleration, .. } = trajectory.phases[phase];
         Self { phase, elapsed: 0, point: Point { position, velocity }, acceleration }
     }
 
     /// Goes on to `elapsed`, which never goes back.
     #[inline(always)]
-    pub fn walk(&mut self, course: &Course, elapsed: u32) {
-        let phase = course.phase_at(elapsed, self.phase);
-        let Some(at) = course.phases.get(phase) else { return };
+    pub fn advance_to(&mut self, trajectory: &Trajectory, elapsed: u32) {
+        let phase = trajectory.phase_at(elapsed, self.phase);
+        let Some(at) = trajectory.phases.get(phase) else { return };
         if phase == self.phase && elapsed.wrapping_sub(self.elapsed) == 1 {
             // (2) of `profile`
             self.point.position += i128::from(self.point.velocity + at.half);

@@ -4,7 +4,7 @@ use core::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// What is wrong with one driven wheel. Zero is a perfect one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct WheelParameters {
 }
 
 impl WheelParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("eccentricity", self.eccentricity, 0.0, 0.2)?;
         check.within("eccentricity_phase_rad", self.eccentricity_phase_rad, -7.0, 7.0)?;
         check.within("centrifugal_growth_s2", self.centrifugal_growth_s2, 0.0, 1e-2)?;
@@ -46,7 +46,7 @@ impl WheelParameters {
         check.within("hub_friction_nm", self.hub_friction_nm, 0.0, 10.0)
     }
 
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         *self
             == Self {
                 eccentricity_phase_rad: self.eccentricity_phase_rad,
@@ -58,7 +58,7 @@ impl WheelParameters {
 
 /// Where and how a wheel touches the floor at one instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stance {
+pub(super) struct ContactGeometry {
     /// Height of the hub above the floor: the tread moves at this times the spin \[m\].
     pub radius_m: f64,
     /// Direction of the wheel's plane, to the left of the body's \[rad\].
@@ -80,13 +80,13 @@ impl WheelParameters {
     ///
     /// A wheel that leans by an angle touches the floor R sin(lean) aside.
     #[inline]
-    pub(super) fn stance(
+    pub(super) fn contact(
         &self,
         radius_m: f64,
         angle_rad: f64,
         spin_rad_s: f64,
         extra_n: f64,
-    ) -> Stance {
+    ) -> ContactGeometry {
         let mut share = 1.0 + self.centrifugal_growth_s2 * spin_rad_s * spin_rad_s; // (2)
         if self.eccentricity != 0.0 {
             share += self.eccentricity * (angle_rad - self.eccentricity_phase_rad).cos(); // (1)
@@ -103,9 +103,13 @@ impl WheelParameters {
         let radius_m = radius_m * share - self.radial_compliance_m_per_n * extra_n; // (3)
         let radius_m = radius_m.max(rim_m);
         if self.bend_rad == 0.0 {
-            return Stance { radius_m, toe_rad: 0.0, aside_m: 0.0 };
+            return ContactGeometry { radius_m, toe_rad: 0.0, aside_m: 0.0 };
         }
         let (sin, cos) = (angle_rad - self.bend_phase_rad).sin_cos(); // (5)
-        Stance { radius_m, toe_rad: self.bend_rad * cos, aside_m: radius_m * self.bend_rad * sin }
+        ContactGeometry {
+            radius_m,
+            toe_rad: self.bend_rad * cos,
+            aside_m: radius_m * self.bend_rad * sin,
+        }
     }
 }

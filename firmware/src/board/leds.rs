@@ -28,7 +28,7 @@ const FAST: u32 = 0b0011_0011_0011_0011_0011;
 const DARK: u32 = 0;
 
 /// The board's lights. A board with one light has all in it.
-pub struct Lamps {
+pub struct Leds {
     /// All is well.
     pub green: Output<'static>,
     /// The robot moves.
@@ -50,7 +50,7 @@ const fn patterns(state: State) -> [u32; 3] {
 }
 
 /// Shows the state, for ever, and logs its changes.
-pub async fn run<M: RawMutex>(shared: &Shared<M>, mut lamps: Lamps) -> ! {
+pub async fn run<M: RawMutex>(shared: &Shared<M>, mut leds: Leds) -> ! {
     let mut ticker = Ticker::every(STEP);
     let mut logged = (State::Boot, 0);
     for step in (0..STEPS).cycle() {
@@ -61,19 +61,19 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, mut lamps: Lamps) -> ! {
             defmt::info!("{}, fault {}", state, shared.fault.report());
         }
         let on = patterns(state).map(|pattern| pattern >> step & 1 != 0);
-        match (&mut lamps.blue, &mut lamps.red) {
+        match (&mut leds.blue, &mut leds.red) {
             (Some(blue), Some(red)) => {
-                set(&mut lamps.green, on[0]);
+                set(&mut leds.green, on[0]);
                 set(blue, on[1]);
                 set(red, on[2]);
             }
-            _ => set(&mut lamps.green, on.contains(&true)),
+            _ => set(&mut leds.green, on.contains(&true)),
         }
         ticker.next().await;
     }
     unreachable!("a cycle does not end")
 }
 
-fn set(lamp: &mut Output<'static>, on: bool) {
-    lamp.set_level(if on { Level::High } else { Level::Low });
+fn set(led: &mut Output<'static>, on: bool) {
+    led.set_level(if on { Level::High } else { Level::Low });
 }

@@ -3,9 +3,11 @@
 //! Configurations and commands come as `f64`, and motions are planned in it. The compiler's own conversions to
 //! integers take a hundred bytes wherever one stands, and there is no square root without `std`.
 
+pub use shared_proto::is_above;
+
 /// A value in steps of 2^-bits, towards zero; saturates.
 #[inline]
-pub fn whole(value: f64, bits: u32) -> i64 {
+pub fn truncate(value: f64, bits: u32) -> i64 {
     steps(value, bits, 0)
 }
 
@@ -38,28 +40,20 @@ fn steps(value: f64, bits: u32, half: u64) -> i64 {
 
 /// A whole number, rounded where it has more than 53 bits.
 #[inline(never)]
-pub fn real(whole: i64) -> f64 {
+pub fn to_f64(whole: i64) -> f64 {
     whole as f64
-}
-
-/// a > b. In the order of IEEE 754's totalOrder: of the two zeros the positive one is the larger, and what is
-/// not a number is beyond the infinities. The compiler has a routine of a hundred bytes for each of `<`, `<=`, `>`
-/// and `>=`.
-#[inline(never)]
-pub fn above(a: f64, b: f64) -> bool {
-    a.total_cmp(&b).is_gt()
 }
 
 /// The larger one.
 #[inline(never)]
-pub fn larger(a: f64, b: f64) -> f64 {
-    if above(a, b) { a } else { b }
+pub fn max(a: f64, b: f64) -> f64 {
+    if is_above(a, b) { a } else { b }
 }
 
 /// The smaller one.
 #[inline(never)]
-pub fn smaller(a: f64, b: f64) -> f64 {
-    if above(b, a) { a } else { b }
+pub fn min(a: f64, b: f64) -> f64 {
+    if is_above(b, a) { a } else { b }
 }
 
 /// The square root, to the last bit or the one before; 0 of what is not above 2^-1022.
@@ -101,11 +95,11 @@ mod tests {
     fn whole_steps_are_the_languages() {
         let powers = (-70..70).map(|exponent| 2f64.powi(exponent));
         for value in powers.flat_map(|p| [p, 1.7 * p, p.next_down(), p.next_up(), -1.1 * p]) {
-            assert_eq!(whole(value, 0), value as i64, "{value}");
+            assert_eq!(truncate(value, 0), value as i64, "{value}");
             let scaled = value * 18_446_744_073_709_551_616.0;
-            assert_eq!(whole(value, 64), scaled as i64, "{value}");
+            assert_eq!(truncate(value, 64), scaled as i64, "{value}");
         }
-        assert_eq!([0.0, -0.0, f64::MIN_POSITIVE].map(|v| whole(v, 64)), [0; 3]);
+        assert_eq!([0.0, -0.0, f64::MIN_POSITIVE].map(|v| truncate(v, 64)), [0; 3]);
     }
 
     #[test]

@@ -8,14 +8,14 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
 
+use embassy_executor::InterruptExecutor;
 use embassy_stm32::Peri;
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::TIM2;
 use embassy_stm32::timer::low_level::Timer;
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::tasks::CONTROL;
-use crate::hal::Beat;
+use crate::hal::ControlTimer;
 use crate::units::CONTROL_PERIOD_US;
 
 /// A tick is due and not yet answered.
@@ -24,13 +24,16 @@ static DUE: AtomicBool = AtomicBool::new(false);
 /// The capture task.
 static WAITS: AtomicWaker = AtomicWaker::new();
 
+/// The executor of the control tasks. It runs in this timer's interrupt.
+pub(super) static CONTROL: InterruptExecutor = InterruptExecutor::new();
+
 /// TIM2.
-pub struct TimerBeat {
+pub struct Tim2ControlTimer {
     timer: Timer<'static, TIM2>,
     counts: bool,
 }
 
-impl TimerBeat {
+impl Tim2ControlTimer {
     /// Sets the timer up; it begins to count when the capture task first waits for it.
     pub fn new(timer: Peri<'static, TIM2>) -> Self {
         let timer = Timer::new(timer);
@@ -45,7 +48,7 @@ impl TimerBeat {
     }
 }
 
-impl Beat for TimerBeat {
+impl ControlTimer for Tim2ControlTimer {
     async fn next(&mut self) {
         if !self.counts {
             self.counts = true;

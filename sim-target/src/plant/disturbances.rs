@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
 use super::pose::Twist;
+use super::range_check::{ParameterError, RangeCheck};
 
 /// A cable from above that pulls and twists the robot, however it moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,25 +59,25 @@ impl Default for WarmingParameters {
 }
 
 impl TetherParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("twist_nm", self.twist_nm, -100.0, 100.0)?;
         check.within("left_n", self.left_n, -100.0, 100.0)?;
         check.within("behind_m", self.behind_m, -10.0, 10.0)
     }
 
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.twist_nm == 0.0 && self.left_n == 0.0
     }
 }
 
 impl DragParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("force_n", self.force_n, 0.0, 1e3)?;
         check.within("left_m", self.left_m, -10.0, 10.0)?;
         check.within("behind_m", self.behind_m, -10.0, 10.0)
     }
 
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.force_n == 0.0
     }
 
@@ -92,14 +92,14 @@ impl DragParameters {
 }
 
 impl WarmingParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("expansion_per_k", self.expansion_per_k, 0.0, 1e-2)?;
         check.within("difference_k", self.difference_k, -100.0, 100.0)?;
         check.within("time_constant_s", self.time_constant_s, 1.0, 1e6)?;
         check.within("age_s", self.age_s, 0.0, 1e7)
     }
 
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.expansion_per_k == 0.0 || self.difference_k == 0.0
     }
 

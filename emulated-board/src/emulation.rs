@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Wake, Waker};
 
-use host_cli::link::{Clock, Wire};
-use host_cli::session::Session;
+use host_link::session::Session;
 use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
@@ -55,8 +54,7 @@ pub struct Bench {
 impl Bench {
     /// Another conversation on the same line, not opened yet: after a restart, or another host.
     pub fn session(&self, number: u32) -> Session {
-        let wire = Wire::Sim(self.wire.clone());
-        Session::new(wire, Clock::Virtual, number, "emulated".into())
+        sim_link::session(&self.wire, number, "emulated")
     }
 }
 
@@ -163,8 +161,7 @@ impl Emulation {
             let chassis = Chassis::new(&scenario);
             let monitor = BoardMonitor::default();
             let wire = chassis.host_wire();
-            let session = Wire::Sim(wire.clone());
-            let session = Session::new(session, Clock::Virtual, 1, "emulated".into());
+            let session = sim_link::session(&wire, 1, "emulated");
             let bench = Bench { lab: chassis.lab(), session, wire, monitor: monitor.clone() };
             let host = Box::pin(async move {
                 let output = procedure(bench).await;

@@ -107,7 +107,7 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
         assert!(page.contains(&words), "{PAGE} is to show:\n{words}");
     }
 
-    let campaign = host_cli::campaign::Campaign::read(&folder).unwrap();
+    let campaign = campaign::Campaign::read(&folder).unwrap();
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];
     assert!(first.class.iter().any(|it| it == mystery.hidden()), "{:?}", first.class);

@@ -2,7 +2,7 @@
 
 use emulated_board::{Bench, BoardMonitor};
 use futures_lite::future;
-use host_cli::motion::{self, Motion, RecordOptions};
+use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::{Command, Encoder, LinkStatistics, Request, Telemetry, WheelPair};
 use sim_target::{HostWire, now_us, sleep_until_us};
 

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use emulated_board::{Bench, Emulation, RunResult, Spread, TickCost};
 use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
-use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::port::{Port, SimOptions, with_robot};
-use host_cli::session::HostStatistics;
+use host_link::motion::{self, Motion, RecordOptions};
+use host_link::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};
 
 use super::{emulation, scenario, uneventful};
@@ -27,7 +27,7 @@ fn the_image_says_who_it_is() {
 }
 
 /// The paper's run with a telemetry frame every so often.
-async fn paper_run(session: &mut host_cli::session::Session, period_ms: u16) -> Vec<Telemetry> {
+async fn paper_run(session: &mut host_link::session::Session, period_ms: u16) -> Vec<Telemetry> {
     let options =
         RecordOptions { period_ms, rest: Duration::from_millis(100), ..RecordOptions::default() };
     motion::drive(session, &Motion::PAPER, options, &mut |_| ()).await.unwrap().telemetry

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 
 use crate::campaign::table::Table;
 use crate::campaign::{CampaignError, Column, Place, Warning};

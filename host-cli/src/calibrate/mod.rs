@@ -24,9 +24,10 @@ pub(crate) use track_file::{check_header, track_so_far, whole_lines};
 
 use std::path::PathBuf;
 
-use robot_model::track_fit::Estimate;
-use robot_model::wheel_weight::SIGMAS_95;
-use robot_model::{Deviation, Geometry, OutAndBack, Verdict};
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::wheel_weight::SIGMAS_95;
+use robot_model::calibration::{Deviation, OutAndBack, Verdict};
+use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 
 use self::checks::check;

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 
 use crate::campaign::{CampaignError, Warning};
 use crate::error::{Error, Result};

@@ -14,7 +14,8 @@
 //! A constant lateness of the tracker goes into the shift, too: two clocks that were never compared
 //! cannot show it.
 
-use robot_model::{Pose, TrackSample};
+use robot_model::calibration::TrackSample;
+use robot_model::kinematics::Pose;
 
 /// The robot by its wheels at one time.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! What the wheels do in a piece of a run.
 
-pub use robot_model::plan::Piece;
+pub use robot_model::recording::Piece;
 use shared_proto::{TravelUnit, WheelPair};
 
 use crate::motion::Motion;

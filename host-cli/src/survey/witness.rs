@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use robot_model::{Pose, TrackSample, Turns, path::dead_reckon};
+use robot_model::calibration::TrackSample;
+use robot_model::kinematics::{Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
@@ -254,9 +255,9 @@ pub(crate) fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned
     let angle = |counts: i64, encoder: shared_proto::EncoderConfig| {
         counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
     };
-    let turns = telemetry.iter().map(|frame| Turns {
-        phi_left_rad: angle(frame.wheels.left.counts, config.encoder.left),
-        phi_right_rad: angle(frame.wheels.right.counts, config.encoder.right),
+    let turns = telemetry.iter().map(|frame| WheelPair {
+        left: angle(frame.wheels.left.counts, config.encoder.left),
+        right: angle(frame.wheels.right.counts, config.encoder.right),
     });
     let poses =
         dead_reckon(Pose::ORIGIN, &geometry(config, 0.0), config.geometry.wheel_weight, turns);

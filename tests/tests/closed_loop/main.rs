@@ -10,7 +10,7 @@ mod user;
 
 use host_cli::survey::extra::runs_of;
 use host_cli::survey::{Plan, PlanSettings};
-use robot_model::answer::{Answer, ParameterFound, StepFound};
+use robot_model::explain::{Answer, ParameterFound, StepFound};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 

@@ -13,7 +13,7 @@ use host_cli::session::Session;
 use host_cli::survey::extra::{fastest_mps, runs_of};
 use host_cli::survey::samples::columns;
 use host_cli::survey::{Plan, PlanSettings, RecordSettings, Step, Witness, record_campaign};
-use robot_model::answer::Answer;
+use robot_model::explain::Answer;
 use robot_model::explain::explain;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 use tempfile::TempDir;

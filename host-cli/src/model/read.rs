@@ -64,7 +64,7 @@ pub(super) struct RawErrors {
     pub(super) nominal: RawError,
     pub(super) nominal_heldout: RawError,
     pub(super) train: RawError,
-    pub(super) cross_validated: RawError,
+    pub(super) heldout: RawError,
 }
 
 #[derive(Deserialize)]

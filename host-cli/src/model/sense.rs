@@ -123,7 +123,7 @@ pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), N
     let nominal =
         ErrorPair { train: errors(&raw.nominal)?, cross_validated: errors(&raw.nominal_heldout)? };
     let model =
-        ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.cross_validated)? };
+        ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.heldout)? };
     Ok((raw.runs, nominal, model))
 }
 

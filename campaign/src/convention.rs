@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
-use robot_model::recording::{Recording, Sight};
+use robot_model::recording::{PoseMeasurement, Recording};
 
 use super::Column;
 
@@ -80,8 +80,8 @@ impl Convention {
     }
 
     /// A pose in our axes.
-    fn ours(self, sight: Sight) -> Sight {
-        let with = |position: fn([f64; 2]) -> [f64; 2], heading: fn(f64) -> f64| Sight {
+    fn ours(self, sight: PoseMeasurement) -> PoseMeasurement {
+        let with = |position: fn([f64; 2]) -> [f64; 2], heading: fn(f64) -> f64| PoseMeasurement {
             position_m: sight.position_m.map(position),
             heading_rad: sight.heading_rad.map(heading),
             ..sight
@@ -115,11 +115,11 @@ impl Meant {
     pub(super) fn in_ours(self, runs: &[Recording]) -> Vec<Recording> {
         let ours = |run: &Recording| {
             let first = usize::from(self.ends_only);
-            let sights = run.sights.iter().enumerate();
-            let ours = |(k, it): (usize, &Sight)| {
+            let sights = run.measured_poses.iter().enumerate();
+            let ours = |(k, it): (usize, &PoseMeasurement)| {
                 if k < first { *it } else { self.convention.ours(*it) }
             };
-            Recording { sights: sights.map(ours).collect(), ..run.clone() }
+            Recording { measured_poses: sights.map(ours).collect(), ..run.clone() }
         };
         runs.iter().map(ours).collect()
     }

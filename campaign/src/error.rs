@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use robot_model::gate::{Glitch, Mismatch};
+use robot_model::checks::{BadRow, Mismatch};
 
 use super::convention::Meant;
 use super::robot_toml::Simulated;
@@ -160,7 +160,7 @@ pub enum Warning {
         /// Where.
         place: Place,
         /// What is off.
-        found: Glitch,
+        found: BadRow,
     },
     /// Headings are turned against the way that the robot rolls, in all runs alike.
     Crooked {
@@ -269,12 +269,12 @@ impl fmt::Display for Warning {
                  make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
             ),
             Self::Glitch { place, found } => match found {
-                Glitch::Jump { rolled_m, .. } => write!(
+                BadRow::Jump { rolled_m, .. } => write!(
                     f,
                     "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
                      the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
                 ),
-                Glitch::Spike { off_m, .. } => write!(
+                BadRow::Spike { off_m, .. } => write!(
                     f,
                     "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
                      heading_rad of this row"

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 
 use crate::error::{CampaignError, Place, Warning};
 use crate::track::{parse_track, unknown_columns};

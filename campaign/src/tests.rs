@@ -285,8 +285,8 @@ fn what_the_model_sees_is_what_was_recorded() {
     let run = &campaign.runs[0];
     assert_eq!((run.started_s, run.payload_kg), (Some(5.0), 2.5));
     // A row without counts is a camera sample of its own; one without a heading has its place.
-    assert_eq!((run.wheels.len(), run.sights.len(), run.gyro.len()), (3, 4, 3));
-    assert_eq!(run.sights[2].heading_rad, None);
+    assert_eq!((run.wheels.len(), run.measured_poses.len(), run.gyro.len()), (3, 4, 3));
+    assert_eq!(run.measured_poses[2].heading_rad, None);
     let full_turn = std::f64::consts::TAU;
     assert!((run.wheels[2].phi_rad.right - full_turn * 15.0 / 900.0).abs() < 1e-15);
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use robot_model::recording::{GyroSample, Recording, Robot, Sight, WheelSample};
-use robot_model::sides::Sides;
+use robot_model::kinematics::WheelPair;
+use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
 
 use super::{Campaign, CampaignError, Place, RobotFile, Row, Run, checks};
 
@@ -12,7 +12,7 @@ impl Campaign {
     pub fn to_model(
         &self,
         folder: &Path,
-    ) -> Result<robot_model::campaign::Campaign, CampaignError> {
+    ) -> Result<robot_model::recording::Campaign, CampaignError> {
         let robot = self.robot.to_model();
         let runs = self
             .runs
@@ -39,7 +39,7 @@ impl Campaign {
             return Err(CampaignError::new(place, problem, hint));
         }
         if !self.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
-            let headings = runs.iter().any(|run| !run.sights.is_empty());
+            let headings = runs.iter().any(|run| !run.measured_poses.is_empty());
             let problem = match headings {
                 true => {
                     "no run of this campaign has measured positions: headings alone are too little"
@@ -50,7 +50,7 @@ impl Campaign {
                 "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
-        Ok(robot_model::campaign::Campaign { robot, runs })
+        Ok(robot_model::recording::Campaign { robot, runs })
     }
 
     /// Poses are known of the beginning and the end of its runs alone, as a tape tells them.
@@ -105,12 +105,17 @@ impl Run {
         for row in &self.rows {
             let t_s = row.t_s;
             if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
-                let phi_rad = Sides::new(left, right).map(|counts| counts * robot.rad_per_count);
+                let phi_rad =
+                    WheelPair::new(left, right).map(|counts| counts * robot.rad_per_count);
                 recording.wheels.push(WheelSample { t_s, phi_rad });
             }
             let position_m = row.x_m.zip(row.y_m).map(|(x_m, y_m)| [x_m, y_m]);
             if position_m.is_some() || row.heading_rad.is_some() {
-                recording.sights.push(Sight { t_s, position_m, heading_rad: row.heading_rad });
+                recording.measured_poses.push(PoseMeasurement {
+                    t_s,
+                    position_m,
+                    heading_rad: row.heading_rad,
+                });
             }
             if let Some(rate_rad_s) = row.gyro_z_rad_s {
                 recording.gyro.push(GyroSample { t_s, rate_rad_s });

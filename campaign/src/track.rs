@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 
 use crate::table::Table;
 use crate::{CampaignError, Column, Place, Warning};

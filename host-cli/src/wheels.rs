@@ -2,17 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use robot_model::{Geometry, Turns};
+use robot_model::kinematics::{Geometry, WheelPair};
 use shared_proto::{Config, EncoderConfig, GeometryConfig, Telemetry};
 
 /// How far both wheels have turned by one frame of telemetry, since power-on.
-pub fn turns(frame: &Telemetry, config: &Config) -> Turns {
+pub fn turns(frame: &Telemetry, config: &Config) -> WheelPair<f64> {
     let angle_rad = |counts: i64, encoder: EncoderConfig| {
         counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
     };
-    Turns {
-        phi_left_rad: angle_rad(frame.wheels.left.counts, config.encoder.left),
-        phi_right_rad: angle_rad(frame.wheels.right.counts, config.encoder.right),
+    WheelPair {
+        left: angle_rad(frame.wheels.left.counts, config.encoder.left),
+        right: angle_rad(frame.wheels.right.counts, config.encoder.right),
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use robot_model::campaign::Campaign;
 use robot_model::effect::{CATALOGUE, Effect, find};
 use robot_model::explain::explain;
-use robot_model::model::{Model, fit};
-use robot_model::recording::{Recording, Robot, Sight, WheelSample};
-use robot_model::sides::Sides;
+use robot_model::explain::model::{Model, fit};
+use robot_model::kinematics::WheelPair;
+use robot_model::recording::Campaign;
+use robot_model::recording::{PoseMeasurement, Recording, Robot, WheelSample};
 
 /// As in its robot.toml.
 const ROBOT: Robot = Robot {
@@ -38,9 +38,9 @@ fn campaign(beginning: &str) -> Campaign {
         for line in lines {
             let cells: Vec<f64> = line.split(',').map(|it| it.parse().unwrap()).collect();
             let t_s = cells[0];
-            let phi_rad = Sides::new(cells[1], cells[2]).map(|it| it * ROBOT.rad_per_count);
+            let phi_rad = WheelPair::new(cells[1], cells[2]).map(|it| it * ROBOT.rad_per_count);
             run.wheels.push(WheelSample { t_s, phi_rad });
-            run.sights.push(Sight {
+            run.measured_poses.push(PoseMeasurement {
                 t_s,
                 position_m: Some([cells[3], cells[4]]),
                 heading_rad: Some(cells[5]),
@@ -80,7 +80,7 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
             assert!((got / want - 1.0).abs() < 0.003, "{kind}: {got} {want}");
         }
         let nominal = fit(&campaign(kind), &[]).unwrap();
-        let errors = [nominal, model].map(|it| it.errors.heldout.position_rms_m);
+        let errors = [nominal, model].map(|it| it.errors.cross_validated.position_rms_m);
         // Of all runs of the session 19.8, 39.8 and 25.8 mm nominal; these are a third of them.
         assert!((errors[0] / nominal_m - 1.0).abs() < 0.2, "{kind}: {errors:?}");
         // Their best fits leave 5.1, 4.5 and 6.0 mm. Here runs are held out, and a fit to innovations does
@@ -100,8 +100,8 @@ fn effects<'a>(ids: impl IntoIterator<Item = &'a str>) -> Vec<&'static dyn Effec
 fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_says_what_is_left() {
     let campaign = campaign("");
     let answer = explain(&campaign).unwrap();
-    let last = answer.steps[answer.steps.len() - 1].heldout.position_rms_m;
-    let three = fit(&campaign, &effects(THREE)).unwrap().errors.heldout.position_rms_m;
+    let last = answer.steps[answer.steps.len() - 1].cross_validated.position_rms_m;
+    let three = fit(&campaign, &effects(THREE)).unwrap().errors.cross_validated.position_rms_m;
     // Both learn the noise, and so weigh the runs, with their own effects in place: 5 %.
     assert!(last <= 1.05 * three, "{last} against {three}");
     for id in THREE {

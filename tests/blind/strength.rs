@@ -18,9 +18,9 @@
 //! D^2 = chi^2(with it) - chi^2(without it)                                                            (2)
 //! ```
 
-use robot_model::campaign::Campaign;
 use robot_model::effect::{Effect, find};
-use robot_model::model::{Model, fit};
+use robot_model::explain::model::{Model, fit};
+use robot_model::recording::Campaign;
 use robot_model::recording::RecordingError;
 
 /// By how many sigma an effect of a fitted model stands out; its amplitudes taken to be independent.
@@ -58,7 +58,7 @@ pub fn visibility(without: &Campaign, with: &Campaign) -> Result<f64, RecordingE
         // Of what is explained: the runs kept aside show nothing to whoever explains.
         let runs = campaign.fitted_runs().cloned().collect();
         let seen = Campaign { robot: campaign.robot, runs };
-        let numbers: usize = seen.runs.iter().map(|run| 3 * run.sights.len()).sum();
+        let numbers: usize = seen.runs.iter().map(|run| 3 * run.measured_poses.len()).sum();
         Ok(sound.errors_on(&seen)?.chi.powi(2) * numbers as f64)
     };
     Ok((squares(with)? - squares(without)?).max(0.0).sqrt())

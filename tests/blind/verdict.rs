@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use robot_model::answer::{Answer, ParameterFound};
 use robot_model::effect::Effect;
 use robot_model::explain::explain;
-use robot_model::model::{Model, fit};
+use robot_model::explain::model::{Model, fit};
+use robot_model::explain::{Answer, ParameterFound};
 
 use super::case::{Case, Kind};
 use super::field::{PERIOD_MS, plan, record, sound};
@@ -224,7 +224,8 @@ fn verdict(
 ) -> Verdict {
     let found: Vec<Vec<String>> = answer.steps.iter().map(|step| step.class.clone()).collect();
     let holds = |class: &[String], id: &str| class.iter().any(|it| it == id);
-    let after = answer.steps.last().map_or(answer.baseline.heldout, |step| step.heldout);
+    let after =
+        answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     Verdict {
         reached,
         named: case
@@ -242,7 +243,7 @@ fn verdict(
         flagged: answer.unexplained.structure,
         depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
         regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
-        held_out_ratio: after.position_rms_m / oracle.errors.heldout.position_rms_m,
+        held_out_ratio: after.position_rms_m / oracle.errors.cross_validated.position_rms_m,
         found,
         covered,
         explain_s,

@@ -115,10 +115,10 @@ fn main() -> ExitCode {
 
 fn print_answer(it: &Verdict) {
     println!("\ncase {}: {} {:?}", it.case.index, it.case.kind.name(), it.case.effects);
-    let mm = |errors: robot_model::answer::Errors| errors.position_rms_m * 1e3;
-    println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.heldout));
+    let mm = |errors: robot_model::estimation::Errors| errors.position_rms_m * 1e3;
+    println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.cross_validated));
     for step in &it.answer.steps {
-        println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.heldout), step.why);
+        println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.cross_validated), step.why);
     }
     println!("  unexplained: {:?}", it.answer.unexplained);
     println!("  held out over the truth's: {:.3}", it.held_out_ratio);
@@ -145,7 +145,7 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
             it.answer
                 .steps
                 .last()
-                .map_or(it.answer.baseline.heldout, |step| step.heldout)
+                .map_or(it.answer.baseline.cross_validated, |step| step.cross_validated)
                 .position_rms_m,
         );
     }

@@ -111,5 +111,5 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];
     assert!(first.class.iter().any(|it| it == mystery.hidden()), "{:?}", first.class);
-    assert!(first.heldout.position_rms_m < answer.baseline.heldout.position_rms_m);
+    assert!(first.cross_validated.position_rms_m < answer.baseline.cross_validated.position_rms_m);
 }

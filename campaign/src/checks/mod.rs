@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::slice;
 
-use robot_model::gate::{
-    Glitch, Mismatch, Stray, Suspicion, beside, crooked, glitch, misfits, mismatch, strays,
-    suspicions,
+use robot_model::checks::{
+    BadRow, Mismatch, OffEndPose, Suspicion, bad_row, beside, crooked, end_poses_off, misfits,
+    mismatch, suspicions,
 };
 use robot_model::recording::{Recording, Robot};
 
@@ -234,12 +234,12 @@ fn glitches(
     recordings: &[Recording],
 ) -> Vec<Warning> {
     let row = |(run, recording): (&Run, &Recording)| {
-        let found = glitch(robot, recording)?;
+        let found = bad_row(robot, recording)?;
         let file = run_file(folder, &run.name);
         let (t_s, column) = match found {
-            Glitch::Jump { right: false, t_s, .. } => (t_s, Column::LeftCounts),
-            Glitch::Jump { right: true, t_s, .. } => (t_s, Column::RightCounts),
-            Glitch::Spike { t_s, .. } => (t_s, Column::X),
+            BadRow::Jump { right: false, t_s, .. } => (t_s, Column::LeftCounts),
+            BadRow::Jump { right: true, t_s, .. } => (t_s, Column::RightCounts),
+            BadRow::Spike { t_s, .. } => (t_s, Column::X),
         };
         let line = run.rows.iter().position(|row| row.t_s >= t_s)? as u64 + 2;
         Some(Warning::Glitch { place: Place { line, ..header(&file, column) }, found })
@@ -257,7 +257,7 @@ fn glitches(
 struct Odd {
     mismatch: Option<Mismatch>,
     beside_m: Option<f64>,
-    stray: Option<Stray>,
+    stray: Option<OffEndPose>,
 }
 
 fn odd_runs(runs: &[Odd]) -> usize {
@@ -271,7 +271,7 @@ fn odd(robot: &Robot, runs: &[Recording]) -> Vec<Odd> {
         beside_m: beside(robot, run),
         stray,
     };
-    runs.iter().zip(strays(robot, runs)).map(alone).collect()
+    runs.iter().zip(end_poses_off(robot, runs)).map(alone).collect()
 }
 
 fn run_file(folder: &Path, name: &str) -> PathBuf {

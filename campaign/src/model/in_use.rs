@@ -10,8 +10,8 @@
 
 use std::path::Path;
 
-use robot_model::answer::ParameterFound;
 use robot_model::effect::find;
+use robot_model::explain::ParameterFound;
 use shared_proto::Config;
 
 use super::{EffectEntry, ModelFile};

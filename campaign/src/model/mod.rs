@@ -27,10 +27,11 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use robot_model::answer::{ErrorPair, ParameterFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, find};
-use robot_model::odometry_noise::OdometryNoise;
+use robot_model::estimation::ErrorPair;
+use robot_model::estimation::OdometryNoise;
+use robot_model::explain::ParameterFound;
 
 pub use read::{caret, custom_from_equation, equation_error, hint_for};
 

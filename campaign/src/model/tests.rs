@@ -166,8 +166,8 @@ fn what_no_robot_has_is_refused_and_what_is_merely_implausible_is_not() {
 fn errors_and_noise_are_sizes() {
     let fit = FitEntry {
         runs: 3,
-        nominal: ErrorPair { train: errors(1.0), heldout: errors(2.0) },
-        errors: ErrorPair { train: errors(3.0), heldout: errors(4.0) },
+        nominal: ErrorPair { train: errors(1.0), cross_validated: errors(2.0) },
+        errors: ErrorPair { train: errors(3.0), cross_validated: errors(4.0) },
         noise: OdometryNoise::TYPICAL,
     };
     let text = ModelFile { fit: Some(fit), ..parse(GOOD).unwrap() }.to_text("robot");
@@ -196,8 +196,8 @@ fn errors_and_noise_are_sizes() {
     assert!(changed >= 3 * (12 + 6), "{changed}");
 }
 
-fn errors(size: f64) -> robot_model::answer::Errors {
-    robot_model::answer::Errors { position_rms_m: size, heading_rms_rad: 2.0 * size, chi: 1.5 }
+fn errors(size: f64) -> robot_model::estimation::Errors {
+    robot_model::estimation::Errors { position_rms_m: size, heading_rms_rad: 2.0 * size, chi: 1.5 }
 }
 
 proptest! {

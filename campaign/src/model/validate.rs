@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
-use robot_model::answer::{ErrorPair, Errors, ParameterFound};
 use robot_model::effect::{Parameter, Role, find};
-use robot_model::odometry_noise::OdometryNoise;
+use robot_model::estimation::OdometryNoise;
+use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::explain::ParameterFound;
 use toml::Spanned;
 
 use super::raw::{RawError, RawErrors, RawNoise, RawParameter};
@@ -119,8 +120,8 @@ pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), I
         })
     };
     let nominal =
-        ErrorPair { train: errors(&raw.nominal)?, heldout: errors(&raw.nominal_heldout)? };
-    let model = ErrorPair { train: errors(&raw.train)?, heldout: errors(&raw.heldout)? };
+        ErrorPair { train: errors(&raw.nominal)?, cross_validated: errors(&raw.nominal_heldout)? };
+    let model = ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.heldout)? };
     Ok((raw.runs, nominal, model))
 }
 

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use robot_model::answer::Errors;
 use robot_model::effect::Effect;
+use robot_model::estimation::Errors;
 
 use super::{FitEntry, ModelFile};
 use crate::file::{write_new, write_whole};
@@ -116,9 +116,9 @@ fn errors(text: &mut String, fit: &FitEntry) {
          runs = {}\nnominal = {}\nnominal_heldout = {}\ntrain = {}\nheldout = {}\n",
         fit.runs,
         line(&fit.nominal.train),
-        line(&fit.nominal.heldout),
+        line(&fit.nominal.cross_validated),
         line(&fit.errors.train),
-        line(&fit.errors.heldout)
+        line(&fit.errors.cross_validated)
     );
 }
 

@@ -18,7 +18,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use robot_model::plan::Piece;
+use robot_model::recording::Piece;
 use serde::Deserialize;
 use shared_proto::Config;
 use toml::Spanned;

@@ -1,6 +1,6 @@
 //! How much room a run takes.
 
-use robot_model::plan::Piece;
+use robot_model::recording::Piece;
 
 /// A stretch of floor, as the robot sees it at its start \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

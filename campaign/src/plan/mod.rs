@@ -14,7 +14,7 @@ pub mod usual;
 
 use std::fmt;
 
-use robot_model::plan::Piece;
+use robot_model::recording::Piece;
 
 pub use file::plan_path;
 pub use floor::Floor;

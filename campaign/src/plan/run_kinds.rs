@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use robot_model::next_run::plans;
-use robot_model::plan::Piece;
+use robot_model::explain::plans;
+use robot_model::recording::Piece;
 
 use super::file::plan_path;
 use super::floor::Floor;

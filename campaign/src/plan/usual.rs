@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use robot_model::plan::Piece;
+use robot_model::recording::Piece;
 
 use super::{CampaignPlan, PlanError, PlannedRun};
 

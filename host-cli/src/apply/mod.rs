@@ -10,8 +10,8 @@
 //!
 //! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 
-use robot_model::answer::{Answer, ParameterFound};
-use robot_model::model::Model;
+use robot_model::explain::model::Model;
+use robot_model::explain::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
 
 use crate::error::{Error, Result};
@@ -71,7 +71,7 @@ pub struct Change {
 /// The effects that a campaign's explanation names: those that the robot compensates already at their new
 /// values, and the missing ones.
 pub fn believed(answer: &Answer) -> Vec<Believed> {
-    let step = |step: &robot_model::answer::StepFound| Believed {
+    let step = |step: &robot_model::explain::StepFound| Believed {
         effect: step.effect.clone(),
         class: step.class.clone(),
         parameters: step.parameters.clone(),

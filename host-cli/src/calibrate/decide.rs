@@ -1,7 +1,8 @@
 //! What several runs say together, and whether that is enough.
 
-use robot_model::track_fit::Estimate;
-use robot_model::{Geometry, Source, WheelWeight};
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::{Source, WheelWeight};
+use robot_model::kinematics::Geometry;
 
 /// The mean of several runs, each weighted by what it alone adds.
 ///

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use robot_model::out_and_back::OutAndBackError;
-use robot_model::{
-    Deviation, Experiment, FitOptions, Geometry, Leg, OutAndBack, Pose, Shared, Track, TrackFit,
-    TrackSample, Turns, WheelAngles, WheelWeight, fit_track, path::dead_reckon,
+use robot_model::calibration::out_and_back::OutAndBackError;
+use robot_model::calibration::{
+    Deviation, Experiment, FitOptions, Leg, OutAndBack, Shared, Track, TrackFit, TrackSample,
+    WheelAngles, WheelWeight, fit_track,
 };
+use robot_model::kinematics::{Geometry, Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, GeometryConfig, Telemetry};
 use sim_target::Lab;
 
@@ -230,12 +231,12 @@ fn unsteer(angles: &mut [WheelAngles], geometry: &GeometryConfig) {
     for it in angles {
         if let Some(last) = last.replace(it.turns) {
             let step = it.turns.since(last);
-            let left_m = wheel_radius_m * step.phi_left_rad;
-            let right_m = wheel_radius_m * wheel_weight * step.phi_right_rad;
+            let left_m = wheel_radius_m * step.left;
+            let right_m = wheel_radius_m * wheel_weight * step.right;
             way_m += ((left_m + right_m) / 2.0).abs();
         }
-        it.turns.phi_left_rad -= bend * way_m / wheel_radius_m;
-        it.turns.phi_right_rad += bend * way_m / (wheel_radius_m * wheel_weight);
+        it.turns.left -= bend * way_m / wheel_radius_m;
+        it.turns.right += bend * way_m / (wheel_radius_m * wheel_weight);
     }
 }
 
@@ -294,7 +295,7 @@ impl Run<'_> {
         let radius_m = self.geometry.wheel_radius_m;
         let travelled_m = |to: &WheelAngles| {
             let turns = to.turns.since(angles[0].turns);
-            radius_m * (turns.phi_left_rad + turns.phi_right_rad).abs() / 2.0
+            radius_m * (turns.left + turns.right).abs() / 2.0
         };
         let run_in_m = RUN_IN_M.min(RUN_IN_SHARE_MAX * travelled_m(angles.last()?));
         let first = angles.iter().position(|angles| travelled_m(angles) >= run_in_m)?;
@@ -369,8 +370,7 @@ impl Run<'_> {
         const MOVED_M: f64 = 0.02;
         let angles = self.wheel_angles();
         let radius_m = self.geometry.wheel_radius_m;
-        let moved =
-            |turns: Turns| radius_m * (turns.phi_left_rad + turns.phi_right_rad).abs() / 2.0;
+        let moved = |turns: WheelPair<f64>| radius_m * (turns.left + turns.right).abs() / 2.0;
         let robot_s = angles
             .iter()
             .find(|now| moved(now.turns.since(angles[0].turns)) > MOVED_M)
@@ -394,9 +394,6 @@ impl Run<'_> {
 fn leg_of(fit: &TrackFit) -> Leg {
     let WheelWeight { alpha_rad, alpha_sigma_rad, turns, .. } = fit.wheel_weight;
     let scaled = |phi_rad: f64| phi_rad * fit.scale.value;
-    let turns = Turns {
-        phi_left_rad: scaled(turns.phi_left_rad),
-        phi_right_rad: scaled(turns.phi_right_rad),
-    };
+    let turns = WheelPair { left: scaled(turns.left), right: scaled(turns.right) };
     Leg { alpha_rad, alpha_sigma_rad, turns }
 }

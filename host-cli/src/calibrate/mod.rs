@@ -21,9 +21,10 @@ pub use measure::{Instrument, Measurement, Way};
 
 use std::path::PathBuf;
 
-use robot_model::track_fit::Estimate;
-use robot_model::wheel_weight::SIGMAS_95;
-use robot_model::{Deviation, Geometry, OutAndBack, Verdict};
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::wheel_weight::SIGMAS_95;
+use robot_model::calibration::{Deviation, OutAndBack, Verdict};
+use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 
 use self::checks::check;

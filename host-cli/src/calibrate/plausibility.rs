@@ -1,6 +1,6 @@
 //! Which W_T can be believed, of a calibration and of numbers typed in alike.
 
-use robot_model::wheel_weight::SIGMAS_95;
+use robot_model::calibration::wheel_weight::SIGMAS_95;
 use shared_proto::{Config, GeometryConfig};
 
 use crate::error::{Error, Result};

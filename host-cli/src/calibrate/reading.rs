@@ -1,6 +1,6 @@
 //! What a person reads off a ruler, as typed in.
 
-use robot_model::Deviation;
+use robot_model::calibration::Deviation;
 
 use crate::quantity::{Length, join_units};
 

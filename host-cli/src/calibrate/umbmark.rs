@@ -26,8 +26,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use robot_model::Pose;
-use robot_model::plan::Piece;
+use robot_model::kinematics::Pose;
+use robot_model::recording::Piece;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 
 use super::checks::{Checks, check};

@@ -1,7 +1,7 @@
 //! `beeline apply`
 
 use robot_model::explain::explain_beyond;
-use robot_model::model::fit;
+use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, GeometryConfig};

@@ -145,7 +145,7 @@ fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
 
 /// The first pieces of a run in words.
 fn way(run: &PlannedRun) -> String {
-    use robot_model::plan::Piece;
+    use robot_model::recording::Piece;
     let word = |piece: &Piece| match *piece {
         Piece::Straight { travel_m, .. } => format!("{travel_m:+.2} m"),
         Piece::Spin { turn_rad, .. } => format!("{:+.0} deg", turn_rad.to_degrees()),
@@ -167,7 +167,7 @@ fn way(run: &PlannedRun) -> String {
 }
 
 fn speed(run: &PlannedRun) -> String {
-    use robot_model::plan::Piece;
+    use robot_model::recording::Piece;
     let speeds = run.pieces.iter().filter_map(|piece| match *piece {
         Piece::Straight { speed_mps, .. }
         | Piece::Spin { speed_mps, .. }

@@ -54,7 +54,7 @@ pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
 }
 
 /// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
-pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Campaign)> {
+pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
     let read = Campaign::read(folder)?;
     read.warnings.iter().for_each(warn);
     let campaign = read.to_model(folder)?;
@@ -63,7 +63,7 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::campaign::Ca
 }
 
 /// One run is predicted by a fit to itself: what looks like an error on runs held out is none.
-pub(super) fn warn_if_lone(campaign: &robot_model::campaign::Campaign) {
+pub(super) fn warn_if_lone(campaign: &robot_model::recording::Campaign) {
     if campaign.fitted_runs().count() == 1 {
         warn(
             "one run alone: nothing is held out, and its errors are those of the fit to it; record more",

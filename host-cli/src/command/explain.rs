@@ -25,11 +25,9 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         let combinations: Vec<Option<String>> = if answer.steps.is_empty() {
             Vec::new()
         } else {
-            let comparer = Comparer::with_noise(
-                &campaign,
-                robot_model::odometry_noise::OdometryNoise::TYPICAL,
-            )
-            .map_err(Error::new)?;
+            let comparer =
+                Comparer::with_noise(&campaign, robot_model::estimation::OdometryNoise::TYPICAL)
+                    .map_err(Error::new)?;
             assumed(&answer.steps, |id| model.find(id))
                 .iter()
                 .map(|it| comparer.combination(it))

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use robot_model::answer::{Aside, ErrorPair, Errors};
-use robot_model::campaign::Campaign;
 use robot_model::effect::{Custom, Effect};
-use robot_model::model::{Model, fit};
+use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::explain::HeldOut;
+use robot_model::explain::model::{Model, fit};
+use robot_model::recording::Campaign;
 use serde_json::json;
 
 use super::compare::{read, warn_if_lone};
@@ -227,9 +228,9 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
     };
     row("on the runs fitted to", &|it| it.errors.train.position_rms_m, "mm", false);
     row("", &|it| it.errors.train.heading_rms_rad, "mrad", false);
-    row("on runs held out", &|it| it.errors.heldout.position_rms_m, "mm", true);
-    row("", &|it| it.errors.heldout.heading_rms_rad, "mrad", true);
-    if after.aside.is_some() {
+    row("on runs held out", &|it| it.errors.cross_validated.position_rms_m, "mm", true);
+    row("", &|it| it.errors.cross_validated.heading_rms_rad, "mrad", true);
+    if after.held_out.is_some() {
         row("on runs kept aside", &|it| on_aside(it).position_rms_m, "mm", true);
         row("", &|it| on_aside(it).heading_rms_rad, "mrad", true);
     }
@@ -242,7 +243,7 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
 
 /// Errors of a model on the runs kept aside.
 fn on_aside(model: &Model) -> Errors {
-    model.aside.as_ref().map(|it| it.model).unwrap_or_default()
+    model.held_out.as_ref().map(|it| it.model).unwrap_or_default()
 }
 
 /// Each effect with its parameters and its verdict.
@@ -262,7 +263,7 @@ fn errors_json(it: &Errors) -> serde_json::Value {
     json!({"position_rms_m": it.position_rms_m, "heading_rms_rad": it.heading_rms_rad, "chi": it.chi})
 }
 
-fn aside_json(it: Option<&Aside>) -> serde_json::Value {
+fn aside_json(it: Option<&HeldOut>) -> serde_json::Value {
     it.map_or(
         json!(null),
         |it| json!({"runs": it.runs, "kinds": it.kinds, "errors": errors_json(&it.model)}),
@@ -270,7 +271,7 @@ fn aside_json(it: Option<&Aside>) -> serde_json::Value {
 }
 
 fn pair_json(it: &ErrorPair) -> serde_json::Value {
-    json!({"train": errors_json(&it.train), "heldout": errors_json(&it.heldout)})
+    json!({"train": errors_json(&it.train), "heldout": errors_json(&it.cross_validated)})
 }
 
 fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
@@ -292,7 +293,7 @@ fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
         "model": file,
         "before": pair_json(&before.errors),
         "after": pair_json(&after.errors),
-        "aside": {"before": aside_json(before.aside.as_ref()), "after": aside_json(after.aside.as_ref())},
+        "aside": {"before": aside_json(before.held_out.as_ref()), "after": aside_json(after.held_out.as_ref())},
         "effects": effects,
     })
 }
@@ -349,7 +350,7 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
             table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
         };
         row(format!("on the {} fitted to", runs(fit.runs)), &|it| it.train);
-        row("on runs held out".into(), &|it| it.heldout);
+        row("on runs held out".into(), &|it| it.cross_validated);
         table.say(0);
     }
     Ok(())

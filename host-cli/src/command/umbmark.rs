@@ -1,6 +1,6 @@
 //! `beeline calibrate --method umbmark`
 
-use robot_model::answer::StepFound;
+use robot_model::explain::StepFound;
 use serde_json::json;
 use shared_proto::GeometryConfig;
 

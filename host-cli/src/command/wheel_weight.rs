@@ -1,6 +1,7 @@
 //! `beeline wheel-weight`
 
-use robot_model::{Deviation, Experiment, Geometry, Turns, WheelWeight};
+use robot_model::calibration::{Deviation, Experiment, WheelWeight};
+use robot_model::kinematics::{Geometry, WheelPair};
 use serde_json::{Value, json};
 use shared_proto::{Config, GeometryConfig};
 
@@ -21,7 +22,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     };
     let turns = match (args.left_counts, args.right_counts) {
         (Some(left), Some(right)) => geometry.turns(left, right),
-        _ => Turns::both(std::f64::consts::TAU * args.revolutions),
+        _ => WheelPair::both(std::f64::consts::TAU * args.revolutions),
     };
     let sigma_m = args.sigma.m;
     let deviation = match (args.dx, args.dy, args.lateral) {
@@ -41,7 +42,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
         wheel_weight: weight.value,
         ..Config::default().geometry
     })?;
-    let rolled_m = args.radius.m * turns.phi_left_rad.abs().min(turns.phi_right_rad.abs());
+    let rolled_m = args.radius.m * turns.left.abs().min(turns.right.abs());
     limits::check_length(rolled_m, args.track_width.m)?;
     let doubt = plausibility::doubt(weight.value).or(plausibility::vague(weight.sigma));
     if common.json {

@@ -58,9 +58,9 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
     };
     for (before, it) in [("", Some(comparison)), ("nominal, ", nominal)] {
         let Some(it) = it else { continue };
-        let all = if it.aside.is_some() { "all other" } else { "all" };
+        let all = if it.held_out.is_some() { "all other" } else { "all" };
         total(&format!("{before}{all}"), it, false, &[it.position_m, it.heading_rad]);
-        if let Some(aside) = &it.aside {
+        if let Some(aside) = &it.held_out {
             total(&format!("{before}kept aside,"), it, true, aside);
         }
     }

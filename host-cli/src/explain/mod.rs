@@ -3,9 +3,10 @@
 
 mod next;
 
-use robot_model::answer::{Answer, Aside, Errors, ParameterFound, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
+use robot_model::estimation::Errors;
+use robot_model::explain::{Answer, HeldOut, ParameterFound, StepFound};
 
 use crate::compare::LINE;
 use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
@@ -70,9 +71,10 @@ impl Subject<'_> {
 
 /// The main finding, in a sentence or two.
 pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
-    let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
+    let last =
+        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
     let of_what = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
-    let error = format!("the error {of_what} {}", goes(&answer.baseline.heldout, last));
+    let error = format!("the error {of_what} {}", goes(&answer.baseline.cross_validated, last));
     let more = if answer.unexplained.structure {
         format!(
             ". Something is still unexplained: it depends on {}",
@@ -153,7 +155,7 @@ pub fn text(errors: &Errors) -> String {
 }
 
 /// `on the 2 runs kept aside (square)`.
-pub fn where_aside(aside: &Aside) -> String {
+pub fn where_aside(aside: &HeldOut) -> String {
     let kinds = aside.kinds.join(", ");
     match aside.runs {
         1 => format!("on the run kept aside ({kinds})"),
@@ -166,7 +168,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
     say("");
     waterfall(answer, subject);
-    if let Some(aside) = &answer.aside {
+    if let Some(aside) = &answer.held_out {
         let (before, model) = (text(&aside.baseline), text(&aside.model));
         say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, where_aside(aside))));
     }
@@ -193,7 +195,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
 
 /// The error on held-out runs as effects are added, as bars.
 fn waterfall(answer: &Answer, subject: &Subject<'_>) {
-    let most = answer.baseline.heldout.position_rms_m.max(f64::MIN_POSITIVE);
+    let most = answer.baseline.cross_validated.position_rms_m.max(f64::MIN_POSITIVE);
     let mut table = Table::new("llrrrl");
     let where_ = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
     let heads = ["", where_, "position", "heading", "p", ""];
@@ -211,14 +213,14 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
             Cell::styled(GOOD, bar),
         ]);
     };
-    row(String::new(), before(answer).into(), &answer.baseline.heldout, String::new());
+    row(String::new(), before(answer).into(), &answer.baseline.cross_validated, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = match step.class.len() {
             0..=2 => format!("+ {}", says(step, subject)),
             // All of them are in the section of this effect.
             n => format!("+ {} or {} others", subject.name(&step.effect), n - 1),
         };
-        row((number + 1).to_string(), name, &step.heldout, probability(step.p_value));
+        row((number + 1).to_string(), name, &step.cross_validated, probability(step.p_value));
     }
     table.say(0);
 }
@@ -365,7 +367,8 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::answer::{ErrorPair, Unexplained};
+    use robot_model::estimation::ErrorPair;
+    use robot_model::residuals::Unexplained;
 
     use super::*;
 
@@ -379,14 +382,14 @@ mod tests {
             class: class.iter().map(|it| (*it).to_owned()).collect(),
             parameters: Vec::new(),
             train: to,
-            heldout: to,
+            cross_validated: to,
             p_value: 1e-9,
             why: String::new(),
         };
         Answer {
             schema: 1,
             known: Vec::new(),
-            baseline: ErrorPair { train: from, heldout: from },
+            baseline: ErrorPair { train: from, cross_validated: from },
             steps: vec![step],
             rejected: Vec::new(),
             unexplained: Unexplained {
@@ -397,7 +400,7 @@ mod tests {
                 places: Vec::new(),
             },
             next_run: None,
-            aside: None,
+            held_out: None,
         }
     }
 

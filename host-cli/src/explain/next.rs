@@ -1,6 +1,6 @@
 //! The next run: what to drive, what it takes, and the command that does it.
 
-use robot_model::answer::{Answer, NextRun};
+use robot_model::explain::{Answer, NextRun};
 
 use super::Subject;
 use crate::cli::Common;

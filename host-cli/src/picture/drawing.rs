@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::Pose;
+use robot_model::kinematics::Pose;
 
 use super::report::{CalibrationReport, RunReport};
 use super::scale::{Px, Scale, nice_step, number, ticks};

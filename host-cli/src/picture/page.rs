@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use robot_model::WheelWeight;
-use robot_model::track_fit::Estimate;
-use robot_model::wheel_weight::SIGMAS_95;
+use robot_model::calibration::WheelWeight;
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::wheel_weight::SIGMAS_95;
 
 use super::drawing::{COLOURS, STYLE, path_data, plan_view};
 use super::report::{Basis, CalibrationReport, RunReport};
@@ -298,7 +298,7 @@ fn formula(html: &mut String, report: &CalibrationReport) {
     let weight = &report.before.wheel_weight;
     let radius_cm = number(report.geometry.wheel_radius_m * 100.0, 3);
     let track_cm = number(report.geometry.track_width_m * 100.0, 2);
-    let (left, right) = (weight.turns.phi_left_rad, weight.turns.phi_right_rad);
+    let (left, right) = (weight.turns.left, weight.turns.right);
     let _ = write!(
         html,
         "\n<h2>The calculation</h2>\n<div class=\"formula\"><span><span><i>W</i><sub>T</sub></span>=\

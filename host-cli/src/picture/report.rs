@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use robot_model::track_fit::Estimate;
-use robot_model::wheel_weight::SIGMAS_95;
-use robot_model::{Geometry, OutAndBack, Pose, Verdict, WheelWeight};
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::wheel_weight::SIGMAS_95;
+use robot_model::calibration::{OutAndBack, Verdict, WheelWeight};
+use robot_model::kinematics::{Geometry, Pose};
 
 /// A calibration, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]

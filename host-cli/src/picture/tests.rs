@@ -1,16 +1,17 @@
 use std::f64::consts::TAU;
 
-use robot_model::path::dead_reckon;
-use robot_model::track_fit::Estimate;
-use robot_model::{Deviation, Experiment, Geometry, OutAndBack, Pose, Turns, Verdict};
+use robot_model::calibration::track_fit::Estimate;
+use robot_model::calibration::{Deviation, Experiment, OutAndBack, Verdict};
+use robot_model::kinematics::dead_reckon;
+use robot_model::kinematics::{Geometry, Pose, WheelPair};
 
 use super::*;
 
 fn run(truth: f64, driven_with: f64) -> RunReport {
     let geometry =
         Geometry { track_width_sigma_m: 0.002, wheel_radius_sigma_m: 0.0002, ..Geometry::PAPER };
-    let turns = Turns { phi_left_rad: 8.0 * TAU, phi_right_rad: 8.0 * TAU / driven_with };
-    let steps = (0..=500).map(|i| Turns::default().toward(turns, f64::from(i) / 500.0));
+    let turns = WheelPair { left: 8.0 * TAU, right: 8.0 * TAU / driven_with };
+    let steps = (0..=500).map(|i| WheelPair::default().toward(turns, f64::from(i) / 500.0));
     let path = dead_reckon(Pose::ORIGIN, &geometry, truth, steps);
     let end = path[path.len() - 1];
     // A fixed pattern in place of a camera's noise: a picture wants no chance.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::answer::{ParameterFound, StepFound};
+use robot_model::explain::{ParameterFound, StepFound};
 
 use super::CampaignReport;
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::answer::PlaceSeen;
+use robot_model::residuals::PlaceSeen;
 
 use super::CampaignReport;
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};

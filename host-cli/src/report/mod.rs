@@ -24,8 +24,8 @@ mod waterfall;
 
 use std::fmt::Write;
 
-use robot_model::answer::Answer;
 use robot_model::compare::{Comparison, Curve, Path};
+use robot_model::explain::Answer;
 
 use crate::explain::{
     Subject, gyro_words, headline, next_run_command, no_next_run, text, where_aside,
@@ -141,9 +141,10 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
 
 fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let answer = report.answer;
-    let last = answer.steps.last().map_or(&answer.baseline.heldout, |it| &it.heldout);
-    let mm = |it: &robot_model::answer::Errors| format!("{:.1} mm", it.position_rms_m * 1e3);
-    let (before, after) = (mm(&answer.baseline.heldout), mm(last));
+    let last =
+        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
+    let mm = |it: &robot_model::estimation::Errors| format!("{:.1} mm", it.position_rms_m * 1e3);
+    let (before, after) = (mm(&answer.baseline.cross_validated), mm(last));
     let title = title(answer);
     let _ = write!(
         html,
@@ -205,7 +206,7 @@ fn legend(html: &mut String, before: &str, measured: bool) {
 
 /// The errors on runs that nothing was fitted to or chosen by.
 fn aside(html: &mut String, report: &CampaignReport<'_>) {
-    let Some(it) = &report.answer.aside else { return };
+    let Some(it) = &report.answer.held_out else { return };
     let _ = writeln!(
         html,
         "<p>{}, to which nothing was fitted and by which nothing was chosen: <span class=\"before\">{}</span> \
@@ -278,7 +279,7 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
             escape(report.subject.name(&it.effect)),
             escape(&it.reason),
-            text(&it.heldout)
+            text(&it.cross_validated)
         );
     }
     html.push_str("</tbody></table>\n");

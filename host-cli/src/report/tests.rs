@@ -1,8 +1,8 @@
-use robot_model::answer::{
-    Aside, ErrorPair, Errors, NextRun, ParameterFound, PlaceSeen, Rejected, StepFound, Unexplained,
-};
 use robot_model::compare::{Bin, Drift, Rms};
 use robot_model::effect::CATALOGUE;
+use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::explain::{HeldOut, NextRun, ParameterFound, Rejected, StepFound};
+use robot_model::residuals::{PlaceSeen, Unexplained};
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn answer() -> Answer {
         low95: value - 0.002,
         high95: value + 0.002,
     };
-    let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), heldout: errors(mm) };
+    let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), cross_validated: errors(mm) };
     Answer {
         schema: 1,
         known: Vec::new(),
@@ -29,14 +29,14 @@ fn answer() -> Answer {
             class: vec!["side_slip".into(), "measurement_delay".into()],
             parameters: vec![parameter(0.02)],
             train: errors(5.0),
-            heldout: errors(6.0),
+            cross_validated: errors(6.0),
             p_value: 1e-9,
             why: "it is <b>there</b>".into(),
         }],
         rejected: vec![Rejected {
             effect: "scrub".into(),
             reason: "no & never".into(),
-            heldout: errors(7.0),
+            cross_validated: errors(7.0),
         }],
         unexplained: Unexplained {
             structure: true,
@@ -45,7 +45,7 @@ fn answer() -> Answer {
             place_m: None,
             places: Vec::new(),
         },
-        aside: Some(Aside {
+        held_out: Some(HeldOut {
             runs: 2,
             kinds: vec!["square".into()],
             baseline: errors(12.3),
@@ -78,7 +78,7 @@ fn drawn_of(
         finding: "It is off.".into(),
         position_m: rms,
         heading_rad: rms,
-        aside: None,
+        held_out: None,
         runs: Vec::new(),
         regimes: Vec::new(),
     };

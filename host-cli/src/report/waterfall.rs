@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::answer::Errors;
+use robot_model::estimation::Errors;
 
 use super::CampaignReport;
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
@@ -26,7 +26,7 @@ struct Row {
     name: Vec<String>,
     p: String,
     train: Errors,
-    heldout: Errors,
+    cross_validated: Errors,
     y: f64,
 }
 
@@ -76,7 +76,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
         name: vec![super::before(answer).into()],
         p: String::new(),
         train: answer.baseline.train,
-        heldout: answer.baseline.heldout,
+        cross_validated: answer.baseline.cross_validated,
         y: TOP,
     }];
     for step in &answer.steps {
@@ -88,7 +88,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
         }
         let p = p_value(step.p_value).replace('<', "&lt;");
         let y = rows.last().map_or(TOP, |it| it.y + it.height());
-        rows.push(Row { name, p, train: step.train, heldout: step.heldout, y });
+        rows.push(Row { name, p, train: step.train, cross_validated: step.cross_validated, y });
     }
     rows
 }
@@ -102,7 +102,8 @@ fn column(
     (from, to): (f64, f64),
     of: fn(&Errors) -> f64,
 ) {
-    let most = rows.iter().flat_map(|it| [of(&it.train), of(&it.heldout)]).fold(1e-6, f64::max);
+    let most =
+        rows.iter().flat_map(|it| [of(&it.train), of(&it.cross_validated)]).fold(1e-6, f64::max);
     let x = Scale::over((0.0, most), (from, to));
     let (levels, places) = ticks((0.0, most), nice_step(most, 4.0));
     let _ = write!(svg, "<text class=\"q\" x=\"{}\" y=\"14\">{title}</text>", Px(from));
@@ -119,13 +120,13 @@ fn column(
     }
     for (k, row) in rows.iter().enumerate() {
         let class = if k == 0 { 'b' } else { 'a' };
-        let (end, fitted) = (x.at(of(&row.heldout)), x.at(of(&row.train)));
+        let (end, fitted) = (x.at(of(&row.cross_validated)), x.at(of(&row.train)));
         let _ = write!(
             svg,
             "<rect class=\"f{class}\" x=\"{x0}\" y=\"{y0}\" width=\"{w}\" height=\"{BAR}\" rx=\"3\"/>\
              <path class=\"body\" style=\"stroke:var(--ink)\" d=\"M{fitted} {y1}v26\"/>\
              <text class=\"v\" x=\"{tx}\" y=\"{ty}\" style=\"fill:var(--ink);font-size:14px\">{}</text>",
-            number(of(&row.heldout), 1),
+            number(of(&row.cross_validated), 1),
             x0 = Px(from),
             y0 = Px(row.y),
             w = Px((end.0 - from).max(1.5)),

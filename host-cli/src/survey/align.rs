@@ -14,8 +14,9 @@
 //! A constant lateness of the tracker goes into the shift, too: two clocks that were never compared
 //! cannot show it.
 
-use robot_model::path::dead_reckon;
-use robot_model::{Pose, TrackSample};
+use robot_model::calibration::TrackSample;
+use robot_model::kinematics::Pose;
+use robot_model::kinematics::dead_reckon;
 use shared_proto::{Config, Telemetry};
 
 use crate::wheels;

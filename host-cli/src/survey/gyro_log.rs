@@ -208,7 +208,7 @@ fn correlation(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> f
 mod tests {
     use std::fmt::Write as _;
 
-    use robot_model::Pose;
+    use robot_model::kinematics::Pose;
 
     use super::*;
 

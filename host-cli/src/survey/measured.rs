@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 
 use super::align::{Reckoned, shift_s};
 use crate::error::Error;

@@ -1,7 +1,7 @@
 //! What the wheels do in a piece of a run.
 
 use host_link::Motion;
-pub use robot_model::plan::Piece;
+pub use robot_model::recording::Piece;
 use shared_proto::{TravelUnit, WheelPair};
 
 /// The motion that drives a piece; `None` for a rest.

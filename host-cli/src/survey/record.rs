@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use robot_model::plan::Piece;
+use robot_model::recording::Piece;
 use shared_proto::{Command, Config, Telemetry};
 
 use super::clock::{CampaignClock, LastRun};

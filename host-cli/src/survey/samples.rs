@@ -1,6 +1,6 @@
 //! Telemetry and measured poses as rows of a run file.
 
-use robot_model::TrackSample;
+use robot_model::calibration::TrackSample;
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 

@@ -9,9 +9,10 @@ use campaign::how_far;
 use campaign::plan::PlannedRun;
 use campaign::track::read_track;
 use host_link::Clock;
-use robot_model::gate::doubtful;
-use robot_model::recording::Sight;
-use robot_model::{Pose, TrackSample};
+use robot_model::calibration::TrackSample;
+use robot_model::checks::doubtful;
+use robot_model::kinematics::Pose;
+use robot_model::recording::PoseMeasurement;
 use sim_target::Lab;
 
 use super::align::Reckoned;
@@ -190,7 +191,7 @@ impl Person {
 
 /// Why both ends of a run, as read, cannot well be those of the wheels: a digit, a sign.
 fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
-    let sight = |it: &TrackSample| Sight {
+    let sight = |it: &TrackSample| PoseMeasurement {
         t_s: it.t_s,
         position_m: Some([it.x_m, it.y_m]),
         heading_rad: it.heading_rad,

@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::regime::{moving, rim_mps};
 use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
-use crate::campaign::Prepared;
-use crate::increment::Term;
-use crate::motion::Step;
-use crate::odometry_noise::OdometryNoise;
+use crate::effect::composition::Term;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::recording::campaign::Prepared;
+use crate::recording::motion::Step;
 
 /// Bins of a regressor that goes round.
 const BINS_ROUND: usize = 8;

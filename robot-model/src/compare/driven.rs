@@ -3,18 +3,18 @@
 
 use serde::Serialize;
 
-use super::Rms;
+use super::rms::Rms;
 use super::stretch::tracks;
-use crate::campaign::{Prepared, PreparedRun};
-use crate::increment::Term;
-use crate::motion::Step;
-use crate::noise::Noise;
-use crate::odometry_noise::OdometryNoise;
-use crate::parallel;
-use crate::path::Pose;
-use crate::predict::open_loop_as_seen;
-use crate::predict::{PoseError, Track};
-use crate::recording::Sight;
+use crate::effect::composition::Term;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::estimation::predict::open_loop_as_seen;
+use crate::estimation::predict::{PoseError, Track};
+use crate::kinematics::pose::Pose;
+use crate::numeric::parallel;
+use crate::numeric::random::Random;
+use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::motion::Step;
+use crate::recording::run::PoseMeasurement;
 
 /// So often each run is driven with made-up noise.
 const DRAWS: usize = 100;
@@ -45,7 +45,7 @@ pub struct RunCompared {
     /// Distance at the last measurement of the place \[m\].
     pub end_m: Option<f64>,
     #[serde(skip)]
-    sums: Sums,
+    sums: NormalEquations,
 }
 
 /// A predicted and a measured path, to be drawn.
@@ -79,25 +79,26 @@ const WAY_POINTS: usize = 200;
 
 /// Where a run is by the model between where it was seen, if that is seldom; from the same start as what was seen.
 fn way(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<Pose> {
-    let seen = &run.recording.sights;
+    let seen = &run.recording.measured_poses;
     if seen.len() > SEEN_SELDOM || run.recording.wheels.len() <= seen.len() {
         return Vec::new();
     }
     let every = run.recording.wheels.len().div_ceil(WAY_POINTS).max(1);
-    let between = run.recording.wheels.iter().step_by(every).map(|it| Sight {
+    let between = run.recording.wheels.iter().step_by(every).map(|it| PoseMeasurement {
         t_s: it.t_s,
         position_m: None,
         heading_rad: None,
     });
-    let apart = |it: &Sight| seen.iter().all(|other| other.t_s != it.t_s);
-    let mut sights: Vec<Sight> = seen.iter().copied().chain(between.filter(apart)).collect();
-    sights.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    open_loop_as_seen(&run.motion, &sights, terms).predicted
+    let apart = |it: &PoseMeasurement| seen.iter().all(|other| other.t_s != it.t_s);
+    let mut measurements: Vec<PoseMeasurement> =
+        seen.iter().copied().chain(between.filter(apart)).collect();
+    measurements.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    open_loop_as_seen(&run.motion, &measurements, terms).predicted
 }
 
 /// Squares of one run, and of each of its drawn twins: sums and counts, place and heading.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Sums {
+struct NormalEquations {
     measured: Squares,
     drawn: Vec<Squares>,
 }
@@ -158,7 +159,7 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     let end = errors.iter().rev().find_map(|it| it.position_m);
     let measured = Squares::of(&errors);
     let thinned = thinned(track);
-    let mut random = Noise::new(index as u64 + 1);
+    let mut random = Random::new(index as u64 + 1);
     let drawn: Vec<Squares> = (0..DRAWS)
         .map(|_| {
             let twin = drawn(run, &thinned, noise, &mut random);
@@ -166,7 +167,7 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
         })
         .collect();
     let steps = &run.motion.steps;
-    let sums = Sums { measured, drawn };
+    let sums = NormalEquations { measured, drawn };
     let [position, heading] = rms(std::slice::from_ref(&&sums));
     RunCompared {
         name: run.recording.name.clone(),
@@ -187,11 +188,11 @@ pub(super) fn overall(runs: &[RunCompared]) -> [Rms; 2] {
     rms(&runs.iter().map(|it| &it.sums).collect::<Vec<_>>())
 }
 
-fn rms(runs: &[&Sums]) -> [Rms; 2] {
+fn rms(runs: &[&NormalEquations]) -> [Rms; 2] {
     core::array::from_fn(|i| {
         // Each run's twins have fewer measurements than itself, so they are weighed by its own.
         let count: f64 = runs.iter().map(|it| it.measured.count[i]).sum();
-        let root = |of: &dyn Fn(&Sums) -> f64| {
+        let root = |of: &dyn Fn(&NormalEquations) -> f64| {
             let sum: f64 = runs.iter().map(|it| it.measured.count[i] * of(it)).sum();
             (sum / count.max(1.0)).sqrt()
         };
@@ -216,8 +217,8 @@ fn thinned(track: &Track) -> Track {
 }
 
 /// The same run as predicted, seen with made-up noise.
-fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut Noise) -> Track {
-    let mut sights = Vec::with_capacity(track.measured.len());
+fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut Random) -> Track {
+    let mut measurements = Vec::with_capacity(track.measured.len());
     // What dead reckoning is off by: in the fixed frame, and the heading.
     let mut off = [0.0_f64; 3];
     let mut wobble = [(); 3].map(|()| random.normal());
@@ -225,7 +226,8 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut N
     let turned_rad = noise.heading_offset_rad * random.normal();
     let late_s = noise.clock_offset_s * random.normal();
     let mut before: Option<(Pose, usize, f64)> = None;
-    for ((sight, pose), step) in track.measured.iter().zip(&track.predicted).zip(&track.step) {
+    for ((measurement, pose), step) in track.measured.iter().zip(&track.predicted).zip(&track.step)
+    {
         if let Some((from, from_step, from_s)) = before {
             let steps = &run.motion.steps[from_step..*step];
             let rolled_m: f64 = steps.iter().map(Step::rolled_m).sum();
@@ -235,11 +237,11 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut N
             off[0] += -lever_rad * (pose.y_m - from.y_m) + travel_sigma_m * random.normal();
             off[1] += lever_rad * (pose.x_m - from.x_m) + travel_sigma_m * random.normal();
             off[2] += wander_rad;
-            let fade = noise.wobble_fade(sight.t_s - from_s);
+            let fade = noise.wobble_fade(measurement.t_s - from_s);
             let fresh = (1.0 - fade * fade).sqrt();
             wobble = wobble.map(|it| fade * it + fresh * random.normal());
         }
-        before = Some((*pose, *step, sight.t_s));
+        before = Some((*pose, *step, measurement.t_s));
         let white = [noise.position_sigma_m, noise.position_sigma_m, noise.heading_sigma_rad]
             .map(|sigma| sigma * random.normal());
         let of_run = {
@@ -249,13 +251,13 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut N
         };
         let error: [f64; 3] =
             core::array::from_fn(|i| off[i] + of_run[i] + scale[i] * wobble[i] + white[i]);
-        sights.push(Sight {
-            t_s: sight.t_s,
-            position_m: sight.position_m.map(|_| [pose.x_m + error[0], pose.y_m + error[1]]),
-            heading_rad: sight.heading_rad.map(|_| pose.heading_rad + error[2]),
+        measurements.push(PoseMeasurement {
+            t_s: measurement.t_s,
+            position_m: measurement.position_m.map(|_| [pose.x_m + error[0], pose.y_m + error[1]]),
+            heading_rad: measurement.heading_rad.map(|_| pose.heading_rad + error[2]),
         });
     }
-    Track { measured: sights, predicted: track.predicted.clone(), step: track.step.clone() }
+    Track { measured: measurements, predicted: track.predicted.clone(), step: track.step.clone() }
 }
 
 pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Vec<Path> {
@@ -266,7 +268,8 @@ pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoi
         .map(|(track, run)| {
             let start = track.best_start(position_m, heading_rad).unwrap_or(Pose::ORIGIN);
             let seen = track.measured.iter().zip(&track.predicted);
-            let both = seen.filter_map(|(sight, pose)| Some((sight.position_m?, *pose)));
+            let both =
+                seen.filter_map(|(measurement, pose)| Some((measurement.position_m?, *pose)));
             let (measured_m, predicted): (Vec<_>, Vec<_>) = both.unzip();
             Path {
                 run: run.recording.name.clone(),

@@ -1,7 +1,7 @@
 //! The main finding in words: how far off, how much of it is not noise, and what it depends on.
 
-use super::Rms;
 use super::regime::{Cell, Question};
+use super::rms::Rms;
 use super::stretch::{Aspect, Drift};
 
 /// A systematic error has to be this sure to be called one.

@@ -1,6 +1,6 @@
 //! Predicted against measured: how far apart, where, and how much of it is noise.
 //!
-//! Two looks at the same thing:
+//! Two views of the same thing:
 //!
 //! - *whole runs*: the model drives each run blindly from its best start; what it is off by then, in
 //!   millimetres and milliradians, is what a user of its odometry would see ([`RunCompared`]). What noise
@@ -11,158 +11,31 @@
 //!   formula, and what is the same in all stretches of a regime is systematic.
 //!
 //! What is noise was found with every known effect free at once, so that no effect passes for noise.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `comparison.rs` | [`Comparer`]: a campaign with its noise, and [`Comparison`] with a model |
+//! | `driven.rs` | whole runs |
+//! | `stretch.rs`, `regime.rs` | stretches, and their errors by regime |
+//! | `curve.rs` | what is left against speed, heading, load and time |
+//! | `finding.rs` | the main finding |
+//! | `rms.rs` | a root mean square beside that of noise |
+//!
+//! Which effect is behind an error is not asked here: that is [`crate::explain`].
 
+pub(crate) mod comparison;
 mod curve;
 mod driven;
 mod finding;
 mod regime;
+mod rms;
 mod stretch;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
-
-pub use self::curve::{Bin, Curve};
-pub use self::driven::{Path, RunCompared};
-pub use self::regime::{Cell, Question};
-pub use self::stretch::{Aspect, Drift};
-
-use crate::aside;
-use crate::campaign::{Campaign, Prepared, PreparedRun};
-use crate::effect::{CATALOGUE, Effect};
-use crate::increment::Term;
-use crate::odometry_noise::OdometryNoise;
-use crate::recording::RecordingError;
-use crate::select::select;
-
-/// An effect at certain values of its parameters: one part of a model that is taken as it is.
-#[derive(Clone, Debug)]
-pub struct Assumed {
-    /// The effect.
-    pub effect: &'static dyn Effect,
-    /// Its parameters' values.
-    pub values: Vec<f64>,
-}
-
-/// A root mean square, beside what noise alone gives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Rms {
-    /// As measured.
-    pub rms: f64,
-    /// What noise alone gives.
-    pub noise: f64,
-    /// What noise alone stays below in 99 % of such campaigns.
-    pub noise_high: f64,
-}
-
-impl Rms {
-    /// More than noise explains.
-    pub fn beyond_noise(&self) -> bool {
-        self.rms > self.noise_high
-    }
-}
-
-/// The whole comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// The main finding, one or two sentences.
-    pub finding: String,
-    /// Distance between predicted and measured places, over all runs but those kept aside \[m\].
-    pub position_m: Rms,
-    /// Between headings \[rad\].
-    pub heading_rad: Rms,
-    /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
-    pub aside: Option<[Rms; 2]>,
-    /// Each run; those kept aside come last.
-    pub runs: Vec<RunCompared>,
-    /// By what the error was asked to depend on; each with its cells.
-    pub regimes: Vec<Question>,
-}
-
-/// A campaign with its noise, ready to be compared with any model.
-#[derive(Debug)]
-pub struct Comparer {
-    prepared: Prepared,
-    /// The runs kept aside.
-    aside: Prepared,
-    noise: OdometryNoise,
-}
-
-impl Comparer {
-    /// Finds out what is noise: what is left over with all of the catalogue and of these that `explain` believes in.
-    pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
-        let prepared = campaign.prepare()?;
-        let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
-        let effects: Vec<&dyn Effect> = effects.iter().map(|it| *it as _).collect();
-        let noise = select(&prepared, &effects).fitted.noise;
-        Ok(Self::of(prepared, noise))
-    }
-
-    /// Takes this for noise.
-    pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
-        Ok(Self::of(campaign.prepare()?, noise))
-    }
-
-    fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {
-        let mut aside = aside::only(&prepared);
-        prepared.runs.iter_mut().chain(&mut aside.runs).for_each(tell_headings);
-        Self { prepared, aside, noise }
-    }
-
-    /// What is noise.
-    pub fn noise(&self) -> &OdometryNoise {
-        &self.noise
-    }
-
-    /// Compares this model with the campaign.
-    pub fn compare(&self, model: &[Assumed]) -> Comparison {
-        let terms = terms(model);
-        let mut runs = driven::runs(0, &self.prepared, &terms, &self.noise);
-        let [position_m, heading_rad] = driven::overall(&runs);
-        let apart = driven::runs(runs.len(), &self.aside, &terms, &self.noise);
-        let aside = (!apart.is_empty()).then(|| driven::overall(&apart));
-        runs.extend(apart);
-        let regimes = regime::questions(&self.prepared, &terms, &self.noise);
-        let finding = finding::sentence(model.is_empty(), &position_m, &heading_rad, &regimes);
-        Comparison { finding, position_m, heading_rad, aside, runs, regimes }
-    }
-
-    /// Where the model says that each run went, beside where it was seen to go; those kept aside last.
-    pub fn paths(&self, model: &[Assumed]) -> Vec<Path> {
-        let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
-        [paths(&self.prepared), paths(&self.aside)].concat()
-    }
-
-    /// What the model leaves, against everything it might depend on.
-    pub fn curves(&self, model: &[Assumed]) -> Vec<Curve> {
-        curve::curves(&self.prepared, &terms(model), &self.noise)
-    }
-
-    /// What an effect does in these runs in all, in one plain number: "8.1 mrad of turn per metre".
-    pub fn combination(&self, effect: &Assumed) -> Option<String> {
-        crate::combination::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
-    }
-}
-
-/// Tells each step the heading that was measured last before it, carried on by the wheels.
-fn tell_headings(run: &mut PreparedRun) {
-    let mut sights = run.recording.sights.iter().filter_map(|it| Some((it.t_s, it.heading_rad?)));
-    let mut next = sights.next();
-    let mut heading_rad = next.map_or(0.0, |(_, heading_rad)| heading_rad);
-    let mut now_s = run.motion.start_s;
-    for step in &mut run.motion.steps {
-        while let Some((_, measured)) = next.filter(|(t_s, _)| *t_s <= now_s) {
-            heading_rad = measured;
-            next = sights.next();
-        }
-        let turn_rad = step.turn_rad();
-        step.heading_rad = heading_rad + turn_rad / 2.0;
-        heading_rad += turn_rad;
-        now_s += step.dt_s;
-    }
-}
-
-fn terms(model: &[Assumed]) -> Vec<Term<'static>> {
-    let term = |it: &Assumed| Term { effect: it.effect, values: it.values.clone(), column: None };
-    model.iter().map(term).collect()
-}
+pub use comparison::{Assumed, Comparer, Comparison};
+pub use curve::{Bin, Curve};
+pub use driven::{Path, RunCompared};
+pub use regime::{Cell, Question};
+pub use rms::Rms;
+pub use stretch::{Aspect, Drift};

@@ -4,13 +4,13 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::Serialize;
 
-use super::Rms;
+use super::rms::Rms;
 use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
-use crate::campaign::{Prepared, PreparedRun};
-use crate::increment::Term;
-use crate::motion::Step;
-use crate::odometry_noise::OdometryNoise;
-use crate::tail::chi_squared;
+use crate::effect::composition::Term;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::numeric::distributions::chi_squared;
+use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::motion::Step;
 
 /// Slower than this is rest \[m/s, of a rim\].
 const MOVING_MPS: f64 = 0.01;
@@ -167,10 +167,10 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
     let top = fastest.iter().copied().fold(0.0, f64::max);
     let slow_and_fast = quantile_edges(prepared);
     let edges = slow_and_fast.clone();
-    let quarter = |angle_rad: f64| {
+    let facing = |angle_rad: f64| {
         ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
     };
-    let eighth =
+    let quadrant =
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
     let of = |name, names: &[&str], of: Sorter<'static>| Labels {
         name,
@@ -232,21 +232,21 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
             name: "heading",
             names: ["0 deg", "90 deg", "180 deg", "270 deg"].map(|it| format!("round {it}")).into(),
             of: Box::new(move |_, step| {
-                (moving(step) && path_of(step) < 2).then(|| quarter(step.heading_rad))
+                (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
             }),
         },
         Labels {
             name: "left wheel's angle",
             names: quarters(""),
             of: Box::new(move |_, step| {
-                moving(step).then(|| eighth(step.phi_rad.left + step.dphi_rad.left / 2.0))
+                moving(step).then(|| quadrant(step.phi_rad.left + step.dphi_rad.left / 2.0))
             }),
         },
         Labels {
             name: "right wheel's angle",
             names: quarters(""),
             of: Box::new(move |_, step| {
-                moving(step).then(|| eighth(step.phi_rad.right + step.dphi_rad.right / 2.0))
+                moving(step).then(|| quadrant(step.phi_rad.right + step.dphi_rad.right / 2.0))
             }),
         },
     ]

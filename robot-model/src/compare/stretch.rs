@@ -14,14 +14,14 @@
 
 use serde::Serialize;
 
-use crate::campaign::{Prepared, PreparedRun};
-use crate::increment::Term;
-use crate::motion::Step;
-use crate::odometry_noise::OdometryNoise;
-use crate::parallel;
-use crate::path::Pose;
-use crate::predict::{Track, open_loop_as_seen};
-use crate::recording::wrap;
+use crate::effect::composition::Term;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::estimation::predict::{Track, open_loop_as_seen};
+use crate::kinematics::pose::Pose;
+use crate::numeric::angle::wrap;
+use crate::numeric::parallel;
+use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::motion::Step;
 
 /// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
 const ROLLED_MAX_M: f64 = 0.5;
@@ -79,7 +79,7 @@ impl Drift {
 /// The predicted track of each run, from a start with the heading that was measured.
 pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
     parallel::map(&prepared.runs, |run| {
-        open_loop_as_seen(&run.motion, &run.recording.sights, terms)
+        open_loop_as_seen(&run.motion, &run.recording.measured_poses, terms)
     })
 }
 

@@ -1,5 +1,8 @@
+//! Comparisons of known robots with known models.
+
 use super::*;
-use crate::synthetic::{campaign, full_plan, part_of_plan, term};
+use crate::effect::composition::Term;
+use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
 fn compared(truth: &[Term<'static>], model: &[Assumed], seed: u64) -> Comparison {
     let runs = campaign(&full_plan(), truth, seed);
@@ -96,8 +99,8 @@ fn what_a_class_has_in_common_is_one_plain_number() {
 #[test]
 fn runs_without_headings_or_places_are_compared_as_far_as_they_go() {
     let mut runs = campaign(&part_of_plan(&["square"]), &[], 3);
-    runs.runs[0].sights.iter_mut().for_each(|it| it.heading_rad = None);
-    runs.runs[1].sights.clear();
+    runs.runs[0].measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+    runs.runs[1].measured_poses.clear();
     let it = Comparer::new(&runs, &[]).unwrap().compare(&[]);
     assert!(it.runs[0].position_m.is_some() && it.runs[0].heading_rad.is_none());
     assert!(it.runs[1].position_m.is_none() && it.runs[1].end_m.is_none());

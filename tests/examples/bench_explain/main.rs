@@ -7,12 +7,12 @@ use std::fmt::Write;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use robot_model::campaign::Campaign;
 use robot_model::effect::{Effect, find};
 use robot_model::explain::explain;
-use robot_model::model::fit;
-use robot_model::path::Pose;
-use robot_model::plan::{Drive, Piece, drive};
+use robot_model::explain::model::fit;
+use robot_model::kinematics::Pose;
+use robot_model::recording::Campaign;
+use robot_model::recording::{Drive, Piece, drive};
 use robot_model::recording::{Recording, Robot};
 
 /// The bars: seconds and megabytes of 12 runs of 2000 samples, on two cores.
@@ -106,7 +106,7 @@ fn campaign(samples: usize) -> Campaign {
         square(FRAC_PI_2),
         square(-FRAC_PI_2),
     ];
-    let settings = Drive { sample_s: 0.02, samples_per_sight: 1, ..Drive::USUAL };
+    let settings = Drive { sample_s: 0.02, samples_per_pose: 1, ..Drive::USUAL };
     let runs = plans
         .into_iter()
         .enumerate()
@@ -115,7 +115,7 @@ fn campaign(samples: usize) -> Campaign {
             let often = samples.div_ceil(once).max(1);
             let mut run = drive(&ROBOT, &format!("{index:02}"), &pieces.repeat(often), &settings);
             run.wheels.truncate(samples);
-            run.sights.truncate(samples);
+            run.measured_poses.truncate(samples);
             seen(&mut run, index as u64 + 1);
             run
         })
@@ -129,7 +129,7 @@ fn seen(run: &mut Recording, seed: u64) {
     let [rho, scale, delta] = TRUTH;
     let mut pose = Pose::new(0.1, -0.2, 0.4 * seed as f64);
     let mut before = run.wheels[0];
-    for (wheel, sight) in run.wheels.iter().zip(&mut run.sights) {
+    for (wheel, sight) in run.wheels.iter().zip(&mut run.measured_poses) {
         let dphi = before.phi_rad.zip(wheel.phi_rad).map(|(a, b)| b - a);
         let radius_m = ROBOT.wheel_radius_m * (1.0 + scale);
         let left_m = radius_m * (1.0 - rho / 2.0) * dphi.left;
@@ -201,7 +201,7 @@ fn beside_scipy() {
 fn scipy(campaign: &Campaign) -> Result<(f64, Vec<f64>), String> {
     let mut table = "run,phi_left_rad,phi_right_rad,x_m,y_m,heading_rad\n".to_owned();
     for (index, run) in campaign.runs.iter().enumerate() {
-        for (wheel, sight) in run.wheels.iter().zip(&run.sights) {
+        for (wheel, sight) in run.wheels.iter().zip(&run.measured_poses) {
             let [x_m, y_m] = sight.position_m.unwrap_or_default();
             let heading_rad = sight.heading_rad.unwrap_or_default();
             let phi = wheel.phi_rad;

@@ -10,7 +10,7 @@ mod user;
 
 use campaign::plan::run_kinds::runs_of;
 use campaign::plan::{CampaignPlan, PlanSettings};
-use robot_model::answer::{Answer, ParameterFound, StepFound};
+use robot_model::explain::{Answer, ParameterFound, StepFound};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 

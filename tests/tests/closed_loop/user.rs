@@ -13,7 +13,7 @@ use host_cli::error::Result;
 use host_cli::survey::samples::columns;
 use host_cli::survey::{RecordSettings, Step, Witness, record_campaign};
 use host_link::session::Session;
-use robot_model::answer::Answer;
+use robot_model::explain::Answer;
 use robot_model::explain::explain;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 use tempfile::TempDir;

@@ -1,6 +1,6 @@
 //! What to do next: never what has just been done.
 
-use robot_model::Source;
+use robot_model::calibration::Source;
 
 use crate::calibrate::Outcome;
 use crate::cli::{CalibrateArgs, Common, Measure};

@@ -6,10 +6,10 @@
 //!
 //! beta \[rad\] is the whole play, at the wheel; each wheel has its own. The lag is engaged in the direction of the first motion.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
-use crate::sides::Sides;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::kinematics::wheel_pair::WheelPair;
 
 /// Play between the encoder and the ground.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl Effect for Backlash {
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
         let state = step.dphi_rad.zip(memory.wheel);
         let play = state
-            .zip(Sides::new(p[0], p[1]))
+            .zip(WheelPair::new(p[0], p[1]))
             .map(|((dphi, share), beta)| engage(beta, dphi, share));
         memory.wheel = play.map(|(share, _)| share);
         Change { angle_rad: play.map(|(_, angle)| angle), ..Change::NONE }

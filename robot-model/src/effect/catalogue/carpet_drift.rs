@@ -6,9 +6,9 @@
 //!
 //! d: metres for each metre travelled, in the fixed frame; no turn.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// The pile of a carpet carries the robot along.
 #[derive(Debug)]

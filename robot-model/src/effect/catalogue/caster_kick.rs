@@ -7,9 +7,10 @@
 //! A \[rad\] is the whole turn of one swing, left positive, of a reversal to forwards; l \[m\] its length.
 //! The step's integral is exact: A (exp(-s0/l) - exp(-s1/l)), with the sign of ds.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Survey};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
 
 /// The caster swings round after a reversal.
 #[derive(Debug)]

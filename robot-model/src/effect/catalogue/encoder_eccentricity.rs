@@ -10,9 +10,9 @@
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
 use super::wheel_eccentricity::once_per_turn;
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// An encoder is mounted off its centre.
 #[derive(Debug)]

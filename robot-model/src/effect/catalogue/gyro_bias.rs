@@ -6,8 +6,8 @@
 //!
 //! bias \[rad/s\], counter-clockwise positive.
 
-use super::{ActsOn, Effect, Facts, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::effect::definition::{ActsOn, Effect, Facts, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The yaw rate sensor is off at rest.
 #[derive(Debug)]

@@ -6,8 +6,8 @@
 //!
 //! k > 0: it shows too much.
 
-use super::{ActsOn, Effect, Facts, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::effect::definition::{ActsOn, Effect, Facts, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The yaw rate sensor shows too much or too little.
 #[derive(Debug)]

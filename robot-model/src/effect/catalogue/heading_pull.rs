@@ -6,9 +6,9 @@
 //!
 //! c \[rad/m\] > 0: to the left, forwards and backwards.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// Something pulls the robot to one side.
 #[derive(Debug)]

@@ -6,9 +6,10 @@
 //!
 //! k > 0: the wheel turned further than was counted; w0 \[rad/s\] is the rate above which it happens.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role, Survey};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
 
 /// Fast edges are missed by the counter.
 #[derive(Debug)]

@@ -6,8 +6,8 @@
 //!
 //! l_x \[m\] ahead, l_y \[m\] to the left.
 
-use super::{ActsOn, Effect, Facts, Parameter, View};
-use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::effect::definition::{ActsOn, Effect, Facts, Parameter, View};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The marker does not sit in the middle between the wheels.
 #[derive(Debug)]

@@ -6,8 +6,8 @@
 //!
 //! tau \[s\] > 0: late; < 0: the encoders are late.
 
-use super::{ActsOn, Effect, Facts, Parameter, View};
-use crate::jet::{Jet, PARAMETERS_MAX};
+use crate::effect::definition::{ActsOn, Effect, Facts, Parameter, View};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The measured pose is old.
 #[derive(Debug)]

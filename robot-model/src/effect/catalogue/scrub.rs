@@ -7,9 +7,9 @@
 //! chi is 0 on a straight, 1 in a spin; at rest, where it is neither, it is taken as 0.
 //! k > 0: the tighter the turn, the less the robot turns of what its encoders say.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// Turning on the spot drags the tyres sideways.
 #[derive(Debug)]

@@ -6,9 +6,9 @@
 //!
 //! k \[s\] > 0: to the outside of the turn.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// Side forces in turns push the robot outwards.
 #[derive(Debug)]

@@ -8,9 +8,10 @@
 //! k \[rad/m\] is the turn towards the direction beta for each metre, l \[m\] the creep for each such turn:
 //! d = k l is the creep for each metre.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter, Survey};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
 
 /// The floor is not level.
 #[derive(Debug)]

@@ -7,9 +7,9 @@
 //! k \[s^2/m^2\] > 0: further at speed. v_i is the speed of the wheel's own rim: it is its spin that makes
 //! a wheel grow.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// Wheels grow with speed.
 #[derive(Debug)]

@@ -6,10 +6,10 @@
 //!
 //! k \[1/s\] > 0: growing.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
-use crate::sides::Sides;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::kinematics::wheel_pair::WheelPair;
 
 /// Wheels grow as they warm.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl Effect for ThermalDrift {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        Change { travel: Sides::both(p[0] * step.clock_s), ..Change::NONE }
+        Change { travel: WheelPair::both(p[0] * step.clock_s), ..Change::NONE }
     }
 }
 

@@ -6,9 +6,9 @@
 //!
 //! c \[s^2/m\] > 0: less travel than counted when accelerating, more when braking.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// Driving forces make the tyres slip.
 #[derive(Debug)]

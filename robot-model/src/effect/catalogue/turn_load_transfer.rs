@@ -6,9 +6,9 @@
 //!
 //! k \[s^2/m^2\] > 0: the robot turns less the faster it goes.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 /// In fast turns the outer wheel carries more.
 #[derive(Debug)]

@@ -9,11 +9,11 @@
 //! at phi_i = 0: c_i = e/R sin alpha, s_i = -e/R cos alpha.
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
-use crate::path::sinc;
-use crate::sides::Sides;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::numeric::angle::sinc;
+use crate::kinematics::wheel_pair::WheelPair;
 
 /// A wheel is mounted off its centre.
 #[derive(Debug)]
@@ -48,7 +48,7 @@ static FACTS: Facts = Facts {
 /// A ripple of each wheel's travel once per turn of what turns so many times as often as the wheel.
 pub(super) fn once_per_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, often: f64) -> Change {
     let turned = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| (phi * often, dphi * often));
-    let travel = Sides::new(
+    let travel = WheelPair::new(
         mean_over_step(p[0], p[1], turned.left.0, turned.left.1),
         mean_over_step(p[2], p[3], turned.right.0, turned.right.1),
     );

@@ -6,10 +6,10 @@
 //!
 //! rho > 0: the right wheel is the larger one, so that equal turns curve to the left.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
-use crate::sides::Sides;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::kinematics::wheel_pair::WheelPair;
 
 /// One wheel is larger than the other.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl Effect for WheelRadiusRatio {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
-        Change { travel: Sides::new(p[0] * -0.5, p[0] * 0.5), ..Change::NONE }
+        Change { travel: WheelPair::new(p[0] * -0.5, p[0] * 0.5), ..Change::NONE }
     }
 }
 

@@ -6,10 +6,10 @@
 //!
 //! s > 0: the robot goes further than its encoders say.
 
-use super::{ActsOn, Change, Effect, Facts, Memory, Parameter};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
-use crate::sides::Sides;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::kinematics::wheel_pair::WheelPair;
 
 /// Both wheels are larger than their data sheet says.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl Effect for WheelRadiusScale {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
-        Change { travel: Sides::both(p[0]), ..Change::NONE }
+        Change { travel: WheelPair::both(p[0]), ..Change::NONE }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The value of an expression in a step, with its exact derivatives by the parameters.
 
-use super::parse::{Function, Node, Operator, Tree, Variable};
-use crate::jet::{Jet, PARAMETERS_MAX};
-use crate::motion::Step;
+use super::tree::{Function, Node, Operator, Tree, Variable};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
 
 impl Variable {
     fn value(self, step: &Step) -> f64 {

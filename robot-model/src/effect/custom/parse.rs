@@ -12,83 +12,15 @@
 
 use core::ops::Range;
 
-use super::unit::Unit;
-use super::{CustomError, Part};
-use crate::jet::PARAMETERS_MAX;
+use super::error::{CustomError, Part};
+use super::tree::{Function, Node, Operator, Tree, Variable};
+use super::unit::{HINT, Unit};
+use crate::numeric::jet::PARAMETERS_MAX;
 
 /// Deepest nesting: nobody writes more, and no text can exhaust the stack.
 const DEPTH_MAX: usize = 64;
 /// Most numbers, names and operators: a sum of so many terms is a tree as deep.
 const NODES_MAX: usize = 1000;
-
-/// A node and where it stands, in bytes.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tree {
-    pub node: Node,
-    pub at: Range<usize>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Node {
-    Number(f64, Unit),
-    Variable(Variable),
-    Parameter(usize),
-    Negative(Box<Tree>),
-    Binary(Operator, Box<Tree>, Box<Tree>),
-    Call(Function, Vec<Tree>),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Operator {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Power,
-}
-
-macro_rules! names {
-    ($(#[$doc:meta])* $kind:ident { $($variant:ident = $name:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub(super) enum $kind { $($variant),* }
-
-        impl $kind {
-            pub const NAMES: &[&str] = &[$($name),*];
-
-            fn named(name: &str) -> Option<Self> {
-                match name { $($name => Some(Self::$variant),)* _ => None }
-            }
-        }
-    };
-}
-
-names! {
-    /// What a step tells.
-    Variable {
-        V = "v", Omega = "omega", VLeft = "v_left", VRight = "v_right", A = "a", ALeft = "a_left",
-        ARight = "a_right", Theta = "theta", PhiLeft = "phi_left", PhiRight = "phi_right", S = "s",
-        T = "t", TRun = "t_run", Payload = "payload",
-    }
-}
-
-names! {
-    /// What can be computed.
-    Function {
-        Sin = "sin", Cos = "cos", Tan = "tan", Exp = "exp", Ln = "ln", Sqrt = "sqrt", Tanh = "tanh",
-        Abs = "abs", Sign = "sign", Min = "min", Max = "max",
-    }
-}
-
-impl Function {
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
-    fn arguments(self) -> usize {
-        if matches!(self, Self::Min | Self::Max) { 2 } else { 1 }
-    }
-}
 
 /// Reads the right-hand side; the parameters' names come in the order in which they appear.
 pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
@@ -102,13 +34,6 @@ pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
             let problem = format!("`{c}` cannot stand here");
             Err(parser.error(&problem, "an operator was expected: + - * / ^"))
         }
-    }
-}
-
-impl super::Custom {
-    /// The names of its parameters, in the order in which they appear.
-    pub fn parameters(&self) -> Result<Vec<String>, CustomError> {
-        Ok(parse(&self.expression)?.1)
     }
 }
 
@@ -268,7 +193,7 @@ impl<'t> Parser<'t> {
             let inside = &self.rest()[1..length];
             self.at += length + 1;
             unit = Unit::parse(inside).map_err(|problem| {
-                CustomError::new(Part::Expression, opened..self.at, &problem, super::unit::HINT)
+                CustomError::new(Part::Expression, opened..self.at, &problem, HINT)
             })?;
         } else if self.rest().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             return Err(self.error("a factor without its operator", "multiply with *: 2*v"));

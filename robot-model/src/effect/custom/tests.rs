@@ -1,7 +1,12 @@
+use super::analysis::probes;
 use super::*;
-use crate::explain::explain_by;
-use crate::synthetic::{campaign, full_plan, term};
-use crate::{effect::CATALOGUE, model};
+use crate::effect::CATALOGUE;
+use crate::effect::definition::{Effect, Memory, Role};
+use crate::explain::explanation::explain_by;
+use crate::explain::model;
+use crate::kinematics::WheelPair;
+use crate::numeric::Jet;
+use crate::tests::synthetic::{campaign, full_plan, term};
 
 fn built(equation: &str) -> &'static CustomEffect {
     Custom::from_equation(equation).unwrap().build().unwrap()
@@ -188,7 +193,7 @@ fn at_zero_it_is_the_identity() {
     for step in probes() {
         let zero = effect.act(&Jet::parameters(&[0.0, 0.0]), &step, &mut Memory::default());
         let value = |it: Jet| it.value;
-        assert_eq!(zero.angle_rad.map(value), Sides::both(0.0));
+        assert_eq!(zero.angle_rad.map(value), WheelPair::both(0.0));
     }
 }
 
@@ -201,7 +206,8 @@ fn what_a_built_in_effect_does_an_expression_does_too() {
     let (a, b) = (&own.effects[0].parameters[0], &built_in.effects[0].parameters[0]);
     // v omega dt by smoothed speeds, against v dtheta by counts: the difference is far below sigma.
     assert!((a.value - b.value).abs() < b.sigma && (a.sigma / b.sigma - 1.0).abs() < 0.05);
-    let close = own.errors.heldout.position_rms_m / built_in.errors.heldout.position_rms_m;
+    let close =
+        own.errors.cross_validated.position_rms_m / built_in.errors.cross_validated.position_rms_m;
     assert!((close - 1.0).abs() < 0.01, "{close}");
 }
 

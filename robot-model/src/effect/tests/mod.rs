@@ -4,8 +4,12 @@ mod signs;
 mod units;
 
 use super::*;
-use crate::increment::{Composer, Term};
-use crate::synthetic::ROBOT;
+use crate::effect::composition::{Composer, Term};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
+use crate::tests::synthetic::ROBOT;
 
 /// Steps of some motion: forward, back, in curves, on the spot, at rest.
 fn steps() -> Vec<Step> {
@@ -19,12 +23,12 @@ fn steps() -> Vec<Step> {
         (-0.2, -0.25, -0.6),
         (0.4, 0.41, 0.1),
     ];
-    let mut phi_rad = Sides::new(0.3, -0.8);
+    let mut phi_rad = WheelPair::new(0.3, -0.8);
     let mut path_m = 0.0;
     let mut steps = Vec::new();
     for (k, (left, right, accel)) in wheels.into_iter().enumerate() {
         let dt_s = 0.02;
-        let speed = Sides::new(left, right);
+        let speed = WheelPair::new(left, right);
         let dphi_rad = speed.map(|it| it * dt_s / ROBOT.wheel_radius_m);
         let step = Step {
             t_s: k as f64 * dt_s,
@@ -33,7 +37,7 @@ fn steps() -> Vec<Step> {
             phi_rad,
             dphi_rad,
             wheel_speed_mps: speed,
-            wheel_accel_mps2: Sides::new(accel, 0.7 * accel),
+            wheel_accel_mps2: WheelPair::new(accel, 0.7 * accel),
             path_m,
             since_reversal_m: (k > 2).then_some(0.01 * k as f64),
             payload_kg: 2.0,
@@ -145,7 +149,7 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
         .iter()
         .map(|it| Term { effect: *it, values: typical(*it), column: None })
         .collect();
-    let columns = crate::evidence::number_columns(&mut terms);
+    let columns = crate::estimation::normal_equations::number_columns(&mut terms);
     let numbers = |terms: &[Term<'_>]| -> Vec<[f64; 5]> {
         let mut composer = Composer::new(terms, columns);
         let steps = steps();

@@ -3,20 +3,20 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::*;
-use crate::path::Pose;
+use crate::kinematics::pose::Pose;
 
 /// The pose that a second of a steady motion leads to, with one effect.
 fn after_a_second(id: &str, values: &[f64], left_mps: f64, right_mps: f64) -> Pose {
     let terms = [Term { effect: find(id).unwrap(), values: values.into(), column: None }];
     let mut composer = Composer::new(&terms, 0);
     let mut pose = Pose::ORIGIN;
-    let speed = Sides::new(left_mps, right_mps);
+    let speed = WheelPair::new(left_mps, right_mps);
     for k in 0..100 {
         let step = Step {
             dt_s: 0.01,
             dphi_rad: speed.map(|it| 0.01 * it / ROBOT.wheel_radius_m),
             wheel_speed_mps: speed,
-            wheel_accel_mps2: Sides::both(0.5),
+            wheel_accel_mps2: WheelPair::both(0.5),
             since_reversal_m: Some(0.0001 * f64::from(k)),
             clock_s: 1000.0,
             payload_kg: 2.0,
@@ -26,7 +26,8 @@ fn after_a_second(id: &str, values: &[f64], left_mps: f64, right_mps: f64) -> Po
             gear_reduction: 1.0,
             ..Step::default()
         };
-        pose = crate::whiten::Move::new(pose, &composer.step(&step), 1.0).pose;
+        pose =
+            crate::estimation::transition::Transition::new(pose, &composer.step(&step), 1.0).pose;
     }
     pose
 }
@@ -170,7 +171,7 @@ fn signs_and_sizes_are_those_that_the_descriptions_promise() {
 /// Twenty centimetres after a reversal all of the swing has been made.
 fn whole_swing(id: &str) -> bool {
     let step = Step {
-        dphi_rad: Sides::both(0.2 / ROBOT.wheel_radius_m),
+        dphi_rad: WheelPair::both(0.2 / ROBOT.wheel_radius_m),
         since_reversal_m: Some(0.0),
         wheel_radius_m: ROBOT.wheel_radius_m,
         ..Step::default()
@@ -185,7 +186,7 @@ fn backlash_takes_its_play_at_each_reversal() -> bool {
     let p = Jet::parameters(&[beta, 0.01]);
     let mut memory = Memory::default();
     let mut lost = |dphi: f64, steps: usize| -> f64 {
-        let step = Step { dphi_rad: Sides::both(dphi), ..Step::default() };
+        let step = Step { dphi_rad: WheelPair::both(dphi), ..Step::default() };
         (0..steps).map(|_| effect.act(&p, &step, &mut memory).angle_rad.left.value).sum()
     };
     // Engaged from the start; backwards the ground stays ahead by the play, and forwards behind.
@@ -196,15 +197,21 @@ fn backlash_takes_its_play_at_each_reversal() -> bool {
 }
 
 /// Travel of each wheel since angle zero, after each of so many steps \[m\].
-fn travels(id: &str, values: &[f64], gear: f64, dphi_rad: f64, steps: usize) -> Vec<Sides<f64>> {
+fn travels(
+    id: &str,
+    values: &[f64],
+    gear: f64,
+    dphi_rad: f64,
+    steps: usize,
+) -> Vec<WheelPair<f64>> {
     let terms = [Term { effect: find(id).unwrap(), values: values.into(), column: None }];
     let mut composer = Composer::new(&terms, 0);
-    let (mut phi, mut sum) = (0.0, Sides::both(0.0));
+    let (mut phi, mut sum) = (0.0, WheelPair::both(0.0));
     (0..steps)
         .map(|_| {
             let step = Step {
-                phi_rad: Sides::both(phi),
-                dphi_rad: Sides::both(dphi_rad),
+                phi_rad: WheelPair::both(phi),
+                dphi_rad: WheelPair::both(dphi_rad),
                 wheel_radius_m: ROBOT.wheel_radius_m,
                 track_width_m: ROBOT.track_width_m,
                 gear_reduction: gear,
@@ -213,14 +220,14 @@ fn travels(id: &str, values: &[f64], gear: f64, dphi_rad: f64, steps: usize) -> 
             phi += dphi_rad;
             let it = composer.step(&step);
             let half_m = it.turn_rad * ROBOT.track_width_m / 2.0;
-            sum = Sides::new(sum.left + it.travel_m - half_m, sum.right + it.travel_m + half_m);
+            sum = WheelPair::new(sum.left + it.travel_m - half_m, sum.right + it.travel_m + half_m);
             sum
         })
         .collect()
 }
 
 /// Travel of each wheel over the first 0.3 rad, of nominal.
-fn first_degrees(id: &str, values: &[f64]) -> Sides<f64> {
+fn first_degrees(id: &str, values: &[f64]) -> WheelPair<f64> {
     let travel = travels(id, values, 1.0, 0.3, 1)[0];
     // To the last digits, which sums and differences of both wheels cost.
     travel.map(|it| (it / (0.3 * ROBOT.wheel_radius_m) * 1e12).round() / 1e12)

@@ -8,8 +8,8 @@
 //! figures of the tests of signs find it.
 
 use super::*;
+use crate::effect::composition::Increment;
 use crate::effect::custom::dimensions;
-use crate::increment::Increment;
 
 /// How many of the new unit make one of the old: metre, second, kilogram.
 type Scale = [f64; 3];
@@ -148,7 +148,7 @@ impl Effect for HiddenMinute {
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
         let share = step.clock_s / (step.clock_s + 60.0);
-        Change { travel: Sides::both(p[0] * share), ..Change::NONE }
+        Change { travel: WheelPair::both(p[0] * share), ..Change::NONE }
     }
 }
 

@@ -1,0 +1,233 @@
+//! Equations (1) and (2): radius and pull from two angles.
+
+use core::fmt;
+
+use crate::calibration::wheel_weight::error::WheelWeightError;
+use crate::kinematics::geometry::Geometry;
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::distributions::SIGMAS_95;
+
+/// One of the two runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Deviation angle over the run, **clockwise positive** \[rad\].
+    pub alpha_rad: f64,
+    /// Its standard uncertainty, without the tolerances of the nominal robot \[rad\].
+    pub alpha_sigma_rad: f64,
+    /// How far the wheels turned; negative angles backwards. Where a track shows how long the way
+    /// was, as far as wheels of the nominal radius would have turned for it.
+    pub turns: WheelPair<f64>,
+}
+
+/// What the two runs' angles have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shared {
+    /// Covariance of the two alphas \[rad^2\].
+    pub alpha_covariance_rad2: f64,
+    /// How the runs were measured.
+    pub measured_by: MeasuredBy,
+}
+
+impl Shared {
+    /// Two tracks, each measured for itself.
+    pub const TRACKS: Self = Self { alpha_covariance_rad2: 0.0, measured_by: MeasuredBy::Track };
+}
+
+/// How a run was measured, which says how a wrong wheel radius comes in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasuredBy {
+    /// A track: the turn and the length of the way.
+    Track,
+    /// The turn alone; the length is the nominal one.
+    Angle,
+    /// An offset from the line, made an angle by the nominal length.
+    Offset,
+}
+
+impl MeasuredBy {
+    /// n of (2).
+    const fn radius_power(self) -> f64 {
+        match self {
+            Self::Track => 0.0,
+            Self::Angle => 1.0,
+            Self::Offset => 2.0,
+        }
+    }
+}
+
+/// What bends the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The curvature flips: unequal radii, and nothing else beyond noise.
+    Radius,
+    /// The curvature does not flip: a pull.
+    Pull,
+    /// There are both.
+    Both,
+    /// Neither is beyond noise.
+    Neither,
+}
+
+impl Verdict {
+    /// The sentence to print.
+    pub const fn sentence(self) -> &'static str {
+        match self {
+            Self::Radius => "the curvature flips its sign on reversing: unequal radii",
+            Self::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
+            Self::Both => {
+                "the curvature changes on reversing but does not just flip: unequal radii and a pull"
+            }
+            Self::Neither => "neither unequal radii nor a pull stands out from the noise",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.sentence())
+    }
+}
+
+/// What two runs say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutAndBack {
+    /// W_T from the part that flips.
+    pub wheel_weight: f64,
+    /// Its standard uncertainty.
+    pub wheel_weight_sigma: f64,
+    /// The part of the forward run's alpha that flips, A \[rad\], clockwise positive.
+    pub radius_alpha_rad: f64,
+    /// Its standard uncertainty \[rad\].
+    pub radius_alpha_sigma_rad: f64,
+    /// The part that does not flip, per metre driven \[rad/m\], clockwise positive.
+    pub pull_rad_per_m: f64,
+    /// Its standard uncertainty \[rad/m\].
+    pub pull_sigma_rad_per_m: f64,
+    /// The way back's alpha as measured \[rad\], clockwise positive.
+    pub back_alpha_rad: f64,
+    /// Which of the two stands out.
+    pub verdict: Verdict,
+}
+
+impl OutAndBack {
+    /// Separates radius from pull.
+    pub fn new(
+        forward: Leg,
+        backward: Leg,
+        shared: Shared,
+        geometry: &Geometry,
+    ) -> Result<Self, OutAndBackError> {
+        let legs = [forward, backward];
+        if !legs.iter().all(Leg::is_sound) || !shared.alpha_covariance_rad2.is_finite() {
+            return Err(OutAndBackError::BadNumber);
+        }
+        let radius_m = geometry.wheel_radius_m;
+        let same_way = forward.turns.left * backward.turns.left >= 0.0
+            || legs.iter().any(|leg| leg.turns.left * leg.turns.right <= 0.0);
+        if same_way {
+            return Err(OutAndBackError::SameDirection);
+        }
+
+        // (1) as  q W_T - |s| p = c  with  q = R_L phi_R / b,  c = R_L phi_L / b - alpha.
+        let q = legs.map(|leg| radius_m * leg.turns.right / geometry.track_width_m);
+        let c = legs.map(|leg| radius_m * leg.turns.left / geometry.track_width_m - leg.alpha_rad);
+        let s_m = legs.map(|leg| {
+            (radius_m * leg.turns.left - geometry.track_width_m * leg.alpha_rad / 2.0).abs()
+        });
+        let determinant = q[1] * s_m[0] - q[0] * s_m[1];
+        let wheel_weight = (s_m[0] * c[1] - s_m[1] * c[0]) / determinant;
+        let pull_rad_per_m = (q[0] * c[1] - q[1] * c[0]) / determinant;
+
+        // A sum of both alphas, each with a weight. What the encoders round off counts as an error of
+        // alpha; the way back begins with the count at which the way out ended.
+        let rounding_rad2 =
+            (radius_m / geometry.track_width_m * geometry.rad_per_count()).powi(2) / 6.0;
+        let variance = legs.map(|leg| leg.alpha_sigma_rad.powi(2) + 2.0 * rounding_rad2);
+        let covariance = shared.alpha_covariance_rad2 - rounding_rad2;
+        let sigma_of = |out: f64, back: f64| -> f64 {
+            let square =
+                out * out * variance[0] + back * back * variance[1] + 2.0 * out * back * covariance;
+            square.max(0.0).sqrt() / determinant.abs()
+        };
+        let noise = sigma_of(s_m[1], -s_m[0]);
+        let pull_noise_rad_per_m = sigma_of(q[1], -q[0]);
+        let turns = forward.turns;
+        let radius_alpha_rad =
+            radius_m * (turns.left - wheel_weight * turns.right) / geometry.track_width_m;
+        let radius_alpha_sigma_rad = (q[0] * noise).abs();
+
+        // (2); what a wrong nominal robot does to either part is in proportion to that part, so that
+        // it cannot make one stand out.
+        let by_track = radius_alpha_rad / (radius_m * turns.right);
+        let radius_share =
+            shared.measured_by.radius_power() * geometry.wheel_radius_sigma_m / radius_m;
+        let wheel_weight_sigma = noise
+            .hypot(by_track * geometry.track_width_sigma_m)
+            .hypot(by_track * geometry.track_width_m * radius_share);
+        let pull_sigma_rad_per_m = pull_noise_rad_per_m.hypot(pull_rad_per_m * radius_share);
+
+        let radius = radius_alpha_rad.abs() > SIGMAS_95 * radius_alpha_sigma_rad;
+        let pull = pull_rad_per_m.abs() > SIGMAS_95 * pull_noise_rad_per_m;
+        Ok(Self {
+            wheel_weight,
+            wheel_weight_sigma,
+            radius_alpha_rad,
+            radius_alpha_sigma_rad,
+            pull_rad_per_m,
+            pull_sigma_rad_per_m,
+            back_alpha_rad: backward.alpha_rad,
+            verdict: match (radius, pull) {
+                (true, true) => Verdict::Both,
+                (true, false) => Verdict::Radius,
+                (false, true) => Verdict::Pull,
+                (false, false) => Verdict::Neither,
+            },
+        })
+    }
+}
+
+impl OutAndBack {
+    /// What the pull alone turns the robot by on a way of this length \[rad\], clockwise positive.
+    pub fn pull_alpha_rad(&self, length_m: f64) -> f64 {
+        self.pull_rad_per_m * length_m.abs()
+    }
+}
+
+impl Leg {
+    fn is_sound(&self) -> bool {
+        let WheelPair { left: phi_left_rad, right: phi_right_rad } = self.turns;
+        [self.alpha_rad, phi_left_rad, phi_right_rad].into_iter().all(f64::is_finite)
+            && self.alpha_sigma_rad >= 0.0
+            && self.alpha_sigma_rad.is_finite()
+    }
+}
+
+/// Why two runs cannot be separated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OutAndBackError {
+    /// Both runs went the same way.
+    SameDirection,
+    /// A number is not finite, or a sigma negative.
+    BadNumber,
+    /// One run was read by an offset, the other one by an angle.
+    Mixed,
+    /// The reading after one of the runs is none that such a run can end with.
+    Reading(WheelWeightError),
+}
+
+impl fmt::Display for OutAndBackError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SameDirection => write!(
+                f,
+                "both runs went the same way: one of them must be driven backwards, \
+                 without turning the robot"
+            ),
+            Self::BadNumber => write!(f, "an angle is not finite, or its sigma is negative"),
+            Self::Mixed => write!(f, "both runs must be read in the same way"),
+            Self::Reading(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for OutAndBackError {}

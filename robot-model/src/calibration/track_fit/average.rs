@@ -1,0 +1,81 @@
+//! One unknown, averaged over how much the robot may have wandered.
+
+use core::f64::consts::TAU;
+
+use super::wander::PIECES;
+use crate::numeric::distributions::SIGMAS_95;
+use crate::numeric::mixed_model::{MixedModel, Solution};
+
+/// An estimate averaged over the variance of the wandering.
+pub(super) struct Averaged {
+    pub(super) value: f64,
+    pub(super) sigma: f64,
+    /// The likeliest of the solutions, and the variance of a piece's turn in it.
+    pub(super) best: Solution,
+    pub(super) best_variance: f64,
+}
+
+/// Averages one unknown over the variance of the random ones, weighted by their likelihood: (7), (8).
+///
+/// `heading_sigma_rad` is the sigma of the whole run's turn without wandering. Wandering is taken to
+/// be between 1 and 128 times that, every factor of sqrt 2 as likely beforehand. Less could not be
+/// told from none by one track, so a robot that does not wander at all gets a cautious sigma.
+pub(super) fn average_over_variance(
+    model: &MixedModel,
+    heading_sigma_rad: f64,
+    unknown: usize,
+) -> Option<Averaged> {
+    // A factor of sqrt 2 in sigma is one of 2 in variance.
+    let variance =
+        |doublings: usize| heading_sigma_rad.powi(2) * 2_f64.powi(doublings as i32) / PIECES as f64;
+    let mut solutions = Vec::new();
+    for doublings in 0..=14 {
+        solutions.push(model.solve(variance(doublings))?);
+    }
+    let best = (0..solutions.len())
+        .max_by(|&a, &b| solutions[a].log_likelihood.total_cmp(&solutions[b].log_likelihood))?;
+    let top = solutions[best].log_likelihood;
+    let weights: Vec<_> = solutions.iter().map(|it| (it.log_likelihood - top).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    // Each variance's answer: its weight, value and sigma.
+    let answers: Vec<_> = solutions
+        .iter()
+        .zip(weights)
+        .map(|(it, weight)| {
+            (weight / total, it.values[unknown], it.covariance[(unknown, unknown)].sqrt())
+        })
+        .collect();
+    let value: f64 = answers.iter().map(|(weight, value, _)| weight * value).sum();
+    let widest =
+        answers.iter().fold(0.0_f64, |most, (_, it, sigma)| most.max(sigma + (it - value).abs()));
+
+    // (8): the half width outside which 5 % of the mixture lie, by halving.
+    let outside = |half: f64| -> f64 {
+        let tails = |it: f64, sigma: f64| {
+            normal_tail((half - it + value) / sigma) + normal_tail((half + it - value) / sigma)
+        };
+        answers.iter().map(|(weight, it, sigma)| weight * tails(*it, *sigma)).sum()
+    };
+    let (mut low, mut high) = (0.0, 3.0 * widest);
+    for _ in 0..50 {
+        let middle = (low + high) / 2.0;
+        if outside(middle) > 0.05 { low = middle } else { high = middle }
+    }
+    Some(Averaged {
+        value,
+        sigma: high / SIGMAS_95,
+        best_variance: variance(best),
+        best: solutions.swap_remove(best),
+    })
+}
+
+/// Probability of a normal deviate above `x`: Abramowitz and Stegun 26.2.17, good to 1e-7.
+fn normal_tail(x: f64) -> f64 {
+    if x < 0.0 {
+        return 1.0 - normal_tail(-x);
+    }
+    let t = 1.0 / (1.0 + 0.231_641_9 * x);
+    let series = [0.319_381_530, -0.356_563_782, 1.781_477_937, -1.821_255_978, 1.330_274_429];
+    let polynomial = series.iter().rev().fold(0.0, |sum, c| t * (c + sum));
+    (-x * x / 2.0).exp() / TAU.sqrt() * polynomial
+}

@@ -1,0 +1,5 @@
+//! What passes and what does not.
+
+mod end_pose;
+mod mismatch;
+mod units;

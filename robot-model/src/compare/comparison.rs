@@ -1,0 +1,134 @@
+//! A campaign with its noise, compared with a model.
+
+use serde::Serialize;
+
+use super::curve::{self, Curve};
+use super::driven::{self, Path, RunCompared};
+use super::finding;
+use super::regime::{self, Question};
+use super::rms::Rms;
+
+use crate::effect::catalogue::CATALOGUE;
+use crate::effect::composition::Term;
+use crate::effect::definition::Effect;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::explain::held_out;
+use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::run::RecordingError;
+use crate::selection::select::select;
+
+/// An effect at certain values of its parameters: one part of a model that is taken as it is.
+#[derive(Clone, Debug)]
+pub struct Assumed {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// Its parameters' values.
+    pub values: Vec<f64>,
+}
+
+/// The whole comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The main finding, one or two sentences.
+    pub finding: String,
+    /// Distance between predicted and measured places, over all runs but those kept aside \[m\].
+    pub position_m: Rms,
+    /// Between headings \[rad\].
+    pub heading_rad: Rms,
+    /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
+    #[serde(rename = "aside")]
+    pub held_out: Option<[Rms; 2]>,
+    /// Each run; those kept aside come last.
+    pub runs: Vec<RunCompared>,
+    /// By what the error was asked to depend on; each with its cells.
+    pub regimes: Vec<Question>,
+}
+
+/// A campaign with its noise, ready to be compared with any model.
+#[derive(Debug)]
+pub struct Comparer {
+    prepared: Prepared,
+    /// The runs kept aside.
+    held_out: Prepared,
+    noise: OdometryNoise,
+}
+
+impl Comparer {
+    /// Finds out what is noise: what is left over with all of the catalogue and of these that `explain` believes in.
+    pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
+        let prepared = campaign.prepare()?;
+        let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
+        let effects: Vec<&dyn Effect> = effects.iter().map(|it| *it as _).collect();
+        let noise = select(&prepared, &effects).fitted.noise;
+        Ok(Self::of(prepared, noise))
+    }
+
+    /// Takes this for noise.
+    pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
+        Ok(Self::of(campaign.prepare()?, noise))
+    }
+
+    fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {
+        let mut held_out = held_out::only(&prepared);
+        prepared.runs.iter_mut().chain(&mut held_out.runs).for_each(tell_headings);
+        Self { prepared, held_out, noise }
+    }
+
+    /// What is noise.
+    pub fn noise(&self) -> &OdometryNoise {
+        &self.noise
+    }
+
+    /// Compares this model with the campaign.
+    pub fn compare(&self, model: &[Assumed]) -> Comparison {
+        let terms = terms(model);
+        let mut runs = driven::runs(0, &self.prepared, &terms, &self.noise);
+        let [position_m, heading_rad] = driven::overall(&runs);
+        let apart = driven::runs(runs.len(), &self.held_out, &terms, &self.noise);
+        let held_out = (!apart.is_empty()).then(|| driven::overall(&apart));
+        runs.extend(apart);
+        let regimes = regime::questions(&self.prepared, &terms, &self.noise);
+        let finding = finding::sentence(model.is_empty(), &position_m, &heading_rad, &regimes);
+        Comparison { finding, position_m, heading_rad, held_out, runs, regimes }
+    }
+
+    /// Where the model says that each run went, beside where it was seen to go; those kept aside last.
+    pub fn paths(&self, model: &[Assumed]) -> Vec<Path> {
+        let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
+        [paths(&self.prepared), paths(&self.held_out)].concat()
+    }
+
+    /// What the model leaves, against everything it might depend on.
+    pub fn curves(&self, model: &[Assumed]) -> Vec<Curve> {
+        curve::curves(&self.prepared, &terms(model), &self.noise)
+    }
+
+    /// What an effect does in these runs in all, in one plain number: "8.1 mrad of turn per metre".
+    pub fn combination(&self, effect: &Assumed) -> Option<String> {
+        crate::effect::net_change::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
+    }
+}
+
+/// Tells each step the heading that was measured last before it, carried on by the wheels.
+fn tell_headings(run: &mut PreparedRun) {
+    let mut measurements =
+        run.recording.measured_poses.iter().filter_map(|it| Some((it.t_s, it.heading_rad?)));
+    let mut next = measurements.next();
+    let mut heading_rad = next.map_or(0.0, |(_, heading_rad)| heading_rad);
+    let mut now_s = run.motion.start_s;
+    for step in &mut run.motion.steps {
+        while let Some((_, measured)) = next.filter(|(t_s, _)| *t_s <= now_s) {
+            heading_rad = measured;
+            next = measurements.next();
+        }
+        let turn_rad = step.turn_rad();
+        step.heading_rad = heading_rad + turn_rad / 2.0;
+        heading_rad += turn_rad;
+        now_s += step.dt_s;
+    }
+}
+
+fn terms(model: &[Assumed]) -> Vec<Term<'static>> {
+    let term = |it: &Assumed| Term { effect: it.effect, values: it.values.clone(), column: None };
+    model.iter().map(term).collect()
+}

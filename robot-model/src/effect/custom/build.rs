@@ -1,0 +1,205 @@
+//! From an equation to an effect that can be fitted.
+
+use super::analysis::{amplitudes, plausible_limit, typical_of, without_bound};
+use super::dimensions::units;
+use super::equation::{Custom, Per, Target};
+use super::error::{CustomError, Part};
+use super::evaluate::evaluate;
+use super::parse::parse;
+use super::tree::Tree;
+use super::unit::{HINT, Unit};
+use crate::effect::catalogue::find;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
+
+impl Custom {
+    /// The effect, ready to be fitted. It lives as long as the program does, as the built-in ones do.
+    pub fn build(&self) -> Result<&'static CustomEffect, CustomError> {
+        let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if self.id.is_empty() || !self.id.chars().all(sound) || find(&self.id).is_some() {
+            let problem = format!("`{}` cannot be the id of an effect of your own", self.id);
+            let hint = "small letters, digits and _, and no effect of the catalogue";
+            return Err(CustomError::new(Part::Id, 0..self.id.len(), &problem, hint));
+        }
+        let (tree, names) = parse(&self.expression)?;
+        let mut declared = vec![None; names.len()];
+        for (name, unit) in &self.units {
+            let part = Part::Unit(name.clone());
+            let fail = |problem: String, hint: &str| {
+                Err(CustomError::new(part.clone(), 0..unit.len(), &problem, hint))
+            };
+            let Some(index) = names.iter().position(|it| it == name) else {
+                let hint = format!("it has {}", list(&names));
+                return fail(format!("the expression has no parameter `{name}`"), &hint);
+            };
+            match Unit::parse(unit) {
+                Ok(it) => declared[index] = Some(it),
+                Err(problem) => return fail(problem, HINT),
+            }
+        }
+        let amplitudes = amplitudes(&tree, names.len()).ok_or_else(|| {
+            let problem = "no parameter makes it vanish at zero";
+            let hint =
+                "an effect that is not there must be nothing: put a parameter in front, k * (...)";
+            CustomError::new(Part::Expression, tree.at.clone(), problem, hint)
+        })?;
+        let target = Unit(match self.target {
+            Target::Dtheta => [0.0; 3],
+            _ => [1.0, 0.0, 0.0],
+        });
+        let wanted = Unit(core::array::from_fn(|i| target.0[i] - self.per.unit().0[i]));
+        let target_name = format!("{} per {}", self.target.name(), self.per.name());
+        let units = units(&tree, wanted, &target_name, &declared, &names)?;
+        let parameters = (0..names.len())
+            .map(|index| self.parameter(&tree, index, &names[index], units[index], &amplitudes))
+            .collect::<Result<Vec<_>, _>>()?;
+        if let Some((name, _)) = self.ranges.iter().find(|(name, _)| !names.contains(name)) {
+            let problem = format!("the expression has no parameter `{name}`");
+            let hint = format!("it has {}", list(&names));
+            return Err(CustomError::new(Part::Range(name.clone()), 0..0, &problem, &hint));
+        }
+        if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
+            let problem = format!("it grows without bound when the robot {when}");
+            let hint = format!("no division by what becomes zero there: {instead}, for example");
+            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
+        }
+        let facts = Box::leak(Box::new(Facts {
+            id: kept(self.id.clone()),
+            name: kept(format!("your own {}", self.id)),
+            equation: kept(self.equation()),
+            parameters: Box::leak(parameters.into_boxed_slice()),
+            acts_on: ActsOn::Motion,
+            signature: kept(format!("{} proportional to {}", self.target.name(), self.expression)),
+            shown_by: "runs in which what stands in its expression varies",
+            compensation: "a term in the odometry",
+        }));
+        let (target, per) = (self.target, self.per);
+        Ok(Box::leak(Box::new(CustomEffect { custom: self.clone(), facts, tree, target, per })))
+    }
+
+    fn parameter(
+        &self,
+        tree: &Tree,
+        index: usize,
+        name: &str,
+        unit: Unit,
+        amplitudes: &[usize],
+    ) -> Result<Parameter, CustomError> {
+        let is_amplitude = amplitudes.contains(&index);
+        let shown =
+            self.units.get(name).map_or_else(|| unit.to_string(), |it| it.trim().to_owned());
+        let range = match self.ranges.get(name) {
+            Some([low, high]) => {
+                let sound = low.is_finite() && high.is_finite() && low < high;
+                let holds_zero = *low <= 0.0 && *high >= 0.0;
+                if !sound || (is_amplitude && !holds_zero) {
+                    let problem = format!("{low} to {high} cannot be the range of {name}");
+                    let hint = if is_amplitude {
+                        "the lower end first, and zero within: at zero the effect is gone"
+                    } else {
+                        "the lower end first"
+                    };
+                    return Err(CustomError::new(Part::Range(name.into()), 0..0, &problem, hint));
+                }
+                (*low, *high)
+            }
+            None if is_amplitude => {
+                let limit = plausible_limit(tree, index, self.target, self.per);
+                (-limit, limit)
+            }
+            None => {
+                let typical = typical_of(unit);
+                (typical / 30.0, typical * 30.0)
+            }
+        };
+        let role = if is_amplitude { Role::Amplitude } else { Role::Shape };
+        Ok(Parameter {
+            name: kept(name.into()),
+            unit: kept(shown),
+            low: range.0,
+            high: range.1,
+            role,
+        })
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+/// Text that lives as long as the program; an effect's facts do.
+fn kept(text: String) -> &'static str {
+    Box::leak(text.into_boxed_str())
+}
+
+/// An effect of the user's own.
+#[derive(Debug)]
+pub struct CustomEffect {
+    custom: Custom,
+    facts: &'static Facts,
+    tree: Tree,
+    target: Target,
+    per: Per,
+}
+
+impl CustomEffect {
+    /// What the user said.
+    pub fn custom(&self) -> &Custom {
+        &self.custom
+    }
+}
+
+impl Effect for CustomEffect {
+    fn facts(&self) -> &'static Facts {
+        self.facts
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let rate = evaluate(&self.tree, p, step);
+        if !(rate.value.is_finite() && rate.by.iter().all(|it| it.is_finite())) {
+            return Change::NONE;
+        }
+        let amount = |metres: f64| {
+            rate * match self.per {
+                Per::Second => step.dt_s,
+                Per::Metre => metres.abs(),
+                Per::Radian => step.turn_rad().abs(),
+            }
+        };
+        let travel_m = step.wheel_travel_m();
+        let nothing = Jet::ZERO;
+        match self.target {
+            Target::DsLeft => {
+                let angle = amount(travel_m.left) / step.wheel_radius_m;
+                Change { angle_rad: WheelPair::new(angle, nothing), ..Change::NONE }
+            }
+            Target::DsRight => {
+                let angle = amount(travel_m.right) / step.wheel_radius_m;
+                Change { angle_rad: WheelPair::new(nothing, angle), ..Change::NONE }
+            }
+            Target::Dtheta => Change { turn_rad: amount(step.travel_m()), ..Change::NONE },
+            Target::Dn => Change { sideways_m: amount(step.travel_m()), ..Change::NONE },
+        }
+    }
+
+    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+        let parameters = self.facts.parameters;
+        if parameters.iter().all(|it| it.role == Role::Amplitude) {
+            return vec![vec![0.0; parameters.len()]];
+        }
+        // Three places within each range; evenly by factors where it is positive.
+        [0.5, 0.35, 0.65]
+            .map(|share: f64| {
+                let at = |it: &Parameter| match it.role {
+                    Role::Amplitude => 0.0,
+                    Role::Shape if it.low > 0.0 => it.low * (it.high / it.low).powf(share),
+                    Role::Shape => it.low + share * (it.high - it.low),
+                };
+                parameters.iter().map(at).collect()
+            })
+            .into()
+    }
+}

@@ -1,0 +1,231 @@
+//! Units of an expression's parameters.
+//!
+//! The units of parameters that are not declared follow from the expression: each sum, function and
+//! the target itself is an equation in the exponents, linear in those of the unknown units.
+
+use super::error::{CustomError, Part};
+use super::tree::{Function, Node, Operator, Tree, Variable};
+use super::unit::Unit;
+use crate::numeric::jet::PARAMETERS_MAX;
+
+impl Variable {
+    fn unit(self) -> Unit {
+        Unit(match self {
+            Self::V | Self::VLeft | Self::VRight => [1.0, -1.0, 0.0],
+            Self::Omega => [0.0, -1.0, 0.0],
+            Self::A | Self::ALeft | Self::ARight => [1.0, -2.0, 0.0],
+            Self::Theta | Self::PhiLeft | Self::PhiRight => [0.0; 3],
+            Self::S => [1.0, 0.0, 0.0],
+            Self::T | Self::TRun => [0.0, 1.0, 0.0],
+            Self::Payload => [0.0, 0.0, 1.0],
+        })
+    }
+}
+
+/// Exponents that differ by less are the same: a third is read as 0.333333.
+const EXPONENT_TOLERANCE: f64 = 1e-5;
+
+/// A unit that may depend on those of the parameters: `known + sum of[j] unit_j`.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    known: [f64; 3],
+    of: [f64; PARAMETERS_MAX],
+}
+
+impl Open {
+    fn known(unit: Unit) -> Self {
+        Self { known: unit.0, of: [0.0; PARAMETERS_MAX] }
+    }
+
+    /// This one, plus another `times` over.
+    fn plus(mut self, other: Self, times: f64) -> Self {
+        self.known.iter_mut().zip(other.known).for_each(|(a, b)| *a += times * b);
+        self.of.iter_mut().zip(other.of).for_each(|(a, b)| *a += times * b);
+        self
+    }
+}
+
+/// What has to be the unit one, and what is wrong if it is not.
+struct Equation {
+    open: Open,
+    at: core::ops::Range<usize>,
+    problem: String,
+    hint: &'static str,
+}
+
+/// The unit of each parameter: those declared, and those that follow.
+pub(super) fn units(
+    tree: &Tree,
+    target: Unit,
+    target_name: &str,
+    declared: &[Option<Unit>],
+    names: &[String],
+) -> Result<Vec<Unit>, CustomError> {
+    let mut equations = Vec::new();
+    let whole = unit_of(tree, declared, &mut equations)?;
+    equations.push(Equation {
+        open: whole.plus(Open::known(target), -1.0),
+        at: tree.at.clone(),
+        problem: format!("{target_name} has the unit {target}, and this has another"),
+        hint: "check each factor; or declare another unit, or another per",
+    });
+    let mut solved: Vec<Option<(usize, Open)>> = vec![None; names.len()];
+    for equation in equations {
+        let mut open = equation.open;
+        for (index, open_unit) in &solved.iter().flatten().copied().collect::<Vec<_>>() {
+            let times = open.of[*index];
+            if times != 0.0 {
+                open.of[*index] = 0.0;
+                open = open.plus(*open_unit, times);
+            }
+        }
+        match (0..names.len()).find(|j| open.of[*j].abs() > 1e-9) {
+            Some(j) => {
+                // unit_j = -(rest) / coefficient
+                let coefficient = open.of[j];
+                open.of[j] = 0.0;
+                let rest = Open { known: [0.0; 3], of: [0.0; PARAMETERS_MAX] };
+                let unit = rest.plus(open, -1.0 / coefficient);
+                for (_, earlier) in solved.iter_mut().flatten() {
+                    let times = earlier.of[j];
+                    earlier.of[j] = 0.0;
+                    *earlier = earlier.plus(unit, times);
+                }
+                solved[j] = Some((j, unit));
+            }
+            None if open.known.iter().any(|it| it.abs() > EXPONENT_TOLERANCE) => {
+                let surplus = Unit(open.known);
+                let problem = format!("{} (by a factor of {surplus})", equation.problem);
+                let at = equation.at;
+                return Err(CustomError::new(Part::Expression, at, &problem, equation.hint));
+            }
+            None => {}
+        }
+    }
+    (0..names.len())
+        .map(|j| {
+            if let Some(unit) = declared[j] {
+                return Ok(unit);
+            }
+            match solved[j] {
+                Some((_, open)) if open.of.iter().all(|it| it.abs() < 1e-9) => Ok(Unit(open.known)),
+                _ => {
+                    let problem = format!("the unit of {} does not follow from this", names[j]);
+                    let hint = format!("declare it: {} in s/m, for example", names[j]);
+                    Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint))
+                }
+            }
+        })
+        .collect()
+}
+
+fn unit_of(
+    tree: &Tree,
+    declared: &[Option<Unit>],
+    equations: &mut Vec<Equation>,
+) -> Result<Open, CustomError> {
+    let one = Open::known(Unit::ONE);
+    Ok(match &tree.node {
+        Node::Number(_, unit) => Open::known(*unit),
+        Node::Variable(variable) => Open::known(variable.unit()),
+        Node::Parameter(index) => match declared[*index] {
+            Some(unit) => Open::known(unit),
+            None => {
+                let mut open = one;
+                open.of[*index] = 1.0;
+                open
+            }
+        },
+        Node::Negative(inner) => unit_of(inner, declared, equations)?,
+        Node::Binary(operator, left, right) => {
+            let (a, b) =
+                (unit_of(left, declared, equations)?, unit_of(right, declared, equations)?);
+            match operator {
+                Operator::Multiply => a.plus(b, 1.0),
+                Operator::Divide => a.plus(b, -1.0),
+                Operator::Add | Operator::Subtract => common(left, right, (a, b), tree, equations),
+                Operator::Power => {
+                    equations.push(Equation {
+                        open: b,
+                        at: right.at.clone(),
+                        problem: "an exponent has no unit, and this one has".into(),
+                        hint: "divide it by something of its own unit",
+                    });
+                    match constant(right) {
+                        Some(power) => one.plus(a, power),
+                        None => {
+                            equations.push(Equation {
+                                open: a,
+                                at: left.at.clone(),
+                                problem: "what is raised to a free power has no unit, and this has"
+                                    .into(),
+                                hint: "divide it by something of its own unit",
+                            });
+                            one
+                        }
+                    }
+                }
+            }
+        }
+        Node::Call(function, arguments) => {
+            let units: Vec<Open> = arguments
+                .iter()
+                .map(|it| unit_of(it, declared, equations))
+                .collect::<Result<_, _>>()?;
+            match function {
+                Function::Abs => units[0],
+                Function::Sign => one,
+                Function::Sqrt => one.plus(units[0], 0.5),
+                Function::Min | Function::Max => {
+                    let pair = (units[0], units[1]);
+                    common(&arguments[0], &arguments[1], pair, tree, equations)
+                }
+                _ => {
+                    equations.push(Equation {
+                        open: units[0],
+                        at: arguments[0].at.clone(),
+                        problem: format!(
+                            "{} takes a number without a unit, and this has one",
+                            function.name()
+                        ),
+                        hint: "divide it by something of its own unit",
+                    });
+                    one
+                }
+            }
+        }
+    })
+}
+
+/// The unit that two things have in common; a plain 0 has any.
+fn common(
+    left: &Tree,
+    right: &Tree,
+    (a, b): (Open, Open),
+    whole: &Tree,
+    equations: &mut Vec<Equation>,
+) -> Open {
+    let nothing = |tree: &Tree| tree.node == Node::Number(0.0, Unit::ONE);
+    if nothing(left) {
+        return b;
+    }
+    if !nothing(right) {
+        equations.push(Equation {
+            open: a.plus(b, -1.0),
+            at: whole.at.clone(),
+            problem: "these two have different units".into(),
+            hint: "a number can carry its unit: 0.3[m/s]",
+        });
+    }
+    a
+}
+
+/// The value of a number, perhaps negative.
+fn constant(tree: &Tree) -> Option<f64> {
+    match &tree.node {
+        Node::Number(value, _) => Some(*value),
+        Node::Negative(inner) => constant(inner).map(|it| -it),
+        Node::Binary(Operator::Divide, a, b) => Some(constant(a)? / constant(b)?),
+        _ => None,
+    }
+}

@@ -1,0 +1,147 @@
+//! What a user says about an effect of their own: an equation.
+
+use core::ops::Range;
+use std::collections::BTreeMap;
+
+use super::error::{CustomError, Part};
+use super::parse::parse;
+use super::unit::Unit;
+
+/// What an expression changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Travel of the left wheel.
+    DsLeft,
+    /// Travel of the right wheel.
+    DsRight,
+    /// Heading.
+    Dtheta,
+    /// Sideways, to the left.
+    Dn,
+}
+
+/// Per what an expression is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Per {
+    /// Per second.
+    Second,
+    /// Per metre of travel.
+    Metre,
+    /// Per radian turned.
+    Radian,
+}
+
+impl Target {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::DsLeft, Self::DsRight, Self::Dtheta, Self::Dn];
+
+    /// Its name in an expression.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::DsLeft => "ds_left",
+            Self::DsRight => "ds_right",
+            Self::Dtheta => "dtheta",
+            Self::Dn => "dn",
+        }
+    }
+}
+
+impl Per {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Second, Self::Metre, Self::Radian];
+
+    /// Its name in `model.toml`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Second => "second",
+            Self::Metre => "metre",
+            Self::Radian => "radian",
+        }
+    }
+
+    pub(super) const fn unit(self) -> Unit {
+        match self {
+            Self::Second => Unit([0.0, 1.0, 0.0]),
+            Self::Metre => Unit([1.0, 0.0, 0.0]),
+            Self::Radian => Unit::ONE,
+        }
+    }
+}
+
+/// What a user says about an effect of their own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Custom {
+    /// Its id in `model.toml` and JSON.
+    pub id: String,
+    /// What it changes.
+    pub target: Target,
+    /// Per what.
+    pub per: Per,
+    /// The right-hand side.
+    pub expression: String,
+    /// Units of parameters, where declared; the others follow from the expression.
+    pub units: BTreeMap<String, String>,
+    /// Least and greatest plausible values of parameters, where declared.
+    pub ranges: BTreeMap<String, [f64; 2]>,
+}
+
+impl Custom {
+    /// Reads `dtheta = k * v^2 * omega`, or `dtheta/ds = ...`: target, per what, and the right-hand
+    /// side. Errors point into the whole text.
+    pub fn from_equation(text: &str) -> Result<Self, CustomError> {
+        let fail = |at: Range<usize>, problem: &str| {
+            let hint = "for example dtheta = k * v^2 * omega; the left is ds_left, ds_right, dtheta or \
+                        dn, with /dt, /ds or /dtheta behind it for per second, metre or radian";
+            Err(CustomError::new(Part::Target, at, problem, hint))
+        };
+        let Some(equals) = text.find('=') else {
+            return fail(0..text.len(), "there is no = in it");
+        };
+        let left = text[..equals].trim();
+        let begin = text.len() - text.trim_start().len();
+        let at = begin.min(equals)..begin.min(equals) + left.len();
+        let (name, per) = match left.split_once('/') {
+            None => (left, Per::Second),
+            Some((name, per)) => match per.trim() {
+                "dt" => (name, Per::Second),
+                "ds" => (name, Per::Metre),
+                "dtheta" => (name, Per::Radian),
+                _ => return fail(at, &format!("`{left}` cannot be changed")),
+            },
+        };
+        let Some(target) = Target::ALL.into_iter().find(|it| it.name() == name.trim()) else {
+            return fail(at, &format!("`{left}` cannot be changed"));
+        };
+        let rest = &text[equals + 1..];
+        let from = equals + 1 + rest.len() - rest.trim_start().len();
+        let custom = Self {
+            id: format!("custom_{}", target.name()),
+            target,
+            per,
+            expression: rest.trim().to_owned(),
+            units: BTreeMap::new(),
+            ranges: BTreeMap::new(),
+        };
+        // So that an error in the expression points into the equation.
+        parse(&custom.expression).map_err(|error| CustomError {
+            at: error.at.start + from..error.at.end + from,
+            ..error
+        })?;
+        Ok(custom)
+    }
+
+    /// The equation, as a user would write it.
+    pub fn equation(&self) -> String {
+        let per = match self.per {
+            Per::Second => "dt",
+            Per::Metre => "ds",
+            Per::Radian => "dtheta",
+        };
+        format!("{}/{per} = {}", self.target.name(), self.expression)
+    }
+
+    /// The names of its parameters, in the order in which they appear.
+    pub fn parameters(&self) -> Result<Vec<String>, CustomError> {
+        Ok(parse(&self.expression)?.1)
+    }
+}

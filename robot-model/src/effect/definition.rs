@@ -1,0 +1,175 @@
+//! What an effect is: the trait, what it changes, and the facts about it.
+
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+use crate::recording::survey::Survey;
+
+/// What an effect does, by one formula a method. Methods that are left out change nothing.
+pub trait Effect: Sync + core::fmt::Debug {
+    /// What there is to know about it.
+    fn facts(&self) -> &'static Facts;
+
+    /// What it changes in a step of the motion, equations (1) to (3).
+    fn act(&self, _p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
+        Change::NONE
+    }
+
+    /// What it changes in the measured pose, equation (4).
+    fn observe(&self, _p: &[Jet; PARAMETERS_MAX]) -> View {
+        View::NONE
+    }
+
+    /// What it adds to the yaw rate sensor when the robot turns at this rate \[rad/s\], equation (5).
+    fn sense_rate(&self, _p: &[Jet; PARAMETERS_MAX], _turn_rate_rad_s: f64) -> Jet {
+        Jet::ZERO
+    }
+
+    /// Parameter values about which a first look linearises: the shapes to try, amplitudes zero.
+    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+        vec![vec![0.0; self.facts().parameters.len()]]
+    }
+
+    /// Whether what it does is in proportion to its parameters; an effect with a shape is not.
+    fn is_linear(&self) -> bool {
+        self.facts().parameters.iter().all(|it| it.role == Role::Amplitude)
+    }
+
+    /// Within what a parameter has to stay for these runs to show the effect at all: the plausible
+    /// range, or less of it.
+    fn range(&self, parameter: usize, _survey: &Survey) -> (f64, f64) {
+        let it = &self.facts().parameters[parameter];
+        (it.low, it.high)
+    }
+}
+
+/// What an effect changes in one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Change {
+    /// Added to the angle that each wheel turned \[rad\].
+    pub angle_rad: WheelPair<Jet>,
+    /// Relative change of each wheel's travel.
+    pub travel: WheelPair<Jet>,
+    /// Relative change of the turn.
+    pub turning: Jet,
+    /// Added to the turn \[rad\].
+    pub turn_rad: Jet,
+    /// Moved to the left \[m\].
+    pub sideways_m: Jet,
+    /// Moved in the fixed frame \[m\].
+    pub drift_m: [Jet; 2],
+}
+
+impl Change {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        angle_rad: WheelPair::new(Jet::ZERO, Jet::ZERO),
+        travel: WheelPair::new(Jet::ZERO, Jet::ZERO),
+        turning: Jet::ZERO,
+        turn_rad: Jet::ZERO,
+        sideways_m: Jet::ZERO,
+        drift_m: [Jet::ZERO; 2],
+    };
+}
+
+/// What an effect changes in the measured pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct View {
+    /// The measured point on the body, ahead of and to the left of the middle between the wheels \[m\].
+    pub offset_m: [Jet; 2],
+    /// How late the measurement is \[s\].
+    pub delay_s: Jet,
+}
+
+impl View {
+    /// As it is.
+    pub const NONE: Self = Self { offset_m: [Jet::ZERO; 2], delay_s: Jet::ZERO };
+}
+
+/// What an effect remembers from step to step of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// A state of each wheel; `None` before its first motion.
+    pub wheel: WheelPair<Option<Jet>>,
+}
+
+/// What kind of thing a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// At zero the effect is gone.
+    Amplitude,
+    /// A length, speed or width that says where the effect acts; never zero.
+    Shape,
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name, as in `model.toml`.
+    pub name: &'static str,
+    /// Unit; `1` for a ratio.
+    pub unit: &'static str,
+    /// Least plausible value.
+    pub low: f64,
+    /// Greatest plausible value.
+    pub high: f64,
+    /// Amplitude or shape.
+    pub role: Role,
+}
+
+impl Parameter {
+    /// An amplitude of either sign.
+    pub const fn amplitude(name: &'static str, unit: &'static str, limit: f64) -> Self {
+        Self { name, unit, low: -limit, high: limit, role: Role::Amplitude }
+    }
+
+    /// An amplitude that has one sign only.
+    pub const fn positive(name: &'static str, unit: &'static str, limit: f64) -> Self {
+        Self { name, unit, low: 0.0, high: limit, role: Role::Amplitude }
+    }
+
+    /// A shape.
+    pub const fn shape(name: &'static str, unit: &'static str, low: f64, high: f64) -> Self {
+        Self { name, unit, low, high, role: Role::Shape }
+    }
+
+    /// Spread of values that are plausible before any data: half the range.
+    pub fn spread(&self) -> f64 {
+        match self.role {
+            Role::Amplitude => self.high.max(-self.low),
+            Role::Shape => (self.high - self.low) / 2.0,
+        }
+    }
+}
+
+/// Where an effect acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActsOn {
+    /// How the robot moves.
+    Motion,
+    /// How its pose is measured.
+    Measurement,
+    /// How its yaw rate is measured.
+    Gyro,
+}
+
+/// What there is to know about an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// Stable name, as in `model.toml` and JSON.
+    pub id: &'static str,
+    /// What a person calls it.
+    pub name: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Its parameters, at most [`PARAMETERS_MAX`].
+    pub parameters: &'static [Parameter],
+    /// Where it acts.
+    pub acts_on: ActsOn,
+    /// What it looks like in what is left over.
+    pub signature: &'static str,
+    /// The run that shows it.
+    pub shown_by: &'static str,
+    /// What can be done about it.
+    pub compensation: &'static str,
+}

@@ -1,0 +1,96 @@
+//! What an effect comes to in the runs of a campaign, in one plain number: what all members of a class
+//! agree about when nothing tells them apart.
+//!
+//! What the effect adds to each step's turn and travel is fitted by each of
+//!
+//! ```text
+//! turn = c |ds|,  turn = c ds,  turn = c dtheta,  travel = c ds,  left = c |ds|         (1)
+//! ```
+//!
+//! and the one that says most of it is told, if it says most of all.
+
+use crate::effect::composition::{Composer, Term};
+use crate::recording::campaign::Prepared;
+
+/// The part of an effect's work that one number has to say.
+const SAYS_MOST: f64 = 0.6;
+
+/// Less of the way than this share in the other direction says nothing about it.
+const ONE_WAY: f64 = 0.1;
+
+/// One line of (1): sums of x^2 and x y.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    xx: f64,
+    xy: f64,
+}
+
+impl Line {
+    fn add(&mut self, x: f64, y: f64) {
+        self.xx += x * x;
+        self.xy += x * y;
+    }
+
+    fn slope(self) -> f64 {
+        if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
+    }
+
+    /// How much of the sum of y^2 it takes away.
+    fn explained(self) -> f64 {
+        self.slope() * self.xy
+    }
+}
+
+pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
+    let terms = [Term { column: None, ..term.clone() }];
+    let mut lines = [Line::default(); 5];
+    let mut all = 0.0;
+    let (mut forwards_m, mut backwards_m) = (0.0, 0.0);
+    let track_m = prepared.robot.track_width_m;
+    for run in &prepared.runs {
+        let mut composer = Composer::new(&terms, 0);
+        for step in &run.motion.steps {
+            let increment = composer.step(step);
+            let (ds_m, dtheta) = (step.travel_m(), step.turn_rad());
+            forwards_m += ds_m.max(0.0);
+            backwards_m += (-ds_m).max(0.0);
+            // All in metres of the rims: a turn counts by half the track.
+            let turn_m = (increment.turn_rad - dtheta) * track_m / 2.0;
+            let travel_m = increment.travel_m - ds_m;
+            let left_m = increment.sideways_m;
+            all += turn_m * turn_m + travel_m * travel_m + left_m * left_m;
+            lines[0].add(ds_m.abs(), turn_m);
+            lines[1].add(ds_m, turn_m);
+            lines[2].add(dtheta * track_m / 2.0, turn_m);
+            lines[3].add(ds_m, travel_m);
+            lines[4].add(ds_m.abs(), left_m);
+        }
+    }
+    let best =
+        (0..lines.len()).max_by(|a, b| lines[*a].explained().total_cmp(&lines[*b].explained()))?;
+    if all <= 0.0 || lines[best].explained() < SAYS_MOST * all {
+        return None;
+    }
+    let slope = lines[best].slope();
+    let side = if slope > 0.0 { "left" } else { "right" };
+    let more = if slope > 0.0 { "more" } else { "less" };
+    let mrad_per_m = (slope * 2.0 / track_m * 1e3).abs();
+    let one_way = forwards_m.min(backwards_m) < ONE_WAY * forwards_m.max(backwards_m);
+    Some(match best {
+        0 | 1 if one_way => {
+            let way = if forwards_m > backwards_m { "forwards" } else { "backwards" };
+            let side =
+                if (slope > 0.0) == (best == 0 || way == "forwards") { "left" } else { "right" };
+            format!("{mrad_per_m:.2} mrad of turn to the {side} per metre {way}")
+        }
+        0 => {
+            format!("{mrad_per_m:.2} mrad of turn to the {side} per metre, forwards and backwards")
+        }
+        1 => format!(
+            "{mrad_per_m:.2} mrad of turn to the {side} per metre forwards, the opposite backwards"
+        ),
+        2 => format!("{:.2} % {more} turn than the wheels tell", 100.0 * slope.abs()),
+        3 => format!("{:.2} % {more} travel than the wheels tell", 100.0 * slope.abs()),
+        _ => format!("{:.1} mm to the {side} per metre", 1e3 * slope.abs()),
+    })
+}

@@ -1,0 +1,300 @@
+//! From a run's measured poses to residuals that are independent of each other, and to their
+//! derivatives by every parameter, in one pass.
+//!
+//! A pose error grows along the way, so the errors of a track are not independent. An extended Kalman
+//! filter follows the measured poses; what each measurement adds to what was known, its innovation
+//! nu with variance s, is independent of the others. The same gain K runs over the sensitivities:
+//!
+//! ```text
+//! move:     x <- f(x),  P <- F P F' + Q,            S <- F S + df/dp                     (1)
+//! measure:  nu = z - h(x),  s = H P H' + r,  K = P H'/s
+//!           j = H S + dh/dp                         row: (nu, j) / sqrt(s)               (2)
+//!           x <- x + K nu,  P <- (1 - K H) P,       S <- S - K j                         (3)
+//! ```
+//!
+//! The state is x = (x, y, theta, e_x, e_y, e_theta, psi, tau), S = dx/dp, h = pose(t - tau) + e + psi:
+//! e is an error of the measured pose that does not add up along the way but fades within a second or
+//! so, psi how far the sensor's heading is turned against the way the robot rolls, tau by how much the
+//! clocks of sensor and encoders differ. Both are nuisances of a run, as its start is: drawn anew for
+//! every run with a spread that [`OdometryNoise`] holds, and never evidence of anything.
+//! The rows of (2) are an ordinary least squares problem in the parameters.
+//! The first pose measured starts the filter: a start is a nuisance, never evidence.
+//! The three numbers of a pose are measured one after the other, which is the same as together.
+//!
+//! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own: how it
+//! depends on the parameters is second order and left out.
+
+use crate::effect::composition::{Composer, Increment, Term};
+use crate::effect::definition::View;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::estimation::predict::open_loop;
+use crate::estimation::state::{PSI, Quantity, STATES, ScalarMeasurement, State, Update};
+use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
+use crate::kinematics::pose::Pose;
+use crate::recording::motion::{Motion, Step};
+use crate::recording::run::PoseMeasurement;
+
+/// Heading noise of a start at which no heading was measured \[rad\]: it was found from the whole track, and more
+/// freedom than that would let the first places turn it about, and the filter believe what it then sees.
+pub(crate) const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.05;
+
+/// One innovation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Innovation {
+    /// Index of the step at whose end, or within which, it was measured.
+    pub step: usize,
+    /// nu.
+    pub value: f64,
+    /// s.
+    pub variance: f64,
+}
+
+/// Takes the rows as they come.
+pub(crate) trait Sink {
+    /// One innovation with its whitened derivatives j / sqrt(s).
+    fn row(&mut self, innovation: Innovation, whitened: &[f64]);
+
+    /// The robot moves by a share of a step.
+    fn moved(&mut self, _step: &Step, _increment: &Increment, _share: f64) {}
+
+    /// A pose is measured here, the first of all or one to be compared with.
+    fn pose_measured(&mut self, _sight: &PoseMeasurement, _step: &Step, _pose: Pose) {}
+}
+
+/// The filter over one run.
+pub(crate) struct Filter<'a> {
+    composer: Composer<'a>,
+    view: View,
+    view_by_column: Vec<View>,
+    noise: &'a OdometryNoise,
+    state: State,
+    sensitivity: Vec<[f64; STATES]>,
+    row: Vec<f64>,
+}
+
+/// Runs the filter over a run.
+pub(crate) fn whiten(
+    motion: &Motion,
+    measurements: &[PoseMeasurement],
+    terms: &[Term<'_>],
+    columns: usize,
+    noise: &OdometryNoise,
+    sink: &mut impl Sink,
+) {
+    let Some(start) = start_pose(motion, measurements, terms) else { return };
+    let composer = Composer::new(terms, columns);
+    let (view, view_by_column) = composer.view();
+    let mut filter = Filter {
+        composer,
+        view,
+        view_by_column,
+        noise,
+        state: State::new(start),
+        sensitivity: vec![[0.0; STATES]; columns],
+        row: vec![0.0; columns],
+    };
+    let delay_s = view.delay_s.value;
+    let mut measurements = within(motion, measurements).peekable();
+    let last = motion.steps.len().saturating_sub(1);
+    let mut started = false;
+    let mut begin_s = motion.start_s;
+    for (k, nominal) in motion.steps.iter().enumerate() {
+        let end_s = begin_s + nominal.dt_s;
+        let mut now_s = begin_s;
+        let mut step = *nominal;
+        step.heading_rad = filter.state.pose.heading_rad + nominal.turn_rad() / 2.0;
+        step.place_m = [filter.state.pose.x_m, filter.state.pose.y_m];
+        let increment = filter.composer.step(&step);
+        // What was seen a moment before the first step or after the last was seen at rest.
+        while let Some(measurement) =
+            measurements.next_if(|it| k == last || it.t_s - delay_s <= end_s + TIME_ROUNDING_S)
+        {
+            let seen_s = (measurement.t_s - delay_s).clamp(now_s, end_s.max(now_s));
+            let share = (seen_s - now_s) / nominal.dt_s;
+            if started {
+                filter.advance(&step, &increment, share, sink);
+                filter.measure(measurement, &step, k, sink);
+            } else {
+                filter.dead_reckon(&increment, share);
+                if measurement.position_m.is_none() {
+                    now_s = seen_s;
+                    continue;
+                }
+                filter.start(measurement, noise, &step);
+                started = true;
+            }
+            sink.pose_measured(measurement, &step, filter.state.pose);
+            now_s = seen_s;
+        }
+        let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
+        if started {
+            filter.advance(&step, &increment, share, sink);
+        } else {
+            filter.dead_reckon(&increment, share);
+        }
+        begin_s = end_s;
+    }
+}
+
+/// Where the robot stands when the wheels begin to be recorded; `None` if no position was measured, or if
+/// nothing says which way it looked.
+fn start_pose(
+    motion: &Motion,
+    measurements: &[PoseMeasurement],
+    terms: &[Term<'_>],
+) -> Option<Pose> {
+    let first = within(motion, measurements).find(|it| it.position_m.is_some())?;
+    let [x_m, y_m] = first.position_m?;
+    let heading_rad = match first.heading_rad {
+        // It replaces what comes of this one.
+        Some(heading_rad) => heading_rad,
+        None => {
+            let track = open_loop(motion, measurements, terms);
+            let from_heading = track.start_heading_from_headings();
+            let from_positions = || {
+                // Whether places tell a heading is not to depend on the model that is asked about.
+                let nominal = open_loop(motion, measurements, &[]);
+                let tells = nominal.spread_m() > HEADING_SPREAD_M;
+                tells.then(|| track.start_from_positions()).flatten().map(|it| it.heading_rad)
+            };
+            from_heading.or_else(from_positions)?
+        }
+    };
+    Some(Pose::new(x_m, y_m, heading_rad))
+}
+
+/// Places that are nearer together than this say nothing about a heading: in a turn on the spot they go
+/// round a marker that is not in the middle, wherever that is \[m\].
+const HEADING_SPREAD_M: f64 = 0.03;
+
+impl Filter<'_> {
+    /// Moves the pose alone, before anything is known of it.
+    fn dead_reckon(&mut self, increment: &Increment, share: f64) {
+        self.state.pose = Transition::new(self.state.pose, increment, share).pose;
+    }
+
+    /// Equation (1), for a share of a step.
+    fn advance(&mut self, step: &Step, increment: &Increment, share: f64, sink: &mut impl Sink) {
+        if share == 0.0 {
+            return;
+        }
+        sink.moved(step, increment, share);
+        let there = Transition::new(self.state.pose, increment, share);
+        let [gx, gy] = there.by_heading;
+        let fade = self.noise.wobble_fade(step.dt_s * share);
+        for (s, change) in self.sensitivity.iter_mut().zip(&self.composer.by_column) {
+            let moved = there.differential(change, share);
+            s[0] += gx * s[2] + moved[0];
+            s[1] += gy * s[2] + moved[1];
+            s[2] += moved[2];
+            s[3..PSI].iter_mut().for_each(|it| *it *= fade);
+        }
+        self.state.predict(there.pose, [gx, gy], fade);
+        let rolled_m = step.rolled_m() * share;
+        self.state.add_process_noise(self.noise, rolled_m, fade);
+    }
+
+    /// The measured point relative to the pose, and its derivative by the heading, whose sine and cosine
+    /// are given.
+    fn offset_at(&self, [sin, cos]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let [ahead, left] = [self.view.offset_m[0].value, self.view.offset_m[1].value];
+        let offset = [cos * ahead - sin * left, sin * ahead + cos * left];
+        (offset, [-offset[1], offset[0]])
+    }
+
+    /// Velocity of the measured point in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single
+    /// step is a count or none, and goes with the error of that same count.
+    fn velocity(&self, step: &Step, sin_cos: [f64; 2]) -> [f64; 3] {
+        velocity_of(step.speed_mps(), step.turn_rate_rad_s(), sin_cos, self.offset_at(sin_cos).1)
+    }
+
+    /// The first pose: it is known to within the noise, and so are its sensitivities.
+    fn start(&mut self, measurement: &PoseMeasurement, noise: &OdometryNoise, step: &Step) {
+        let Some(position_m) = measurement.position_m else { return };
+        let known = measurement.heading_rad.is_some();
+        let heading_sigma_rad =
+            if known { noise.heading_sigma_rad } else { UNKNOWN_HEADING_SIGMA_RAD };
+        if let Some(heading_rad) = measurement.heading_rad {
+            self.state.pose.heading_rad = heading_rad;
+        }
+        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+        let (offset, by_heading) = self.offset_at([sin, cos]);
+        self.state.pose.x_m = position_m[0] - offset[0];
+        self.state.pose.y_m = position_m[1] - offset[1];
+        let velocity = self.velocity(step, [sin, cos]);
+        self.state.start(self.noise, heading_sigma_rad, by_heading, velocity);
+        for (view, s) in self.view_by_column.iter().zip(&mut self.sensitivity) {
+            let slope = |quantity| view_slope(view, quantity, velocity, [sin, cos]);
+            let turned = -slope(Quantity::Heading);
+            *s = [0.0; STATES];
+            s[0] = -slope(Quantity::X) - by_heading[0] * turned;
+            s[1] = -slope(Quantity::Y) - by_heading[1] * turned;
+            s[2] = turned;
+        }
+    }
+
+    /// Equations (2) and (3), for each number of a pose.
+    fn measure(
+        &mut self,
+        measurement: &PoseMeasurement,
+        step: &Step,
+        index: usize,
+        sink: &mut impl Sink,
+    ) {
+        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+        let velocity = self.velocity(step, [sin, cos]);
+        for (quantity, measured) in numbers(measurement) {
+            // The number before has turned the heading, and what sits on the body with it.
+            let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+            let (offset, by_heading) = self.offset_at([sin, cos]);
+            let glance = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+            let update = self.state.innovation(self.noise, &glance);
+            let weight = 1.0 / update.variance.sqrt();
+            for (column, s) in self.sensitivity.iter_mut().enumerate() {
+                let view = &self.view_by_column[column];
+                let j = update.reading.along(s) + view_slope(view, quantity, velocity, [sin, cos]);
+                self.row[column] = j * weight;
+                s.iter_mut().zip(update.gain).for_each(|(s, k)| *s -= k * j);
+            }
+            self.state.update(&update);
+            let Update { nu: value, variance, .. } = update;
+            sink.row(Innovation { step: index, value, variance }, &self.row);
+        }
+    }
+}
+
+/// Velocity of a point in the fixed frame, from the robot's speed and turn rate; `by_heading` is the derivative
+/// of where it lies by the heading.
+pub(crate) fn velocity_of(
+    speed_mps: f64,
+    turn_rate_rad_s: f64,
+    [sin, cos]: [f64; 2],
+    by_heading: [f64; 2],
+) -> [f64; 3] {
+    [
+        speed_mps * cos + turn_rate_rad_s * by_heading[0],
+        speed_mps * sin + turn_rate_rad_s * by_heading[1],
+        turn_rate_rad_s,
+    ]
+}
+
+/// The numbers of a measured pose, those that are there.
+pub(crate) fn numbers(measurement: &PoseMeasurement) -> impl Iterator<Item = (Quantity, f64)> {
+    let [x, y] = [0, 1].map(|axis| measurement.position_m.map(|it| it[axis]));
+    let all = [(Quantity::X, x), (Quantity::Y, y), (Quantity::Heading, measurement.heading_rad)];
+    all.into_iter().filter_map(|(quantity, measured)| Some((quantity, measured?)))
+}
+
+/// dh/dp of one quantity by one column's view, with the sine and cosine of the heading.
+fn view_slope(view: &View, quantity: Quantity, velocity: [f64; 3], [sin, cos]: [f64; 2]) -> f64 {
+    let [ahead, left] = [view.offset_m[0].value, view.offset_m[1].value];
+    let delay = view.delay_s.value;
+    match quantity {
+        Quantity::X => cos * ahead - sin * left - velocity[0] * delay,
+        Quantity::Y => sin * ahead + cos * left - velocity[1] * delay,
+        Quantity::Heading => -velocity[2] * delay,
+    }
+}
+
+#[cfg(test)]
+mod tests;

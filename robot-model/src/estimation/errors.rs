@@ -1,0 +1,190 @@
+//! Errors of a model, as a user sees them: predicted against measured tracks, from the best start, on the
+//! runs fitted to and on runs held out.
+
+use nalgebra::DVector;
+
+use serde::Serialize;
+
+use crate::effect::composition::Term;
+use crate::estimation::fit::moved_within_range;
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::estimation::predict::open_loop_as_seen;
+use crate::numeric::parallel;
+use crate::recording::campaign::{Prepared, PreparedRun};
+
+/// Errors on the runs fitted to, and on runs held out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ErrorPair {
+    /// Fitted to all runs.
+    pub train: Errors,
+    /// Each run predicted by a fit to all others.
+    #[serde(rename = "heldout")]
+    pub cross_validated: Errors,
+}
+
+/// How far predicted and measured tracks lie apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Root of the mean squared distance, from the best start \[m\].
+    pub position_rms_m: f64,
+    /// Root of the mean squared heading error \[rad\].
+    pub heading_rms_rad: f64,
+    /// Root of the mean squared whitened residual; 1 is noise.
+    pub chi: f64,
+}
+
+/// Sums of squares over measurements.
+#[derive(Clone, Copy, Debug, Default)]
+struct Squares {
+    position: f64,
+    positions: f64,
+    heading: f64,
+    headings: f64,
+}
+
+/// The squared errors of one run.
+fn squares(run: &PreparedRun, terms: &[Term<'_>], noise: &OdometryNoise) -> Squares {
+    let measurements = &run.recording.measured_poses;
+    let track = open_loop_as_seen(&run.motion, measurements, terms);
+    let mut sum = Squares::default();
+    let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
+    let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
+    for error in track.errors(position_m, scale_rad) {
+        if let Some([ahead_m, left_m]) = error.position_m {
+            sum.position += ahead_m * ahead_m + left_m * left_m;
+            sum.positions += 1.0;
+        }
+        if let Some(heading_rad) = error.heading_rad {
+            sum.heading += heading_rad * heading_rad;
+            sum.headings += 1.0;
+        }
+    }
+    sum
+}
+
+fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
+    let sum = each.into_iter().fold(Squares::default(), |a, b| Squares {
+        position: a.position + b.position,
+        positions: a.positions + b.positions,
+        heading: a.heading + b.heading,
+        headings: a.headings + b.headings,
+    });
+    let root_of_mean = |sum: f64, count: f64| if count > 0.0 { (sum / count).sqrt() } else { 0.0 };
+    Errors {
+        position_rms_m: root_of_mean(sum.position, sum.positions),
+        heading_rms_rad: root_of_mean(sum.heading, sum.headings),
+        chi: root_of_mean(chi_squared.max(0.0), rows),
+    }
+}
+
+/// Terms with some columns moved, shapes within what the runs can show.
+fn moved<'a>(
+    prepared: &Prepared,
+    terms: &[Term<'a>],
+    columns: &[usize],
+    delta: &DVector<f64>,
+) -> Vec<Term<'a>> {
+    let mut terms = terms.to_vec();
+    let step: Vec<f64> = terms
+        .iter()
+        .flat_map(|term| {
+            // A term that is not fitted has no column to be moved by.
+            (0..term.values.len()).map(|j| term.column.map(|first| first + j))
+        })
+        .map(|column| {
+            let index = columns.iter().position(|it| Some(*it) == column);
+            index.map_or(0.0, |index| delta[index])
+        })
+        .collect();
+    moved_within_range(prepared, &mut terms, &step);
+    terms
+}
+
+/// Errors with these columns fitted to all runs.
+pub(crate) fn train(
+    prepared: &Prepared,
+    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Errors {
+    let delta = equations.solve(&equations.total, columns).delta;
+    let terms = moved(prepared, terms, columns, &delta);
+    let each = parallel::map(&prepared.runs, |run| squares(run, &terms, noise));
+    total(each, equations.total.chi_squared(columns, &delta), equations.total.rows)
+}
+
+/// Squared errors of tracks, summed over runs: of positions \[m^2\] and of headings \[rad^2\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TrackErrors {
+    pub position_m2: f64,
+    pub heading_rad2: f64,
+}
+
+impl TrackErrors {
+    /// Whether these are greater than others by more than a share `tolerance`: places and headings each by
+    /// their own measure, and in the mean.
+    pub fn worse_than(self, other: Self, tolerance: f64) -> bool {
+        let share = |now: f64, then: f64| if then > 0.0 { now / then } else { 1.0 };
+        let place = share(self.position_m2, other.position_m2);
+        let heading = share(self.heading_rad2, other.heading_rad2);
+        (place + heading) / 2.0 > 1.0 + tolerance
+    }
+}
+
+/// The squared errors of tracks, each run predicted with these columns fitted to all other runs.
+///
+/// `None` for a campaign of one run, which leaves nothing to fit to.
+pub(crate) fn cross_validated_tracks(
+    prepared: &Prepared,
+    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Option<TrackErrors> {
+    if prepared.runs.len() < 2 {
+        return None;
+    }
+    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
+    let each = parallel::map(&runs, |run| {
+        let sums = equations.without(|_, unit| unit.run == *run);
+        let delta = equations.solve(&sums, columns).delta;
+        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
+    });
+    let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
+    Some(TrackErrors { position_m2: sum(|it| it.position), heading_rad2: sum(|it| it.heading) })
+}
+
+/// Errors with these columns fitted, for each run, to all others.
+///
+/// Of a campaign of one run, its blocks are held out of chi in turn; its track is that of the fit to
+/// all of it, as a block has no start of its own.
+pub(crate) fn cross_validated(
+    prepared: &Prepared,
+    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Errors {
+    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
+    let each = parallel::map(&runs, |run| {
+        let sums = match runs.len() {
+            1 => equations.total.clone(),
+            _ => equations.without(|_, unit| unit.run == *run),
+        };
+        let delta = equations.solve(&sums, columns).delta;
+        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
+    });
+    let chi_squared = equations
+        .units
+        .iter()
+        .enumerate()
+        .map(|(index, unit)| {
+            let sums = match runs.len() {
+                1 => equations.without(|other, _| other == index),
+                _ => equations.without(|_, other| other.run == unit.run),
+            };
+            let delta = equations.solve(&sums, columns).delta;
+            unit.sums.chi_squared(columns, &delta)
+        })
+        .sum();
+    total(each, chi_squared, equations.total.rows)
+}

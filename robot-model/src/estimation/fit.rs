@@ -1,0 +1,226 @@
+//! Fits a model to a campaign: its parameters by Gauss-Newton on whitened residuals, and the noise by
+//! maximum likelihood, in turns.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::effect::composition::{Composer, Term};
+use crate::effect::definition::{Effect, Role};
+use crate::estimation::ekf::{Innovation, Sink, whiten};
+use crate::estimation::gyro::{fixed_segments, follow, whiten_gyro};
+use crate::estimation::noise_segments::NoiseSegments;
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::odometry_noise::{NUMBERS, OdometryNoise, Search, Whitened, most_likely};
+use crate::numeric::parallel;
+use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::run::PoseMeasurement;
+
+/// Most rounds of Gauss-Newton.
+const ROUNDS_MAX: usize = 8;
+/// A step of this many sigmas is no step.
+const STEP_SIGMAS: f64 = 0.02;
+/// A step by which chi^2 grows more than this is too long.
+const RISE: f64 = 0.5;
+
+/// A fitted set of effects.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted<'a> {
+    pub terms: Vec<Term<'a>>,
+    /// Covariance of all parameters, in the order of the terms.
+    pub covariance: DMatrix<f64>,
+    pub noise: OdometryNoise,
+    /// Sum of the squared whitened residuals, of every number measured.
+    pub chi_squared: f64,
+    pub rows: f64,
+}
+
+/// Adds up the likelihood.
+#[derive(Default)]
+struct Likelihood {
+    minus_two_log: f64,
+}
+
+impl Sink for Likelihood {
+    fn row(&mut self, innovation: Innovation, _: &[f64]) {
+        let Innovation { value, variance, .. } = innovation;
+        self.minus_two_log += variance.ln() + value * value / variance;
+    }
+}
+
+/// -2 log likelihood of some runs, up to a constant.
+pub(crate) fn minus_two_log_likelihood(
+    runs: &[&PreparedRun],
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> f64 {
+    let each = parallel::map(runs, |run| {
+        let mut sum = Likelihood::default();
+        whiten(&run.motion, &run.recording.measured_poses, terms, 0, noise, &mut sum);
+        whiten_gyro(run, terms, 0, noise, &mut sum);
+        sum.minus_two_log
+    });
+    each.iter().sum()
+}
+
+/// The whitened numbers of some runs.
+fn whitened(runs: &[NoiseSegments], noise: &OdometryNoise) -> Vec<Whitened> {
+    let each = parallel::map(runs, |segments| {
+        let mut rows: Vec<Whitened> = Vec::with_capacity(segments.rows());
+        segments.whitened(noise, &mut rows);
+        follow(&segments.gyro, noise, |it, _, _| rows.push((it.value, it.variance)));
+        rows
+    });
+    each.concat()
+}
+
+/// Poses that the noise is learnt from, on the way and in the end; of more, bursts are taken.
+const NOISE_SIGHTS_MAX: [usize; 2] = [4_000, 8_000];
+/// So many poses in a row, so that what fades within a second is seen to fade.
+const BURST: usize = 10;
+
+/// The noise that fits best with these terms as they are.
+pub(crate) fn fit_noise(
+    prepared: &Prepared,
+    terms: &[Term<'_>],
+    start: OdometryNoise,
+    search: Search,
+) -> OdometryNoise {
+    let fixed: Vec<Term<'_>> =
+        terms.iter().map(|term| Term { column: None, ..term.clone() }).collect();
+    let view = Composer::new(&fixed, 0).view().0;
+    let measurements: usize =
+        prepared.runs.iter().map(|run| run.recording.measured_poses.len()).sum();
+    let most = NOISE_SIGHTS_MAX[usize::from(search == Search::Wide)];
+    let every = measurements.div_ceil(most).max(1);
+    let runs: Vec<NoiseSegments> = parallel::map(&prepared.runs, |run| {
+        let bursts = run.recording.measured_poses.chunks(BURST).step_by(every);
+        let thinned: Vec<PoseMeasurement> = bursts.flatten().copied().collect();
+        let mut segments =
+            NoiseSegments::new(view.offset_m.map(|it| it.value), fixed_segments(run, &fixed));
+        whiten(&run.motion, &thinned, &fixed, 0, &start, &mut segments);
+        segments
+    });
+    let robot = &prepared.robot;
+    let mut given = [false; NUMBERS];
+    given[0] = robot.position_sigma_m.is_some();
+    given[1] = robot.heading_sigma_rad.is_some();
+    given[7] = prepared.runs.iter().all(|run| run.recording.gyro.len() < 2);
+    let told = |noise: OdometryNoise| OdometryNoise {
+        position_sigma_m: robot.position_sigma_m.unwrap_or(noise.position_sigma_m),
+        heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(noise.heading_sigma_rad),
+        ..noise
+    };
+    most_likely(told(start), given, search, |noise| whitened(&runs, noise))
+}
+
+/// Fits the parameters of these terms, with the noise as given.
+///
+/// Where a whole step makes things worse, as behind a kink it may, half of it is taken; what does not come to rest is
+/// left where it was best. An effect that ended at nothing so is not believed ([`crate::selection::candidates::Screening::is_unsettled`]).
+pub(crate) fn fit_parameters<'a>(
+    prepared: &Prepared,
+    mut terms: Vec<Term<'a>>,
+    noise: OdometryNoise,
+) -> Fitted<'a> {
+    let mut best: Option<(f64, Vec<Term<'a>>, DVector<f64>)> = None;
+    let mut round = 0;
+    loop {
+        let equations = CampaignEquations::gather(prepared, &mut terms, &noise);
+        let cost = equations.total.squares + equations.prior_cost();
+        round += 1;
+        if let Some((least, there, step)) = &mut best
+            && cost > *least + RISE
+        {
+            *step *= if round > ROUNDS_MAX { 0.0 } else { 0.5 };
+            terms.clone_from(there);
+            moved_within_range(prepared, &mut terms, step.as_slice());
+            continue;
+        }
+        let columns: Vec<usize> = (0..equations.priors.len()).collect();
+        let solution = equations.solve(&equations.total, &columns);
+        let distance = (0..columns.len())
+            .map(|i| solution.delta[i].abs() / solution.covariance[(i, i)].sqrt())
+            .fold(0.0, f64::max);
+        if distance < STEP_SIGMAS || round > ROUNDS_MAX {
+            return Fitted {
+                terms,
+                covariance: solution.covariance,
+                noise,
+                chi_squared: equations.total.squares,
+                rows: equations.total.rows,
+            };
+        }
+        let before = terms.clone();
+        moved_within_range(prepared, &mut terms, solution.delta.as_slice());
+        best = Some((cost, before, solution.delta));
+    }
+}
+
+/// Moves every parameter, in the order of the terms; a shape stays within what the runs can show.
+pub(crate) fn moved_within_range(prepared: &Prepared, terms: &mut [Term<'_>], step: &[f64]) {
+    let mut next = 0;
+    for term in terms {
+        let effect: &dyn Effect = term.effect;
+        for (j, value) in term.values.iter_mut().enumerate() {
+            *value += step[next];
+            if effect.facts().parameters[j].role == Role::Shape {
+                let (low, high) = effect.range(j, &prepared.survey);
+                *value = value.clamp(low, high.max(low));
+            }
+            next += 1;
+        }
+    }
+}
+
+/// Less change of chi^2 than this share leaves the noise as it is.
+const NOISE_CHANGE: f64 = 0.005;
+
+/// Fits parameters, and the noise anew where that made a difference.
+pub(crate) fn fit<'a>(
+    prepared: &Prepared,
+    terms: Vec<Term<'a>>,
+    start: OdometryNoise,
+) -> Fitted<'a> {
+    let first = fit_parameters(prepared, terms, start);
+    // At the right noise chi^2 is the number of rows.
+    if (first.chi_squared / first.rows.max(1.0) - 1.0).abs() < NOISE_CHANGE {
+        return first;
+    }
+    with_noise(prepared, first, Search::Near)
+}
+
+/// Fits from nothing known of the noise, near enough to go on from there.
+pub(crate) fn fit_roughly<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
+    let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
+    with_noise(prepared, first, Search::Near)
+}
+
+/// Fits from nothing known of the noise.
+pub(crate) fn fit_afresh<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
+    let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
+    with_noise(prepared, first, Search::Wide)
+}
+
+/// Learns the noise about a fit, and fits once more with it.
+fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fitted<'a> {
+    let noise = fit_noise(prepared, &about.terms, about.noise, search);
+    let fitted = fit_parameters(prepared, about.terms, noise);
+    // Its shape is learnt from some of the poses; its size is that of all of them.
+    let robot = &prepared.robot;
+    let told = robot.position_sigma_m.is_some() || robot.heading_sigma_rad.is_some();
+    if told || fitted.rows < ROWS_FOR_SIZE {
+        return fitted;
+    }
+    let size = (fitted.chi_squared / fitted.rows).sqrt();
+    Fitted {
+        noise: noise.times(size),
+        covariance: fitted.covariance * (size * size),
+        chi_squared: fitted.rows,
+        ..fitted
+    }
+}
+
+/// From so many rows on the size of the noise is their matter alone, not that of what is typical.
+const ROWS_FOR_SIZE: f64 = 1000.0;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,144 @@
+//! The yaw rate sensor against the measured heading: a track of its own, in one dimension.
+//!
+//! ```text
+//! gyro = omega + sum sense(omega)                                                     (1)
+//! z_k = theta_0 + integral of omega + n_k,   theta_0 wandering by k_g^2 t             (2)
+//! ```
+//!
+//! The wheels have no part in it: a sensor that is off must not turn the track, nor a track the sensor.
+
+use crate::effect::composition::{Composer, Term};
+use crate::effect::definition::ActsOn;
+use crate::estimation::ekf::{Innovation, Sink};
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::numeric::angle::wrap;
+use crate::numeric::jet::Jet;
+use crate::recording::campaign::PreparedRun;
+
+/// From one measured heading to the next by the yaw rate sensor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GyroSegment {
+    /// Integral of the rate \[rad\].
+    turn_rad: f64,
+    dt_s: f64,
+    /// The heading measured at its end \[rad\].
+    measured_rad: f64,
+    /// Its place in the run, in steps of the wheels: it tells which block it belongs to.
+    step: usize,
+}
+
+/// The legs of a run with a yaw rate sensor, none before the first measured heading; of each, the
+/// derivatives of its turn by every column, one leg after the other.
+fn segments(run: &PreparedRun, terms: &[Term<'_>], columns: usize) -> (Vec<GyroSegment>, Vec<f64>) {
+    let gyro = &run.recording.gyro;
+    let (mut segments, mut slopes) = (Vec::new(), Vec::new());
+    if gyro.len() < 2 {
+        return (segments, slopes);
+    }
+    let sensor: Vec<&Term<'_>> =
+        terms.iter().filter(|it| it.effect.facts().acts_on == ActsOn::Gyro).collect();
+    // A heading that is measured late is that of a moment before.
+    let (view, view_by_column) = Composer::new(terms, columns).view();
+    let delay_s = view.delay_s.value;
+    let mut measurements = run
+        .recording
+        .measured_poses
+        .iter()
+        .filter_map(|it| Some((it.t_s - delay_s, it.heading_rad?)))
+        .skip_while(|(t_s, _)| *t_s < gyro[0].t_s)
+        .peekable();
+    let mut omega_before = 0.0;
+    let mut by_column = vec![0.0; columns];
+    let mut open = vec![0.0; columns];
+    let (mut turn_rad, mut dt_s) = (0.0, 0.0);
+    for (k, pair) in gyro.windows(2).enumerate() {
+        let (mut now_s, end_s) = (pair[0].t_s, pair[1].t_s);
+        let reading = (pair[0].rate_rad_s + pair[1].rate_rad_s) / 2.0;
+        let omega = true_rate(reading, &sensor, &mut by_column);
+        loop {
+            let measurement = measurements.next_if(|(t_s, _)| *t_s <= end_s);
+            let until_s = measurement.map_or(end_s, |(t_s, _)| t_s.max(now_s));
+            turn_rad += omega * (until_s - now_s);
+            dt_s += until_s - now_s;
+            open.iter_mut().zip(&by_column).for_each(|(s, by)| *s += by * (until_s - now_s));
+            now_s = until_s;
+            let Some((_, measured_rad)) = measurement else { break };
+            let step = k * run.motion.steps.len() / gyro.len();
+            segments.push(GyroSegment { turn_rad, dt_s, measured_rad, step });
+            let faster = omega - omega_before;
+            omega_before = omega;
+            let later = open.iter().zip(&view_by_column);
+            slopes.extend(later.map(|(slope, view)| slope - faster * view.delay_s.value));
+            (turn_rad, dt_s) = (0.0, 0.0);
+            open.fill(0.0);
+        }
+    }
+    (segments, slopes)
+}
+
+/// The legs of a run with these effects as they are.
+pub(crate) fn fixed_segments(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<GyroSegment> {
+    segments(run, terms, 0).0
+}
+
+/// The innovations of the legs of a run; `seen` is told each, with the gain and the leg's index.
+pub(crate) fn follow(
+    segments: &[GyroSegment],
+    noise: &OdometryNoise,
+    mut seen: impl FnMut(Innovation, f64, usize),
+) {
+    let Some(first) = segments.first() else { return };
+    let heading_var = noise.heading_sigma_rad.powi(2) + noise.heading_wobble_rad.powi(2);
+    let (mut heading_rad, mut variance) = (first.measured_rad, heading_var);
+    for (index, segment) in segments.iter().enumerate().skip(1) {
+        heading_rad += segment.turn_rad;
+        variance += noise.gyro_walk.powi(2) * segment.dt_s;
+        let nu = wrap(segment.measured_rad - heading_rad);
+        let s = variance + heading_var;
+        let gain = variance / s;
+        heading_rad += gain * nu;
+        variance *= 1.0 - gain;
+        seen(Innovation { step: segment.step, value: nu, variance: s }, gain, index);
+    }
+}
+
+/// Gives the sink a whitened row for each measured heading of a run with a yaw rate sensor.
+pub(crate) fn whiten_gyro(
+    run: &PreparedRun,
+    terms: &[Term<'_>],
+    columns: usize,
+    noise: &OdometryNoise,
+    sink: &mut impl Sink,
+) {
+    let (segments, slopes) = segments(run, terms, columns);
+    let mut slope = vec![0.0; columns];
+    let mut row = vec![0.0; columns];
+    follow(&segments, noise, |innovation, gain, index| {
+        let by = &slopes[index * columns..(index + 1) * columns];
+        for ((slot, slope), by) in row.iter_mut().zip(&mut slope).zip(by) {
+            *slope += by;
+            *slot = *slope / innovation.variance.sqrt();
+            *slope *= 1.0 - gain;
+        }
+        sink.row(innovation, &row);
+    });
+}
+
+/// The rate behind a reading, by (1); its derivative by each column is left in `by_column`.
+fn true_rate(reading: f64, sensor: &[&Term<'_>], by_column: &mut [f64]) -> f64 {
+    let sense = |omega: f64| -> f64 {
+        let each = sensor.iter();
+        each.map(|it| it.effect.sense_rate(&Jet::parameters(&it.values), omega).value).sum()
+    };
+    // What sensors add is linear in the rate, so one step of Newton is exact.
+    let (at_zero, slope) = (sense(0.0), sense(1.0) - sense(0.0));
+    let omega = (reading - at_zero) / (1.0 + slope);
+    for term in sensor {
+        let Some(first) = term.column else { continue };
+        let added = term.effect.sense_rate(&Jet::parameters(&term.values), omega);
+        for j in 0..term.values.len() {
+            by_column[first + j] = -added.by[j] / (1.0 + slope);
+        }
+    }
+    omega
+}

@@ -1,0 +1,35 @@
+//! Estimation: the parameters of a given set of effects, and the noise that goes with them.
+//!
+//! A run's measured poses go through an extended Kalman filter, which turns them into independent residuals and
+//! their derivatives by every parameter. Their normal equations, one set a run, are all that later questions need.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `ekf.rs` | the filter over one run: innovations and their whitened derivatives |
+//! | `state.rs` | the filter's state and covariance: predict, add process noise, update |
+//! | `transition.rs` | one step of the pose, and its derivatives |
+//! | `gyro.rs` | the same for the yaw rate sensor |
+//! | `normal_equations.rs` | sums over runs: solve, leave out, shift |
+//! | `odometry_noise.rs` | [`OdometryNoise`], and its most likely value |
+//! | `noise_segments.rs` | segments between poses, from which the noise is learnt |
+//! | `fit.rs` | parameters and noise of a model |
+//! | `predict.rs` | open loop: where a model says that the robot went |
+//! | `errors.rs` | [`Errors`] of predicted tracks, on runs fitted to and cross-validated |
+//! | `profile_likelihood.rs` | intervals where the fit is not quadratic |
+//!
+//! Which effects belong in a model is asked in [`crate::selection`].
+
+pub(crate) mod ekf;
+pub(crate) mod errors;
+pub(crate) mod fit;
+pub(crate) mod gyro;
+pub(crate) mod noise_segments;
+pub(crate) mod normal_equations;
+pub(crate) mod odometry_noise;
+pub(crate) mod predict;
+pub(crate) mod profile_likelihood;
+pub(crate) mod state;
+pub(crate) mod transition;
+
+pub use errors::{ErrorPair, Errors};
+pub use odometry_noise::OdometryNoise;

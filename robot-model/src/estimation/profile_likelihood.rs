@@ -1,0 +1,77 @@
+//! Intervals where the fit is not quadratic: where an effect sets in, over what length it fades.
+//!
+//! A parameter is held at a value, all others are fitted anew, and the value moved until
+//!
+//! ```text
+//! chi^2(value) - chi^2(best) = 3.84 phi                                               (1)
+//! ```
+//!
+//! 3.84 is what a chi^2 of one degree passes in 5 %, phi how much more runs scatter than their noise
+//! explains ([`crate::selection::effect_test`]). Were the fit quadratic, this would be 1.96 standard errors.
+
+use crate::effect::composition::Term;
+use crate::estimation::fit::{Fitted, moved_within_range};
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::recording::campaign::Prepared;
+
+/// Equation (1).
+const RISE_95: f64 = 3.84;
+/// The rise is met to this share of it: the ends are then right to 3 %.
+const RISE_TOLERANCE: f64 = 0.06;
+/// Most values tried on either side.
+const TRIALS_MAX: usize = 8;
+/// Rounds of fitting the others, each starting where the last trial ended.
+const ROUNDS: usize = 2;
+
+/// The 95 % interval of parameter `parameter` of effect `index`, by (1); `sigma` is a first guess.
+pub(crate) fn interval(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    (index, parameter): (usize, usize),
+    (sigma, dispersion): (f64, f64),
+) -> (f64, f64) {
+    let column = fitted.terms[..index].iter().map(|it| it.values.len()).sum::<usize>() + parameter;
+    let best = fitted.terms[index].values[parameter];
+    let (low, high) = fitted.terms[index].effect.range(parameter, &prepared.survey);
+    let least = cost_at(prepared, fitted, &mut fitted.terms.clone(), column);
+    let end = |side: f64, limit: f64| {
+        let mut terms = fitted.terms.clone();
+        let mut distance = 1.96 * sigma * dispersion.sqrt();
+        // Nearest value known to rise by too much.
+        let mut beyond = f64::INFINITY;
+        for _ in 0..TRIALS_MAX {
+            let reach = (limit - best).abs();
+            let at_limit = distance >= reach;
+            distance = distance.min(reach);
+            terms[index].values[parameter] = best + side * distance;
+            let rise = (cost_at(prepared, fitted, &mut terms, column) - least) / dispersion;
+            if (rise / RISE_95 - 1.0).abs() < RISE_TOLERANCE || (at_limit && rise < RISE_95) {
+                break;
+            }
+            if rise > RISE_95 {
+                beyond = beyond.min(distance);
+            }
+            // The root of the rise is straight where the fit is quadratic.
+            let factor = (RISE_95 / rise.max(0.05)).sqrt().clamp(0.3, 3.0);
+            let next = distance * factor;
+            distance = if next >= beyond { (distance + beyond) / 2.0 } else { next };
+        }
+        best + side * distance
+    };
+    (end(-1.0, low), end(1.0, high))
+}
+
+/// chi^2 with one column held and the others fitted, which `terms` follow.
+fn cost_at(prepared: &Prepared, fitted: &Fitted<'_>, terms: &mut [Term<'_>], held: usize) -> f64 {
+    let mut cost = 0.0;
+    for _ in 0..ROUNDS {
+        let equations = CampaignEquations::gather(prepared, terms, &fitted.noise);
+        let columns: Vec<usize> = (0..equations.priors.len()).filter(|it| *it != held).collect();
+        let delta = equations.solve(&equations.total, &columns).delta;
+        cost = equations.total.chi_squared(&columns, &delta);
+        let mut step = vec![0.0; equations.priors.len()];
+        columns.iter().zip(&delta).for_each(|(column, it)| step[*column] = *it);
+        moved_within_range(prepared, terms, &step);
+    }
+    cost
+}

@@ -1,0 +1,313 @@
+//! Which effects are missing, in order of evidence: everything put together.
+
+use crate::effect::catalogue::CATALOGUE;
+use crate::effect::composition::Term;
+use crate::effect::definition::{ActsOn, Effect, Facts};
+use crate::estimation::errors::{ErrorPair, cross_validated, train};
+use crate::estimation::fit::{Fitted, fit_parameters};
+use crate::estimation::normal_equations::{CampaignEquations, amplitudes};
+use crate::estimation::profile_likelihood::interval;
+use crate::explain::answer::{Answer, ParameterFound, Rejected, StepFound, p_text};
+use crate::explain::held_out;
+use crate::explain::next_run::next_run;
+use crate::numeric::distributions::SIGMAS_95_ROUNDED;
+use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::run::RecordingError;
+use crate::residuals::unexplained::{counts_start_anew, unexplained};
+use crate::selection::candidates::{Candidate, Screening};
+use crate::selection::classes::{Class, classes};
+use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
+use crate::selection::select::{Selection, is_chance, select, settled};
+
+/// Explains a campaign by the effects of the catalogue.
+pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
+    explain_by(campaign, &CATALOGUE)
+}
+
+/// Explains a campaign by these effects.
+pub fn explain_by(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+) -> Result<Answer, RecordingError> {
+    explain_beyond(campaign, catalogue, &[])
+}
+
+/// Explains what a model leaves that has the effects of these ids already: they are fitted anew with
+/// whatever is found, and count as known, not as missing.
+pub fn explain_beyond(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+    in_model: &[&str],
+) -> Result<Answer, RecordingError> {
+    if campaign.runs.is_empty() {
+        let problem = "there is none in this campaign".to_owned();
+        return Err(RecordingError { run: "1".to_owned(), problem });
+    }
+    let prepared = campaign.prepare()?;
+    let mut selection = select(&prepared, catalogue);
+    let mut found = classes_of(&prepared, &selection);
+    if let Some(it) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
+        selection = it;
+        found = classes_of(&prepared, &selection);
+    }
+    let (Selection { fitted, kept, rejected, screening }, classes) = (selection, found);
+    let is_known = |index: &usize| {
+        let rivals = classes[*index].rivals.iter().map(Candidate::id);
+        let own = fitted.terms[*index].effect.facts().id;
+        core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
+    };
+    let (known, missing): (Vec<usize>, Vec<usize>) =
+        by_evidence(&screening, &kept).into_iter().partition(is_known);
+    let mut prefix: Vec<Term<'_>> = known.iter().map(|it| fitted.terms[*it].clone()).collect();
+    let baseline = errors(&prepared, &fitted, &prefix);
+    let before = fit_parameters(&prepared, prefix.clone(), fitted.noise).terms;
+    let known: Vec<StepFound> = known
+        .into_iter()
+        .map(|index| step(&prepared, &fitted, index, &kept[index], &classes[index], baseline))
+        .collect();
+    let mut steps = Vec::new();
+    for index in missing {
+        prefix.push(fitted.terms[index].clone());
+        let after = errors(&prepared, &fitted, &prefix);
+        steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
+    }
+    let named: Vec<String> = known.iter().chain(&steps).flat_map(|it| it.class.clone()).collect();
+    let rejected = rejected
+        .iter()
+        .filter(|it| !named.iter().any(|name| name == it.id()))
+        .map(|it| reject(&prepared, &fitted, &screening, it))
+        .collect();
+    Ok(Answer {
+        schema: 1,
+        known,
+        baseline,
+        steps,
+        rejected,
+        unexplained: unexplained(&prepared, &fitted),
+        next_run: next_run(&prepared, &fitted, &classes, &kept),
+        held_out: held_out::errors(&prepared, &before, &fitted.terms, &fitted.noise),
+    })
+}
+
+fn classes_of<'a>(prepared: &Prepared, it: &Selection<'a>) -> Vec<Class<'a>> {
+    classes(prepared, &it.fitted, &it.screening, &it.kept)
+}
+
+/// The same with effects that the model has already in place of such as these runs cannot tell from them, if
+/// there are any and they stand: else what is known already would be taken for its rival, and with it the values
+/// of all others would move to and fro from one campaign to the next.
+fn with_known<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (selection, classes): (&Selection<'a>, &[Class<'a>]),
+    in_model: &[&str],
+) -> Option<Selection<'a>> {
+    let mut terms = selection.fitted.terms.clone();
+    let mut changed = false;
+    for (index, class) in classes.iter().enumerate() {
+        let has = |id: &str| terms.iter().any(|it| it.effect.facts().id == id);
+        let known = class.rivals.iter().find(|it| in_model.contains(&it.id()) && !has(it.id()));
+        if let Some(known) = known
+            && !in_model.contains(&terms[index].effect.facts().id)
+        {
+            terms[index] = Term { column: None, ..known.term.clone() };
+            changed = true;
+        }
+    }
+    if !changed {
+        return None;
+    }
+    // What stood beside the rival alone goes; if what is known does, the rival was right.
+    let is_known = |it: &Term<'a>| in_model.contains(&it.effect.facts().id);
+    let known = terms.iter().filter(|it| is_known(it)).count();
+    let settled = settled(prepared, catalogue, terms);
+    (settled.fitted.terms.iter().filter(|it| is_known(it)).count() == known).then_some(settled)
+}
+
+/// The effects of the model, each next one that which explains most given those before.
+fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..kept.len()).collect();
+    let mut order = Vec::new();
+    while !left.is_empty() {
+        let cost_with = |index: usize| {
+            let others: Vec<usize> = left.iter().copied().filter(|it| *it != index).collect();
+            screening.cost_without(&others)
+        };
+        let costs: Vec<f64> = left.iter().map(|it| cost_with(*it)).collect();
+        let best = (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        order.push(left.remove(best));
+    }
+    order
+}
+
+/// The errors of a model of these terms, fitted with the final noise.
+pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>]) -> ErrorPair {
+    let mut terms = fit_parameters(prepared, terms.to_vec(), fitted.noise).terms;
+    let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
+    let columns: Vec<usize> = (0..equations.priors.len()).collect();
+    let model = (&equations, terms.as_slice());
+    ErrorPair {
+        train: train(prepared, model, &columns, &fitted.noise),
+        cross_validated: cross_validated(prepared, model, &columns, &fitted.noise),
+    }
+}
+
+fn step(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    index: usize,
+    test: &EffectTest,
+    class: &Class<'_>,
+    after: ErrorPair,
+) -> StepFound {
+    let term = &fitted.terms[index];
+    let facts = term.effect.facts();
+    let parameters = parameters(prepared, fitted, index, test.dispersion);
+    let mut members = vec![facts.id.to_owned()];
+    members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
+    let rivals = match members.len() {
+        1 => "nothing else that was asked about explains it as well".to_owned(),
+        _ => format!("these data cannot tell it from {}", members[1..].join(", ")),
+    };
+    let gain = test.cross_validated_gain;
+    let gain = if test.one_run_alone {
+        format!(
+            "only one run shows it, and that is explained better by {gain:.0} in -2 log likelihood"
+        )
+    } else {
+        format!("with it, runs held out are predicted better by {gain:.0} in -2 log likelihood")
+    };
+    let left = match members.len() {
+        1 => format!("Without it there is left: {}", facts.signature),
+        _ => {
+            format!("Without one of these there is left what looks like this: {}", facts.signature)
+        }
+    };
+    let why = format!("{left}; {gain}; {rivals}");
+    StepFound {
+        effect: facts.id.to_owned(),
+        class: members,
+        parameters,
+        train: after.train,
+        cross_validated: after.cross_validated,
+        p_value: test.p_value,
+        why,
+    }
+}
+
+/// The parameters of one effect of a model; `dispersion` is by how much runs scatter more about it than
+/// their noise explains, which widens the intervals.
+pub(crate) fn parameters(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    index: usize,
+    dispersion: f64,
+) -> Vec<ParameterFound> {
+    let term = &fitted.terms[index];
+    let first: usize = fitted.terms[..index].iter().map(|it| it.values.len()).sum();
+    let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
+    parameters
+        .map(|(j, (parameter, value))| {
+            let own = fitted.covariance[(first + j, first + j)].sqrt();
+            let sigma = dispersion.sqrt() * own;
+            let (low95, high95) = if term.effect.is_linear() {
+                (value - SIGMAS_95_ROUNDED * sigma, value + SIGMAS_95_ROUNDED * sigma)
+            } else {
+                interval(prepared, fitted, (index, j), (own, dispersion))
+            };
+            ParameterFound {
+                name: parameter.name.to_owned(),
+                unit: parameter.unit.to_owned(),
+                value: *value,
+                sigma,
+                low95,
+                high95,
+            }
+        })
+        .collect()
+}
+
+fn reject(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    screening: &Screening<'_>,
+    candidate: &Candidate<'_>,
+) -> Rejected {
+    let it = &candidate.test;
+    let (equations, terms) = screening.equations();
+    let mut columns = screening.model_columns(&[]);
+    let own = amplitudes(candidate.term.effect, candidate.term.column.unwrap_or(0));
+    // Less than one sigma over the whole plausible range: these runs say nothing about it.
+    let silent = own
+        .iter()
+        .all(|i| equations.total.gram[(*i, *i)] * equations.priors[*i].spread.powi(2) < 1.0);
+    columns.extend(&own);
+    let others = &terms[..fitted.terms.len()];
+    let with: Vec<Term<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
+    let facts = candidate.term.effect.facts();
+    let gain = it.cross_validated_gain;
+    let reason = if let Some(absent) = absent(prepared, facts) {
+        absent
+    } else if silent {
+        format!("these runs do not show it; {} would", facts.shown_by)
+    } else if it.implausible {
+        format!("its value would be {:.2e}, which no robot has", it.values[0])
+    } else if let Some((kind, loss)) = it.worse_kind {
+        format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
+    } else if it.own_share <= OWN_SHARE_MIN {
+        "what it does is nearly all in what the model has already".to_owned()
+    } else if gain <= 0.0 && it.one_run_alone {
+        format!("only one run shows it, and that by no more than chance ({gain:+.1})")
+    } else if gain <= 0.0 {
+        format!("runs held out are predicted worse with it, by {:.1}", -gain)
+    } else if !it.most_agree() {
+        format!("of the {} runs that it touches {} get better", it.touched, it.better)
+    } else if it.dispersion > 3.0 {
+        format!(
+            "runs disagree about it {:.0} times more than their noise ({})",
+            it.dispersion,
+            p_text(it.p_value)
+        )
+    } else if is_chance(it, screening.asked(), fitted.terms.len() + 1) {
+        format!(
+            "no more than chance gives where {} effects are asked about ({})",
+            screening.asked(),
+            p_text(it.p_value)
+        )
+    } else if screening.tracks_get_worse(prepared, &[], &candidate.term) {
+        format!(
+            "beside the model it makes tracks of runs held out no better ({} by their likelihood)",
+            p_text(it.p_value)
+        )
+    } else {
+        format!("beside the model that was found it does not hold ({})", p_text(it.p_value))
+    };
+    Rejected {
+        effect: candidate.id().to_owned(),
+        reason,
+        cross_validated: cross_validated(prepared, (equations, &with), &columns, &fitted.noise),
+    }
+}
+
+/// What these runs would have to have in order to show an effect, and lack.
+pub(crate) fn absent(prepared: &Prepared, facts: &Facts) -> Option<String> {
+    let runs = &prepared.runs;
+    let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);
+    let asks = |id: &str| facts.id == id;
+    if facts.acts_on == ActsOn::Gyro && none(|it| it.recording.gyro.len() > 1) {
+        return Some("no yaw rate was recorded (gyro_z_rad_s)".to_owned());
+    }
+    if asks("thermal_drift") && !runs.iter().all(|it| it.recording.started_s.is_some()) {
+        return Some("not every run says when it began (started_s in robot.toml)".to_owned());
+    }
+    if facts.id.ends_with("_eccentricity") && counts_start_anew(prepared) {
+        return Some(
+            "counts begin anew in every run, so that an angle of a wheel is another one in each"
+                .to_owned(),
+        );
+    }
+    if asks("payload") && none(|it| it.recording.payload_kg != 0.0) {
+        return Some("no run carries a load (payload_kg in robot.toml)".to_owned());
+    }
+    None
+}

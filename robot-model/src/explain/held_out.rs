@@ -1,0 +1,40 @@
+//! What a model predicts of the runs kept aside: the only errors that nothing was fitted to or chosen by.
+
+use crate::effect::composition::Term;
+use crate::estimation::errors::{Errors, train};
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::odometry_noise::OdometryNoise;
+use crate::explain::answer::HeldOut;
+use crate::recording::campaign::{Prepared, PreparedRun};
+
+/// Errors before and with these terms, as they are; `None` where no run is kept aside.
+pub(crate) fn errors(
+    prepared: &Prepared,
+    before: &[Term<'_>],
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Option<HeldOut> {
+    if prepared.held_out.is_empty() {
+        return None;
+    }
+    let there = only(prepared);
+    let errors = |terms: &[Term<'_>]| -> Errors {
+        let mut terms = terms.to_vec();
+        let equations = CampaignEquations::gather(&there, &mut terms, noise);
+        train(&there, (&equations, &terms), &[], noise)
+    };
+    let mut kinds: Vec<String> = Vec::new();
+    for run in &there.runs {
+        let kind = run.kind.to_string();
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    Some(HeldOut { runs: there.runs.len(), kinds, baseline: errors(before), model: errors(terms) })
+}
+
+/// The campaign of the runs kept aside alone, in the light of what is known of the others.
+pub(crate) fn only(prepared: &Prepared) -> Prepared {
+    let runs: Vec<PreparedRun> = prepared.held_out.clone();
+    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), survey: prepared.survey }
+}

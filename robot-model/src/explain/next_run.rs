@@ -1,0 +1,296 @@
+//! The cheapest run that would tell rivals apart.
+//!
+//! Candidate runs are driven by the model as it is, and their evidence is added to that of the campaign:
+//!
+//! ```text
+//! d^2 = min over rival's and model's parameters of | J_e v_e - J_f v_f - J_m v_m |^2   (1)
+//! ```
+//!
+//! over all rows of both, e the truth with the value that it would have and f the rival: the gain in -2 log
+//! likelihood that is to be expected of the truth over the rival. Each of a class may be the truth.
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::effect::composition::Term;
+use crate::estimation::fit::Fitted;
+use crate::estimation::normal_equations::{CampaignEquations, NormalEquations, amplitudes};
+use crate::estimation::predict::open_loop_from;
+use crate::explain::answer::NextRun;
+use crate::kinematics::pose::Pose;
+use crate::recording::campaign::{Campaign, Prepared};
+use crate::recording::nominal_plan::{Drive, Piece, drive};
+use crate::recording::run::{PoseMeasurement, Recording};
+use crate::selection::classes::Class;
+use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
+
+/// To be told apart for sure, rivals are to differ by this many sigma, the root of what they differ by in -2 log
+/// likelihood; by more where runs scatter more than their noise. Where no run does that, by so many that a
+/// class would let go of them.
+const SIGMAS_APART: [f64; 2] = [5.0, 3.0];
+
+/// And by this share of what the effect itself does: by the millimetre in which two large effects differ,
+/// whatever else is the matter with a robot decides. Five times what a class asks for.
+const SHARE_APART: f64 = 5.0 * OWN_SHARE_MIN;
+
+/// Runs that could be made: what they are called, and the pieces of each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// What they are called together.
+    pub kind: &'static str,
+    /// Heading at the start \[rad\], load \[kg\], pieces.
+    pub runs: Vec<(f64, f64, Vec<Piece>)>,
+    /// Seconds after the campaign at which they start.
+    pub later_s: f64,
+}
+
+/// Everything that may be suggested, cheapest first, for a robot that drives at most this fast.
+pub fn plans(speed_mps: f64) -> Vec<Plan> {
+    let slow = 0.4 * speed_mps;
+    let straight = |travel_m: f64, speed_mps: f64| Piece::Straight { travel_m, speed_mps };
+    let back = |speed: f64| vec![straight(1.5, speed), straight(-1.5, speed)];
+    let spin = |turns: f64, speed_mps| vec![Piece::Spin { turn_rad: turns * TAU, speed_mps }];
+    let arc = |radius_m: f64, turns: f64, speed_mps: f64| {
+        vec![Piece::Arc { radius_m, turn_rad: turns * TAU, speed_mps }]
+    };
+    let square = |turn_rad: f64| {
+        [straight(1.0, 0.7 * speed_mps), Piece::Spin { turn_rad, speed_mps: slow }].repeat(4)
+    };
+    let plan = |kind, runs| Plan { kind, runs, later_s: 60.0 };
+    let at = |runs: Vec<Vec<Piece>>| runs.into_iter().map(|it| (0.0, 0.0, it)).collect();
+    vec![
+        plan("straight", at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
+        plan("out-and-back", at(vec![back(0.7 * speed_mps)])),
+        plan("spins both ways", at(vec![spin(2.0, slow), spin(-2.0, slow)])),
+        plan(
+            "six short out-and-backs",
+            at(vec![[straight(0.5, 0.7 * speed_mps), straight(-0.5, 0.7 * speed_mps)].repeat(6)]),
+        ),
+        plan("arcs both ways", at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
+        plan(
+            "straights at three speeds",
+            at(vec![back(0.3 * speed_mps), back(0.6 * speed_mps), back(speed_mps)]),
+        ),
+        plan(
+            "arcs of two radii",
+            at(vec![
+                arc(0.3, 0.9, slow),
+                arc(0.3, -0.9, slow),
+                arc(0.9, 0.9, slow),
+                arc(0.9, -0.9, slow),
+            ]),
+        ),
+        plan(
+            "arcs at two speeds",
+            at(vec![
+                arc(0.6, 0.9, slow),
+                arc(0.6, -0.9, slow),
+                arc(0.6, 0.9, speed_mps),
+                arc(0.6, -0.9, speed_mps),
+            ]),
+        ),
+        plan("square both ways", at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
+        plan(
+            "out-and-back in four headings",
+            (0..4).map(|k| (f64::from(k) * FRAC_PI_2, 0.0, back(0.7 * speed_mps))).collect(),
+        ),
+        plan(
+            "out-and-back with and without a load",
+            vec![(0.0, 0.0, back(0.7 * speed_mps)), (0.0, 5.0, back(0.7 * speed_mps))],
+        ),
+        Plan {
+            kind: "out-and-back, an hour later",
+            runs: at(vec![back(0.7 * speed_mps)]),
+            later_s: 3600.0,
+        },
+    ]
+}
+
+/// The recordings of a plan, as the model predicts them, with a pose at every sight.
+fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Prepared> {
+    let settings = Drive { sample_s: 0.02, samples_per_pose: 2, ..Drive::USUAL };
+    let mut runs: Vec<Recording> = Vec::new();
+    let mut clock_s = prepared.survey.span_s + plan.later_s;
+    // The campaign's own beginning, so that its clock and not this plan's counts.
+    for (heading_rad, payload_kg, pieces) in &plan.runs {
+        let mut run = drive(&prepared.robot, plan.kind, pieces, &settings);
+        run.payload_kg = *payload_kg;
+        let motion = crate::recording::motion::Motion::new(&prepared.robot, &run, Some(clock_s));
+        let start = Pose::new(0.0, 0.0, *heading_rad);
+        let track = open_loop_from(start, &motion, &run.measured_poses, terms);
+        run.measured_poses = track
+            .measured
+            .iter()
+            .zip(&track.predicted)
+            .map(|(measurement, pose)| PoseMeasurement {
+                t_s: measurement.t_s,
+                position_m: Some([pose.x_m, pose.y_m]),
+                heading_rad: Some(pose.heading_rad),
+            })
+            .collect();
+        run.started_s = Some(clock_s);
+        clock_s += run.duration_s() + 30.0;
+        runs.push(run);
+    }
+    let mut planned = Campaign { robot: prepared.robot, runs }.prepare().ok()?;
+    let began_s = prepared.survey.span_s + plan.later_s;
+    for run in &mut planned.runs {
+        run.motion.steps.iter_mut().for_each(|step| step.clock_s += began_s);
+    }
+    planned.survey = prepared.survey;
+    Some(planned)
+}
+
+/// The run to make next, if any class has rivals that some run would tell apart: of the class with most
+/// rivals, if there is one for it. Whoever measured ends of runs alone is told that more is wanted.
+pub(crate) fn next_run(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    classes: &[Class<'_>],
+    kept: &[EffectTest],
+) -> Option<NextRun> {
+    let mut order: Vec<usize> =
+        (0..classes.len()).filter(|it| !classes[*it].rivals.is_empty()).collect();
+    order.sort_by_key(|it| core::cmp::Reverse(classes[*it].rivals.len()));
+    let next = order.into_iter().find_map(|index| {
+        separating(prepared, fitted, (index, &classes[index]), kept[index].dispersion)
+    })?;
+    if prepared.runs.iter().any(|run| run.recording.measured_poses.len() > 2) {
+        return Some(next);
+    }
+    let why = format!("{}, if poses are measured along the way, as a camera does", next.why);
+    Some(NextRun { why, ..next })
+}
+
+/// One of a class: any of them may be the truth.
+struct Member {
+    id: String,
+    /// The columns of its amplitudes, and what they are if it is the one.
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+/// By how many sigma each pair of members is told apart: `pairs[i][j]` for i < j, the worse of truth and rival and
+/// the other way round; nothing where they differ by too small a share of what they do.
+struct Sigmas(Vec<Vec<f64>>);
+
+impl Sigmas {
+    fn at_least(&self, sigmas: f64) -> usize {
+        self.0.iter().flatten().filter(|it| **it >= sigmas).count()
+    }
+
+    fn is_apart(&self, i: usize, j: usize, sigmas: f64) -> bool {
+        i != j && self.0[i.min(j)][i.max(j)] >= sigmas
+    }
+}
+
+/// How well a plan tells the members apart.
+struct Told {
+    kind: &'static str,
+    /// Together with the campaign.
+    with_campaign: Sigmas,
+    /// On its own.
+    alone: Sigmas,
+}
+
+impl Told {
+    /// What plans are compared by: how many pairs, and how many of them by what the plan itself shows. Where one of
+    /// two effects is told by its silence in a run of another kind, anything else that such a run shows is taken
+    /// for the other.
+    fn merit(&self, sigmas: f64) -> (usize, usize) {
+        (self.with_campaign.at_least(sigmas), self.alone.at_least(sigmas))
+    }
+}
+
+/// The chosen effect and its rivals; `terms` are those of the model, then the rivals', with columns.
+fn members(terms: &[Term<'_>], index: usize, class: &Class<'_>) -> Option<Vec<Member>> {
+    let chosen = &terms[index];
+    let parameters = chosen.effect.facts().parameters.iter().zip(&chosen.values);
+    let values = parameters
+        .filter(|(it, _)| it.role == crate::effect::definition::Role::Amplitude)
+        .map(|(_, value)| *value)
+        .collect();
+    let member = |it: &Term<'_>, values| {
+        let columns = amplitudes(it.effect, it.column?);
+        Some(Member { id: it.effect.facts().id.to_owned(), columns, values })
+    };
+    let rivals = terms[terms.len() - class.rivals.len()..].iter().zip(&class.rivals);
+    let rivals = rivals.map(|(term, it)| member(term, it.test.values.clone()));
+    core::iter::once(member(chosen, values)).chain(rivals).collect()
+}
+
+/// The cheapest run that tells most of a class apart, if any does: nobody knows which of them is true, so
+/// each is to be told from each.
+fn separating(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    (index, class): (usize, &Class<'_>),
+    dispersion: f64,
+) -> Option<NextRun> {
+    let mut terms = fitted.terms.clone();
+    let in_model = terms.len();
+    terms.extend(class.rivals.iter().map(|it| it.term.clone()));
+    let here = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
+    let members = members(&terms, index, class)?;
+    let rest: Vec<usize> = terms[..in_model]
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| *i != index)
+        .flat_map(|(_, it)| amplitudes(it.effect, it.column.unwrap_or(0)))
+        .collect();
+    let speed_mps = prepared.survey.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
+    let pairs = |sums: &NormalEquations| {
+        let left = |truth: &Member, others: &[usize]| {
+            here.separation(sums, &truth.columns, &truth.values, others)
+        };
+        let one_way = |truth: &Member, rival: &Member| {
+            let others: Vec<usize> = rest.iter().chain(&rival.columns).copied().collect();
+            let apart = left(truth, &others);
+            let is_share = apart >= SHARE_APART * left(truth, &rest);
+            if is_share { (apart / dispersion).sqrt() } else { 0.0 }
+        };
+        let both_ways = |i: usize, j: usize| match i < j {
+            true => one_way(&members[i], &members[j]).min(one_way(&members[j], &members[i])),
+            false => 0.0,
+        };
+        let row = |i: usize| (0..members.len()).map(|j| both_ways(i, j)).collect();
+        Sigmas((0..members.len()).map(row).collect())
+    };
+    let mut each = Vec::new();
+    for plan in plans(speed_mps.max(0.05)) {
+        let Some(planned) = predicted(prepared, &plan, &fitted.terms) else { continue };
+        let there = CampaignEquations::gather(&planned, &mut terms, &fitted.noise);
+        let mut both = here.total.clone();
+        both.add(&there.total, 1.0);
+        let (with_campaign, alone) = (pairs(&both), pairs(&there.total));
+        each.push(Told { kind: plan.kind, with_campaign, alone });
+    }
+    SIGMAS_APART.into_iter().find_map(|sigmas| {
+        // Plans come cheapest first: a later one has to tell more apart.
+        let best = each.iter().rev().max_by_key(|it| it.merit(sigmas))?;
+        (best.merit(sigmas).0 > 0).then(|| in_words(&members, best, sigmas))
+    })
+}
+
+/// What is promised of a plan.
+fn in_words(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
+    let count = members.len();
+    let all = count * (count - 1) / 2;
+    let apart = |i: usize, j: usize| told.with_campaign.is_apart(i, j, sigmas);
+    let of_chosen = (1..count).any(|j| apart(0, j));
+    let separates = (0..count).filter(|i| match of_chosen {
+        true => *i == 0 || apart(0, *i),
+        false => (0..count).any(|j| apart(*i, j)),
+    });
+    let separates = separates.map(|i| members[i].id.clone()).collect();
+    let words = if sigmas >= SIGMAS_APART[0] { "five" } else { "three" };
+    let why = if told.merit(sigmas).0 == all {
+        format!("there they predict tracks at least {words} sigma apart, whichever of them is true")
+    } else {
+        format!(
+            "of the {all} pairs that {} make, {} predict tracks {words} sigma apart there",
+            members.iter().map(|it| it.id.as_str()).collect::<Vec<_>>().join(", "),
+            told.merit(sigmas).0
+        )
+    };
+    NextRun { kind: told.kind.to_owned(), separates, why }
+}

@@ -1,0 +1,224 @@
+//! Recordings of known robots, explained.
+
+use crate::effect::{CATALOGUE, Effect};
+use crate::explain::{Answer, explain, explain_beyond, explain_by};
+use crate::recording::Campaign;
+use crate::tests::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
+
+fn found(answer: &Answer) -> Vec<&str> {
+    answer.steps.iter().map(|it| it.effect.as_str()).collect()
+}
+
+fn sorted_class(answer: &Answer) -> Vec<&str> {
+    let mut class: Vec<&str> =
+        answer.steps.iter().flat_map(|it| &it.class).map(String::as_str).collect();
+    class.sort_unstable();
+    class
+}
+
+#[test]
+fn every_effect_alone_is_named_first() {
+    let plan = full_plan();
+    let (mut extras, mut flags) = (0, 0);
+    for (seed, (id, values)) in ALONE.into_iter().enumerate() {
+        let answer = explain(&campaign(&plan, &[term(id, values)], 40 + seed as u64)).unwrap();
+        let first = answer.steps.first().unwrap_or_else(|| panic!("{id}: {answer:?}"));
+        assert!(first.class.iter().any(|it| it == id), "{id}: {:?}", answer.steps);
+        extras += found(&answer).len() - 1;
+        flags += usize::from(answer.unexplained.structure);
+    }
+    // At 5 % false alarms 23 campaigns have more than three once in 35 such sets; flags are at 1 %, and
+    // more than one comes once in 45.
+    assert!(extras <= 3 && flags <= 1, "{extras} extras, {flags} flags");
+}
+
+#[test]
+fn every_effect_is_among_those_that_are_tested_alone() {
+    let tested = ALONE.map(|it| it.0);
+    let catalogue: Vec<&str> = CATALOGUE.iter().map(|it| it.facts().id).collect();
+    assert_eq!(catalogue, tested);
+}
+
+#[test]
+fn a_perfect_robot_is_given_no_effect() {
+    for seed in 200..206 {
+        let answer = explain(&campaign(&full_plan(), &[], seed)).unwrap();
+        assert_eq!(found(&answer), [""; 0], "seed {seed}");
+        assert!(!answer.unexplained.structure, "seed {seed}: {:?}", answer.unexplained);
+        // White residuals of unit variance: sqrt(1 +- 0.04) for ten thousand of them.
+        let chi = answer.baseline.train.chi;
+        assert!((0.96..1.04).contains(&chi), "{chi}");
+    }
+}
+
+#[test]
+fn two_effects_at_once_are_both_named_and_the_error_falls_with_each() {
+    let truth = [term("wheel_radius_ratio", &[0.008]), term("side_slip", &[0.02])];
+    let answer = explain(&campaign(&full_plan(), &truth, 5)).unwrap();
+    assert_eq!(found(&answer), ["wheel_radius_ratio", "side_slip"]);
+    let errors: Vec<f64> = core::iter::once(answer.baseline.cross_validated.position_rms_m)
+        .chain(answer.steps.iter().map(|it| it.cross_validated.position_rms_m))
+        .collect();
+    assert!(errors[0] > 1.2 * errors[1] && errors[1] > 1.1 * errors[2], "{errors:?}");
+}
+
+#[test]
+fn one_straight_run_cannot_tell_a_radius_from_a_pull_or_a_slope_and_an_out_and_back_can() {
+    let mut plan = part_of_plan(&["out_and_back_0"]);
+    plan[0].2.truncate(1);
+    let truth = [term("heading_pull", &[0.02])];
+    let answer = explain(&campaign(&plan, &truth, 7)).unwrap();
+    assert_eq!(sorted_class(&answer), ["heading_pull", "slope", "wheel_radius_ratio"]);
+    let next = answer.next_run.unwrap();
+    assert!(next.separates.iter().any(|it| it == "heading_pull"), "{next:?}");
+
+    // What was suggested, made: four headings too, as a slope asks for them.
+    plan.extend(part_of_plan(&["out_and_back"]));
+    let answer = explain(&campaign(&plan, &truth, 7)).unwrap();
+    assert_eq!(sorted_class(&answer), ["heading_pull"]);
+    let pull = &answer.steps[0].parameters[0];
+    assert!((pull.value - 0.02).abs() < 3.0 * pull.sigma, "{pull:?}");
+}
+
+#[test]
+fn spins_alone_cannot_tell_scale_track_and_scrub_apart() {
+    let plan = part_of_plan(&["spin"]);
+    for id in ["wheel_radius_scale", "track_width", "scrub"] {
+        let answer = explain(&campaign(&plan, &[term(id, &[0.02])], 7)).unwrap();
+        assert_eq!(sorted_class(&answer), ["scrub", "track_width", "wheel_radius_scale"]);
+        assert!(answer.next_run.is_some());
+    }
+}
+
+#[test]
+fn umbmark_end_poses_alone_cannot_tell_a_radius_from_a_pull_or_uneven_turns() {
+    let squares: Vec<_> = (0..5).flat_map(|_| part_of_plan(&["square"])).collect();
+    for (id, value) in
+        [("wheel_radius_ratio", 0.01), ("heading_pull", 0.02), ("turn_asymmetry", 0.01)]
+    {
+        let truth = [term(id, &[value])];
+        let answer = explain(&end_poses_only(campaign(&squares, &truth, 7))).unwrap();
+        let class = sorted_class(&answer);
+        assert_eq!(class, ["heading_pull", "turn_asymmetry", "wheel_radius_ratio"], "{id}");
+        assert!(answer.next_run.is_some());
+    }
+}
+
+#[test]
+fn gear_reduction_one_makes_wheel_and_encoder_one_and_the_same() {
+    let truth = [term("encoder_eccentricity", &[0.008, 0.005, -0.01, 0.004])];
+    let answer = explain(&campaign(&full_plan(), &truth, 3)).unwrap();
+    assert_eq!(sorted_class(&answer), ["encoder_eccentricity", "wheel_eccentricity"]);
+}
+
+#[test]
+fn a_campaign_of_nothing_or_of_broken_runs_is_refused() {
+    let mut broken = campaign(&part_of_plan(&["spin_0.2_13"]), &[], 1);
+    let nothing = Campaign { runs: Vec::new(), ..broken.clone() };
+    assert!(explain(&nothing).is_err());
+    broken.runs[0].wheels[3].phi_rad.left = f64::NAN;
+    let error = explain(&broken).unwrap_err().to_string();
+    assert!(error.contains("not finite"), "{error}");
+}
+
+#[test]
+fn runs_without_any_measured_pose_explain_nothing_and_do_not_fail() {
+    let mut blind = campaign(&part_of_plan(&["spin", "square"]), &[], 1);
+    for run in &mut blind.runs {
+        run.measured_poses.clear();
+        run.gyro.clear();
+    }
+    let answer = explain(&blind).unwrap();
+    assert!(answer.steps.is_empty() && !answer.unexplained.structure);
+}
+
+#[test]
+fn positions_without_headings_are_enough_for_a_track_width() {
+    let plan = part_of_plan(&["out_and_back", "arc", "square"]);
+    let mut positions = campaign(&plan, &[term("track_width", &[0.02])], 11);
+    for run in &mut positions.runs {
+        run.measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+    }
+    let answer = explain(&positions).unwrap();
+    assert_eq!(found(&answer), ["track_width"]);
+}
+
+#[test]
+fn an_effect_outside_the_catalogue_is_flagged_and_what_it_depends_on_is_named() {
+    // The catalogue without its eccentricities, against an eccentric wheel.
+    let truth = [term("wheel_eccentricity", &[0.015, 0.01, -0.02, 0.0])];
+    let less: Vec<&dyn Effect> =
+        CATALOGUE.into_iter().filter(|it| !it.facts().id.contains("eccentricity")).collect();
+    let answer = explain_by(&campaign(&full_plan(), &truth, 9), &less).unwrap();
+    assert!(answer.unexplained.structure);
+    assert_eq!(answer.unexplained.depends_on[0], "wheel angle");
+}
+
+#[test]
+fn the_json_has_the_keys_that_it_is_specified_to_have() {
+    let plan = part_of_plan(&["spin"]);
+    let answer = explain(&campaign(&plan, &[term("track_width", &[0.02])], 7)).unwrap();
+    let json = serde_json::to_value(&answer).unwrap();
+    let keys = |it: &serde_json::Value| -> Vec<String> {
+        let mut keys: Vec<String> = it.as_object().unwrap().keys().cloned().collect();
+        keys.sort();
+        keys
+    };
+    let top = ["baseline", "next_run", "rejected", "schema", "steps", "unexplained"];
+    assert_eq!(keys(&json), top);
+    assert_eq!(json["schema"], 1);
+    assert_eq!(keys(&json["baseline"]), ["heldout", "train"]);
+    let error = ["chi", "heading_rms_rad", "position_rms_m"];
+    assert_eq!(keys(&json["baseline"]["train"]), error);
+    let step = ["class", "effect", "heldout", "p_value", "parameters", "train", "why"];
+    let mut step = step.map(str::to_owned);
+    step.sort();
+    assert_eq!(keys(&json["steps"][0]), step);
+    let parameter = ["high95", "low95", "name", "sigma", "unit", "value"];
+    assert_eq!(keys(&json["steps"][0]["parameters"][0]), parameter);
+    assert_eq!(keys(&json["rejected"][0]), ["effect", "heldout", "reason"]);
+    assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "structure"]);
+    assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
+}
+
+#[test]
+fn what_the_model_has_already_is_known_and_not_missing() {
+    let truth = [term("wheel_radius_ratio", &[0.008]), term("side_slip", &[0.02])];
+    let campaign = campaign(&full_plan(), &truth, 5);
+    let beyond = |ids: &[&str]| explain_beyond(&campaign, &CATALOGUE, ids).unwrap();
+    let answer = beyond(&["wheel_radius_ratio"]);
+    assert_eq!(found(&answer), ["side_slip"]);
+    let known: Vec<&str> = answer.known.iter().map(|it| it.effect.as_str()).collect();
+    assert_eq!(known, ["wheel_radius_ratio"]);
+    assert!(
+        answer.baseline.cross_validated.position_rms_m
+            < beyond(&[]).baseline.cross_validated.position_rms_m
+    );
+    let answer = beyond(&["wheel_radius_ratio", "side_slip"]);
+    assert_eq!((found(&answer).len(), answer.known.len()), (0, 2));
+}
+
+#[test]
+fn turns_on_the_spot_without_headings_do_not_place_a_marker() {
+    let plan = part_of_plan(&["out_and_back", "spin"]);
+    let mut positions = campaign(&plan, &[term("marker_offset", &[0.03, 0.02])], 3);
+    for run in &mut positions.runs {
+        run.measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+    }
+    let answer = explain(&positions).unwrap();
+    assert!(!found(&answer).contains(&"marker_offset"), "{:?}", answer.steps);
+}
+
+#[test]
+fn an_eccentric_wheel_shows_as_its_angle_where_counts_begin_anew_in_every_run() {
+    let truth = [term("wheel_eccentricity", &[0.03, 0.02, -0.03, 0.01])];
+    let mut anew = campaign(&full_plan(), &truth, 9);
+    for run in &mut anew.runs {
+        let first = run.wheels[0].phi_rad;
+        for it in &mut run.wheels {
+            it.phi_rad = it.phi_rad.zip(first).map(|(now, then)| now - then);
+        }
+    }
+    let answer = explain(&anew).unwrap();
+    assert!(answer.unexplained.depends_on.contains(&"wheel angle"), "{:?}", answer.unexplained);
+}

@@ -1,0 +1,5 @@
+//! Whole campaigns, explained.
+
+mod explanation;
+mod held_out;
+mod suggestions;

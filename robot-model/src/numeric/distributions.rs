@@ -1,0 +1,82 @@
+//! Distributions: how probable is at least this much by chance, and how wide is a 95 % interval?
+
+use statrs::function::beta::beta_reg;
+use statrs::function::gamma::gamma_ur;
+
+/// Half the width of a 95 % interval, in sigmas of a normal distribution.
+pub const SIGMAS_95: f64 = 1.959_964;
+
+/// The same to three digits, as the intervals of `explain` have always had it.
+pub(crate) const SIGMAS_95_ROUNDED: f64 = 1.96;
+
+/// Probability that a chi-squared variable with `freedom` degrees of freedom exceeds `x`.
+pub(crate) fn chi_squared(freedom: usize, x: f64) -> f64 {
+    if x.is_nan() || x <= 0.0 || freedom == 0 {
+        return 1.0;
+    }
+    gamma_ur(freedom as f64 / 2.0, x / 2.0).clamp(0.0, 1.0)
+}
+
+/// Probability that `x` is exceeded by a chi-squared variable of `freedom` degrees divided by its variance,
+/// where that is known from so many degrees of its own: Fisher's F of x / freedom.
+pub(crate) fn fisher(freedom: usize, known_from: f64, x: f64) -> f64 {
+    if x.is_nan() || x <= 0.0 || freedom == 0 {
+        return 1.0;
+    }
+    beta_reg(known_from / 2.0, freedom as f64 / 2.0, known_from / (known_from + x)).clamp(0.0, 1.0)
+}
+
+/// Benjamini and Hochberg: the least false discovery rate at which each p-value counts.
+pub(crate) fn false_discovery_rates(p_values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p_values.len()).collect();
+    order.sort_by(|a, b| p_values[*b].total_cmp(&p_values[*a]));
+    let count = p_values.len() as f64;
+    let mut rates = vec![1.0; p_values.len()];
+    let mut least = 1.0_f64;
+    for (from_the_top, index) in order.into_iter().enumerate() {
+        let rank = count - from_the_top as f64;
+        least = least.min(p_values[index] * count / rank);
+        rates[index] = least;
+    }
+    rates
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_are_those_of_the_tables() {
+        // Closed forms: exp(-x/2) for two degrees, exp(-x/2)(1 + x/2) for four.
+        for x in [0.1, 1.0, 3.0, 9.0, 40.0] {
+            assert!((chi_squared(2, x) / f64::exp(-x / 2.0) - 1.0).abs() < 1e-12);
+            let four = f64::exp(-x / 2.0) * (1.0 + x / 2.0);
+            assert!((chi_squared(4, x) / four - 1.0).abs() < 1e-12);
+        }
+        // Tables: 3.841459 for one degree and 16.91898 for nine are passed in 5 %; to their digits.
+        assert!((chi_squared(1, 3.841459) - 0.05).abs() < 1e-7);
+        assert!((chi_squared(9, 16.91898) - 0.05).abs() < 1e-7);
+        assert_eq!(chi_squared(3, 0.0), 1.0);
+    }
+
+    #[test]
+    fn few_degrees_have_wide_tails() {
+        // Tables: t of 5 degrees passes 2.570582 in 5 %, F of 2 and 10 degrees 4.102821; to their digits.
+        assert!((fisher(1, 5.0, 2.570582_f64.powi(2)) - 0.05).abs() < 1e-7);
+        assert!((fisher(2, 10.0, 2.0 * 4.102821) - 0.05).abs() < 1e-7);
+        // Of very many degrees it is chi^2, to one over their number.
+        assert!((fisher(3, 1e7, 9.0) / chi_squared(3, 9.0) - 1.0).abs() < 1e-5);
+        assert_eq!(fisher(3, 4.0, -1.0), 1.0);
+        // Far out, still a number.
+        assert!((0.0..1e-40).contains(&fisher(1, 24.0, 1e5)));
+    }
+
+    #[test]
+    fn false_discovery_rates_are_those_of_the_example() {
+        // p m / rank: 0.04, 0.04, 0.04, 0.2 with the least taken from the top.
+        let rates = false_discovery_rates(&[0.01, 0.2, 0.02, 0.03]);
+        for (got, want) in rates.iter().zip([0.04, 0.2, 0.04, 0.04]) {
+            assert!((got - want).abs() < 1e-15, "{rates:?}");
+        }
+    }
+}

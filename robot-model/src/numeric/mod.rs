@@ -1,0 +1,19 @@
+//! Numerics that know nothing of robots.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `jet.rs` | [`Jet`]: a value with its derivatives by an effect's parameters |
+//! | `angle.rs` | wrapping of angles, sin(x) / x |
+//! | `distributions.rs` | tails of chi-squared and F, false discovery rates, half widths of 95 % intervals |
+//! | `mixed_model.rs` | least squares with fixed and random unknowns (Henderson) |
+//! | `parallel.rs` | a function of each item, on all cores |
+//! | `random.rs` | a small seeded generator of normal numbers |
+
+pub(crate) mod angle;
+pub(crate) mod distributions;
+pub(crate) mod jet;
+pub(crate) mod mixed_model;
+pub(crate) mod parallel;
+pub(crate) mod random;
+
+pub use jet::{Jet, PARAMETERS_MAX};

@@ -1,0 +1,89 @@
+//! All runs of one robot, prepared once for everything that looks at them.
+
+use crate::recording::motion::Motion;
+use crate::recording::run::{Recording, RecordingError, Robot};
+use crate::recording::run_kind::{RunKind, kind_of};
+use crate::recording::survey::Survey;
+
+/// Recorded runs of one robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Campaign {
+    /// The robot, as nominal.
+    pub robot: Robot,
+    /// The runs, in the order in which they were made.
+    pub runs: Vec<Recording>,
+}
+
+/// A run, with its motion worked out.
+#[derive(Clone, Debug)]
+pub(crate) struct PreparedRun {
+    pub recording: Recording,
+    pub motion: Motion,
+    pub kind: RunKind,
+}
+
+/// A campaign, with what does not depend on any model.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    pub robot: Robot,
+    /// The runs that are fitted to: all that anything is learnt from.
+    pub runs: Vec<PreparedRun>,
+    /// The runs kept aside, which only show what a model predicts.
+    pub held_out: Vec<PreparedRun>,
+    /// Of the runs that are fitted to.
+    pub survey: Survey,
+}
+
+impl Campaign {
+    /// The runs that a model is fitted to: all but those kept aside.
+    pub fn fitted_runs(&self) -> impl Iterator<Item = &Recording> {
+        self.runs.iter().filter(|run| !run.held_out)
+    }
+
+    /// Works out each run's motion, and puts aside the runs that nothing may be learnt from.
+    pub(crate) fn prepare(&self) -> Result<Prepared, RecordingError> {
+        for run in &self.runs {
+            run.validate()?;
+        }
+        if let (Some(first), None) = (self.runs.first(), self.fitted_runs().next()) {
+            let problem = "this run and all others are held out: none is left to be fitted to";
+            return Err(RecordingError { run: first.name.clone(), problem: problem.to_owned() });
+        }
+        let began_s = began_s(self.fitted_runs());
+        let prepared = |recording: &Recording| {
+            let clock_s = began_s.zip(recording.started_s).map(|(first, it)| it - first);
+            let motion = Motion::new(&self.robot, recording, clock_s);
+            let kind = kind_of(&motion);
+            PreparedRun { recording: recording.clone(), motion, kind }
+        };
+        let runs: Vec<PreparedRun> = self.fitted_runs().map(prepared).collect();
+        let held_out = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();
+        let survey = self.survey(&runs, began_s);
+        Ok(Prepared { robot: self.robot, runs, held_out, survey })
+    }
+
+    fn survey(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Survey {
+        let mut survey = Survey::default();
+        for run in runs {
+            let started_s = began_s.zip(run.recording.started_s);
+            let clock_s = started_s.map_or(0.0, |(first, it)| it - first);
+            let path_m: f64 = run.motion.steps.iter().map(|it| it.travel_m().abs()).sum();
+            survey.path_max_m = survey.path_max_m.max(path_m);
+            survey.span_s = survey.span_s.max(clock_s + run.recording.duration_s());
+            for step in &run.motion.steps {
+                let speed_mps = step.wheel_speed_mps.map(f64::abs);
+                let rate_rad_s = speed_mps.left.max(speed_mps.right) / self.robot.wheel_radius_m;
+                survey.wheel_rate_max_rad_s = survey.wheel_rate_max_rad_s.max(rate_rad_s);
+            }
+        }
+        survey
+    }
+}
+
+/// When the first of these runs began \[s\].
+///
+/// `None` where not every run says so: nothing is read from the order in which files happen to be listed.
+fn began_s<'a>(runs: impl Iterator<Item = &'a Recording>) -> Option<f64> {
+    let told: Vec<f64> = runs.map(|run| run.started_s).collect::<Option<_>>()?;
+    told.into_iter().reduce(f64::min)
+}

@@ -1,0 +1,27 @@
+//! What was driven and measured: runs, campaigns, and what a run's wheels did step by step.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `run.rs` | [`Recording`]: one run as measured; [`Robot`], the data sheet that goes with it |
+//! | `campaign.rs` | [`Campaign`]: all runs of one robot; prepared once, for every question that follows |
+//! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
+//! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
+//! | `survey.rs` | [`Survey`]: what the runs of a campaign reached |
+//! | `nominal_plan.rs` | recordings of a nominal robot that drives given pieces |
+//!
+//! Files and their formats are the caller's. Whether a recording can be of one robot at all is asked in
+//! [`crate::checks`].
+
+pub(crate) mod campaign;
+pub(crate) mod motion;
+pub(crate) mod nominal_plan;
+pub(crate) mod run;
+pub(crate) mod run_kind;
+pub(crate) mod survey;
+
+pub use campaign::Campaign;
+pub use motion::Step;
+pub use nominal_plan::{Drive, Piece, drive};
+pub use run::{GyroSample, PoseMeasurement, Recording, RecordingError, Robot, WheelSample};
+pub use run_kind::RunKind;
+pub use survey::Survey;

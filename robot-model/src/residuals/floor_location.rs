@@ -1,0 +1,216 @@
+//! Places on the floor that something may be the matter with: wet, uneven, with a cable under it.
+//!
+//! ```text
+//! w_i  = exp(-d_i^2 / (2 L^2)),   d_i from wheel i to the place                           (1)
+//! ds_i += w_i (p + q a_i sign(ds_i)) ds_i                                                 (2)
+//! ```
+//!
+//! p is a wheel's way over it that is longer or shorter than it looks, q a grip that gives under force.
+//! A place concerns whichever wheel comes there, in whatever run.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::effect::composition::Term;
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::estimation::fit::Fitted;
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::distributions::chi_squared;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::campaign::Prepared;
+use crate::recording::motion::Step;
+
+/// L of (1) of a first look \[m\].
+const REACH_M: f64 = 0.15;
+/// At most so many places are looked at first: those that most runs come to.
+const SPOTS_MAX: usize = 32;
+/// A place that fewer runs come to cannot be told from an accident.
+const RUNS_MIN: usize = 2;
+/// Where by chance there is as much as this in any place, none is looked at closer.
+const FIRST_LOOK_P: f64 = 1e-3;
+/// L of a closer look \[m\]: a cable under the carpet, a puddle.
+const CLOSER_REACHES_M: [f64; 2] = [0.06, 0.15];
+/// A closer look goes this far to either side, in as many steps \[m\].
+const CLOSER_M: [f64; 5] = [-0.15, -0.075, 0.0, 0.075, 0.15];
+
+/// One place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    /// Its middle \[m\].
+    pub at_m: [f64; 2],
+    reach_m: f64,
+}
+
+static SPOT: Facts = Facts {
+    id: "spot",
+    name: "something on the floor",
+    equation: "ds_i += w_i (p + q a_i sign(ds_i)) ds_i",
+    parameters: &[Parameter::amplitude("p", "1", 1.0), Parameter::amplitude("q", "s^2/m", 1.0)],
+    acts_on: ActsOn::Motion,
+    signature: "",
+    shown_by: "",
+    compensation: "",
+};
+
+impl Effect for Spot {
+    fn facts(&self) -> &'static Facts {
+        &SPOT
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let places = wheel_places_m(step.place_m, step.heading_rad, step.track_width_m);
+        let (ds_m, accel) = (step.wheel_travel_m(), step.wheel_accel_mps2);
+        let share = |[x_m, y_m]: [f64; 2], ds_m: f64, accel_mps2: f64| {
+            let (dx, dy) = (x_m - self.at_m[0], y_m - self.at_m[1]);
+            let weight = (-(dx * dx + dy * dy) / (2.0 * self.reach_m * self.reach_m)).exp();
+            // Beyond four reaches there is nothing to add up.
+            if weight < 3e-4 {
+                return Jet::ZERO;
+            }
+            p[0] * weight + p[1] * (weight * accel_mps2 * ds_m.signum())
+        };
+        Change {
+            travel: WheelPair::new(
+                share(places.left, ds_m.left, accel.left),
+                share(places.right, ds_m.right, accel.right),
+            ),
+            ..Change::NONE
+        }
+    }
+}
+
+/// Where each wheel stands \[m\].
+fn wheel_places_m(
+    [x_m, y_m]: [f64; 2],
+    heading_rad: f64,
+    track_width_m: f64,
+) -> WheelPair<[f64; 2]> {
+    let (sin, cos) = heading_rad.sin_cos();
+    let half_m = track_width_m / 2.0;
+    WheelPair::new(
+        [x_m - half_m * sin, y_m + half_m * cos],
+        [x_m + half_m * sin, y_m - half_m * cos],
+    )
+}
+
+/// A first look at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaceSeen {
+    /// Its middle \[m\].
+    pub at_m: [f64; 2],
+    /// How much of what the model leaves it would explain, in -2 log likelihood.
+    pub gain: f64,
+}
+
+impl PlaceSeen {
+    /// Places of a first look are cells of this side \[m\].
+    pub const SIDE_M: f64 = 2.0 * REACH_M;
+}
+
+/// What a first look at the floor found.
+pub(super) struct Suspected {
+    /// The places near the one where what the model leaves shows most, if it does anywhere.
+    pub(super) spots: Vec<Spot>,
+    /// How many were looked at for that.
+    pub(super) looked_at: usize,
+    /// The first look.
+    pub(super) seen: Vec<PlaceSeen>,
+}
+
+/// Looks for a place where what the model leaves shows.
+pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> Suspected {
+    let spots = visited(prepared);
+    let mut terms = fitted.terms.clone();
+    terms.extend(spots.iter().map(|it| Term { effect: it, values: vec![0.0; 2], column: None }));
+    let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
+    let columns = |term: &Term<'_>| {
+        let first = term.column.unwrap_or(0);
+        first..first + term.values.len()
+    };
+    let model: Vec<usize> = terms[..fitted.terms.len()].iter().flat_map(columns).collect();
+    let chi_squared_of = |columns: &[usize]| {
+        let delta = equations.solve(&equations.total, columns).delta;
+        equations.total.chi_squared(columns, &delta)
+    };
+    let without = chi_squared_of(&model);
+    let gain = |term: &Term<'_>| {
+        let both: Vec<usize> = model.iter().copied().chain(columns(term)).collect();
+        without - chi_squared_of(&both)
+    };
+    let gains = terms[fitted.terms.len()..].iter().map(gain);
+    let seen: Vec<PlaceSeen> =
+        spots.iter().zip(gains).map(|(spot, gain)| PlaceSeen { at_m: spot.at_m, gain }).collect();
+    let best = seen.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let Some(best) =
+        best.filter(|it| chi_squared(2, it.gain) * (spots.len() as f64) < FIRST_LOOK_P)
+    else {
+        return Suspected { spots: Vec::new(), looked_at: spots.len(), seen };
+    };
+    let closer: Vec<Spot> = CLOSER_REACHES_M
+        .iter()
+        .flat_map(|reach_m| CLOSER_M.iter().map(move |dx| (*reach_m, *dx)))
+        .flat_map(|(reach_m, dx)| CLOSER_M.iter().map(move |dy| (reach_m, [dx, *dy])))
+        .map(|(reach_m, [dx, dy])| Spot { at_m: [best.at_m[0] + dx, best.at_m[1] + dy], reach_m })
+        .collect();
+    Suspected { looked_at: spots.len() + closer.len(), spots: closer, seen }
+}
+
+/// The places that wheels of several runs were seen to come to.
+fn visited(prepared: &Prepared) -> Vec<Spot> {
+    let mut runs_of: BTreeMap<(i64, i64), BTreeSet<usize>> = BTreeMap::new();
+    let pitch_m = PlaceSeen::SIDE_M;
+    let track_width_m = prepared.robot.track_width_m;
+    for (index, run) in prepared.runs.iter().enumerate() {
+        for measurement in &run.recording.measured_poses {
+            let Some((position_m, heading_rad)) =
+                measurement.position_m.zip(measurement.heading_rad)
+            else {
+                continue;
+            };
+            let places = wheel_places_m(position_m, heading_rad, track_width_m);
+            for [x_m, y_m] in [places.left, places.right] {
+                let cell = ((x_m / pitch_m).round() as i64, (y_m / pitch_m).round() as i64);
+                runs_of.entry(cell).or_default().insert(index);
+            }
+        }
+    }
+    let mut cells: Vec<_> =
+        runs_of.into_iter().filter(|(_, runs)| runs.len() >= RUNS_MIN).collect();
+    cells.sort_by_key(|(_, runs)| std::cmp::Reverse(runs.len()));
+    cells.truncate(SPOTS_MAX);
+    let middle = |cell: i64| cell as f64 * pitch_m;
+    cells
+        .into_iter()
+        .map(|((x, y), _)| Spot { at_m: [middle(x), middle(y)], reach_m: REACH_M })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explain::explanation::explain;
+    use crate::tests::synthetic::{campaign, full_plan};
+
+    #[test]
+    fn a_wheel_that_loses_way_in_one_place_shows_which_place() {
+        // A quarter round the small circle to the left, in the right wheel's way: it loses 4 mm at either speed.
+        let bump = Spot { at_m: [0.586, 0.4], reach_m: 0.05 };
+        let truth = [Term { effect: &bump, values: vec![-0.03, 0.0], column: None }];
+        let answer = explain(&campaign(&full_plan(), &truth, 31)).unwrap();
+        let it = &answer.unexplained;
+        assert_eq!(it.depends_on.first(), Some(&"place"), "{it:?}");
+        let [x_m, y_m] = it.place_m.unwrap();
+        let distance_m = (x_m - bump.at_m[0]).hypot(y_m - bump.at_m[1]);
+        assert!(distance_m < 0.12, "{distance_m} m away");
+        assert!(it.depends_on_text().contains("near x = "), "{}", it.depends_on_text());
+    }
+
+    #[test]
+    fn a_sound_floor_has_no_place_to_look_at() {
+        for seed in 0..4 {
+            let answer = explain(&campaign(&full_plan(), &[], 310 + seed)).unwrap();
+            assert!(!answer.unexplained.structure, "{:?}", answer.unexplained);
+            assert_eq!(answer.unexplained.place_m, None);
+        }
+    }
+}

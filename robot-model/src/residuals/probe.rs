@@ -1,0 +1,201 @@
+//! What residuals may depend on: a handful of functions of one regressor each.
+
+use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+
+/// The regressor of what goes round with a wheel.
+pub(crate) const WHEEL_ANGLE: &str = "wheel angle";
+/// The regressor of what is in one place of the floor.
+pub(crate) const PLACE: &str = "place";
+
+/// A handful of functions of a step, each an amplitude of its own.
+pub(super) struct Probe {
+    pub regressor: &'static str,
+    act: fn(&[Jet; PARAMETERS_MAX], &Step) -> Change,
+}
+
+impl core::fmt::Debug for Probe {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.regressor)
+    }
+}
+
+/// Limits far beyond anything: a probe is asked whether it is there, not whether it is plausible.
+static PROBE: Facts = Facts {
+    id: "probe",
+    name: "probe",
+    equation: "a sum of functions of one regressor",
+    parameters: &[
+        Parameter::amplitude("a", "1", 1.0),
+        Parameter::amplitude("b", "1", 1.0),
+        Parameter::amplitude("c", "1", 1.0),
+        Parameter::amplitude("d", "1", 1.0),
+    ],
+    acts_on: ActsOn::Motion,
+    signature: "",
+    shown_by: "",
+    compensation: "",
+};
+
+impl Effect for Probe {
+    fn facts(&self) -> &'static Facts {
+        &PROBE
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        (self.act)(p, step)
+    }
+}
+
+fn wheel_harmonic(p: &[Jet; PARAMETERS_MAX], step: &Step, harmonic: f64) -> Change {
+    let wave = |c: Jet, s: Jet, phi: f64| {
+        let (sin, cos) = (harmonic * phi).sin_cos();
+        c * cos + s * sin
+    };
+    let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
+    let travel = WheelPair::new(wave(p[0], p[1], middle.left), wave(p[2], p[3], middle.right));
+    Change { travel, ..Change::NONE }
+}
+
+/// Turning and scale along the path, as a function of something even.
+fn path_and_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
+    let path_m = step.travel_m().abs();
+    Change {
+        travel: WheelPair::both(p[0] * x + p[1] * (x * x)),
+        turn_rad: (p[2] * x + p[3] * (x * x)) * path_m,
+        ..Change::NONE
+    }
+}
+
+/// Turning in proportion to the rim's rolling, so that spins count too, with scale.
+fn wheels(p: &[Jet; PARAMETERS_MAX], x: WheelPair<f64>) -> Change {
+    let travel = WheelPair::new(
+        p[0] * x.left + p[1] * (x.left * x.left.abs()),
+        p[2] * x.right + p[3] * (x.right * x.right.abs()),
+    );
+    Change { travel, ..Change::NONE }
+}
+
+/// Either wheel's radius, a pull and the track width, in proportion to something.
+fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
+    Change {
+        travel: WheelPair::new(p[0] * x, p[1] * x),
+        turn_rad: p[2] * (x * step.travel_m().abs()),
+        turning: p[3] * x,
+        ..Change::NONE
+    }
+}
+
+pub(super) static PROBES: &[Probe] = &[
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 1.0) },
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 2.0) },
+    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe {
+        regressor: WHEEL_ANGLE,
+        act: |p, step| {
+            let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
+            let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
+            let aside = p[0] * left.1 + p[1] * left.0 + p[2] * right.1 + p[3] * right.0;
+            Change { sideways_m: aside * step.travel_m(), ..Change::NONE }
+        },
+    },
+    Probe {
+        regressor: "heading",
+        act: |p, step| {
+            let (path_m, (sin, cos)) = (step.travel_m().abs(), step.heading_rad.sin_cos());
+            Change {
+                turn_rad: (p[0] * cos + p[1] * sin) * path_m,
+                drift_m: [p[2] * path_m, p[3] * path_m],
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "heading",
+        act: |p, step| {
+            let (sin, cos) = (2.0 * step.heading_rad).sin_cos();
+            let path_m = step.travel_m().abs();
+            Change {
+                travel: WheelPair::both(p[0] * cos + p[1] * sin),
+                turn_rad: (p[2] * cos + p[3] * sin) * path_m,
+                ..Change::NONE
+            }
+        },
+    },
+    Probe { regressor: "speed", act: |p, step| path_and_turn(p, step, step.speed_mps().abs()) },
+    Probe { regressor: "wheel speed", act: |p, step| wheels(p, step.wheel_speed_mps) },
+    Probe { regressor: "acceleration", act: |p, step| wheels(p, step.wheel_accel_mps2) },
+    Probe {
+        regressor: "acceleration",
+        act: |p, step| {
+            let x = step.wheel_accel_mps2.zip(step.wheel_speed_mps).map(|(a, v)| a * v.signum());
+            wheels(p, x)
+        },
+    },
+    Probe {
+        regressor: "turn rate",
+        act: |p, step| {
+            let omega = step.turn_rate_rad_s();
+            Change {
+                turning: p[0] * omega.abs() + p[1] * omega,
+                sideways_m: p[2] * step.turn_rad() + p[3] * step.turn_rad().abs(),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "direction of travel",
+        act: |p, step| {
+            let v = step.speed_mps();
+            Change {
+                travel: WheelPair::both(p[0] * v.signum()),
+                turn_rad: p[1] * step.travel_m().abs() + p[2] * step.travel_m(),
+                sideways_m: p[3] * step.travel_m(),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: "time in the run",
+        act: |p, step| radii_and_track(p, step, step.t_s / 60.0),
+    },
+    Probe {
+        regressor: "time in the campaign",
+        act: |p, step| radii_and_track(p, step, step.clock_s / 3600.0),
+    },
+    Probe {
+        regressor: "distance since reversal",
+        act: |p, step| {
+            let Some(since_m) = step.since_reversal_m else { return Change::NONE };
+            let ds_m = step.travel_m();
+            let near = |length_m: f64| (-since_m / length_m).exp() * ds_m.abs();
+            let sign = ds_m.signum();
+            Change {
+                turn_rad: (p[0] * sign + p[1]) * near(0.05) + (p[2] * sign + p[3]) * near(0.2),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe {
+        regressor: PLACE,
+        act: |p, step| {
+            let [x, y] = step.place_m;
+            let path_m = step.travel_m().abs();
+            Change {
+                turn_rad: (p[0] * x + p[1] * y) * path_m,
+                travel: WheelPair::both(p[2] * x + p[3] * y),
+                ..Change::NONE
+            }
+        },
+    },
+    Probe { regressor: "load", act: |p, step| radii_and_track(p, step, step.payload_kg) },
+];
+
+/// Regressors that change from run to run, and hardly within one.
+pub(super) const OF_RUNS: [&str; 2] = ["load", "time in the campaign"];
+
+/// What a run may have for itself: its own travel of either wheel, its own turn.
+pub(super) static OF_A_RUN: Probe =
+    Probe { regressor: "run", act: |p, step| radii_and_track(p, step, 1.0) };

@@ -1,0 +1,16 @@
+//! Model selection: which effects does a robot have?
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `select.rs` | the search: forward, with exchanges, and back |
+//! | `candidates.rs` | every candidate beside a fitted model, from one set of normal equations |
+//! | `effect_test.rs` | what speaks for one effect: likelihood, cross-validation, agreement between runs |
+//! | `classes.rs` | effects that a campaign cannot tell apart |
+//!
+//! Values come from [`crate::estimation`]. What no effect of the catalogue explains is asked about in
+//! [`crate::residuals`]; what a user is told, in [`crate::explain`].
+
+pub(crate) mod candidates;
+pub(crate) mod classes;
+pub(crate) mod effect_test;
+pub(crate) mod select;

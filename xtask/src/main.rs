@@ -1,10 +1,15 @@
 //! The project's own chores: `cargo xtask help`.
 
+mod arrows;
 mod bench;
+mod circles;
 mod documents;
 mod emulated;
+#[cfg(test)]
+mod example;
 mod firmware;
 mod needs;
+mod source;
 mod steps;
 mod test;
 mod words;
@@ -23,6 +28,8 @@ cargo xtask <chore>
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware is none of
+  arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
+  circles            looks for files that use each other in a circle
   help               this
 ";
 
@@ -34,6 +41,8 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test"] => test::run(),
+        ["arrows"] => arrows::run(),
+        ["circles"] => circles::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),

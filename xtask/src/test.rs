@@ -6,7 +6,7 @@
 use std::process::Command;
 
 use crate::steps::{Steps, cargo, run as command};
-use crate::{Outcome, documents, emulated, firmware, needs, root, words};
+use crate::{Outcome, arrows, circles, documents, emulated, firmware, needs, root, words};
 
 pub fn run() -> Outcome {
     let mut steps = Steps::default();
@@ -20,6 +20,8 @@ fn all(steps: &mut Steps) -> Outcome {
     steps.run("format", format)?;
     steps.run("words", words::check)?;
     steps.run("documents", documents::check)?;
+    steps.run("circles", circles::check)?;
+    steps.run("arrows", arrows::check)?;
     steps.run("clippy", || {
         cargo(
             &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],

@@ -8,6 +8,7 @@ mod emulated;
 #[cfg(test)]
 mod example;
 mod firmware;
+mod lengths;
 mod needs;
 mod source;
 mod steps;
@@ -21,6 +22,7 @@ const HELP: &str = "\
 cargo xtask <chore>
 
   test               installs what is missing, then runs all that CI runs
+  check              the part of it that takes seconds: format, words, pages, lengths, circles
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board
@@ -29,7 +31,6 @@ cargo xtask <chore>
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware is none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
-  circles            looks for files that use each other in a circle
   help               this
 ";
 
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
     let outcome = match args[..] {
         ["test"] => test::run(),
         ["arrows"] => arrows::run(),
-        ["circles"] => circles::check(),
+        ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),

@@ -254,8 +254,8 @@ impl Driver<Nucleo> for Lockstep {
         if let Some(reset) = machine.resets().get(self.resets) {
             self.resets += 1;
             self.bug_injector.clean_up(host);
-            PLANT_AND_HOST.with_borrow(|around| {
-                if let Some(around) = around {
+            PLANT_AND_HOST.with_borrow(|slot| {
+                if let Some(around) = slot {
                     around.monitor.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
                 }
             });
@@ -291,15 +291,15 @@ impl Driver<Nucleo> for Lockstep {
         stop: Stop,
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
-        PLANT_AND_HOST.with_borrow_mut(|around| {
+        PLANT_AND_HOST.with_borrow_mut(|slot| {
             if let Some(begin) = self.begin.take() {
-                *around = Some(begin());
+                *slot = Some(begin());
                 self.array.show(host);
             }
-            let around = around.as_mut().expect("begun at the first stop");
+            let around = slot.as_mut().expect("begun at the first stop");
             around.meet(machine.board_mut(), stop.at);
             if around.poll_host() {
-                *around = None;
+                *slot = None;
                 return None;
             }
             around.hand_over(machine.board_mut());

@@ -49,7 +49,7 @@ impl AngleErrorParameters {
     }
 }
 
-/// With the encoder's angle psi = g phi, the head of a disc whose centre is off by e radii reads
+/// With the encoder's angle psi = r phi, r the gear reduction, the head of a disc whose centre is off by e radii reads
 ///
 /// ```text
 /// psi + e sin(psi - psi_1)                        (1)  to first order in e

@@ -17,7 +17,7 @@ use super::range_check::{ParameterError, RangeCheck};
 pub struct EncoderParameters {
     /// Counts (all four edges) per turn of the encoder, N; may be fractional.
     pub counts_per_rev: f64,
-    /// Turns of the encoder per turn of the wheel, the paper's 1/g; may be fractional.
+    /// Turns of the encoder per turn of the wheel, r, the paper's 1/g; may be fractional.
     pub gear_reduction: f64,
     /// True if the count falls when the wheel rolls forward.
     pub reversed: bool,
@@ -61,7 +61,7 @@ impl EncoderParameters {
 /// The encoder's state.
 ///
 /// ```text
-/// position p = phi N g / 2 pi + phase             (1)  in counts, not quantised
+/// position p = phi N r / 2 pi + phase             (1)  in counts, not quantised
 /// count = offset + sign * floor(p)                (2)
 /// ```
 ///

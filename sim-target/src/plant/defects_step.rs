@@ -10,8 +10,7 @@ use super::pose::Twist;
 use super::wheel::DrivenWheel;
 
 impl Plant {
-    /// Positions, angles and deflections of an odd robot; its new deflections give the next kick's
-    /// forces.
+    /// Advances positions, angles and deflections; the new deflections give the next kick's forces.
     pub(super) fn drift_with_defects(&mut self, defects: &mut Defects, h_s: f64) {
         let twist = self.body.drift(h_s);
         self.loads = self.load_model.loads(self.body.acceleration_mps2);
@@ -31,7 +30,7 @@ impl Plant {
         self.caster.drift(&self.parameters.caster, twist, self.loads.caster_n, friction, h_s);
     }
 
-    /// Gravity on a slope, the tether, and what drags.
+    /// Forces of slope, tether and drag.
     ///
     /// ```text
     /// gravity: m g sin(slope) downhill, at the centre of mass       (1)
@@ -62,7 +61,7 @@ impl Plant {
     }
 }
 
-/// One step, as its wheels see it.
+/// What both wheels need to know in one step.
 struct DefectiveStep<'a> {
     parameters: &'a PlantParameters,
     body: &'a Body,
@@ -74,7 +73,7 @@ struct DefectiveStep<'a> {
 impl DefectiveStep<'_> {
     /// Rolls one wheel for h, and finds its contact's force for the next kick.
     ///
-    /// Slip of the tread over what it touches, with the wheel's plane turned by its toe:
+    /// Slip of the tread over the floor, with the wheel's plane turned by its toe:
     ///
     /// ```text
     /// s_x = R w cos(toe) - (u - omega y) + pile_x       (1)
@@ -82,8 +81,8 @@ impl DefectiveStep<'_> {
     /// pile = d |R w| in its direction                   (3)  speed of the floor's surface
     /// ```
     ///
-    /// Over a bump the tread climbs: it gets R w / sqrt(1 + g^2) forward, and the load pushes it back
-    /// by N g, g being the gradient along the way.
+    /// Over a bump the tread climbs: the forward speed is R w / sqrt(1 + g^2), and the load N pushes back by
+    /// N g, where g is the gradient along the path.
     #[inline]
     fn roll(
         &self,
@@ -138,7 +137,7 @@ impl DefectiveStep<'_> {
             slip_y += y;
         }
         if worn.parameters.end_float_m != 0.0 {
-            // The floor holds the contact, and the wheel slides along its axle until it comes to a stop.
+            // The floor holds the contact while the wheel slides along its axle to the end of its float.
             let half_m = 0.5 * worn.parameters.end_float_m;
             let before_m = worn.float_m;
             worn.float_m = (before_m + slip_y * h_s).clamp(-half_m, half_m);

@@ -1,4 +1,4 @@
-//! What joins motor and wheel: a gear with play, and a set screw.
+//! The joint between motor and wheel: a gear with play, and a set screw.
 
 use serde::{Deserialize, Serialize};
 
@@ -87,7 +87,7 @@ impl Joint {
         self.play_rad + self.slipped_rad
     }
 
-    /// Forgets motion.
+    /// Resets the motion.
     pub fn lift(&mut self) {
         (self.motor_spin_rad_s, self.slipping) = (0.0, false);
     }
@@ -170,7 +170,7 @@ impl Joint {
         conductance * (voltage_v - k * 0.5 * (motor_before + motor))
     }
 
-    /// Turns the sides against each other for h.
+    /// Advances play and slip by h.
     #[inline]
     pub fn drift(&mut self, wheel_spin_rad_s: f64, h_s: f64) {
         let apart_rad = (self.motor_spin_rad_s - wheel_spin_rad_s) * h_s;

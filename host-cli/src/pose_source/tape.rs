@@ -1,6 +1,6 @@
-//! A person with a tape measure: where the robot stands before a run, and where after it.
+//! A person with a ruler or a tape measure: where the robot stands before a run, and where after it.
 //!
-//! Two poses a run, the first at its first sample, the last at its last one: the robot stands still at
+//! After a line: how far it is off it. After a run of a campaign two poses, the first at its first sample, the last at its last one: the robot stands still at
 //! both. Between the pieces of a run it stands for a blink, which nobody can measure.
 
 use std::path::{Path, PathBuf};
@@ -9,19 +9,23 @@ use campaign::how_far;
 use campaign::plan::PlannedRun;
 use campaign::track::read_track;
 use host_link::Clock;
+use host_link::wire::Waiting;
 use robot_model::gate::doubtful;
 use robot_model::recording::Sight;
-use robot_model::{Pose, TrackSample};
+use robot_model::{Deviation, Pose, TrackSample};
 use sim_target::Lab;
 
-use super::align::Reckoned;
-use super::measured::{Go, Seen, Sigma, no_shift, on_robot_clock, stopped};
+use super::align::{Reckoned, on_robot_clock};
+use super::confirm::confirm;
+use super::reading::parse_reading;
+use super::track_file::no_shift;
+use super::{Go, Mark, PoseSource, Seen, Sigma, ask_for, stopped};
 use crate::error::Result;
 use crate::quantity::{Angle, Length, join_units};
 use crate::ui;
 
 /// A person who measures.
-pub struct Person {
+pub struct Tape {
     /// Whether to ask before each run.
     confirm: bool,
     /// Where the robot is a simulated one.
@@ -45,7 +49,7 @@ struct Reading {
 }
 
 /// What was answered after a run.
-enum Answer {
+enum Reply {
     Pose(Reading),
     Track(PathBuf),
     Nothing,
@@ -54,19 +58,25 @@ enum Answer {
     Quit,
 }
 
-impl Person {
+impl Sigma {
+    /// A tape to the mark under the axle, and the robot's side against a line.
+    pub const TAPE: Self = Self { position_m: 0.002, heading_rad: 0.01 };
+
+    /// A ruler whose marks are this far apart \[m\]: rounded to the nearest, and the eye that reads it.
+    pub fn of_ruler(resolution_m: f64) -> Self {
+        Self { position_m: resolution_m / 2.0, ..Self::TAPE }
+    }
+}
+
+impl Tape {
     /// Somebody who reads a tape this well; `lab` is that of a simulated robot.
     pub fn new(confirm: bool, sigma: Sigma, lab: Option<Lab>) -> Self {
         Self { confirm, lab, sigma, start: Pose::ORIGIN, by_tape: false, told: false }
     }
 
-    /// How well the last run was measured, if it was with the tape.
-    pub fn sigma(&self) -> Option<Sigma> {
-        self.by_tape.then_some(self.sigma)
-    }
-
     /// Has the robot put at the mark of a run, or hears where it stands instead.
-    pub async fn place(&mut self, clock: &Clock, run: &PlannedRun, place: &str) -> Result<Go> {
+    async fn put_at_its_mark(&mut self, clock: &Clock, run: &PlannedRun) -> Result<Go> {
+        let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
         if !self.told && (self.confirm || self.lab.is_some()) {
@@ -110,7 +120,7 @@ impl Person {
     }
 
     /// Asks where the robot stands after a run; `reckoned` is the run by its wheels.
-    pub async fn track(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
+    async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
         if let Some(lab) = &self.lab {
             ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
         }
@@ -119,7 +129,7 @@ impl Person {
             self.by_tape = false;
             let question = "Where it stands now (1.795m -12mm 3deg), its track's file, Enter for neither, repeat, skip, or q:";
             match parse_answer(&ui::ask(question, clock).await?) {
-                Ok(Answer::Pose(read)) => match self.ends(read, reckoned) {
+                Ok(Reply::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(mut track) => {
                         if read.heading_rad.is_none() {
                             match ask_heading(clock).await? {
@@ -137,17 +147,17 @@ impl Person {
                     }
                     Err(why) => ui::warn(why),
                 },
-                Ok(Answer::Track(path)) => match read_track(&path) {
+                Ok(Reply::Track(path)) => match read_track(&path) {
                     Ok((samples, _)) => match on_robot_clock(samples, reckoned) {
                         Some(track) => return Ok(Seen::Track(track)),
                         None => ui::warn(no_shift(&path)),
                     },
                     Err(error) => ui::warn(error),
                 },
-                Ok(Answer::Nothing) => return Ok(Seen::Track(Vec::new())),
-                Ok(Answer::Repeat) => return Ok(Seen::Repeat),
-                Ok(Answer::Skip) => return Ok(Seen::Skip),
-                Ok(Answer::Quit) => return Err(stopped()),
+                Ok(Reply::Nothing) => return Ok(Seen::Track(Vec::new())),
+                Ok(Reply::Repeat) => return Ok(Seen::Repeat),
+                Ok(Reply::Skip) => return Ok(Seen::Skip),
+                Ok(Reply::Quit) => return Err(stopped()),
                 Err(why) => ui::warn(why),
             }
         }
@@ -185,6 +195,67 @@ impl Person {
             at(first.t_s, start.x_m, start.y_m, Some(start.heading_rad)),
             at(last.t_s, end.x_m, end.y_m, end.heading_rad),
         ])
+    }
+}
+
+impl PoseSource for Tape {
+    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        Box::pin(async move {
+            match mark {
+                Mark::Run(run) => self.put_at_its_mark(clock, run).await,
+                Mark::Line(_) if self.confirm => confirm(clock, mark).await,
+                Mark::Line(_) => Ok(Go::Drive),
+            }
+        })
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        const QUESTION: &str = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
+        Box::pin(async move {
+            loop {
+                let answer = ui::ask(QUESTION, clock).await?;
+                let accepted = parse_reading(&answer, self.sigma.position_m)
+                    .and_then(|read| accept(read).map_err(|error| error.to_string()));
+                match accepted {
+                    Ok(()) => return Ok(()),
+                    Err(why) => ui::warn(why),
+                }
+            }
+        })
+    }
+
+    fn read_offset<'a>(&'a mut self, clock: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        const QUESTION: &str =
+            "How far is it ahead of its mark, and to the left of it (-12mm 5mm)?";
+        Box::pin(async move {
+            loop {
+                let answer = ui::ask(QUESTION, clock).await?;
+                let lengths: std::result::Result<Vec<Length>, _> =
+                    join_units(&answer).iter().map(|length| length.parse()).collect();
+                match lengths.as_deref() {
+                    Ok([ahead, left]) => return Ok([ahead.m, left.m]),
+                    _ => ui::warn("give two lengths with their units: ahead and left, -12mm 5mm"),
+                }
+            }
+        })
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        _: usize,
+        _: &'a PlannedRun,
+        reckoned: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        Box::pin(self.ask_where(clock, reckoned))
+    }
+
+    fn read_with(&self) -> Option<Sigma> {
+        self.by_tape.then_some(self.sigma)
     }
 }
 
@@ -246,19 +317,19 @@ fn no_decimal_comma(text: &str) -> std::result::Result<(), String> {
     if digits { Err(format!("`{text}`: write 1.8m, with a point, not 1,8m")) } else { Ok(()) }
 }
 
-fn parse_answer(text: &str) -> std::result::Result<Answer, String> {
+fn parse_answer(text: &str) -> std::result::Result<Reply, String> {
     match text.to_lowercase().as_str() {
-        "" => return Ok(Answer::Nothing),
-        "r" | "repeat" => return Ok(Answer::Repeat),
-        "s" | "skip" => return Ok(Answer::Skip),
-        "q" | "quit" => return Ok(Answer::Quit),
+        "" => return Ok(Reply::Nothing),
+        "r" | "repeat" => return Ok(Reply::Repeat),
+        "s" | "skip" => return Ok(Reply::Skip),
+        "q" | "quit" => return Ok(Reply::Quit),
         _ => {}
     }
     let number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
     if number && !Path::new(text).exists() && !text.ends_with(".csv") {
-        return parse_pose(text).map(Answer::Pose);
+        return parse_pose(text).map(Reply::Pose);
     }
-    Ok(Answer::Track(text.into()))
+    Ok(Reply::Track(text.into()))
 }
 
 /// `1.795m -12mm`, `1.795m -12mm 3deg`.
@@ -340,16 +411,16 @@ mod tests {
         let at = |t_s: f64, x_m: f64| Reckoned { t_s, pose: Pose::new(x_m, 0.0, 0.0) };
         // Out and back: where it stands is near, however far it rolled.
         let reckoned = [at(5.0, 0.0), at(6.0, 0.9), at(8.0, 0.0)];
-        let mut person = Person::new(true, Sigma::TAPE, None);
+        let mut person = Tape::new(true, Sigma::TAPE, None);
         let end = |x_m: f64| Reading { x_m, y_m: 0.0, heading_rad: None };
         let said = person.ends(end(18.0), &reckoned).unwrap_err();
         assert!(
             said.contains("18.00 m from where it started") && said.contains("1.80 m"),
             "{said}"
         );
-        assert_eq!(person.sigma(), None);
+        assert_eq!(person.read_with(), None);
         let track = person.ends(end(1.8), &reckoned).unwrap();
         assert_eq!(track.iter().map(|it| it.t_s).collect::<Vec<_>>(), [5.0, 8.0]);
-        assert_eq!(person.sigma(), Some(Sigma::TAPE));
+        assert_eq!(person.read_with(), Some(Sigma::TAPE));
     }
 }

@@ -68,7 +68,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign says is not plausibility: {error}"))
+            Error::new(format_args!("what the campaign says is not believable: {error}"))
                 .hint("check robot.toml, and what `explain` says")
         })?;
         // First the undo: a robot that was changed can then always be changed back.

@@ -3,8 +3,6 @@
 //! After a line: how far it is off it. After a run of a campaign two poses, the first at its first sample, the last at its last one: the robot stands still at
 //! both. Between the pieces of a run it stands for a blink, which nobody can measure.
 
-use std::path::{Path, PathBuf};
-
 use campaign::how_far;
 use campaign::plan::PlannedRun;
 use campaign::track::read_track;
@@ -17,11 +15,13 @@ use sim_target::Lab;
 
 use super::align::{Reckoned, on_robot_clock};
 use super::confirm::confirm;
-use super::reading::parse_reading;
+use super::reading::{
+    Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
+};
 use super::track_file::no_shift;
 use super::{Go, Mark, PoseSource, Seen, Sigma, ask_for, stopped};
 use crate::error::Result;
-use crate::quantity::{Angle, Length, join_units};
+use crate::quantity::{Length, join_units};
 use crate::ui;
 
 /// A person who measures.
@@ -38,24 +38,6 @@ pub struct Tape {
     by_tape: bool,
     /// It was said what is asked for.
     told: bool,
-}
-
-/// A pose as typed: in metres and radians, the heading if it was read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Reading {
-    x_m: f64,
-    y_m: f64,
-    heading_rad: Option<f64>,
-}
-
-/// What was answered after a run.
-enum Reply {
-    Pose(Reading),
-    Track(PathBuf),
-    Nothing,
-    Repeat,
-    Skip,
-    Quit,
 }
 
 impl Sigma {
@@ -128,7 +110,7 @@ impl Tape {
         loop {
             self.by_tape = false;
             let question = "Where it stands now (1.795m -12mm 3deg), its track's file, Enter for neither, repeat, skip, or q:";
-            match parse_answer(&ui::ask(question, clock).await?) {
+            match parse_reply(&ui::ask(question, clock).await?) {
                 Ok(Reply::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(mut track) => {
                         if read.heading_rad.is_none() {
@@ -218,7 +200,7 @@ impl PoseSource for Tape {
         Box::pin(async move {
             loop {
                 let answer = ui::ask(QUESTION, clock).await?;
-                let accepted = parse_reading(&answer, self.sigma.position_m)
+                let accepted = parse_deviation(&answer, self.sigma.position_m)
                     .and_then(|read| accept(read).map_err(|error| error.to_string()));
                 match accepted {
                     Ok(()) => return Ok(()),
@@ -274,15 +256,6 @@ fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
     ))
 }
 
-/// What was answered when the heading alone was asked for.
-enum Heading {
-    /// \[rad\], if it was read.
-    Read(Option<f64>),
-    Repeat,
-    Skip,
-    Quit,
-}
-
 /// Asks for the heading alone.
 async fn ask_heading(clock: &Clock) -> Result<Heading> {
     loop {
@@ -294,117 +267,9 @@ async fn ask_heading(clock: &Clock) -> Result<Heading> {
     }
 }
 
-fn parse_heading(text: &str) -> std::result::Result<Heading, String> {
-    Ok(match text.to_lowercase().as_str() {
-        "" => Heading::Read(None),
-        "r" | "repeat" => Heading::Repeat,
-        "s" | "skip" => Heading::Skip,
-        "q" | "quit" => Heading::Quit,
-        angle => {
-            no_decimal_comma(angle)?;
-            let angle = angle.parse::<Angle>().map_err(|it| it.to_string())?;
-            Heading::Read(Some(angle.rad))
-        }
-    })
-}
-
-/// Refuses `1,795m`, as some write it: elsewhere a comma ends a number.
-fn no_decimal_comma(text: &str) -> std::result::Result<(), String> {
-    let digits = text
-        .as_bytes()
-        .windows(3)
-        .any(|it| it[1] == b',' && it[0].is_ascii_digit() && it[2].is_ascii_digit());
-    if digits { Err(format!("`{text}`: write 1.8m, with a point, not 1,8m")) } else { Ok(()) }
-}
-
-fn parse_answer(text: &str) -> std::result::Result<Reply, String> {
-    match text.to_lowercase().as_str() {
-        "" => return Ok(Reply::Nothing),
-        "r" | "repeat" => return Ok(Reply::Repeat),
-        "s" | "skip" => return Ok(Reply::Skip),
-        "q" | "quit" => return Ok(Reply::Quit),
-        _ => {}
-    }
-    let number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-    if number && !Path::new(text).exists() && !text.ends_with(".csv") {
-        return parse_pose(text).map(Reply::Pose);
-    }
-    Ok(Reply::Track(text.into()))
-}
-
-/// `1.795m -12mm`, `1.795m -12mm 3deg`.
-fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
-    no_decimal_comma(text)?;
-    let parts = join_units(text);
-    let length = |text: &str| text.parse::<Length>().map(|it| it.m).map_err(|it| it.to_string());
-    let angle = |text: &str| text.parse::<Angle>().map(|it| it.rad).map_err(|it| it.to_string());
-    let (x, y, heading) = match parts.as_slice() {
-        [x, y] => (x, y, None),
-        [x, y, heading] => (x, y, Some(heading)),
-        _ => {
-            return Err(format!(
-                "`{text}` is no pose: give x and y, and the heading if you can: 1.795m -12mm 3deg"
-            ));
-        }
-    };
-    Ok(Reading {
-        x_m: length(x)?,
-        y_m: length(y)?,
-        heading_rad: heading.map(|it| angle(it)).transpose()?,
-    })
-}
-
-/// A pose to the millimetre and the tenth of a degree.
-fn as_read(pose: sim_target::plant::Pose) -> String {
-    let deg = (pose.heading_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
-    // Adding zero makes -0 a 0.
-    let mm = |m: f64| (m * 1e3).round() + 0.0;
-    let tenth = (deg * 10.0).round() / 10.0 + 0.0;
-    format!("{}mm {}mm {tenth}deg", mm(pose.x_m), mm(pose.y_m))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_pose_takes_units_and_leaves_its_heading_out() {
-        let read = parse_pose("1.795 m, -12mm 3deg").unwrap();
-        assert!((read.x_m - 1.795).abs() < 1e-12 && (read.y_m + 0.012).abs() < 1e-12);
-        assert!((read.heading_rad.unwrap() - 3f64.to_radians()).abs() < 1e-12);
-        assert_eq!(parse_pose("1in 0mm").unwrap().heading_rad, None);
-        for (bad, why) in [
-            ("1.8m", "no pose"),
-            ("1mm 2mm 3deg 4deg", "no pose"),
-            ("1.8 2", "unit"),
-            ("1m 2deg", "unit"),
-            ("1m 2m 3m", "unit"),
-            ("1,795m 2mm", "with a point"),
-        ] {
-            let said = parse_pose(bad).unwrap_err();
-            assert!(said.contains(why) && !said.contains('\n'), "{bad}: {said}");
-        }
-    }
-
-    #[test]
-    fn whoever_is_asked_for_the_heading_may_as_well_leave() {
-        assert!(matches!(parse_heading("3deg"), Ok(Heading::Read(Some(rad))) if rad > 0.05));
-        assert!(matches!(parse_heading(""), Ok(Heading::Read(None))));
-        assert!(matches!(parse_heading("Q"), Ok(Heading::Quit)));
-        assert!(matches!(parse_heading("skip"), Ok(Heading::Skip)));
-        assert!(matches!(parse_heading("r"), Ok(Heading::Repeat)));
-        for bad in ["3", "3,5deg", "quite"] {
-            assert!(parse_heading(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn what_a_tape_would_read_is_what_is_understood() {
-        let pose = sim_target::plant::Pose { x_m: 1.7949, y_m: -0.0002, heading_rad: 12.5 };
-        assert_eq!(as_read(pose), "1795mm 0mm -3.8deg");
-        let read = parse_pose(&as_read(pose)).unwrap();
-        assert!((read.heading_rad.unwrap() + 3.8f64.to_radians()).abs() < 1e-12);
-    }
 
     #[test]
     fn an_end_that_the_wheels_cannot_have_reached_is_refused() {

@@ -230,30 +230,8 @@ async fn experiment(
     bench.session.write_config(&corrected).await?;
     (bench.tell)(CalibrateStep::Written(wheel_weight.value));
 
-    bench.place("back at its start line").await?;
-    let after = bench.drive(&corrected, Pass::After).await?;
-    // A pull bends both runs alike, and no W_T mends it.
-    let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
-    let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
-    if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
-        return Ok(outcome(before, bench.drives, Decision::NotBetter(after)));
-    }
-    if bench.session.is_cancelled() {
-        return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
-    }
-    let undo = Undo {
-        robot: checks.identity.name.as_str().into(),
-        before: undo::WheelWeight(before.run.driven_with),
-        after: undo::WheelWeight(after.run.driven_with),
-    };
-    let undo_folder = settings.undo_folder.as_deref();
-    save(bench.session, undo_folder, &checks.identity, &undo).await?;
-    if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
-        return Err(Error::new("the robot saved another configuration than it was told to")
-            .hint("`beeline config get` shows what is there"));
-    }
-    (bench.tell)(CalibrateStep::Saved);
-    Ok(outcome(before, bench.drives, Decision::Corrected(after)))
+    let decision = bench.drive_again(&corrected, &before, out_and_back, &checks).await?;
+    Ok(outcome(before, bench.drives, decision))
 }
 
 /// Saves what is in use, and remembers what was there: first the second, as a robot that was changed
@@ -314,5 +292,39 @@ impl Bench<'_> {
         let measurement = line.measure(self.source, &self.session.clock(), first).await?;
         (self.tell)(CalibrateStep::Measured(which, &measurement));
         Ok(measurement)
+    }
+
+    /// Drives once more with the new W_T, and saves it if the robot went straighter.
+    async fn drive_again(
+        &mut self,
+        corrected: &Config,
+        before: &Measurement,
+        out_and_back: Option<OutAndBack>,
+        checks: &Checks,
+    ) -> Result<Decision> {
+        self.place("back at its start line").await?;
+        let after = self.drive(corrected, Pass::After).await?;
+        // A pull bends both runs alike, and no W_T mends it.
+        let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
+        let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
+        if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
+            return Ok(Decision::NotBetter(after));
+        }
+        if self.session.is_cancelled() {
+            return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
+        }
+        let undo = Undo {
+            robot: checks.identity.name.as_str().into(),
+            before: undo::WheelWeight(before.run.driven_with),
+            after: undo::WheelWeight(after.run.driven_with),
+        };
+        let undo_folder = self.settings.undo_folder.as_deref();
+        save(self.session, undo_folder, &checks.identity, &undo).await?;
+        if self.session.restore_config(ConfigOrigin::Saved).await? != *corrected {
+            return Err(Error::new("the robot saved another configuration than it was told to")
+                .hint("`beeline config get` shows what is there"));
+        }
+        (self.tell)(CalibrateStep::Saved);
+        Ok(Decision::Corrected(after))
     }
 }

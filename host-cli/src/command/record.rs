@@ -14,6 +14,7 @@ use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
 use campaign::{Campaign, CampaignWriter, RunFacts};
+use host_link::Session;
 use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
@@ -73,16 +74,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             ));
             return Err(error.into());
         }
-        let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
-        let lost = session.statistics().telemetry_lost;
-        if lost > u64::from(dropped) {
-            warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
-        }
-        if dropped > 0 {
-            warn(format_args!(
-                "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
-            ));
-        }
+        warn_of_gaps(session, dropped).await?;
         Ok((path, rows))
     })?;
     if !rows.iter().any(|row| row.x_m.is_some()) {
@@ -92,6 +84,21 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         say(json!({"run": path, "samples": rows.len()}));
     } else {
         say(format_args!("{}: {} samples", path.display(), rows.len()));
+    }
+    Ok(())
+}
+
+/// Says how many samples are missing; `dropped_before` is what the robot had dropped before the run.
+async fn warn_of_gaps(session: &mut Session, dropped_before: u32) -> Result<()> {
+    let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
+    let lost = session.statistics().telemetry_lost;
+    if lost > u64::from(dropped) {
+        warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
+    }
+    if dropped > 0 {
+        warn(format_args!(
+            "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+        ));
     }
     Ok(())
 }

@@ -140,30 +140,7 @@ pub async fn record_campaign(
 ) -> Result<Summary> {
     let config = session.read_config().await?;
     check_limits(plan, &config)?;
-    let noise = source.noise().filter(|_| source.is_simulated());
-    let mut robot = robot_file(&config, noise);
-    robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
-    robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
-    robot.simulated.clone_from(&settings.simulated);
-    // A simulated robot is another one with each seed, and it is the same campaign all the same.
-    if !source.is_simulated() {
-        robot.uid = Some(hex(&session.identify().await?.uid));
-    }
-    let writer = CampaignWriter::open(folder, &robot)?;
-    let there = Campaign::read_if_any(folder)?;
-    if let (Some(_), Some(before), Some(now)) =
-        (&there, &writer.robot().simulated, &settings.simulated)
-        && before != now
-    {
-        let place = Place::whole(&folder.join("robot.toml"));
-        let (before, now) = (before.clone(), now.clone());
-        tell(RecordStep::Warning(&Warning::OtherRobot { place, before, now }));
-    }
-    match in_use::keep(folder, writer.robot(), &config, there.is_some())? {
-        Kept::Nothing => {}
-        Kept::Written(ids) => tell(RecordStep::Compensated(&ids)),
-        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(id)),
-    }
+    let (writer, there) = open_folder(session, source, &config, folder, settings, tell).await?;
     if settings.whole {
         keep_plan(folder, plan, there.is_some())?;
     }
@@ -183,17 +160,7 @@ pub async fn record_campaign(
         tell(RecordStep::Begins(index + 1, plan.runs.len(), run));
         // Before the robot moves: a folder that cannot be written must not cost a run.
         drop(writer.start_run(&run.name, &[])?);
-        let ran = loop {
-            if source.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
-                break Ran::Skip;
-            }
-            let mut progress = |share| tell(RecordStep::Driving(share));
-            let period_ms = settings.period_ms;
-            match record_run(session, source, &config, plan, run, period_ms, &mut progress).await? {
-                Ran::Repeat => {}
-                other => break other,
-            }
-        };
+        let ran = ask_and_record(session, source, &config, plan, run, settings, tell).await?;
         let Ran::Recorded(recorded) = ran else {
             tell(RecordStep::Skipped(run));
             summary.skipped.push(run.name.clone());
@@ -218,6 +185,66 @@ pub async fn record_campaign(
         summary.recorded.push(path);
     }
     Ok(summary)
+}
+
+/// Opens the folder for this robot, and says what is odd about going on with it; with the campaign that is
+/// there, if it has a run.
+async fn open_folder(
+    session: &mut Session,
+    source: &dyn PoseSource,
+    config: &Config,
+    folder: &Path,
+    settings: &RecordSettings,
+    tell: &mut dyn FnMut(RecordStep<'_>),
+) -> Result<(CampaignWriter, Option<Campaign>)> {
+    let noise = source.noise().filter(|_| source.is_simulated());
+    let mut robot = robot_file(config, noise);
+    robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
+    robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
+    robot.simulated.clone_from(&settings.simulated);
+    // A simulated robot is another one with each seed, and it is the same campaign all the same.
+    if !source.is_simulated() {
+        robot.uid = Some(hex(&session.identify().await?.uid));
+    }
+    let writer = CampaignWriter::open(folder, &robot)?;
+    let there = Campaign::read_if_any(folder)?;
+    if let (Some(_), Some(before), Some(now)) =
+        (&there, &writer.robot().simulated, &settings.simulated)
+        && before != now
+    {
+        let place = Place::whole(&folder.join("robot.toml"));
+        let (before, now) = (before.clone(), now.clone());
+        tell(RecordStep::Warning(&Warning::OtherRobot { place, before, now }));
+    }
+    match in_use::keep(folder, writer.robot(), config, there.is_some())? {
+        Kept::Nothing => {}
+        Kept::Written(ids) => tell(RecordStep::Compensated(&ids)),
+        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(id)),
+    }
+    Ok((writer, there))
+}
+
+/// Has the robot put at the mark of a run and records it, again and again until nobody wants it repeated.
+async fn ask_and_record(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    config: &Config,
+    plan: &CampaignPlan,
+    run: &PlannedRun,
+    settings: &RecordSettings,
+    tell: &mut dyn FnMut(RecordStep<'_>),
+) -> Result<Ran> {
+    loop {
+        if source.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
+            return Ok(Ran::Skip);
+        }
+        let mut progress = |share| tell(RecordStep::Driving(share));
+        let period_ms = settings.period_ms;
+        match record_run(session, source, config, plan, run, period_ms, &mut progress).await? {
+            Ran::Repeat => {}
+            other => return Ok(other),
+        }
+    }
 }
 
 /// Drives one run, has it measured, and leaves the robot standing still with its motors off.

@@ -1,10 +1,11 @@
 //! `beeline apply`
 
+use host_link::Session;
 use robot_model::explain::explain_beyond;
 use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
 use serde_json::json;
-use shared_proto::{ConfigOrigin, GeometryConfig};
+use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
 use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
@@ -68,30 +69,38 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign says is not plausibility: {error}"))
+            Error::new(format_args!("what the campaign says is not believable: {error}"))
                 .hint("check robot.toml, and what `explain` says")
         })?;
-        // First the undo: a robot that was changed can then always be changed back.
-        let remembered = if !common.port.is_sim() || common.flash.is_some() {
-            let undo = Undo {
-                robot: display_name(&identity),
-                before: config.geometry,
-                after: new.geometry,
-            };
-            Some(undo.remember(&state_folder()?, &identity)?)
-        } else {
-            None
-        };
-        session.write_config(&new).await?;
-        if let Err(error) = session.save_config().await {
-            if let Some(remembered) = remembered {
-                remembered.take_back()?;
-            }
-            return Err(error.into());
-        }
+        write(common, session, &identity, &config, &new).await?;
         Ok((change, true))
     })?;
     finish(common, &change, written);
+    Ok(())
+}
+
+/// Writes and saves a configuration. First the undo: a robot that was changed can then always be changed back.
+async fn write(
+    common: &Common,
+    session: &mut Session,
+    identity: &Identity,
+    config: &Config,
+    new: &Config,
+) -> Result<()> {
+    let remembered = if !common.port.is_sim() || common.flash.is_some() {
+        let undo =
+            Undo { robot: display_name(identity), before: config.geometry, after: new.geometry };
+        Some(undo.remember(&state_folder()?, identity)?)
+    } else {
+        None
+    };
+    session.write_config(new).await?;
+    if let Err(error) = session.save_config().await {
+        if let Some(remembered) = remembered {
+            remembered.take_back()?;
+        }
+        return Err(error.into());
+    }
     Ok(())
 }
 

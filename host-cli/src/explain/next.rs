@@ -2,7 +2,7 @@
 
 use robot_model::explain::{Answer, NextRun};
 
-use super::Subject;
+use super::words::Subject;
 use crate::cli::Common;
 use crate::port::Port;
 use campaign::{Campaign, RobotFile};

@@ -5,16 +5,15 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use futures_lite::future;
-use host_cli::link::{Clock, Wire};
-use host_cli::motion::Motion;
-use host_cli::session::Session;
+use host_link::motion::Motion;
+use host_link::session::Session;
 use shared_proto::{
     Answer, Command, Drive, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair,
 };
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
-pub use host_cli::motion::TTL_MS;
+pub use host_link::motion::TTL_MS;
 
 /// Between two looks of the witness: a control period \[us\].
 const LOOK_EVERY_US: u64 = 1000;
@@ -82,7 +81,7 @@ pub fn on_unwatched_robot<T>(
 }
 
 fn new_session(wire: &HostWire, number: u32) -> Session {
-    Session::new(Wire::Sim(wire.clone()), Clock::Virtual, number, "sim".into())
+    sim_link::session(wire, number, "sim")
 }
 
 async fn witness<T>(lab: Lab, sights: Rc<RefCell<Vec<Sight>>>) -> T {

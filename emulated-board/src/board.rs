@@ -14,8 +14,10 @@ use rigless::soc::{Bus, Error, Region, Width};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
-use crate::INSTRUCTION_NS;
-use crate::line::Line;
+use crate::uart_peer::UartPeer;
+
+/// How long the emulated core takes for an instruction \[ns\].
+pub const INSTRUCTION_NS: u64 = 8;
 
 /// The core's clock \[Hz\].
 const CLOCK_HZ: u64 = 168_000_000;
@@ -36,10 +38,10 @@ pub(crate) const PROGRAM: Watch = Watch::Writes { address: 0x0800_0000, length: 
 
 /// The memory as the core sees it. The first bank is memory that can be written, so that [`crate::bug`]
 /// can plant bugs; a store of the program's own is watched for, and reported. What the firmware stores
-/// in, the second bank's first four sectors, is kept by [`crate::array`].
+/// in, the second bank's first four sectors, is kept by [`crate::flash_array`].
 static MEMORY: [Region; 6] = [
     Region::ram("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
-    Region::ram("store", crate::array::BASE, crate::array::LEN),
+    Region::ram("store", crate::flash_array::BASE, crate::flash_array::LEN),
     Region::ram("ccm", 0x1000_0000, 64 << 10),
     Region::system("system", 0x1FFF_0000, 32 << 10),
     Region::ram("sram", 0x2000_0000, 192 << 10),
@@ -65,15 +67,15 @@ impl Nucleo {
             converter.set_reference(3300);
             converter.set_backup_battery(3300);
         }
-        mcu.usart[USART3].attach(Line::default());
+        mcu.usart[USART3].attach(UartPeer::default());
         let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
         let mut board = Self { mcu, memory };
         // Released before the first instruction: the fault line is pulled up, the button down.
-        board.set_lines(VirtualNanos(0), false, false);
+        board.set_safety_inputs(VirtualNanos(0), false, false);
         Ok(board)
     }
 
-    pub(crate) fn line(&mut self) -> &mut Line {
+    pub(crate) fn line(&mut self) -> &mut UartPeer {
         self.mcu.usart[USART3].chip_mut().expect("attached in `new`")
     }
 
@@ -128,7 +130,7 @@ impl Nucleo {
     }
 
     /// Presses the button (PC13, high when pressed), pulls the driver's fault line (PF14, low).
-    pub(crate) fn set_lines(&mut self, at: VirtualNanos, button: bool, fault: bool) {
+    pub(crate) fn set_safety_inputs(&mut self, at: VirtualNanos, button: bool, fault: bool) {
         let level = |high| Some(if high { Level::High } else { Level::Low });
         self.mcu.drive_port(at, PORT_C, |port, registers, context| {
             port.drive(pin(13), level(button), registers, context);

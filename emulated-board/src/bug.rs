@@ -41,7 +41,7 @@ pub enum Effect {
 
 /// Knows the image's functions, and plants bugs.
 #[derive(Debug)]
-pub(crate) struct Exterminator {
+pub(crate) struct BugInjector {
     functions: Vec<(String, u64)>,
     /// Those that wait for an access.
     waiting: Vec<(u64, Effect)>,
@@ -49,7 +49,7 @@ pub(crate) struct Exterminator {
     replaced: Vec<(u64, u64)>,
 }
 
-impl Exterminator {
+impl BugInjector {
     pub fn new(image: &Path) -> Result<Self, Box<dyn std::error::Error>> {
         let bytes = std::fs::read(image)?;
         let file = object::File::parse(&*bytes)?;

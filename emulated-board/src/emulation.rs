@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Wake, Waker};
 
-use host_cli::link::{Clock, Wire};
-use host_cli::session::Session;
+use host_link::session::Session;
 use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
@@ -16,11 +15,11 @@ use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 use sim_target::{Chassis, HostWire, Lab, Scenario, now_us};
 
-use crate::array::{self, Array, Flash, Operation};
-use crate::beat::{Beat, Pacemaker};
 use crate::board::{self, Nucleo};
-use crate::bug::{Bug, Exterminator};
+use crate::bug::{Bug, BugInjector};
+use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
+use crate::flash_array::{self, Flash, FlashArray, Operation};
 
 /// How often the plant and the chip meet \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -49,23 +48,22 @@ pub struct Bench {
     /// The host's end of the serial line, for other conversations than this, or none.
     pub wire: HostWire,
     /// What the board does.
-    pub watch: Watch,
+    pub monitor: BoardMonitor,
 }
 
 impl Bench {
     /// Another conversation on the same line, not opened yet: after a restart, or another host.
     pub fn session(&self, number: u32) -> Session {
-        let wire = Wire::Sim(self.wire.clone());
-        Session::new(wire, Clock::Virtual, number, "emulated".into())
+        sim_link::session(&self.wire, number, "emulated")
     }
 }
 
 /// What the board does, seen from outside; and what is done to it.
 #[derive(Clone, Default)]
-pub struct Watch(std::rc::Rc<RefCell<Outside>>);
+pub struct BoardMonitor(std::rc::Rc<RefCell<BoardState>>);
 
 #[derive(Default)]
-struct Outside {
+struct BoardState {
     duty: WheelPair<f64>,
     enabled: bool,
     last_powered_us: Option<u64>,
@@ -77,7 +75,7 @@ struct Outside {
     power_on: Option<Flash>,
 }
 
-impl Watch {
+impl BoardMonitor {
     /// What the bridge gives the motors now, as shares of the supply; zero while it is disabled.
     pub fn duty(&self) -> WheelPair<f64> {
         let outside = self.0.borrow();
@@ -119,7 +117,7 @@ impl Watch {
 
 /// What a life of the board leaves behind.
 #[derive(Debug)]
-pub struct Ended<T> {
+pub struct RunResult<T> {
     /// What the procedure found.
     pub found: T,
     /// What the flash holds.
@@ -131,7 +129,7 @@ pub struct Ended<T> {
     /// The same, one by one; none after a power cut.
     pub flash_journal: Vec<Operation>,
     /// When each control tick came.
-    pub beats: Vec<Beat>,
+    pub tick_times: Vec<TickTimes>,
     /// Instructions that the core has carried out.
     pub instructions: u64,
     /// How long it lived \[us\].
@@ -139,14 +137,14 @@ pub struct Ended<T> {
     /// Restarts on the way, by whatever cause.
     pub resets: usize,
     /// Accesses of the image that the emulator has no answer for; there should be none.
-    pub strange: Vec<String>,
+    pub unexpected: Vec<String>,
 }
 
 impl Emulation {
     /// Switches the board on, carries the procedure out, and switches it off.
     ///
     /// The procedure runs in virtual time, as against the simulator.
-    pub fn run<T, F, P>(&self, procedure: P) -> Result<Ended<T>, Box<dyn std::error::Error>>
+    pub fn run<T, F, P>(&self, procedure: P) -> Result<RunResult<T>, Box<dyn std::error::Error>>
     where
         T: Send + 'static,
         F: Future<Output = T> + 'static,
@@ -155,24 +153,23 @@ impl Emulation {
         let images = [Image::read(&self.image, None)?];
         // The first stop comes before the first instruction: the flash is there from power-on.
         let mut machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(1))?;
-        machine.watch(Array::watch());
+        machine.watch(FlashArray::watch());
         machine.watch(board::PROGRAM);
         let found = Arc::new(Mutex::new(None));
         let (slot, scenario) = (found.clone(), self.scenario.clone());
         let begin = Box::new(move || {
             let chassis = Chassis::new(&scenario);
-            let watch = Watch::default();
+            let monitor = BoardMonitor::default();
             let wire = chassis.host_wire();
-            let session = Wire::Sim(wire.clone());
-            let session = Session::new(session, Clock::Virtual, 1, "emulated".into());
-            let bench = Bench { lab: chassis.lab(), session, wire, watch: watch.clone() };
+            let session = sim_link::session(&wire, 1, "emulated");
+            let bench = Bench { lab: chassis.lab(), session, wire, monitor: monitor.clone() };
             let host = Box::pin(async move {
                 let output = procedure(bench).await;
                 *slot.lock().expect("nobody panicked") = Some(output);
             });
-            Surroundings { chassis, watch, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
+            PlantAndHost { chassis, monitor, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
         });
-        let mut array = Array::new(self.flash.as_deref());
+        let mut array = FlashArray::new(self.flash.as_deref());
         array.cut_before = self.cut_before;
         let mut counter = None;
         if self.count {
@@ -180,99 +177,100 @@ impl Emulation {
             watches.into_iter().for_each(|watch| machine.watch(watch));
             counter = Some(new);
         }
-        let keeper = Keeper {
+        let lockstep = Lockstep {
             begin: Some(begin),
             array,
             counter,
-            pacemaker: Pacemaker::default(),
-            exterminator: Exterminator::new(&self.image)?,
-            stray_stores: 0,
+            tick_recorder: TickRecorder::default(),
+            bug_injector: BugInjector::new(&self.image)?,
+            program_stores: 0,
             resets: 0,
         };
-        let ended = emulator::run(machine, &Start::new(&images), keeper)?;
-        let mut strange: Vec<String> = Vec::new();
-        strange
+        let ended = emulator::run(machine, &Start::new(&images), lockstep)?;
+        let mut unexpected: Vec<String> = Vec::new();
+        unexpected
             .extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
-        strange.extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
-        strange.extend(
+        unexpected
+            .extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
+        unexpected.extend(
             ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")),
         );
         if ended.driver.array.overwritten > 0 {
-            strange.push(format!(
+            unexpected.push(format!(
                 "{} words programmed but not erased",
                 ended.driver.array.overwritten
             ));
         }
-        if ended.driver.stray_stores > 0 {
-            strange.push(format!("{} stores into the program", ended.driver.stray_stores));
+        if ended.driver.program_stores > 0 {
+            unexpected.push(format!("{} stores into the program", ended.driver.program_stores));
         }
         let stop = ended.stop;
         let found = found.lock().expect("nobody panicked").take();
-        Ok(Ended {
+        Ok(RunResult {
             found: found.ok_or("the core stopped before the procedure was over")?,
             flash: ended.driver.array.content(),
             ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
             flash_operations: ended.driver.array.operations,
             flash_journal: ended.driver.array.journal,
-            beats: ended.driver.pacemaker.beats,
+            tick_times: ended.driver.tick_recorder.tick_times,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
             resets: ended.session.resets().len(),
-            strange,
+            unexpected,
         })
     }
 }
 
 /// Plant and host, on the core's thread: their clock is that thread's.
-struct Surroundings {
+struct PlantAndHost {
     chassis: Chassis,
-    watch: Watch,
+    monitor: BoardMonitor,
     host: Pin<Box<dyn Future<Output = ()>>>,
     awake: Arc<Awake>,
 }
 
 thread_local! {
-    static SURROUNDINGS: RefCell<Option<Surroundings>> = const { RefCell::new(None) };
+    static PLANT_AND_HOST: RefCell<Option<PlantAndHost>> = const { RefCell::new(None) };
 }
 
-/// Keeps chip and surroundings in step.
-struct Keeper {
-    begin: Option<Box<dyn FnOnce() -> Surroundings + Send>>,
-    array: Array,
+/// Keeps chip and around in step.
+struct Lockstep {
+    begin: Option<Box<dyn FnOnce() -> PlantAndHost + Send>>,
+    array: FlashArray,
     counter: Option<Counter>,
-    pacemaker: Pacemaker,
-    exterminator: Exterminator,
+    tick_recorder: TickRecorder,
+    bug_injector: BugInjector,
     /// Stores into the program.
-    stray_stores: u64,
+    program_stores: u64,
     /// Restarts that have been noted.
     resets: usize,
 }
 
-impl Driver<Nucleo> for Keeper {
+impl Driver<Nucleo> for Lockstep {
     fn on_settled(&mut self, machine: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
         if let Some(reset) = machine.resets().get(self.resets) {
             self.resets += 1;
-            self.exterminator.clean_up(host);
-            SURROUNDINGS.with_borrow(|surroundings| {
-                if let Some(around) = surroundings {
-                    around.watch.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
+            self.bug_injector.clean_up(host);
+            PLANT_AND_HOST.with_borrow(|around| {
+                if let Some(around) = around {
+                    around.monitor.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
                 }
             });
         }
         match settled {
             Settled::Access { access, .. } => {
                 self.array.on_access(&access, host);
-                self.pacemaker.on_access(&access);
-                self.exterminator.on_access(&access, host);
+                self.tick_recorder.on_access(&access);
+                self.bug_injector.on_access(&access, host);
                 if let Some(counter) = &mut self.counter {
                     counter.on_access(&access);
                 }
             }
             Settled::Hit(hit) if hit.kind == HitKind::Write => {
-                if hit.address >= array::BASE {
+                if hit.address >= flash_array::BASE {
                     self.array.on_store(hit.address, host);
                 } else {
-                    self.stray_stores += 1;
+                    self.program_stores += 1;
                 }
             }
             Settled::Hit(hit) => {
@@ -290,21 +288,21 @@ impl Driver<Nucleo> for Keeper {
         stop: Stop,
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
-        SURROUNDINGS.with_borrow_mut(|surroundings| {
+        PLANT_AND_HOST.with_borrow_mut(|around| {
             if let Some(begin) = self.begin.take() {
-                *surroundings = Some(begin());
+                *around = Some(begin());
                 self.array.show(host);
             }
-            let around = surroundings.as_mut().expect("begun at the first stop");
+            let around = around.as_mut().expect("begun at the first stop");
             around.meet(machine.board_mut(), stop.at);
             if around.poll_host() {
-                *surroundings = None;
+                *around = None;
                 return None;
             }
             around.hand_over(machine.board_mut());
-            let mut outside = around.watch.0.borrow_mut();
+            let mut outside = around.monitor.0.borrow_mut();
             for bug in std::mem::take(&mut outside.bugs) {
-                self.exterminator.plant(bug, host);
+                self.bug_injector.plant(bug, host);
             }
             outside.flash_operations = self.array.operations;
             if let Some(flash) = outside.power_on.take() {
@@ -319,7 +317,7 @@ impl Driver<Nucleo> for Keeper {
     }
 }
 
-impl Surroundings {
+impl PlantAndHost {
     /// Brings the plant to the chip's time and each to know of the other.
     fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
         self.chassis.advance_to(at.0 / 1000);
@@ -331,7 +329,7 @@ impl Surroundings {
         }
         let (duty, enabled) = board.motors();
         {
-            let mut outside = self.watch.0.borrow_mut();
+            let mut outside = self.monitor.0.borrow_mut();
             (outside.duty, outside.enabled) = (duty, enabled);
             if enabled && duty.any(|duty| duty != 0.0) {
                 outside.last_powered_us = Some(at.0 / 1000);
@@ -341,7 +339,7 @@ impl Surroundings {
         board.set_supply_v(self.chassis.supply_v());
         let (button, fault) =
             self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
-        board.set_lines(at, button, fault);
+        board.set_safety_inputs(at, button, fault);
         let bytes = board.line().take();
         if !bytes.is_empty() {
             self.chassis.give_to_host(&bytes);
@@ -369,7 +367,7 @@ impl Surroundings {
             }
             board.line().send(&buffer[..len]);
         }
-        self.watch.0.borrow_mut().waiting = board.line().waiting();
+        self.monitor.0.borrow_mut().waiting = board.line().waiting();
     }
 }
 

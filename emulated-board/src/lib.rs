@@ -20,20 +20,17 @@
 //! - External interrupts of pins (EXTI); the firmware looks at its inputs instead.
 //! - The debug probe: logs go nowhere.
 
-mod array;
-mod beat;
 mod board;
 mod bug;
+mod control_ticks;
 mod cost;
 mod emulation;
-mod line;
+mod flash_array;
+mod uart_peer;
 
-pub use array::{Flash, Operation, blank};
-pub use beat::Beat;
-pub use board::Nucleo;
+pub use board::{INSTRUCTION_NS, Nucleo};
 pub use bug::{Bug, Effect, Place};
+pub use control_ticks::TickTimes;
 pub use cost::{Spread, TickCost};
-pub use emulation::{Bench, Emulation, Ended, Watch};
-
-/// How long the emulated core takes for an instruction \[ns\].
-pub const INSTRUCTION_NS: u64 = 8;
+pub use emulation::{Bench, BoardMonitor, Emulation, RunResult};
+pub use flash_array::{Flash, Operation, blank};

@@ -11,7 +11,7 @@ use shared_proto::{Config, Name, ResetCause, WheelPair};
 use crate::units::Duty;
 
 /// What the control tick goes by.
-pub trait Beat {
+pub trait ControlTimer {
     /// Waits for the next tick: [`CONTROL_HZ`](crate::units::CONTROL_HZ) times a second, and on time.
     fn next(&mut self) -> impl Future<Output = ()>;
 }

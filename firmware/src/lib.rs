@@ -23,4 +23,4 @@ pub mod shared;
 pub mod store;
 pub mod task;
 
-pub use control::{capture, encoder, odometry, pid, profile, protection, real, units};
+pub use control::{capture, encoder, odometry, pid, profile, protection, soft_float, units};

@@ -22,7 +22,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
-use crate::real::{above, larger, nearest, smaller, whole};
+use crate::soft_float::{is_above, max, min, nearest, truncate};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
 
 /// Which way a wheel is about to turn.
@@ -41,7 +41,7 @@ pub enum Direction {
 impl Direction {
     /// The sign of a distance.
     pub fn of(distance: f64) -> Self {
-        if !above(distance.abs(), 0.0) {
+        if !is_above(distance.abs(), 0.0) {
             Direction::Still
         } else if distance.is_sign_negative() {
             Direction::Backward
@@ -83,7 +83,7 @@ const FULL_SPEED_MPS_MAX: f64 = 20.0;
 
 /// What is tuned: the limits of one wheel's probe.
 #[derive(Clone, Copy, Debug)]
-struct Limits {
+struct ProbeLimits {
     duty_max: i32,
     duty_rise_dt: i32,
     ks: i32,
@@ -93,21 +93,21 @@ struct Limits {
     counts: i64,
 }
 
-impl Limits {
+impl ProbeLimits {
     fn new(config: &Config, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let bits = |duty: f64| nearest(duty, I2F30::FRAC_NBITS) as i32;
-        let kv_s_per_m = larger(config.feedforward.kv_s_per_m, 1.0 / FULL_SPEED_MPS_MAX);
-        let expected_m = larger(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
-        let duty_max = bits(smaller(config.protection.probe_duty_max, config.limits.duty_max));
+        let kv_s_per_m = max(config.feedforward.kv_s_per_m, 1.0 / FULL_SPEED_MPS_MAX);
+        let expected_m = max(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
+        let duty_max = bits(min(config.protection.probe_duty_max, config.limits.duty_max));
         Self {
             duty_max,
             duty_rise_dt: (duty_max / RISE_TICKS as i32).max(1),
             ks: bits(config.feedforward.ks),
-            push_max: whole(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
-            hold_ticks: whole(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
-            counts: whole(larger(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
+            push_max: truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
+            hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
+            counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
         }
     }
 }
@@ -115,7 +115,7 @@ impl Limits {
 /// One wheel's probe as it goes.
 #[derive(Clone, Copy, Debug)]
 struct WheelProbe {
-    limits: Limits,
+    limits: ProbeLimits,
     /// 1 or -1, or 0 once the wheel has passed.
     sign: i32,
     start: i64,
@@ -128,7 +128,7 @@ struct WheelProbe {
 }
 
 impl WheelProbe {
-    fn new(limits: Limits, counts: i64, direction: Direction) -> Self {
+    fn new(limits: ProbeLimits, counts: i64, direction: Direction) -> Self {
         let sign = match direction {
             Direction::Backward => -1,
             Direction::Still => 0,
@@ -195,7 +195,7 @@ pub struct Probe {
 impl Probe {
     /// A probe that begins with the wheels at rest at `counts`.
     pub fn new(config: &Config, counts: WheelPair<i64>, directions: WheelPair<Direction>) -> Self {
-        let limits = Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q));
+        let limits = Odometry::new(config).meters_per_count().map(|q| ProbeLimits::new(config, q));
         Self {
             wheels: limits
                 .zip(counts.zip(directions))

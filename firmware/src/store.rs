@@ -8,12 +8,12 @@
 //! ```
 //!
 //! Layout 3 is written. The others are still read, and become layout 3 at the next save: they have no pull, so
-//! it is 0 (`with_pull`). A layout whose configuration differs in more than an added number keeps a frozen
+//! it is 0 (`decode_without_pull`). A layout whose configuration differs in more than an added number keeps a frozen
 //! copy of that type here, and a conversion.
 //!
 //! `sequential-storage` appends each record to the one before, so that the old record is whole until
 //! the new one is: a power cut leaves either. What a power cut in the middle of an erasure leaves, a
-//! sector of half-erased bits, is erased again before anything is read (`mend`). A record of a layout
+//! sector of half-erased bits, is erased again before anything is read (`repair`). A record of a layout
 //! that this firmware does not know, or one that fails its checksum, is damage, and never guessed at.
 
 use embedded_storage_async::nor_flash::NorFlash;
@@ -39,11 +39,11 @@ const HEADER_LEN: usize = 6;
 
 /// Remembers where the record is: looking for it means a checksum over every record of a sector, and
 /// before a sector is erased it is looked for once for each of them.
-type Finder = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
+type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
 /// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
-    map: MapStorage<u8, F, Finder>,
+    map: MapStorage<u8, F, KeyCache>,
     buffer: [u8; RECORD_LEN_MAX],
 }
 
@@ -98,7 +98,7 @@ impl<F: NorFlash> FlashStore<F> {
     /// Sectors are used in a ring, and the one after that which takes records is free. So one that looks
     /// as if it took records, behind one that does, is a sector whose erasure was cut short; and so is a
     /// free one that is not blank. Neither ever holds what is needed.
-    async fn mend(&mut self) -> Result<(), F::Error> {
+    async fn repair(&mut self) -> Result<(), F::Error> {
         let sectors = (self.map.flash().capacity() / F::ERASE_SIZE) as u32;
         let mut before = self.marks(sectors - 1).await?;
         for sector in 0..sectors {
@@ -143,7 +143,7 @@ impl<F: NorFlash> FlashStore<F> {
 
 impl<F: NorFlash> Store for FlashStore<F> {
     async fn load(&mut self) -> Result<Option<Config>, StoreError> {
-        self.mend().await.map_err(|_| StoreError::Damaged)?;
+        self.repair().await.map_err(|_| StoreError::Damaged)?;
         match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
             Ok(Some(record)) => decode(record).map(Some),
             Ok(None) => Ok(None),
@@ -196,12 +196,13 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
     if u32::from_le_bytes([a, b, c, d]) != expected {
         return Err(StoreError::Damaged);
     }
-    let config = if layout == LAYOUT { postcard::from_bytes(body).ok() } else { with_pull(body) };
+    let config =
+        if layout == LAYOUT { postcard::from_bytes(body).ok() } else { decode_without_pull(body) };
     config.ok_or(StoreError::Damaged)
 }
 
 /// A configuration of before there was a pull: that is 0, which is eight bytes of 0 behind W_T.
-fn with_pull(body: &[u8]) -> Option<Config> {
+fn decode_without_pull(body: &[u8]) -> Option<Config> {
     const PULL: usize = size_of::<f64>();
     // The name's length, in one byte; the name; radius, track and W_T.
     let at = 1 + usize::from(*body.first()?) + 3 * size_of::<f64>();

@@ -4,7 +4,7 @@ use firmware::encoder::SpeedEstimator;
 use firmware::odometry::Odometry;
 use firmware::pid::{self, Gains, PidState};
 use firmware::profile::{Plan, Profile};
-use firmware::protection::{Protection, WheelView};
+use firmware::protection::{Protection, WheelSample};
 use proptest::prelude::*;
 use shared_proto::{Config, Drive, Fault, MotionId, TravelUnit, Wheel, WheelPair};
 
@@ -123,7 +123,7 @@ fn run(
         let view = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
             let speed = bench.estimator.step(tick, bench.counts);
             let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed);
-            let view = WheelView { setpoint, travel, counts: bench.counts, speed, duty };
+            let view = WheelSample { setpoint, travel, counts: bench.counts, speed, duty };
             bench.physics(duty.to_si(), mishap);
             bench.read(q_m, mishap, tick == mishap_ms);
             view

@@ -2,9 +2,12 @@
 
 use std::fmt;
 
+use campaign::CampaignError;
+use campaign::plan::PlanError;
+use sim_link::ServeError;
 use sim_target::scenario::ScenarioError;
 
-use crate::campaign::CampaignError;
+use crate::advice;
 
 /// An error for a person to read.
 #[derive(Debug)]
@@ -131,6 +134,47 @@ impl From<ScenarioError> for Error {
         let place =
             error.place.map(|(line, column)| format!(":{line}:{column}")).unwrap_or_default();
         Error::new(format_args!("{}{place}: {}", error.origin, error.problem)).hint(error.hint)
+    }
+}
+
+impl From<host_link::Error> for Error {
+    fn from(error: host_link::Error) -> Self {
+        let said = match &error {
+            host_link::Error::Cancelled(left) => {
+                Error::interrupted(format_args!("stopped by Ctrl-C{left}"))
+            }
+            _ => Error::new(&error),
+        };
+        match advice::on_link(&error) {
+            Some(advice) => said.hint(advice),
+            None => said,
+        }
+    }
+}
+
+impl From<PlanError> for Error {
+    fn from(error: PlanError) -> Self {
+        Error::new(&error).hint(advice::on_plan(&error))
+    }
+}
+
+impl From<ServeError> for Error {
+    fn from(error: ServeError) -> Self {
+        let (said, hint) = match error {
+            ServeError::Link(error) => return error.into(),
+            ServeError::ResetOnPty => (Error::new(&error), "--listen tcp:127.0.0.1:0"),
+            ServeError::CameraExists(_) => (
+                Error::new(&error),
+                "--camera FILE makes a new track: name another one, or move this one away",
+            ),
+            ServeError::CameraNew(..) => {
+                (Error::new(&error), "--camera names the track file to write")
+            }
+            ServeError::CameraWrite(..) => {
+                (Error::new(&error), "the camera's track goes there: is its disk full?")
+            }
+        };
+        said.hint(hint)
     }
 }
 

@@ -1,10 +1,13 @@
 //! Ctrl-C, or the request of the system to end: asks a procedure to end in good order; a second one ends
 //! the program at once.
 
-use std::sync::OnceLock;
+use std::sync::{LazyLock, OnceLock};
 use std::time::{Duration, Instant};
 
+use host_link::Cancel;
+
 static PRESSED: OnceLock<Instant> = OnceLock::new();
+static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
 
 /// A second one so soon after the first is the same one: shells and `timeout` send it to a process and to its
 /// group.
@@ -13,7 +16,9 @@ const SAME: Duration = Duration::from_millis(500);
 /// Starts to listen. Without this, Ctrl-C ends the program at once.
 pub fn listen() {
     // If there is a handler already, that one is in charge.
-    let _ = ctrlc::set_handler(|| {
+    let cancel = cancel();
+    let _ = ctrlc::set_handler(move || {
+        cancel.request();
         if PRESSED.get_or_init(Instant::now).elapsed() > SAME {
             eprintln!(
                 "stopped on the spot: the robot brakes by itself as nobody renews its motion; what it has in \
@@ -24,7 +29,12 @@ pub fn listen() {
     });
 }
 
+/// The user's wish that this end, for procedures.
+pub fn cancel() -> Cancel {
+    CANCEL.clone()
+}
+
 /// Whether the user wants this to end.
 pub fn requested() -> bool {
-    PRESSED.get().is_some()
+    CANCEL.is_requested()
 }

@@ -1,28 +1,28 @@
 //! What a motion may ask of a robot, found out before anybody says that it drives.
 //!
-//! The robot judges for itself, and has the last word: here is what it would say, in words that name the
-//! argument, and what only a person can mean or not mean.
+//! The robot checks for itself, and has the last word: here is what it would say ([`host_link::limits`]), and what
+//! only a person can mean or not mean.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
-use shared_proto::{Config, Drive, MotionError, Readable, Refusal, TravelUnit};
+use host_link::limits;
+use host_link::motion::Motion;
+use shared_proto::{Config, Readable, Refusal};
 
-use crate::calibrate::believable::DIFFERENCE_USUAL;
+use crate::calibrate::plausibility::DIFFERENCE_USUAL;
 use crate::error::{Error, Result};
-use crate::motion::Motion;
 use crate::quantity::LengthUnit;
-use crate::session::refused;
 
 /// Longer than this is more likely a slip of the finger than meant \[s\]: the paper's run takes 20 s, and
 /// 60 m at its speed as long as this.
 pub const DURATION_S_USUAL: f64 = 600.0;
 
-/// Two computations of the same limit differ by a few roundings; these are left to the robot.
-const ROUNDING: f64 = 1e-9;
-
 /// Refuses what the robot would refuse, and what takes longer than [`DURATION_S_USUAL`] unless `long`.
 pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
-    refusal(motion, config).map_err(|error| refused("drive", &Refusal::Motion(error)))?;
+    limits::check(motion, config).map_err(|error| host_link::Error::Refused {
+        request: "drive",
+        refusal: Refusal::Motion(error),
+    })?;
     let duration_s = motion.duration_s();
     if duration_s > DURATION_S_USUAL && !long {
         return Err(Error::new(format_args!("this drive takes {}", time(duration_s)))
@@ -36,7 +36,7 @@ pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
 /// On a short one the rounding of a count, q of s metres, is more of W_T than [`DIFFERENCE_USUAL`]. Wheels that differ by a share d turn the robot by alpha = s d / b on s metres. From a quarter turn on
 /// two W_T have the same tangent and soon the same offset, so for [`DIFFERENCE_USUAL`] alpha stays below it.
 pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
-    let length_m = motion.distance.left.abs() * unit_m(motion, config);
+    let length_m = motion.distance.left.abs() * limits::unit_m(motion, config);
     let encoder = config.encoder;
     let count_m = encoder.map(|it| config.meters_per_count(&it));
     let length_m_min = count_m.left.max(count_m.right) / DIFFERENCE_USUAL;
@@ -84,35 +84,6 @@ pub fn check_square(side_m: f64, config: &Config) -> Result<()> {
     .hint("--side 1m, or larger"))
 }
 
-fn unit_m(motion: &Motion, config: &Config) -> f64 {
-    match motion.unit {
-        TravelUnit::Meter => 1.0,
-        TravelUnit::WheelRevolution => TAU * config.geometry.wheel_radius_m,
-    }
-}
-
-/// What the robot itself would say to a motion from a stand.
-fn refusal(motion: &Motion, config: &Config) -> std::result::Result<(), MotionError> {
-    let Motion { distance, cruise, acceleration, .. } = *motion;
-    let unit_m = unit_m(motion, config);
-    let beyond = |value: f64, limit: f64| value * unit_m > limit * (1.0 + ROUNDING);
-    if !distance.all(f64::is_finite) {
-        Err(MotionError::NotPositive)
-    } else if distance.any(|distance| beyond(distance.abs(), Drive::DISTANCE_M_MAX)) {
-        Err(MotionError::TooFar)
-    } else if beyond(cruise, config.limits.speed_mps_max) {
-        Err(MotionError::TooFast)
-    } else if beyond(acceleration, config.limits.acceleration_mps2_max) {
-        Err(MotionError::TooSteep)
-    } else if distance.all(|distance| distance == 0.0) {
-        Err(MotionError::NoDistance)
-    } else if motion.ramp_s() > Drive::RAMP_S_MAX || motion.duration_s() > Drive::DURATION_S_MAX {
-        Err(MotionError::TooLong)
-    } else {
-        Ok(())
-    }
-}
-
 /// A time as people say it: `42 min`, `5 h 2 min`.
 fn time(s: f64) -> String {
     let minutes = (s / 60.0).round();
@@ -124,31 +95,12 @@ fn time(s: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use shared_proto::TravelUnit;
+
     use super::*;
 
     fn refused_for(motion: Motion) -> String {
         check(&motion, &Config::default(), false).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn a_motion_at_the_limits_themselves_is_left_to_the_robot() {
-        let config = Config::default();
-        let (cruise, acceleration) =
-            (config.limits.speed_mps_max, config.limits.acceleration_mps2_max);
-        let unit_m = TAU * config.geometry.wheel_radius_m;
-        let turns = Motion {
-            cruise: cruise / unit_m,
-            acceleration: acceleration / unit_m,
-            ..Motion::PAPER
-        };
-        let meters = Motion { unit: TravelUnit::Meter, cruise, acceleration, ..Motion::PAPER };
-        for motion in [turns, meters, Motion::PAPER] {
-            check(&motion, &config, false).unwrap();
-        }
-        let too_fast = Motion { cruise: cruise * 1.001, ..meters };
-        assert!(refused_for(too_fast).contains("limits.speed_mps_max"));
-        let too_steep = Motion { acceleration: acceleration * 1.001 / unit_m, ..turns };
-        assert!(refused_for(too_steep).contains("limits.acceleration_mps2_max"));
     }
 
     #[test]

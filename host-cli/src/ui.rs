@@ -10,10 +10,9 @@ use std::time::Duration;
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::cli::Common;
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::link::Clock;
+use host_link::Clock;
 
 /// Emphasis.
 pub const BOLD: Style = Style::new().bold();
@@ -75,8 +74,8 @@ pub fn note(line: impl Display) {
 }
 
 /// Prints that something was done: a line about it for people, a JSON value for machines.
-pub fn tell(common: &Common, value: serde_json::Value, line: impl Display) {
-    if common.json {
+pub fn tell(json: bool, value: serde_json::Value, line: impl Display) {
+    if json {
         say(value);
     } else {
         note(line);
@@ -132,7 +131,7 @@ const NOBODY: &str =
     "run it in a terminal, or with --yes; poses that nobody types come with --measure track:FILE";
 
 /// Asks the user and waits for an answer, which may be empty.
-pub async fn ask(question: &str, clock: Clock) -> Result<String> {
+pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
     {
         let mut stderr = anstream::stderr().lock();
         let _ = write!(stderr, "{} {question} ", paint(BOLD, "?"));
@@ -168,11 +167,9 @@ pub async fn ask(question: &str, clock: Clock) -> Result<String> {
                 note("");
                 return Err(Error::interrupted("stopped by Ctrl-C"));
             }
-            Err(_) => match clock {
-                Clock::Real(_) => clock.sleep(Duration::from_millis(50)).await,
-                // The simulated robot waits with us.
-                Clock::Virtual => std::thread::sleep(Duration::from_millis(50)),
-            },
+            // The simulated robot waits with us.
+            Err(_) if clock.is_virtual() => std::thread::sleep(Duration::from_millis(50)),
+            Err(_) => clock.sleep(Duration::from_millis(50)).await,
         }
     }
 }

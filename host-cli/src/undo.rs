@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
 use crate::error::{Context, Error, Result};
-use crate::file::{check_writable, write_whole};
 use crate::hex::hex;
-use crate::session::Session;
+use campaign::file::{check_writable, write_whole};
+use host_link::session::Session;
 
 /// A part of a configuration that can be put back.
 pub trait Undoable: Copy + PartialEq + Serialize + DeserializeOwned {

@@ -3,7 +3,10 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Name, Readable, WheelPair};
+use crate::name::Name;
+use crate::order::is_above;
+use crate::pair::{Wheel, WheelPair};
+use crate::readable::Readable;
 
 /// Everything about a robot that is not the same for every robot.
 ///
@@ -224,7 +227,7 @@ impl Config {
                 return Err(ConfigError::OutOfRange { field: number as u8, value });
             }
         }
-        for wheel in crate::Wheel::BOTH {
+        for wheel in Wheel::BOTH {
             let q = self.meters_per_count(self.encoder.get(wheel));
             if is_outside(q, *Self::METERS_PER_COUNT.start(), *Self::METERS_PER_COUNT.end()) {
                 return Err(ConfigError::DistancePerCount { wheel, meters: q });
@@ -237,7 +240,7 @@ impl Config {
 /// By IEEE 754's totalOrder: what is not a number is outside, whatever its sign. Both zeros are one.
 fn is_outside(value: f64, min: f64, max: f64) -> bool {
     let value = value + 0.0;
-    min.total_cmp(&value).is_gt() || value.total_cmp(&max).is_gt()
+    is_above(min, value) || is_above(value, max)
 }
 
 /// Why a configuration is refused.
@@ -254,7 +257,7 @@ pub enum ConfigError {
     /// Radius, counts and gear give a distance per count outside [`Config::METERS_PER_COUNT`].
     DistancePerCount {
         /// The wheel in question.
-        wheel: crate::Wheel,
+        wheel: Wheel,
         /// Its distance per count \[m\].
         meters: f64,
     },

@@ -8,8 +8,8 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::config::NUMBERS;
-use crate::{Config, Name};
+use crate::config::{Config, NUMBERS};
+use crate::name::Name;
 
 /// Truth values of a configuration.
 const FLAGS: usize = 4;

@@ -3,7 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::Wheel;
+use crate::pair::Wheel;
 
 /// A condition under which the robot does not drive.
 ///

@@ -3,7 +3,10 @@
 use postcard_schema::Schema;
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::{Crc32, Event, Hello, Reply, Request, Telemetry, bound::postcard_len_max};
+use crate::crc::Crc32;
+use crate::encoded_len::postcard_len_max;
+use crate::hello::Hello;
+use crate::message::{Event, Reply, Request, Telemetry};
 
 const HEADER_LEN: usize = 3;
 const CRC_LEN: usize = 4;

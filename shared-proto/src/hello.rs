@@ -2,7 +2,9 @@
 
 use postcard_schema::key::Key;
 
-use crate::{Config, Event, NAME_LEN_MAX, Reply, Request, Telemetry};
+use crate::config::Config;
+use crate::message::{Event, Reply, Request, Telemetry};
+use crate::name::NAME_LEN_MAX;
 
 /// The version of the protocol that this crate speaks; raised when the meaning of a message changes.
 pub const PROTOCOL_VERSION: u16 = 1;

@@ -3,9 +3,11 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    Config, ConfigError, Drive, FaultReport, LimitsConfig, MotionError, MotionId, Name, WheelPair,
-};
+use crate::config::{Config, ConfigError, LimitsConfig};
+use crate::fault::FaultReport;
+use crate::motion::{Drive, MotionError, MotionId};
+use crate::name::Name;
+use crate::pair::WheelPair;
 
 /// What the host asks. Every command may be repeated: the second time changes nothing more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]

@@ -3,7 +3,9 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::WheelPair;
+use crate::config::Config;
+use crate::order::is_above;
+use crate::pair::WheelPair;
 
 /// Names one motion, so that a repeated command is recognised and not driven twice.
 ///
@@ -49,6 +51,54 @@ impl Drive {
     pub const START_AHEAD_US_MAX: u64 = 10_000_000;
     /// Longest ramp \[s\].
     pub const RAMP_S_MAX: f64 = 1000.0;
+
+    /// The motion in SI units, if it keeps to the limits of a valid configuration.
+    ///
+    /// Robot and host both ask this. Only the robot can tell how long the ramps take from its present
+    /// state, and whether the time to set off is still ahead.
+    #[inline]
+    pub fn to_si(&self, config: &Config) -> Result<DriveSi, MotionError> {
+        let positive = |value: f64| value.is_finite() && is_above(value, 0.0);
+        if !positive(self.cruise)
+            || !positive(self.acceleration)
+            || !self.distance.all(f64::is_finite)
+        {
+            return Err(MotionError::NotPositive);
+        }
+        if !Drive::TTL_MS.contains(&self.ttl_ms) {
+            return Err(MotionError::TimeToLive);
+        }
+        let unit_m = match self.unit {
+            TravelUnit::Meter => 1.0,
+            TravelUnit::WheelRevolution => core::f64::consts::TAU * config.geometry.wheel_radius_m,
+        };
+        let si = DriveSi {
+            distance_m: self.distance.map(|distance| distance * unit_m),
+            cruise_mps: self.cruise * unit_m,
+            acceleration_mps2: self.acceleration * unit_m,
+        };
+        if si.distance_m.any(|distance_m| is_above(distance_m.abs(), Drive::DISTANCE_M_MAX)) {
+            return Err(MotionError::TooFar);
+        }
+        if is_above(si.cruise_mps, config.limits.speed_mps_max) {
+            return Err(MotionError::TooFast);
+        }
+        if is_above(si.acceleration_mps2, config.limits.acceleration_mps2_max) {
+            return Err(MotionError::TooSteep);
+        }
+        Ok(si)
+    }
+}
+
+/// A [`Drive`] within its limits, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveSi {
+    /// Travel of each wheel \[m\].
+    pub distance_m: WheelPair<f64>,
+    /// Speed between the ramps \[m/s\].
+    pub cruise_mps: f64,
+    /// Steepness of the ramps \[m/s^2\].
+    pub acceleration_mps2: f64,
 }
 
 /// The unit of a [`Drive`].

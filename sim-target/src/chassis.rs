@@ -9,12 +9,14 @@ use std::rc::Rc;
 
 use shared_proto::{Wheel, WheelPair};
 
-use crate::board::{Flash, Pin};
 use crate::clock;
+use crate::flash::Flash;
+use crate::lab::Lab;
+use crate::pin::Pin;
 use crate::plant::EncoderStep;
 use crate::scenario::Scenario;
-use crate::target::{HostWire, Lab, World};
-use crate::wire::{Wire, WireParameters};
+use crate::wire::{HostWire, Wire, WireParameters};
+use crate::world::World;
 
 /// Plant, laboratory and serial line on this thread's virtual clock. One at a time per thread.
 pub struct Chassis {

@@ -6,19 +6,24 @@
 //! measure the robot as a laboratory would. A [`scenario`] says which robot it is. One seed draws
 //! everything that is random; the same seed gives the same bytes.
 
-mod board;
 mod chassis;
 mod clock;
 mod executor;
+mod flash;
+mod hardware;
 pub mod instruments;
+mod lab;
+mod pin;
 pub mod plant;
 pub mod scenario;
 mod target;
 mod uid;
 mod wire;
+mod world;
 
 pub use chassis::Chassis;
 pub use clock::now_us;
+pub use lab::Lab;
 pub use scenario::Scenario;
-pub use target::{HostWire, Lab, Options, SimTarget, sleep_until_us};
-pub use wire::WireParameters;
+pub use target::{Options, SimTarget, sleep_until_us};
+pub use wire::{HostWire, WireParameters};

@@ -16,16 +16,16 @@ use firmware::shared::Shared;
 use firmware::task;
 use shared_proto::{Config, Name, ResetCause};
 
-use crate::board::{ClockBeat, Flash, Hardware, Pin};
 use crate::clock;
 use crate::executor::Executor;
-use crate::instruments::{
-    Camera, CameraParameters, CameraSample, EndReading, Gyro, GyroSample, Ruler,
-};
-use crate::plant::{Plant, PlantFault, Pose};
-use crate::scenario::{FaultEvent, Scenario, Setup};
+use crate::flash::Flash;
+use crate::hardware::{Hardware, VirtualControlTimer};
+use crate::lab::Lab;
+use crate::pin::Pin;
+use crate::scenario::Scenario;
 use crate::uid::uid;
-use crate::wire::Wire;
+use crate::wire::{HostWire, Wire};
+use crate::world::World;
 
 /// How to set a simulated robot up, beyond what its scenario says.
 #[derive(Clone, Debug, Default)]
@@ -42,297 +42,6 @@ pub struct SimTarget {
     lab: Lab,
     to_robot: Wire,
     to_host: Wire,
-}
-
-/// What surrounds the robot: the plant, what measures it, and what will go wrong.
-pub(crate) struct World {
-    plant: Plant,
-    scenario: Scenario,
-    /// How often the robot has been put on its line again.
-    placements: u64,
-    camera: Camera,
-    camera_samples: Vec<CameraSample>,
-    ruler: Ruler,
-    gyro: Option<Gyro>,
-    gyro_samples: Vec<GyroSample>,
-    /// In order of time.
-    schedule: Vec<Scheduled>,
-    /// What waits for the motors to be driven for the first time.
-    motion_faults: Vec<FaultEvent>,
-    emergency_stop: Pin,
-    driver_fault: Pin,
-    stall_us: u64,
-}
-
-/// Something that happens to the robot at a known time.
-#[derive(Clone, Copy, Debug)]
-struct Scheduled {
-    at_us: u64,
-    fault: PlantFault,
-    on: bool,
-}
-
-/// The beginnings and ends of faults, in order of time.
-fn schedule(faults: &[FaultEvent], origin_us: u64) -> Vec<Scheduled> {
-    let ends = faults.iter().filter_map(|event| {
-        let at_us = origin_us + event.until_us?;
-        Some(Scheduled { at_us, fault: event.fault, on: false })
-    });
-    let begins = faults.iter().map(|event| Scheduled {
-        at_us: origin_us + event.at_us,
-        fault: event.fault,
-        on: true,
-    });
-    let mut schedule: Vec<_> = begins.chain(ends).collect();
-    schedule.sort_by_key(|event| event.at_us);
-    schedule
-}
-
-impl World {
-    /// The surroundings of a robot that is switched on now.
-    pub(crate) fn new(
-        scenario: &Scenario,
-        setup: Setup,
-        emergency_stop: Pin,
-        driver_fault: Pin,
-    ) -> Self {
-        Self {
-            plant: setup.plant,
-            scenario: scenario.clone(),
-            placements: 0,
-            camera: setup.camera,
-            camera_samples: Vec::new(),
-            ruler: setup.ruler,
-            gyro: setup.gyro,
-            gyro_samples: Vec::new(),
-            schedule: schedule(&setup.faults, 0),
-            motion_faults: setup.motion_faults,
-            emergency_stop,
-            driver_fault,
-            stall_us: 0,
-        }
-    }
-
-    /// The plant as it is now, to the start of its present substep.
-    ///
-    /// Whoever asks between two substeps, because a command came in just then, does not cut one: where a
-    /// drive's substeps lie would else depend on what the line lost before, and with them its last digits.
-    pub(crate) fn plant_now(&mut self) -> &mut Plant {
-        let now = clock::now_us();
-        self.plant.advance_to(now - now % u64::from(self.plant.parameters().substep_us));
-        &mut self.plant
-    }
-
-    /// Moves the plant alone, ahead of the clock.
-    pub(crate) fn advance_plant_to(&mut self, t_us: u64) {
-        self.plant.advance_to(t_us);
-    }
-
-    /// When something happens to the robot next \[us\].
-    pub(crate) fn next_event_us(&self) -> u64 {
-        let scheduled = self.schedule.first().map_or(u64::MAX, |event| event.at_us);
-        let gyro = self.gyro.as_ref().map_or(u64::MAX, Gyro::next_t_us);
-        scheduled.min(self.camera.next_t_us()).min(gyro)
-    }
-
-    /// Does what is due now.
-    pub(crate) fn act(&mut self) {
-        let now = clock::now_us();
-        if !self.motion_faults.is_empty()
-            && let Some(origin_us) = self.plant.first_driven_us()
-        {
-            let mut all = schedule(&std::mem::take(&mut self.motion_faults), origin_us);
-            all.append(&mut self.schedule);
-            all.sort_by_key(|event| event.at_us);
-            self.schedule = all;
-        }
-        while let Some(&Scheduled { at_us, fault, on }) = self.schedule.first()
-            && at_us <= now
-        {
-            self.schedule.remove(0);
-            self.set_fault(fault, on);
-        }
-        if self.camera.next_t_us() <= now {
-            let seen = self.plant_seen();
-            self.camera_samples.extend(self.camera.observe(&seen));
-        }
-        if self.gyro.as_ref().is_some_and(|gyro| gyro.next_t_us() <= now) {
-            let seen = self.plant_seen();
-            if let Some(gyro) = &mut self.gyro {
-                self.gyro_samples.extend(gyro.observe(&seen));
-            }
-        }
-    }
-
-    /// The plant at this very moment, to be looked at: who looks between two substeps cuts none either.
-    fn plant_seen(&mut self) -> Plant {
-        let mut seen = self.plant_now().clone();
-        seen.advance_to(clock::now_us());
-        seen
-    }
-
-    fn set_fault(&mut self, fault: PlantFault, on: bool) {
-        let plant = self.plant_now();
-        if on {
-            plant.inject(fault);
-        } else {
-            plant.remove(fault);
-        }
-        let (stop, driver) = (plant.estop_line(), plant.driver_fault_line());
-        self.emergency_stop.set_low(stop);
-        self.driver_fault.set_low(driver);
-    }
-}
-
-/// The laboratory round the robot: sees the truth, measures, breaks things.
-#[derive(Clone)]
-pub struct Lab {
-    pub(crate) world: Rc<RefCell<World>>,
-    pub(crate) flash: Flash,
-}
-
-impl Lab {
-    /// Where the robot really is.
-    pub fn pose(&self) -> Pose {
-        self.world.borrow_mut().plant_now().pose()
-    }
-
-    /// Looks at the plant.
-    pub fn plant<T>(&self, look: impl FnOnce(&Plant) -> T) -> T {
-        look(self.world.borrow_mut().plant_now())
-    }
-
-    /// What the overhead camera has seen so far.
-    pub fn camera_samples(&self) -> Vec<CameraSample> {
-        self.world.borrow().camera_samples.clone()
-    }
-
-    /// How many samples the camera has taken so far.
-    pub fn camera_len(&self) -> usize {
-        self.world.borrow().camera_samples.len()
-    }
-
-    /// What the camera has seen since the sample with this number.
-    pub fn camera_samples_from(&self, first: usize) -> Vec<CameraSample> {
-        self.world.borrow().camera_samples[first..].to_vec()
-    }
-
-    /// Has the camera take its next picture at this time, and all others at its rate after it.
-    pub fn trigger_camera(&self, t_us: u64) {
-        self.world.borrow_mut().camera.trigger(t_us);
-    }
-
-    /// What the camera's data sheet says.
-    pub fn camera_parameters(&self) -> CameraParameters {
-        *self.world.borrow().camera.parameters()
-    }
-
-    /// What the gyro has read since the sample with this number; nothing if there is none.
-    pub fn gyro_samples_from(&self, first: usize) -> Vec<GyroSample> {
-        self.world.borrow().gyro_samples[first..].to_vec()
-    }
-
-    /// How often the gyro has been read so far.
-    pub fn gyro_len(&self) -> usize {
-        self.world.borrow().gyro_samples.len()
-    }
-
-    /// Puts another load on the robot \[kg\].
-    pub fn set_payload(&self, payload_kg: f64) {
-        self.world.borrow_mut().plant_now().set_payload(payload_kg);
-    }
-
-    /// Measures with the ruler how far the robot is along the start line, and off it.
-    pub fn read_offset(&self) -> EndReading {
-        let mut world = self.world.borrow_mut();
-        let pose = world.plant_now().pose();
-        world.ruler.read(Pose::default(), pose)
-    }
-
-    /// Standard deviation of one reading of the ruler \[m\].
-    pub fn ruler_sigma_m(&self) -> f64 {
-        self.world.borrow().ruler.parameters().sigma_m()
-    }
-
-    /// Picks the robot up and puts it on its start line, as well as the scenario's person can.
-    ///
-    /// The line is the x axis. The wheels stand still; the encoders count on.
-    pub fn place_at_start(&self) {
-        self.place_on(Pose::default());
-    }
-
-    /// Picks the robot up and puts it on a line that begins here, as well as the scenario's person can.
-    pub fn place_on(&self, line: Pose) {
-        let mut world = self.world.borrow_mut();
-        world.placements += 1;
-        let pose = world.scenario.placement(line, world.placements);
-        let trails = world.scenario.placement.caster_trails;
-        let plant = world.plant_now();
-        plant.place(pose);
-        if trails {
-            plant.trail_caster();
-        }
-    }
-
-    /// Breaks something, now.
-    pub fn inject(&self, fault: PlantFault) {
-        self.world.borrow_mut().set_fault(fault, true);
-    }
-
-    /// Mends it.
-    pub fn mend(&self, fault: PlantFault) {
-        self.world.borrow_mut().set_fault(fault, false);
-    }
-
-    /// Makes the next control tick late by this much: somebody held the CPU.
-    pub fn stall_cpu(&self, delay_us: u64) {
-        self.world.borrow_mut().stall_us = delay_us;
-    }
-
-    /// Makes the flash refuse to be written.
-    pub fn write_protect_flash(&self, on: bool) {
-        self.flash.set_write_protected(on);
-    }
-
-    /// What the flash holds, as TOML.
-    pub fn flash_content(&self) -> Option<String> {
-        self.flash.content()
-    }
-}
-
-/// The host's end of the serial line.
-#[derive(Clone)]
-pub struct HostWire {
-    pub(crate) to_robot: Wire,
-    pub(crate) to_host: Wire,
-}
-
-impl HostWire {
-    /// Sends bytes to the robot.
-    pub async fn write(&self, bytes: &[u8]) {
-        self.to_robot.write(bytes).await;
-    }
-
-    /// Waits for bytes from the robot.
-    pub async fn read(&self, buffer: &mut [u8]) -> usize {
-        self.to_host.read(buffer).await
-    }
-
-    /// Sends bytes to the robot without waiting for room on the line.
-    pub fn write_now(&self, bytes: &[u8]) {
-        self.to_robot.write_now(bytes);
-    }
-
-    /// Takes the bytes that have come from the robot, without waiting.
-    pub fn read_now(&self, buffer: &mut [u8]) -> usize {
-        self.to_host.read_now(buffer)
-    }
-
-    /// Pulls the plug, or puts it back in.
-    pub fn set_cut(&self, cut: bool) {
-        self.to_robot.set_cut(cut);
-        self.to_host.set_cut(cut);
-    }
 }
 
 impl SimTarget {
@@ -370,7 +79,7 @@ impl SimTarget {
         let mut executor = Executor::new();
         let s = shared.clone();
         let h = hardware.clone();
-        executor.spawn(async move { task::capture::run(&s, ClockBeat::new(), h).await });
+        executor.spawn(async move { task::capture::run(&s, VirtualControlTimer::new(), h).await });
         let s = shared.clone();
         executor.spawn(async move { task::profile::run(&s).await });
         let s = shared.clone();
@@ -382,9 +91,10 @@ impl SimTarget {
         let (s, wire) = (shared.clone(), to_robot.clone());
         executor.spawn(async move { task::link::receive(&s, wire).await });
         let s = shared.clone();
-        executor.spawn(async move { task::lines::emergency_stop(&s, emergency_stop).await });
+        executor
+            .spawn(async move { task::safety_inputs::emergency_stop(&s, emergency_stop).await });
         let s = shared.clone();
-        executor.spawn(async move { task::lines::driver_fault(&s, driver_fault).await });
+        executor.spawn(async move { task::safety_inputs::driver_fault(&s, driver_fault).await });
         let store = flash.clone();
         executor.spawn(async move { task::supervisor::run(&shared, store, board).await });
 

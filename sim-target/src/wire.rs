@@ -28,9 +28,9 @@ const BACKLOG_BYTES_MAX: u64 = 256;
 
 /// One direction of a line.
 #[derive(Clone)]
-pub struct Wire(Rc<RefCell<State>>);
+pub struct Wire(Rc<RefCell<LineState>>);
 
-struct State {
+struct LineState {
     parameters: WireParameters,
     rng: ChaCha8Rng,
     /// Bytes under way, each chunk with the time at which its last byte arrives \[us\].
@@ -46,7 +46,7 @@ struct State {
 impl Wire {
     /// A line whose damage is drawn from `seed`.
     pub fn new(parameters: WireParameters, seed: u64) -> Self {
-        Self(Rc::new(RefCell::new(State {
+        Self(Rc::new(RefCell::new(LineState {
             parameters,
             rng: ChaCha8Rng::seed_from_u64(seed),
             under_way: VecDeque::new(),
@@ -152,6 +152,41 @@ impl Wire {
             embassy_time::Timer::at(Instant::from_micros(room_us)).await;
         }
         self.write_now(bytes);
+    }
+}
+
+/// The host's end of the serial line.
+#[derive(Clone)]
+pub struct HostWire {
+    pub(crate) to_robot: Wire,
+    pub(crate) to_host: Wire,
+}
+
+impl HostWire {
+    /// Sends bytes to the robot.
+    pub async fn write(&self, bytes: &[u8]) {
+        self.to_robot.write(bytes).await;
+    }
+
+    /// Waits for bytes from the robot.
+    pub async fn read(&self, buffer: &mut [u8]) -> usize {
+        self.to_host.read(buffer).await
+    }
+
+    /// Sends bytes to the robot without waiting for room on the line.
+    pub fn write_now(&self, bytes: &[u8]) {
+        self.to_robot.write_now(bytes);
+    }
+
+    /// Takes the bytes that have come from the robot, without waiting.
+    pub fn read_now(&self, buffer: &mut [u8]) -> usize {
+        self.to_host.read_now(buffer)
+    }
+
+    /// Pulls the plug, or puts it back in.
+    pub fn set_cut(&self, cut: bool) {
+        self.to_robot.set_cut(cut);
+        self.to_host.set_cut(cut);
     }
 }
 

@@ -246,7 +246,7 @@ fn a_track_that_shows_no_drive_is_refused_and_nothing_is_changed() {
     }
     desk.write("other.csv", "t,x,y\n0,0,0\n1,0,0\n");
     for (track, expected) in
-        [("nowhere.csv", "cannot read the track nowhere.csv"), ("other.csv", "no column t_s")]
+        [("nowhere.csv", "nowhere.csv: cannot read the track"), ("other.csv", "no column t_s")]
     {
         let message = desk.run(&format!("calibrate --measure track:{track} --yes")).refused();
         assert!(message.contains(expected), "{message}");

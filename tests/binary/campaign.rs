@@ -2,8 +2,8 @@
 
 use std::io::Read;
 
-use host_cli::campaign::Campaign;
-use host_cli::survey::Plan;
+use campaign::Campaign;
+use campaign::plan::CampaignPlan;
 
 use crate::desk::Desk;
 use crate::outcome::{collect, wait_for};
@@ -39,7 +39,7 @@ fn the_usual_plan_is_shown_with_room_time_and_reason_and_can_be_edited_and_given
     // The squares are to be predicted, not fitted to.
     assert_eq!(text.matches("held_out = true").count(), 2, "{text}");
     desk.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
-    let edited = Plan::read(&desk.path("plan.toml")).unwrap();
+    let edited = CampaignPlan::read(&desk.path("plan.toml")).unwrap();
     assert_eq!(edited.runs.len(), 21);
     let json = desk.run("campaign plan --plan plan.toml --json").ok().json();
     assert_eq!(json["runs"][0]["duration_s"], 7.0);

@@ -1,6 +1,6 @@
 //! `beeline drive` and `beeline record` on the simulator.
 
-use host_cli::campaign::{Campaign, Warning};
+use campaign::{Campaign, Warning};
 use serde_json::Value;
 
 use crate::desk::Desk;

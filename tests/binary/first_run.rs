@@ -189,10 +189,14 @@ fn the_page_states_the_wheel_weight_that_was_written() {
 }
 
 #[test]
-fn the_readme_shows_what_is_said() {
-    let readme = include_str!("../../README.md");
-    let (_, sample) = readme.split_once("```text\nCalibrating").expect("a sample");
+fn the_page_shows_what_is_said() {
+    let page = include_str!("../../docs/calibrate.md");
+    let (_, sample) = page.split_once("```text\nCalibrating").expect("a sample");
     let (sample, _) = sample.split_once("\n```").expect("its end");
     let said = Desk::new().run("").ok().stderr;
-    assert_eq!(format!("Calibrating{sample}"), said.trim_end(), "put what is said into README.md");
+    assert_eq!(
+        format!("Calibrating{sample}"),
+        said.trim_end(),
+        "put what is said into docs/calibrate.md"
+    );
 }

@@ -1,6 +1,6 @@
 //! A yaw rate sensor from the scenario to the verdict.
 
-use host_cli::campaign::Campaign;
+use campaign::Campaign;
 
 use crate::desk::Desk;
 

@@ -99,7 +99,7 @@ fn every_scenario_that_an_example_names_is_there() {
 #[test]
 fn the_defaults_of_the_command_line_are_those_of_the_procedure() {
     use host_cli::calibrate::Settings;
-    use host_cli::motion::Motion;
+    use host_link::motion::Motion;
     let Some(host_cli::cli::Command::Calibrate(args)) =
         Cli::try_parse_from(["beeline", "calibrate"]).unwrap().command
     else {

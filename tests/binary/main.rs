@@ -16,6 +16,7 @@ mod help;
 mod insight;
 mod memory;
 mod outcome;
+mod pages;
 mod question;
 mod real_time;
 mod served;

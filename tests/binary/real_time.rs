@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use host_cli::campaign::Campaign;
+use campaign::Campaign;
 
 use crate::desk::Desk;
 use crate::outcome::{collect, wait_for};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use host_cli::campaign::{Campaign, Row};
+use campaign::{Campaign, Row};
 
 use crate::apply::UNEQUAL;
 use crate::desk::Desk;

@@ -1,46 +1,48 @@
-//! The walk-through of the README, command by command: what it prints there is what is printed here.
+//! The `console` blocks of the pages: each command prints what the page shows.
 //!
-//! In a `console` block a line after `$ ` is a command, what follows is its output, and a line `...` stands
-//! for any number of lines. Where a figure has changed, the failure says which line of README.md is to be
-//! replaced by what.
+//! A line after `$ ` is a command, what follows is its output, and a line `...` stands for any number of
+//! lines. Where a figure has changed, the failure says which line of which page is to be replaced by what.
 
 use std::path::{Path, PathBuf};
 
 use crate::desk::Desk;
 
-const SECTION: &str = "## Find what the model lacks";
+/// A page with `console` blocks, and how many commands of `beeline` it has at least.
+const PAGES: [(&str, usize); 3] =
+    [("README.md", 4), ("docs/find-what-is-missing.md", 7), ("docs/calibrate.md", 1)];
+/// What the walk-through of this page draws.
+const WALK_THROUGH: &str = "docs/find-what-is-missing.md";
 const PICTURE: &str = "docs/mystery.svg";
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A command of the README, and what it prints there, with the numbers of the lines.
+/// A command of a page, and what it prints there, with the numbers of the lines.
 struct Example {
+    page: &'static str,
     line: usize,
     command: String,
     output: Vec<(usize, String)>,
 }
 
-/// The commands of the section's `console` blocks.
-fn examples(readme: &str) -> Vec<Example> {
+/// The commands of the `console` blocks in a page of this text.
+fn examples(page: &'static str, text: &str) -> Vec<Example> {
     let mut examples: Vec<Example> = Vec::new();
-    let (mut here, mut console) = (false, false);
-    for (index, text) in readme.lines().enumerate() {
-        if text.starts_with("## ") {
-            here = text == SECTION;
-        }
+    let mut console = false;
+    for (index, text) in text.lines().enumerate() {
         match text {
-            "```console" if here => console = true,
+            "```console" => console = true,
             "```" => console = false,
             _ if console => match (text.strip_prefix("$ "), examples.last_mut()) {
                 (Some(command), _) => examples.push(Example {
+                    page,
                     line: index + 1,
                     command: command.into(),
                     output: Vec::new(),
                 }),
-                (None, Some(it)) => it.output.push((index + 1, text.trim_end().into())),
-                (None, None) => panic!("README.md, line {}: output of no command", index + 1),
+                (None, Some(last)) => last.output.push((index + 1, text.trim_end().into())),
+                (None, None) => panic!("{page}, line {}: output of no command", index + 1),
             },
             _ => {}
         }
@@ -48,7 +50,7 @@ fn examples(readme: &str) -> Vec<Example> {
     examples
 }
 
-/// What is wrong with the output that the README shows, and what is to be written there.
+/// What is wrong with the output that a page shows, and what is to be written there.
 fn difference(example: &Example, printed: &str) -> Option<String> {
     let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
     let (mut at, mut skip) = (0, false);
@@ -58,17 +60,18 @@ fn difference(example: &Example, printed: &str) -> Option<String> {
             continue;
         }
         let found = if skip {
-            printed[at..].iter().position(|it| it == shown).map(|it| at + it)
+            printed[at..].iter().position(|line| line == shown).map(|skipped| at + skipped)
         } else {
             (printed.get(at) == Some(&shown.as_str())).then_some(at)
         };
         let Some(found) = found else {
             // The line that begins as the shown one does, or the one in its place.
             let first = |text: &str| text.split_whitespace().take(2).collect::<String>();
-            let same = printed[at..].iter().find(|it| first(it) == first(shown));
+            let same = printed[at..].iter().find(|line| first(line) == first(shown));
             let now = same.or(printed.get(at)).unwrap_or(&"(nothing)");
             return Some(format!(
-                "README.md, line {line}, in the output of `{}`: replace\n{shown}\nby\n{now}\n\nall that it prints now:\n{}\n",
+                "{}, line {line}, in the output of `{}`: replace\n{shown}\nby\n{now}\n\nall that it prints now:\n{}\n",
+                example.page,
                 example.command,
                 printed.join("\n")
             ));
@@ -78,7 +81,8 @@ fn difference(example: &Example, printed: &str) -> Option<String> {
     let rest = !skip && at < printed.len();
     rest.then(|| {
         format!(
-            "README.md, line {}: `{}` prints more than is shown; a line `...` would say so:\n{}",
+            "{}, line {}: `{}` prints more than is shown; a line `...` would say so:\n{}",
+            example.page,
             example.line,
             example.command,
             printed[at..].join("\n")
@@ -103,7 +107,7 @@ fn output_of(desk: &Desk, command: &str) -> Option<String> {
         }
         // Held by the tests of the example itself.
         ["cargo", "run", "--release", "-p", "beeline-tests", "--example", "mystery", ..] => None,
-        _ => panic!("README.md has a command that this test does not know: {command}"),
+        _ => panic!("a page has a command that this test does not know: {command}"),
     }
 }
 
@@ -121,20 +125,25 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn the_readmes_walk_through_prints_what_the_readme_shows() {
-    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
-    let examples = examples(&readme);
-    let beeline = examples.iter().filter(|it| it.command.starts_with("beeline ")).count();
-    assert!(beeline >= 6, "only {beeline} commands of {}", examples.len());
-    let desk = Desk::new();
+fn commands_print_what_the_pages_show() {
     let mut wrong = Vec::new();
-    for example in &examples {
-        if let Some(printed) = output_of(&desk, &example.command) {
-            wrong.extend(difference(example, &printed));
+    for (page, commands_min) in PAGES {
+        let text = std::fs::read_to_string(repository().join(page)).unwrap();
+        let examples = examples(page, &text);
+        let is_ours = |example: &&Example| example.command.starts_with("beeline ");
+        let beeline = examples.iter().filter(is_ours).count();
+        assert!(beeline >= commands_min, "{page}: only {beeline} commands of {}", examples.len());
+        let desk = Desk::new();
+        for example in &examples {
+            if let Some(printed) = output_of(&desk, &example.command) {
+                wrong.extend(difference(example, &printed));
+            }
+        }
+        if page == WALK_THROUGH {
+            the_picture_is_what_was_drawn(&desk);
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    the_picture_is_what_was_drawn(&desk);
 }
 
 /// `BEELINE_GOLDEN=write` draws it anew.
@@ -146,21 +155,19 @@ fn the_picture_is_what_was_drawn(desk: &Desk) {
     }
     assert!(
         std::fs::read(&kept).unwrap_or_default() == drawn,
-        "{PICTURE} has changed: BEELINE_GOLDEN=write cargo test -p host-cli --test binary walk_through"
+        "{PICTURE} has changed: BEELINE_GOLDEN=write cargo test -p host-cli --test binary walkthrough"
     );
 }
 
 #[test]
 fn a_figure_that_has_changed_is_named_with_its_line_and_its_new_value() {
-    let readme = format!(
-        "{SECTION}\n\n```console\n$ beeline compare x\nIt is off by 3.1 mm.\n...\nrun a  2 mm\n```\n\n## Next\n```console\n$ rm\n```\n"
-    );
-    let examples = examples(&readme);
+    let text = "## Compare\n\n```console\n$ beeline compare x\nIt is off by 3.1 mm.\n...\nrun a  2 mm\n```\n\n```sh\nrm\n```\n";
+    let examples = examples("page.md", text);
     assert_eq!((examples.len(), examples[0].command.as_str()), (1, "beeline compare x"));
     let same = difference(&examples[0], "It is off by 3.1 mm.\n\nrun b  4 mm\nrun a  2 mm\n");
     assert_eq!(same, None);
     let other = difference(&examples[0], "It is off by 3.1 mm.\n\nrun a  5 mm\n").unwrap();
-    assert!(other.contains("README.md, line 7"), "{other}");
+    assert!(other.contains("page.md, line 7"), "{other}");
     assert!(other.contains("replace\nrun a  2 mm\nby\nrun a  5 mm"), "{other}");
     let more = difference(&examples[0], "It is off by 3.1 mm.\nrun a  2 mm\nand\n").unwrap();
     assert!(more.contains("prints more than is shown"), "{more}");

@@ -1,13 +1,12 @@
 //! The robot recorded: the procedure of `beeline campaign record`, in this process.
 
+use campaign::plan::{CampaignPlan, PlanSettings};
+use campaign::{Campaign, CampaignWriter, Run, RunFacts};
 use futures_lite::future;
-use host_cli::campaign::{Campaign, CampaignWriter, Run, RunFacts};
 use host_cli::error::Error;
-use host_cli::link::{Clock, Wire};
-use host_cli::session::Session;
+use host_cli::survey::measured::Go;
 use host_cli::survey::samples::{columns, robot_file};
-use host_cli::survey::witness::Go;
-use host_cli::survey::{Plan, PlanSettings, Ran, Witness, record_run};
+use host_cli::survey::{Ran, Witness, record_run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::WheelPair;
@@ -35,9 +34,9 @@ const SUBSTEP_US: u32 = 200;
 const GYRO_HZ: f64 = 20.0;
 
 /// The usual campaign with one load, on a floor of 3 m.
-pub fn plan() -> Plan {
+pub fn plan() -> CampaignPlan {
     let settings = PlanSettings { payload_kg: 3.0, ..PlanSettings::default() };
-    Plan::usual(&settings).expect("the usual floor is large enough")
+    CampaignPlan::usual(&settings).expect("the usual floor is large enough")
 }
 
 /// A sound robot of nominal size, no two alike: what its own tyres and caster do stays below what its
@@ -92,12 +91,11 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
 }
 
 /// Records a campaign.
-pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campaign, Error> {
+pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Result<Campaign, Error> {
     let mut target = SimTarget::new(scenario, Options::default())
         .map_err(|error| Error::new(format_args!("no flash: {error}")))?;
     let lab = target.lab();
-    let wire = Wire::Sim(target.host_wire());
-    let mut session = Session::new(wire, Clock::Virtual, 1, "sim".into());
+    let mut session = sim_link::session(&target.host_wire(), 1, "sim");
     target.run(future::or(
         async {
             session.open().await?;
@@ -138,7 +136,7 @@ pub fn record(scenario: &Scenario, plan: &Plan, period_ms: u16) -> Result<Campai
 
 /// Leaves a campaign in a folder, as `beeline campaign record` would.
 pub fn keep(campaign: &Campaign, folder: &std::path::Path) -> Result<(), Error> {
-    let robot = host_cli::campaign::RobotFile { runs: Vec::new(), ..campaign.robot.clone() };
+    let robot = campaign::RobotFile { runs: Vec::new(), ..campaign.robot.clone() };
     let writer = CampaignWriter::open(folder, &robot)?;
     for run in &campaign.runs {
         let name = run.name.trim_start_matches(|c: char| c.is_ascii_digit() || c == '_');

@@ -67,7 +67,7 @@ impl Mystery {
     ///
     /// # Errors
     /// If the robot cannot drive it.
-    pub fn campaign(&self) -> Result<host_cli::campaign::Campaign, Error> {
+    pub fn campaign(&self) -> Result<campaign::Campaign, Error> {
         let mut scenario = sound(self.seed, Kind::Nothing, &[]);
         scenario.gyro = None;
         self.hidden.hide(&mut scenario);

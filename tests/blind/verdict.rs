@@ -41,7 +41,7 @@ pub struct Verdict {
     /// How long the explanation took \[s\].
     pub explain_s: f64,
     /// The campaign itself, for whoever wants to look.
-    pub campaign: host_cli::campaign::Campaign,
+    pub campaign: campaign::Campaign,
     /// The answer.
     pub answer: Answer,
 }
@@ -216,7 +216,7 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
 
 fn verdict(
     case: &Case,
-    campaign: host_cli::campaign::Campaign,
+    campaign: campaign::Campaign,
     answer: Answer,
     oracle: &Model,
     (reached, covered): (Vec<f64>, Vec<(String, bool)>),

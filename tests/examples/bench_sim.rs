@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use beeline_tests::robot::on_unwatched_robot;
-use host_cli::motion::{self, Motion, RecordOptions};
+use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::WheelPair;
 use sim_target::plant::Plant;
 use sim_target::{Options, Scenario, SimTarget, now_us};

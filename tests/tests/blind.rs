@@ -100,13 +100,14 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let mystery = Mystery::draw(seed);
     assert_eq!(seal(&mystery.answer()), sha256);
 
-    // What the README shows of the opened seal.
-    let readme = std::fs::read_to_string(folder.join("../../README.md")).unwrap();
+    // What the walk-through shows of the opened seal.
+    const PAGE: &str = "docs/find-what-is-missing.md";
+    let page = std::fs::read_to_string(folder.join("../..").join(PAGE)).unwrap();
     for words in [mystery.answer(), sha256] {
-        assert!(readme.contains(&words), "README.md is to show:\n{words}");
+        assert!(page.contains(&words), "{PAGE} is to show:\n{words}");
     }
 
-    let campaign = host_cli::campaign::Campaign::read(&folder).unwrap();
+    let campaign = campaign::Campaign::read(&folder).unwrap();
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];
     assert!(first.class.iter().any(|it| it == mystery.hidden()), "{:?}", first.class);

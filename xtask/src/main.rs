@@ -1,10 +1,16 @@
 //! The project's own chores: `cargo xtask help`.
 
+mod arrows;
 mod bench;
+mod circles;
 mod documents;
 mod emulated;
+#[cfg(test)]
+mod example;
 mod firmware;
+mod lengths;
 mod needs;
+mod source;
 mod steps;
 mod test;
 mod words;
@@ -16,6 +22,7 @@ const HELP: &str = "\
 cargo xtask <chore>
 
   test               installs what is missing, then runs all that CI runs
+  check              the part of it that takes seconds: format, words, pages, lengths, circles
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board
@@ -23,6 +30,7 @@ cargo xtask <chore>
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware is none of
+  arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
   help               this
 ";
 
@@ -34,6 +42,8 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test"] => test::run(),
+        ["arrows"] => arrows::run(),
+        ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),

@@ -6,7 +6,7 @@
 use std::process::Command;
 
 use crate::steps::{Steps, cargo, run as command};
-use crate::{Outcome, documents, emulated, firmware, needs, root, words};
+use crate::{Outcome, arrows, circles, documents, emulated, firmware, lengths, needs, root, words};
 
 pub fn run() -> Outcome {
     let mut steps = Steps::default();
@@ -15,11 +15,32 @@ pub fn run() -> Outcome {
     outcome
 }
 
+/// What takes seconds and compiles nothing.
+pub fn check() -> Outcome {
+    let mut steps = Steps::default();
+    let outcome = quick(&mut steps);
+    steps.print_summary();
+    outcome
+}
+
+/// Each of these is run, whatever becomes of the others: all that is to be mended is seen at once.
+fn quick(steps: &mut Steps) -> Outcome {
+    let checks: [(&'static str, fn() -> Outcome); 6] = [
+        ("format", format),
+        ("words", words::check),
+        ("documents", documents::check),
+        ("lengths", lengths::check),
+        ("circles", circles::check),
+        ("arrows", arrows::check),
+    ];
+    let outcomes = checks.map(|(name, check)| steps.run(name, check));
+    let failures: Vec<String> = outcomes.into_iter().filter_map(Outcome::err).collect();
+    if failures.is_empty() { Ok(()) } else { Err(failures.join("\n\n")) }
+}
+
 fn all(steps: &mut Steps) -> Outcome {
     steps.run("needs", needs::meet)?;
-    steps.run("format", format)?;
-    steps.run("words", words::check)?;
-    steps.run("documents", documents::check)?;
+    quick(steps)?;
     steps.run("clippy", || {
         cargo(
             &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use emulated_board::{Bench, Emulation};
-use host_cli::cli::Listen;
-use host_cli::interrupt;
-use host_cli::motion::{self, Motion, RecordOptions};
-use host_cli::serve::{ServeOptions, Server};
+use host_link::Cancel;
+use host_link::listen::Listen;
+use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::WheelPair;
+use sim_link::{ServeError, ServeEvent, ServeOptions, Server};
 use sim_target::{Scenario, now_us, sleep_until_us};
 
 /// Chip and client exchange what they have said this often, on the chip's clock \[us\].
@@ -60,24 +60,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     // A file that is not there yet is a flash that was never written.
     let flash = options.flash.as_ref().and_then(|path| std::fs::read(path).ok());
-    interrupt::listen();
+    let cancel = Cancel::default();
+    let asked = cancel.clone();
+    ctrlc::set_handler(move || asked.request())?;
     let emulation =
         Emulation { image: image.into(), scenario, flash, cut_before: None, count: false };
     let (listen, camera) = (options.listen, options.camera);
     let ended = emulation.run(move |mut bench: Bench| async move {
+        bench.session.cancel_by(&cancel);
         warm_up(&mut bench).await.map_err(|error| error.to_string())?;
         let listen = Listen::Tcp(listen);
         let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
         let server = Server::open(&listen, &options, bench.wire.clone(), bench.lab.clone());
         match server {
-            Ok(server) => in_real_time(server).await.map_err(|error| error.to_string()),
+            Ok(server) => in_real_time(server, &cancel).await.map_err(|error| error.to_string()),
             Err(error) => Err(error.to_string()),
         }
     })?;
     if let Some(path) = &options.flash {
         std::fs::write(path, &ended.flash)?;
     }
-    for line in &ended.strange {
+    for line in &ended.unexpected {
         eprintln!("{line}");
     }
     Ok(ended.found?)
@@ -87,7 +90,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 ///
 /// The emulator translates the program's code where it comes to it first, which takes seconds in all: a
 /// host's patience, 1.5 s for an answer, is not for that.
-async fn warm_up(bench: &mut Bench) -> host_cli::error::Result<()> {
+async fn warm_up(bench: &mut Bench) -> host_link::Result<()> {
     let session = &mut bench.session;
     session.open().await?;
     session.identify().await?;
@@ -101,15 +104,19 @@ async fn warm_up(bench: &mut Bench) -> host_cli::error::Result<()> {
     Ok(())
 }
 
-async fn in_real_time(mut server: Server) -> host_cli::error::Result<()> {
+async fn in_real_time(mut server: Server, cancel: &Cancel) -> Result<(), ServeError> {
     println!("the flashed image on an emulated NUCLEO-F429ZI, on {}", server.address());
     println!("  beeline identify --port {}", server.address());
     let begin = Instant::now();
     let mut start = begin;
     let start_us = now_us();
     let mut lost = Duration::ZERO;
-    while !interrupt::requested() {
-        server.exchange()?;
+    while !cancel.is_requested() {
+        server.exchange(&mut |event| match event {
+            ServeEvent::Connected => eprintln!("a client connected"),
+            ServeEvent::Disconnected => eprintln!("the client went away"),
+            ServeEvent::Listening(_) | ServeEvent::NotPutBack => {}
+        })?;
         sleep_until_us(now_us() + STEP_US).await;
         let due = start + Duration::from_micros(now_us() - start_us);
         match due.checked_duration_since(Instant::now()) {

@@ -1,8 +1,8 @@
 //! A flooded link: every control tick comes when it is due all the same, and telemetry gives way first.
 
-use emulated_board::{Bench, Watch};
+use emulated_board::{Bench, BoardMonitor};
 use futures_lite::future;
-use host_cli::motion::{self, Motion, RecordOptions};
+use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::{Command, Encoder, LinkStatistics, Request, Telemetry, WheelPair};
 use sim_target::{HostWire, now_us, sleep_until_us};
 
@@ -29,11 +29,11 @@ enum Flood {
 }
 
 /// Keeps the line to the robot full, for ever.
-async fn flood(wire: HostWire, watch: Watch, what: Flood) {
+async fn flood(wire: HostWire, monitor: BoardMonitor, what: Flood) {
     let mut encoder = Encoder::new();
     let mut noise = 1_u64;
     loop {
-        while what != Flood::Nothing && watch.waiting() < WAITING {
+        while what != Flood::Nothing && monitor.waiting() < WAITING {
             match what {
                 Flood::Requests => {
                     for _ in 0..8 {
@@ -52,7 +52,7 @@ async fn flood(wire: HostWire, watch: Watch, what: Flood) {
                     wire.write_now(&bytes);
                 }
             }
-            // The watch looks at the line at every step.
+            // The monitor is updated at every step.
             sleep_until_us(now_us() + 60).await;
         }
         sleep_until_us(now_us() + 100).await;
@@ -77,11 +77,11 @@ async fn drive(robot: &mut Robot, what: Flood) -> Phase {
         rest: std::time::Duration::from_millis(50),
         ..RecordOptions::default()
     };
-    let (wire, watch) = (robot.0.wire.clone(), robot.0.watch.clone());
+    let (wire, monitor) = (robot.0.wire.clone(), robot.0.monitor.clone());
     let mut silent = |_| ();
     let driven = motion::drive(&mut robot.0.session, &MOTION, options, &mut silent);
     let attacked = async {
-        flood(wire, watch, what).await;
+        flood(wire, monitor, what).await;
         unreachable!("a flood does not end")
     };
     let recording = future::or(driven, attacked).await.unwrap_or_else(|e| panic!("{what:?}: {e}"));
@@ -113,14 +113,14 @@ fn a_flooded_link_delays_no_control_tick_and_telemetry_gives_way_first() {
          telemetry: sent  shed   rms error [um]"
     );
     for phase in &ended.found {
-        let beats: Vec<_> = ended
-            .beats
+        let tick_times: Vec<_> = ended
+            .tick_times
             .iter()
-            .filter(|beat| (phase.from_us..phase.to_us).contains(&(beat.read_ns / 1000)))
+            .filter(|tick| (phase.from_us..phase.to_us).contains(&(tick.read_ns / 1000)))
             .collect();
-        let between = beats.windows(2).map(|pair| pair[1].read_ns - pair[0].read_ns);
+        let between = tick_times.windows(2).map(|pair| pair[1].read_ns - pair[0].read_ns);
         let (shortest, longest) = (between.clone().min().unwrap(), between.max().unwrap());
-        let latency = beats.iter().map(|beat| beat.written_ns - beat.read_ns).max().unwrap();
+        let latency = tick_times.iter().map(|tick| tick.written_ns - tick.read_ns).max().unwrap();
         let (before, after) = (&phase.before, &phase.after);
         let shed = after.telemetry_dropped - before.telemetry_dropped;
         let received = after.frames_received - before.frames_received;
@@ -131,7 +131,7 @@ fn a_flooded_link_delays_no_control_tick_and_telemetry_gives_way_first() {
         println!(
             "{:<15} {:>6}  {:>8.2} to {:>7.2} {:>9.2} us {:>9.0} {:>8} {:>9} {:>16} {:>5} {:>15.1}",
             format!("{:?}", phase.what).to_lowercase(),
-            beats.len(),
+            tick_times.len(),
             shortest as f64 * 1e-3,
             longest as f64 * 1e-3,
             latency as f64 * 1e-3,
@@ -143,7 +143,11 @@ fn a_flooded_link_delays_no_control_tick_and_telemetry_gives_way_first() {
             rms_um,
         );
         // One tick a millisecond, none left out.
-        assert!((beats.len() as f64 / s / 1000.0 - 1.0).abs() < 0.001, "{} in {s} s", beats.len());
+        assert!(
+            (tick_times.len() as f64 / s / 1000.0 - 1.0).abs() < 0.001,
+            "{} in {s} s",
+            tick_times.len()
+        );
         let jitter_ns = (longest - 1_000_000).max(1_000_000 - shortest);
         assert!(jitter_ns <= JITTER_NS_MAX, "{:?}: {jitter_ns} ns", phase.what);
         assert!(phase.tick_delay_us_max <= 10, "{} us", phase.tick_delay_us_max);

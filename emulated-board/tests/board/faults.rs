@@ -69,19 +69,19 @@ struct Found {
 async fn break_at_cruise(robot: &mut Robot, case: &Case) -> Found {
     let &(what, breaks, ..) = case;
     let motion = robot.cruise(&AHEAD, 2000).await;
-    let watch = robot.0.watch.clone();
-    assert!(watch.duty().all(|duty| duty > 0.05), "{what}: it drives");
+    let monitor = robot.0.monitor.clone();
+    assert!(monitor.duty().all(|duty| duty > 0.05), "{what}: it drives");
     let event_us = now_us();
     robot.0.lab.inject(breaks);
     robot.renew(motion, 400).await;
-    let off_us = watch.last_powered_us().expect("it drove");
+    let off_us = monitor.last_powered_us().expect("it drove");
     let status = robot.status().await;
     let report = status.fault.unwrap_or_else(|| panic!("{what}: no fault"));
     assert_eq!(status.state, State::Faulted, "{what}");
     // Latched: it is still there, nothing drives, and only its number clears it.
     assert!(matches!(robot.ask(Command::Arm).await, Err(Refusal::Faulted(_))), "{what}");
     robot.renew(motion, 100).await;
-    assert_eq!(watch.last_powered_us(), Some(off_us), "{what}: driven again");
+    assert_eq!(monitor.last_powered_us(), Some(off_us), "{what}: driven again");
     let again = robot.fault().await.expect("still latched");
     assert_eq!((again.fault, again.number), (report.fault, report.number), "{what}");
     robot.0.lab.mend(breaks);
@@ -176,9 +176,9 @@ fn the_button_stops_and_held_later_for_two_seconds_it_clears_its_own_fault() {
                 }
             }
             let held_later = robot.status().await;
-            let off_us = robot.0.watch.last_powered_us();
+            let off_us = robot.0.monitor.last_powered_us();
             robot.listen(500).await;
-            assert_eq!(robot.0.watch.last_powered_us(), off_us, "nothing moves by a button");
+            assert_eq!(robot.0.monitor.last_powered_us(), off_us, "nothing moves by a button");
             (held_at_first, held_later)
         })
         .unwrap();

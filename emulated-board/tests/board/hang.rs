@@ -55,12 +55,12 @@ struct Survived {
 async fn bear(robot: &mut Robot, case: &Case, number: u32) -> Survived {
     let &(what, place, effect, ..) = case;
     let motion = robot.cruise(&AHEAD, 1500).await;
-    let watch = robot.0.watch.clone();
-    assert!(watch.duty().all(|duty| duty > 0.05), "{what}: it drives");
-    let (event_us, resets) = (now_us(), watch.resets_us().len());
-    watch.plant(Bug { place, effect });
+    let monitor = robot.0.monitor.clone();
+    assert!(monitor.duty().all(|duty| duty > 0.05), "{what}: it drives");
+    let (event_us, resets) = (now_us(), monitor.resets_us().len());
+    monitor.plant(Bug { place, effect });
     robot.renew(motion, 200).await;
-    let resets_us = watch.resets_us();
+    let resets_us = monitor.resets_us();
     assert_eq!(resets_us.len(), resets + 1, "{what}: one restart");
     robot.meet_again(number).await;
     let identity = robot.0.session.identify().await.unwrap();
@@ -68,7 +68,7 @@ async fn bear(robot: &mut Robot, case: &Case, number: u32) -> Survived {
     assert_eq!((status.state, status.fault), (State::Idle, None), "{what}: back at rest");
     let ms = |t_us: u64| t_us.saturating_sub(event_us) as f64 * 1e-3;
     Survived {
-        powered_ms: watch.last_powered_us().map_or(0.0, ms),
+        powered_ms: monitor.last_powered_us().map_or(0.0, ms),
         restart_ms: ms(resets_us[resets]),
         cause: identity.reset_cause,
     }
@@ -86,7 +86,7 @@ fn what_hangs_or_panics_has_the_motors_off_in_time_and_the_board_back_within_100
             survived
         })
         .unwrap();
-    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
+    assert!(ended.unexpected.is_empty(), "{:#?}", ended.unexpected);
     println!("what happens at cruise           zero duty after   restart after   reported as");
     for ((what, ..), survived) in CASES.iter().zip(&ended.found) {
         println!(

@@ -12,7 +12,7 @@ mod telemetry;
 
 use std::path::Path;
 
-use emulated_board::{Emulation, Ended};
+use emulated_board::{Emulation, RunResult};
 use sim_target::Scenario;
 
 /// The image that `cargo xtask test` has built, the very bytes that are flashed.
@@ -40,7 +40,7 @@ fn emulation() -> Emulation {
 
 /// What an emulated life must leave behind in any case: no restart, and no access that the emulator
 /// could not answer as the chip would.
-fn uneventful<T>(ended: &Ended<T>) {
+fn uneventful<T>(ended: &RunResult<T>) {
     assert_eq!(ended.resets, 0);
-    assert!(ended.strange.is_empty(), "{:#?}", ended.strange);
+    assert!(ended.unexpected.is_empty(), "{:#?}", ended.unexpected);
 }

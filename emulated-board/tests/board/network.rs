@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 use host_cli::calibrate::{Decision, Instrument, Settings, calibrate};
-use host_cli::motion::Motion;
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_link::motion::Motion;
 use shared_proto::{ConfigOrigin, WheelPair};
 
 use super::image;

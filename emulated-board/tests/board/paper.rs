@@ -3,11 +3,11 @@
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use emulated_board::{Bench, Emulation, Ended, Spread, TickCost};
+use emulated_board::{Bench, Emulation, RunResult, Spread, TickCost};
 use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
-use host_cli::motion::{self, Motion, RecordOptions};
 use host_cli::port::{Port, SimOptions, with_robot};
-use host_cli::session::HostStatistics;
+use host_link::motion::{self, Motion, RecordOptions};
+use host_link::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};
 
 use super::{emulation, scenario, uneventful};
@@ -27,15 +27,15 @@ fn the_image_says_who_it_is() {
 }
 
 /// The paper's run with a telemetry frame every so often.
-async fn paper_run(session: &mut host_cli::session::Session, period_ms: u16) -> Vec<Telemetry> {
+async fn paper_run(session: &mut host_link::session::Session, period_ms: u16) -> Vec<Telemetry> {
     let options =
         RecordOptions { period_ms, rest: Duration::from_millis(100), ..RecordOptions::default() };
     motion::drive(session, &Motion::PAPER, options, &mut |_| ()).await.unwrap().telemetry
 }
 
 /// A life in which the paper's run was driven, with 500 telemetry frames a second.
-pub fn driven() -> &'static Ended<(Vec<Telemetry>, HostStatistics)> {
-    static ENDED: OnceLock<Ended<(Vec<Telemetry>, HostStatistics)>> = OnceLock::new();
+pub fn driven() -> &'static RunResult<(Vec<Telemetry>, HostStatistics)> {
+    static ENDED: OnceLock<RunResult<(Vec<Telemetry>, HostStatistics)>> = OnceLock::new();
     ENDED.get_or_init(|| {
         emulation()
             .run(|mut bench: Bench| async move {
@@ -92,8 +92,8 @@ fn deviations(a: &[Telemetry], b: &[Telemetry]) -> Vec<WheelPair<i64>> {
 }
 
 /// A life in which the paper's calibration was made, and what it found.
-fn calibrated() -> &'static Ended<(Outcome, Config)> {
-    static ENDED: OnceLock<Ended<(Outcome, Config)>> = OnceLock::new();
+fn calibrated() -> &'static RunResult<(Outcome, Config)> {
+    static ENDED: OnceLock<RunResult<(Outcome, Config)>> = OnceLock::new();
     ENDED.get_or_init(|| {
         let counted = Emulation { count: true, ..emulation() };
         counted

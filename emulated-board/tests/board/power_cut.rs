@@ -31,7 +31,7 @@ fn saves() -> Vec<Vec<Operation>> {
                 robot.0.session.save_config().await.unwrap();
                 longest_us = longest_us.max(sim_target::now_us() - begin_us);
                 robot.listen(1).await;
-                ends.push(robot.0.watch.flash_operations() as usize);
+                ends.push(robot.0.monitor.flash_operations() as usize);
             }
             (ends, longest_us)
         })
@@ -108,7 +108,7 @@ fn a_power_cut_before_any_flash_operation_leaves_the_old_or_the_new_configuratio
             let mut robot = Robot::meet(bench).await;
             let mut wrong = Vec::new();
             for (number, case) in cases.into_iter().enumerate() {
-                robot.0.watch.power_cycle(case.flash);
+                robot.0.monitor.power_cycle(case.flash);
                 sim_target::sleep_until_us(sim_target::now_us() + 20_000).await;
                 robot.meet_again(2 + number as u32).await;
                 let identity = robot.0.session.identify().await.unwrap();
@@ -147,7 +147,7 @@ fn a_flash_without_power_keeps_what_it_held_before_the_operation() {
     assert!(whole.found);
 }
 
-fn save_with(cut_before: Option<u64>) -> emulated_board::Ended<bool> {
+fn save_with(cut_before: Option<u64>) -> emulated_board::RunResult<bool> {
     Emulation { cut_before, ..emulation() }
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;

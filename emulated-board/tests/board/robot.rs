@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use emulated_board::Bench;
-use host_cli::motion::Motion;
+use host_link::motion::Motion;
 use shared_proto::{
     Answer, Command, Drive, FaultReport, MotionId, Refusal, State, Status, WheelPair,
 };

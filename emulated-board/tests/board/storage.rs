@@ -39,7 +39,7 @@ fn an_older_layout_is_read_and_a_damaged_store_boots_with_defaults_and_says_so()
             let mut robot = Robot::meet(bench).await;
             let mut found = Vec::new();
             for (number, flash) in [layout_1(), damaged, blank()].into_iter().enumerate() {
-                robot.0.watch.power_cycle(flash);
+                robot.0.monitor.power_cycle(flash);
                 sim_target::sleep_until_us(sim_target::now_us() + 100_000).await;
                 robot.meet_again(2 + number as u32).await;
                 let identity = robot.0.session.identify().await.unwrap();

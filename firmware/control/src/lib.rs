@@ -13,7 +13,7 @@
 //! | [`profile`] | trapezoids, exact for 10 km in integers |
 //! | [`pid`] | feedforward and PID on travel |
 //! | [`protection`] | what watches the wheels while the loop is closed |
-//! | [`real`] | double precision for what is planned and configured |
+//! | [`soft_float`] | double precision for what is planned and configured |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
@@ -23,5 +23,5 @@ pub mod odometry;
 pub mod pid;
 pub mod profile;
 pub mod protection;
-pub mod real;
+pub mod soft_float;
 pub mod units;

@@ -21,7 +21,7 @@
 use fixed::types::{I32F32, U0F64, U2F62};
 use shared_proto::{Config, EncoderConfig, WheelPair};
 
-use crate::real::nearest;
+use crate::soft_float::nearest;
 use crate::units::{MetersPerCount, Travel};
 
 /// Turns counts into travel.

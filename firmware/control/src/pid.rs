@@ -30,7 +30,7 @@ use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, WheelPair};
 
 use crate::profile::Setpoint;
-use crate::real::nearest;
+use crate::soft_float::nearest;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
 /// Fractional bits of kp.

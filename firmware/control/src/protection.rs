@@ -25,12 +25,12 @@ use fixed::types::I2F30;
 
 use crate::odometry::Odometry;
 use crate::profile::Setpoint;
-use crate::real::{larger, nearest, whole};
+use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
 
 /// Everything about one wheel at one tick.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct WheelView {
+pub struct WheelSample {
     /// Where it should be.
     pub setpoint: Setpoint,
     /// Where it is.
@@ -45,13 +45,13 @@ pub struct WheelView {
 
 /// What is tuned: both wheels' thresholds.
 #[derive(Clone, Debug)]
-pub struct Thresholds(WheelPair<Limits>);
+pub struct Thresholds(WheelPair<WheelThresholds>);
 
 impl Thresholds {
     /// The thresholds of a valid configuration.
     #[inline]
     pub fn new(config: &Config) -> Self {
-        Self(Odometry::new(config).meters_per_count().map(|q| Limits::new(config, q)))
+        Self(Odometry::new(config).meters_per_count().map(|q| WheelThresholds::new(config, q)))
     }
 }
 
@@ -59,7 +59,7 @@ impl Thresholds {
 #[derive(Clone, Debug)]
 pub struct Protection {
     thresholds: Thresholds,
-    watches: WheelPair<Watch>,
+    monitors: WheelPair<WheelMonitor>,
     /// False until the first step.
     watching: bool,
 }
@@ -73,7 +73,7 @@ impl Protection {
 
     /// A watch with these thresholds that begins with the first step.
     pub const fn with(thresholds: Thresholds) -> Self {
-        Self { thresholds, watches: WheelPair::both(Watch::BLANK), watching: false }
+        Self { thresholds, monitors: WheelPair::both(WheelMonitor::BLANK), watching: false }
     }
 
     /// Begins anew, with the next step.
@@ -88,16 +88,16 @@ impl Protection {
     }
 
     /// One tick; the first fault seen, the left wheel's before the right one's.
-    pub fn step(&mut self, wheels: &WheelPair<WheelView>) -> Option<Fault> {
+    pub fn step(&mut self, wheels: &WheelPair<WheelSample>) -> Option<Fault> {
         if !self.watching {
             self.watching = true;
-            self.watches.left.begin(&wheels.left);
-            self.watches.right.begin(&wheels.right);
+            self.monitors.left.begin(&wheels.left);
+            self.monitors.right.begin(&wheels.right);
             return None;
         }
         let (wheel, fault) = WheelPair::new(
-            self.watches.left.step(&self.thresholds.0.left, &wheels.left),
-            self.watches.right.step(&self.thresholds.0.right, &wheels.right),
+            self.monitors.left.step(&self.thresholds.0.left, &wheels.left),
+            self.monitors.right.step(&self.thresholds.0.right, &wheels.right),
         )
         .first_some()?;
         Some(fault(wheel))
@@ -112,7 +112,7 @@ const TRAVEL_BITS: u32 = 32;
 
 /// One wheel's thresholds; travel in steps of 2^-32 m, time in ticks.
 #[derive(Clone, Copy, Debug)]
-struct Limits {
+struct WheelThresholds {
     error_max: i64,
     counts_per_tick_max: u64,
     stall_ticks: u32,
@@ -125,19 +125,19 @@ struct Limits {
     resting_duty: u32,
 }
 
-impl Limits {
+impl WheelThresholds {
     #[inline]
     fn new(config: &Config, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
-        let steps = |m: f64| whole(m, TRAVEL_BITS);
-        let at_least = |counts: f64, m: f64| steps(larger(counts * q_m, m));
+        let steps = |m: f64| truncate(m, TRAVEL_BITS);
+        let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
-        let speed_mps_max = larger(config.limits.speed_mps_max, 0.1);
-        let stall_ticks = (whole(config.protection.stall_time_s * hz, 0) as u32).max(1);
+        let speed_mps_max = max(config.limits.speed_mps_max, 0.1);
+        let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max: steps(error_m_max),
-            counts_per_tick_max: whole(4.0 + 4.0 * speed_mps_max / (hz * q_m), 0) as u64,
+            counts_per_tick_max: truncate(4.0 + 4.0 * speed_mps_max / (hz * q_m), 0) as u64,
             stall_ticks,
             checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
             standing_advance: at_least(4.0, 0.002),
@@ -151,19 +151,19 @@ impl Limits {
 
 /// Setpoint and wheel at one instant [2^-32 m].
 #[derive(Clone, Copy, Debug, Default)]
-struct Pose {
+struct Positions {
     setpoint: i64,
     travel: i64,
 }
 
-impl Pose {
-    fn of(view: &WheelView) -> Self {
+impl Positions {
+    fn of(view: &WheelSample) -> Self {
         Self { setpoint: view.setpoint.travel.0.to_bits(), travel: view.travel.0.to_bits() }
     }
 
-    /// The way from an earlier pose to this one.
-    fn since(self, earlier: Pose) -> Pose {
-        Pose {
+    /// The moved from an earlier positions to this one.
+    fn since(self, earlier: Positions) -> Positions {
+        Positions {
             setpoint: self.setpoint.wrapping_sub(earlier.setpoint),
             travel: self.travel.wrapping_sub(earlier.travel),
         }
@@ -175,7 +175,7 @@ impl Pose {
 struct Change {
     tick: u32,
     counts: i64,
-    pose: Pose,
+    positions: Positions,
 }
 
 const CHECKPOINTS_LEN: usize = 8;
@@ -190,7 +190,7 @@ const LAST_TICKS: u32 = 4;
 
 /// What is remembered about one wheel.
 #[derive(Clone, Copy, Debug)]
-struct Watch {
+struct WheelMonitor {
     tick: u32,
     /// The newest change; before the first one, the start.
     last: Change,
@@ -198,10 +198,10 @@ struct Watch {
     changes: [Change; CHANGES_LEN],
     changed: usize,
     /// Where the present run of changes against the setpoint began.
-    run: Option<Pose>,
+    run: Option<Positions>,
     /// Where it all began: what stands for the checkpoints that are not taken yet.
-    start: Pose,
-    checkpoints: [Pose; CHECKPOINTS_LEN],
+    start: Positions,
+    checkpoints: [Positions; CHECKPOINTS_LEN],
     /// The next one's place.
     checkpoint: usize,
     /// All of them have been taken once.
@@ -209,18 +209,18 @@ struct Watch {
     checkpoint_tick: u32,
 }
 
-impl Watch {
+impl WheelMonitor {
     const BLANK: Self = {
-        const POSE: Pose = Pose { setpoint: 0, travel: 0 };
-        const CHANGE: Change = Change { tick: 0, counts: 0, pose: POSE };
+        const POSITIONS: Positions = Positions { setpoint: 0, travel: 0 };
+        const CHANGE: Change = Change { tick: 0, counts: 0, positions: POSITIONS };
         Self {
             tick: 0,
             last: CHANGE,
             changes: [CHANGE; CHANGES_LEN],
             changed: 0,
             run: None,
-            start: POSE,
-            checkpoints: [POSE; CHECKPOINTS_LEN],
+            start: POSITIONS,
+            checkpoints: [POSITIONS; CHECKPOINTS_LEN],
             checkpoint: 0,
             round_taken: false,
             checkpoint_tick: 0,
@@ -228,10 +228,10 @@ impl Watch {
     };
 
     /// In place, and only what will be read: this happens within a control tick.
-    fn begin(&mut self, view: &WheelView) {
+    fn begin(&mut self, view: &WheelSample) {
         self.tick = 0;
-        self.start = Pose::of(view);
-        self.last = Change { tick: 0, counts: view.counts, pose: self.start };
+        self.start = Positions::of(view);
+        self.last = Change { tick: 0, counts: view.counts, positions: self.start };
         self.changes[0] = self.last;
         self.changed = 1;
         self.run = None;
@@ -240,22 +240,22 @@ impl Watch {
         self.checkpoint_tick = 0;
     }
 
-    fn step(&mut self, limits: &Limits, view: &WheelView) -> Option<WheelFault> {
-        let pose = Pose::of(view);
+    fn step(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+        let positions = Positions::of(view);
         self.tick = self.tick.wrapping_add(1);
         let moved = view.counts.wrapping_sub(self.last.counts);
         if moved.unsigned_abs() > limits.counts_per_tick_max {
             return Some(Fault::CountRate);
         }
         if moved != 0 {
-            self.record(view, pose, moved > 0);
+            self.record(view, positions, moved > 0);
         }
-        let too_far = pose.setpoint.abs_diff(pose.travel) > limits.error_max as u64;
-        if self.runs_backward(limits, pose) {
+        let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
+        if self.runs_backward(limits, positions) {
             Some(Fault::EncoderReversed)
-        } else if self.stands(limits, pose, too_far) || self.creeps(limits, pose) {
+        } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
-        } else if self.presses(limits, view, pose) {
+        } else if self.presses(limits, view, positions) {
             Some(Fault::Stall)
         } else if too_far {
             Some(Fault::FollowingError)
@@ -264,14 +264,14 @@ impl Watch {
         }
     }
 
-    fn record(&mut self, view: &WheelView, pose: Pose, forward: bool) {
-        let advanced = pose.since(self.last.pose).setpoint;
+    fn record(&mut self, view: &WheelSample, positions: Positions, forward: bool) {
+        let advanced = positions.since(self.last.positions).setpoint;
         if advanced == 0 || (advanced > 0) == forward {
             self.run = None;
         } else if self.run.is_none() {
-            self.run = Some(self.last.pose);
+            self.run = Some(self.last.positions);
         }
-        self.last = Change { tick: self.tick, counts: view.counts, pose };
+        self.last = Change { tick: self.tick, counts: view.counts, positions };
         self.changes[self.changed % CHANGES_LEN] = self.last;
         self.changed = self.changed.wrapping_add(1);
     }
@@ -281,9 +281,9 @@ impl Watch {
         self.changes[self.changed.wrapping_sub(age) % CHANGES_LEN]
     }
 
-    fn runs_backward(&self, limits: &Limits, pose: Pose) -> bool {
+    fn runs_backward(&self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.run.is_some_and(|start| {
-            let run = pose.since(start);
+            let run = positions.since(start);
             run.travel.abs() >= limits.reversed_run
                 && run.setpoint.abs() >= run.travel.abs() >> 1
                 && (run.setpoint > 0) != (run.travel > 0)
@@ -297,42 +297,42 @@ impl Watch {
     /// The count stands while the setpoint goes on.
     ///
     /// `too_far`: the error is above its limit already, so there is no time left to wait.
-    fn stands(&self, limits: &Limits, pose: Pose, too_far: bool) -> bool {
-        let advance = pose.since(self.last.pose).setpoint.abs();
+    fn stands(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
+        let advance = positions.since(self.last.positions).setpoint.abs();
         (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
     /// The count stands although the wheel is pushed hard towards a setpoint at rest.
-    fn presses(&self, limits: &Limits, view: &WheelView, pose: Pose) -> bool {
+    fn presses(&self, limits: &WheelThresholds, view: &WheelSample, positions: Positions) -> bool {
         view.setpoint.speed.0 == 0
             && self.standing_ticks() >= 10 * limits.stall_ticks
             && view.duty.0.to_bits().unsigned_abs() >= limits.resting_duty
-            && pose.setpoint.abs_diff(pose.travel) >= limits.resting_error as u64
+            && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
     }
 
     /// The wheel falls far behind although its count changes now and then.
-    fn creeps(&mut self, limits: &Limits, pose: Pose) -> bool {
+    fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         if self.tick.wrapping_sub(self.checkpoint_tick) < limits.checkpoint_ticks {
             return false;
         }
         self.checkpoint_tick = self.tick;
         let slot = self.checkpoint % CHECKPOINTS_LEN;
-        let taken = core::mem::replace(&mut self.checkpoints[slot], pose);
+        let taken = core::mem::replace(&mut self.checkpoints[slot], positions);
         let oldest = if self.round_taken { taken } else { self.start };
         self.checkpoint = (slot + 1) % CHECKPOINTS_LEN;
         self.round_taken |= self.checkpoint == 0;
-        let way = pose.since(oldest);
-        let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
+        let moved = positions.since(oldest);
+        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
         // A run backward is left to the rule that names it.
         self.run.is_none()
-            && way.setpoint.abs() >= limits.creeping_advance
-            && along < way.setpoint.abs() >> 3
+            && moved.setpoint.abs() >= limits.creeping_advance
+            && along < moved.setpoint.abs() >> 3
     }
 
     /// Whether the wheel or its encoder is to blame for a count that stands or creeps.
     #[cold]
-    fn diagnose(&self, limits: &Limits) -> WheelFault {
+    fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
         let last = self.last;
         if self.changed == 1 {
             return Fault::EncoderDead;
@@ -346,10 +346,10 @@ impl Watch {
         while age < known && !self.covers(age) {
             age += 1;
         }
-        let way = last.pose.since(self.change(age).pose);
-        let along = if way.setpoint < 0 { way.travel.wrapping_neg() } else { way.travel };
+        let moved = last.positions.since(self.change(age).positions);
+        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
         // Two thirds, with room above.
-        if along > 0 && 3 * (along >> 3) >= 2 * (way.setpoint.abs() >> 3) {
+        if along > 0 && 3 * (along >> 3) >= 2 * (moved.setpoint.abs() >> 3) {
             Fault::EncoderDead
         } else {
             Fault::Stall

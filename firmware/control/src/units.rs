@@ -103,7 +103,7 @@ impl MetersPerCount {
     pub fn metres(self) -> f64 {
         const STEP_M: f64 = 1.0 / 18_446_744_073_709_551_616.0;
         // Below 2^63: Q is 0.1 m at most.
-        crate::real::real(self.0.to_bits() as i64) * STEP_M
+        crate::soft_float::to_f64(self.0.to_bits() as i64) * STEP_M
     }
 }
 

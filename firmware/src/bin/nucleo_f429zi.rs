@@ -12,12 +12,12 @@ mod wiring {
     use embassy_stm32::{Peri, bind_interrupts};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
-    use firmware::board::beat::{self, TimerBeat};
     use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
     use firmware::board::input::PolledInput;
-    use firmware::board::lamps::Lamps;
+    use firmware::board::leds::Leds;
     use firmware::board::supply::{DividedSupply, Divider};
     #[cfg(not(feature = "usb"))]
     use firmware::board::tasks::LINK_BUFFER_LEN;
@@ -47,7 +47,7 @@ mod wiring {
     #[embassy_stm32::interrupt]
     unsafe fn TIM2() {
         // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
-        unsafe { beat::on_interrupt() };
+        unsafe { control_timer::on_interrupt() };
         // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
         // not in a tail call, so that the emulated board can count up to it.
         cortex_m::asm::dsb();
@@ -79,17 +79,17 @@ mod wiring {
 
         let stop = PolledInput::active_high(p.PC13);
         let driver_fault = PolledInput::active_low(p.PF14);
-        let lamp = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::High, Speed::Low);
-        let lamps = Lamps {
-            green: lamp(p.PB0.into()),
-            blue: Some(lamp(p.PB7.into())),
-            red: Some(lamp(p.PB14.into())),
+        let led = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::High, Speed::Low);
+        let leds = Leds {
+            green: led(p.PB0.into()),
+            blue: Some(led(p.PB7.into())),
+            red: Some(led(p.PB14.into())),
         };
         let store = FlashStore::new(StoreFlash::new(p.FLASH));
 
         let shared = tasks::shared();
-        tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);
-        tasks::spawn_lines(spawner, shared, stop, driver_fault);
+        tasks::spawn_control(shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
+        tasks::spawn_safety_inputs(spawner, shared, stop, driver_fault);
         #[cfg(not(feature = "usb"))]
         {
             let mut line = usart::Config::default();
@@ -102,7 +102,7 @@ mod wiring {
         }
         #[cfg(feature = "usb")]
         firmware::board::usb::spawn(spawner, shared, p.USB_OTG_FS, Irqs, p.PA12, p.PA11);
-        tasks::spawn_others(spawner, shared, store, reset_cause, lamps);
+        tasks::spawn_others(spawner, shared, store, reset_cause, leds);
     }
 }
 

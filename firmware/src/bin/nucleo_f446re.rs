@@ -9,12 +9,12 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, Uart};
     use embassy_stm32::{bind_interrupts, dma, peripherals};
-    use firmware::board::beat::{self, TimerBeat};
     use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
     use firmware::board::input::PolledInput;
-    use firmware::board::lamps::Lamps;
+    use firmware::board::leds::Leds;
     use firmware::board::supply::{DividedSupply, Divider};
     use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
     use firmware::board::{clocks, guard, reset};
@@ -34,7 +34,7 @@ mod wiring {
     #[embassy_stm32::interrupt]
     unsafe fn TIM2() {
         // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
-        unsafe { beat::on_interrupt() };
+        unsafe { control_timer::on_interrupt() };
         // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
         // not in a tail call, so that the emulated board can count up to it.
         cortex_m::asm::dsb();
@@ -60,8 +60,8 @@ mod wiring {
         // This board's button is low when pressed.
         let stop = PolledInput::active_low(p.PC13);
         let driver_fault = PolledInput::active_low(p.PB5);
-        let lamps =
-            Lamps { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
+        let leds =
+            Leds { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
         let store = FlashStore::new(StoreFlash::new(p.FLASH));
 
         let mut line = usart::Config::default();
@@ -71,10 +71,10 @@ mod wiring {
         let (transmitter, receiver) = link.split();
 
         let shared = tasks::shared();
-        tasks::spawn_control(shared, TimerBeat::new(p.TIM2), encoders, motors, supply);
-        tasks::spawn_lines(spawner, shared, stop, driver_fault);
+        tasks::spawn_control(shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
+        tasks::spawn_safety_inputs(spawner, shared, stop, driver_fault);
         tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
-        tasks::spawn_others(spawner, shared, store, reset_cause, lamps);
+        tasks::spawn_others(spawner, shared, store, reset_cause, leds);
     }
 }
 

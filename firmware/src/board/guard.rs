@@ -26,13 +26,13 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 
 /// How often the guard looks \[Hz\].
-const LOOK_HZ: u32 = 100;
+const CHECK_HZ: u32 = 100;
 
 /// The watchdog's nominal time \[us\].
 const WATCHDOG_US: u32 = 31_000;
 
 /// Looks granted to start up in: reading the store may have to mend it first.
-const BOOT_LOOKS: u32 = 3 * LOOK_HZ;
+const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
 
 /// What has to show that it is alive.
 #[derive(Clone, Copy)]
@@ -56,7 +56,7 @@ static ALIVE: AtomicU32 = AtomicU32::new(0);
 /// How often in a row each part was missed.
 static MISSED: [AtomicU32; 3] = [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)];
 /// Looks that are left to start up in; 0 from then on.
-static BOOT: AtomicU32 = AtomicU32::new(BOOT_LOOKS);
+static BOOT: AtomicU32 = AtomicU32::new(BOOT_CHECKS);
 /// Somebody missed a deadline: the motors stay off until the watchdog bites.
 static TRIPPED: AtomicBool = AtomicBool::new(false);
 
@@ -79,7 +79,7 @@ pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
     // The clock's interrupt below the guard's: it may hang as well.
     interrupt::TIM5.set_priority(Priority::P1);
     systick.set_clock_source(SystClkSource::Core);
-    systick.set_reload(super::CORE_HZ / LOOK_HZ - 1);
+    systick.set_reload(super::CORE_HZ / CHECK_HZ - 1);
     systick.clear_current();
     systick.enable_interrupt();
     systick.enable_counter();

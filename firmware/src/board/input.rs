@@ -10,7 +10,7 @@ use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
 
 /// How often an input is looked at \[ms\].
-const LOOK_MS: u64 = 2;
+const POLL_MS: u64 = 2;
 
 /// Low where the pin is at its active level: the tasks want their inputs active low.
 pub struct PolledInput {
@@ -31,7 +31,7 @@ impl PolledInput {
 
     async fn wait_until(&self, active: bool) {
         while (self.pin.get_level() == self.active) != active {
-            Timer::after_millis(LOOK_MS).await;
+            Timer::after_millis(POLL_MS).await;
         }
     }
 }

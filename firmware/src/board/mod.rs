@@ -5,26 +5,26 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`beat`] | the timer that the control tick goes by |
+//! | [`control_timer`] | the timer that the control tick goes by |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
 //! | [`supply`] | the supply voltage, by way of a divider and the converter |
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | which task met its deadline; watchdog; motors off if one did not |
-//! | [`lamps`] | what the lights say |
+//! | [`leds`] | what the lights say |
 //! | `memory` | copying and clearing, small |
 //! | [`flash`] | the part of the flash where the configuration lives |
 //! | [`reset`] | why the board started; what a panic leaves behind |
 //! | `usb` | the link on the board's own USB connector |
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
-pub mod beat;
 pub mod bridge;
+pub mod control_timer;
 pub mod encoders;
 pub mod flash;
 pub mod guard;
 pub mod input;
-pub mod lamps;
+pub mod leds;
 mod memory;
 pub mod reset;
 pub mod supply;

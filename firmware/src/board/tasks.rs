@@ -8,7 +8,7 @@
 //! none                 supervisor, link, telemetry, inputs, lights
 //! ```
 
-use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
+use embassy_executor::{SendSpawner, Spawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
@@ -17,12 +17,12 @@ use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
 use static_cell::StaticCell;
 
-use super::beat::TimerBeat;
 use super::bridge::Bridge;
+use super::control_timer::{CONTROL, Tim2ControlTimer};
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
 use super::input::PolledInput;
-use super::lamps::{self, Lamps};
+use super::leds::{self, Leds};
 use super::supply::DividedSupply;
 use super::{NAME, guard};
 use crate::hal::BoardInfo;
@@ -42,9 +42,6 @@ pub fn shared() -> &'static BoardShared {
     SHARED.init_with(Shared::new)
 }
 
-/// The executor of the control tasks; it runs in the interrupt of the timer that they go by.
-pub static CONTROL: InterruptExecutor = InterruptExecutor::new();
-
 /// Priority of the control tasks: above the clock's and the link's interrupts.
 pub const CONTROL_PRIORITY: Priority = Priority::P2;
 
@@ -58,7 +55,7 @@ pub const LINK_BUFFER_LEN: usize = 512;
 /// Starts the three control tasks in the interrupt of their timer.
 pub fn spawn_control(
     shared: &'static BoardShared,
-    beat: TimerBeat,
+    timer: Tim2ControlTimer,
     encoders: TimerEncoders,
     motors: Bridge,
     supply: DividedSupply,
@@ -67,7 +64,7 @@ pub fn spawn_control(
     interrupt::TIM5.set_priority(SERVICE_PRIORITY);
     interrupt::TIM2.set_priority(CONTROL_PRIORITY);
     let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
-    spawner.spawn(once(capture(shared, beat, encoders)));
+    spawner.spawn(once(capture(shared, timer, encoders)));
     spawner.spawn(once(profile(shared)));
     spawner.spawn(once(pid(shared, motors, supply)));
 }
@@ -78,7 +75,7 @@ pub fn spawn_others(
     shared: &'static BoardShared,
     store: FlashStore<StoreFlash>,
     reset_cause: ResetCause,
-    lamps: Lamps,
+    leds: Leds,
 ) {
     let board = BoardInfo {
         board: Name::new(NAME).unwrap_or_default(),
@@ -88,7 +85,7 @@ pub fn spawn_others(
     defmt::info!("{=str} {=str}, started by {}", NAME, env!("CARGO_PKG_VERSION"), reset_cause);
     spawner.spawn(once(supervisor(shared, store, board)));
     spawner.spawn(once(telemetry(shared)));
-    spawner.spawn(once(show(shared, lamps)));
+    spawner.spawn(once(show(shared, leds)));
     spawner.spawn(once(heartbeat()));
 }
 
@@ -104,7 +101,7 @@ pub fn spawn_link(
 }
 
 /// Starts the watch on the emergency stop and on the motor driver's fault output.
-pub fn spawn_lines(
+pub fn spawn_safety_inputs(
     spawner: Spawner,
     shared: &'static BoardShared,
     stop: PolledInput,
@@ -115,13 +112,13 @@ pub fn spawn_lines(
 }
 
 /// Each task is started once: its storage is free.
-fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
+pub(super) fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
     token.expect("a task is started once")
 }
 
 #[embassy_executor::task]
-async fn capture(shared: &'static BoardShared, beat: TimerBeat, encoders: TimerEncoders) {
-    task::capture::run(shared, beat, encoders).await;
+async fn capture(shared: &'static BoardShared, timer: Tim2ControlTimer, encoders: TimerEncoders) {
+    task::capture::run(shared, timer, encoders).await;
 }
 
 #[embassy_executor::task]
@@ -156,17 +153,17 @@ async fn transmit(shared: &'static BoardShared, writer: UartTx<'static, Async>) 
 
 #[embassy_executor::task]
 async fn emergency_stop(shared: &'static BoardShared, pin: PolledInput) {
-    task::lines::emergency_stop(shared, pin).await;
+    task::safety_inputs::emergency_stop(shared, pin).await;
 }
 
 #[embassy_executor::task]
 async fn driver_fault(shared: &'static BoardShared, pin: PolledInput) {
-    task::lines::driver_fault(shared, pin).await;
+    task::safety_inputs::driver_fault(shared, pin).await;
 }
 
 #[embassy_executor::task]
-async fn show(shared: &'static BoardShared, lamps: Lamps) {
-    lamps::run(shared, lamps).await;
+async fn show(shared: &'static BoardShared, leds: Leds) {
+    leds::run(shared, leds).await;
 }
 
 /// Shows the guard that the executor of the other tasks gets round.

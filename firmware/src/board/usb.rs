@@ -20,7 +20,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
 use super::NAME;
-use super::tasks::BoardShared;
+use super::tasks::{BoardShared, once};
 use crate::task::link;
 
 type Otg = Driver<'static, USB_OTG_FS>;
@@ -88,11 +88,6 @@ pub fn spawn(
     spawner.spawn(once(device(builder.build())));
     spawner.spawn(once(transmit(shared, Writer { sender, full: false })));
     spawner.spawn(once(receive(shared, reader)));
-}
-
-/// Each task is started once: its storage is free.
-fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
-    token.expect("a task is started once")
 }
 
 #[embassy_executor::task]

@@ -8,7 +8,7 @@ use embassy_time::Instant;
 use shared_proto::{Fault, State};
 
 use crate::capture::Capture;
-use crate::hal::{Beat, Encoders};
+use crate::hal::{ControlTimer, Encoders};
 use crate::shared::Shared;
 use crate::units::CONTROL_PERIOD_US;
 
@@ -18,11 +18,11 @@ pub const TICK_DELAY_US_MAX: u64 = CONTROL_PERIOD_US as u64 / 2;
 /// Reads the encoders, for ever.
 pub async fn run<M: RawMutex>(
     shared: &Shared<M>,
-    mut beat: impl Beat,
+    mut timer: impl ControlTimer,
     mut encoders: impl Encoders,
 ) -> ! {
     let mut capture = Capture::new(shared.capture_settings.next().await, encoders.counts());
-    beat.next().await;
+    timer.next().await;
     let mut due_us = Instant::now().as_micros();
     let mut tick = 0_u32;
     loop {
@@ -40,8 +40,8 @@ pub async fn run<M: RawMutex>(
             now.measured.t_us = t_us;
             capture.step(&counts, &mut now.measured);
         });
-        shared.measured.ring();
-        beat.next().await;
+        shared.measurement_ready.notify();
+        timer.next().await;
         due_us += CONTROL_PERIOD_US as u64;
     }
 }

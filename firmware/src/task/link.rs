@@ -20,7 +20,7 @@ use crate::shared::{Outgoing, Shared};
 /// Receives frames, for ever.
 pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> ! {
     let mut decoder = Decoder::new();
-    let mut session = Session { agreed: false };
+    let mut handshake = Handshake { agreed: false };
     let mut buffer = [0; 64];
     loop {
         let len = match reader.read(&mut buffer).await {
@@ -33,17 +33,17 @@ pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> 
         };
         for &byte in &buffer[..len] {
             let Some(outcome) = decoder.push(byte) else { continue };
-            session.handle(shared, outcome).await;
+            handshake.handle(shared, outcome).await;
         }
     }
 }
 
 /// What the receiver remembers of the host.
-struct Session {
+struct Handshake {
     agreed: bool,
 }
 
-impl Session {
+impl Handshake {
     async fn handle<M: RawMutex>(
         &mut self,
         shared: &Shared<M>,

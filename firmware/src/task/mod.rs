@@ -4,9 +4,9 @@
 //! `#[embassy_executor::task]` of concrete types, the simulator spawns it as it is.
 
 pub mod capture;
-pub mod lines;
 pub mod link;
 pub mod pid;
 pub mod profile;
+pub mod safety_inputs;
 pub mod supervisor;
 pub mod telemetry;

@@ -11,7 +11,7 @@ use crate::hal::{Motors, Supply};
 use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
-use crate::protection::{Protection, WheelView};
+use crate::protection::{Protection, WheelSample};
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
 use crate::units::Duty;
 
@@ -27,7 +27,7 @@ pub async fn run<M: RawMutex>(
     let mut control = Control::new(shared.loop_settings.next().await);
     motors.enable(false);
     loop {
-        shared.step.wait().await;
+        shared.action_ready.wait().await;
         if let Some(settings) = shared.loop_settings.try_take() {
             control.adopt(settings);
         }
@@ -47,7 +47,7 @@ pub async fn run<M: RawMutex>(
             tick.probing = output.probing;
             let period = shared.telemetry_period.get();
             if period != 0 && tick.measured.tick.is_multiple_of(period) {
-                shared.telemetry_due.ring();
+                shared.telemetry_due.notify();
             }
         });
     }
@@ -117,7 +117,7 @@ impl Control {
         }
         let output = self.act(shared, measured, action, loops);
         // Asked last, so that a fault of this very tick counts.
-        if shared.fault.cuts_motors() {
+        if shared.fault.forces_motors_off() {
             self.forget(loops);
             return Output::OFF;
         }
@@ -186,14 +186,14 @@ impl Control {
         let Measured { counts, travel, speed, .. } = measured;
         let duty = step_both(&self.gains, loops, setpoints, travel, speed);
         let views = WheelPair {
-            left: WheelView {
+            left: WheelSample {
                 setpoint: setpoints.left,
                 travel: travel.left,
                 counts: counts.left,
                 speed: speed.left,
                 duty: duty.left,
             },
-            right: WheelView {
+            right: WheelSample {
                 setpoint: setpoints.right,
                 travel: travel.right,
                 counts: counts.right,

@@ -21,40 +21,40 @@ const ARRIVED_TICKS: u32 = 50;
 
 /// Answers every measurement with an action, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
-    let mut stage = Stage::Off;
+    let mut active = ActiveOrder::Off;
     loop {
-        shared.measured.wait().await;
+        shared.measurement_ready.wait().await;
         let order = shared.order.try_take();
         shared.snapshot.with(|tick| {
             if let Some(order) = order {
-                stage.take(shared, order, &tick.measured);
+                active.take(shared, order, &tick.measured);
             }
-            tick.action = stage.step(shared, &tick.measured);
+            tick.action = active.step(shared, &tick.measured);
         });
-        shared.step.ring();
+        shared.action_ready.notify();
     }
 }
 
 /// The order that is being carried out.
-enum Stage {
+enum ActiveOrder {
     Off,
     Rest,
     Probe { id: u32 },
     Follow { id: u32, close_ticks: u32, settle_ticks: u32 },
 }
 
-impl Stage {
+impl ActiveOrder {
     fn take<M: RawMutex>(&mut self, shared: &Shared<M>, order: Order, measured: &Measured) {
         match order {
-            Order::Off => *self = Stage::Off,
-            Order::Rest => *self = Stage::Rest,
-            Order::Probe { id } => *self = Stage::Probe { id },
+            Order::Off => *self = ActiveOrder::Off,
+            Order::Rest => *self = ActiveOrder::Rest,
+            Order::Probe { id } => *self = ActiveOrder::Probe { id },
             Order::Follow { id } => {
                 let late = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
                     let late = profile.drop_late(measured.tick);
-                    if !matches!(self, Stage::Follow { .. }) {
-                        profile.go_over();
+                    if !matches!(self, ActiveOrder::Follow { .. }) {
+                        profile.switch();
                     }
                     late
                 });
@@ -62,7 +62,7 @@ impl Stage {
                 if late {
                     shared.raise(Fault::DeadlineMissed, measured.t_us);
                 } else {
-                    *self = Stage::Follow { id, close_ticks: 0, settle_ticks: 0 };
+                    *self = ActiveOrder::Follow { id, close_ticks: 0, settle_ticks: 0 };
                 }
             }
         }
@@ -71,10 +71,10 @@ impl Stage {
     #[inline(always)]
     fn step<M: RawMutex>(&mut self, shared: &Shared<M>, measured: &Measured) -> Action {
         match self {
-            Stage::Off => Action::Off,
-            Stage::Rest => Action::Rest,
-            Stage::Probe { id } => Action::Probe { id: *id },
-            Stage::Follow { id, close_ticks, settle_ticks } => {
+            ActiveOrder::Off => Action::Off,
+            ActiveOrder::Rest => Action::Rest,
+            ActiveOrder::Probe { id } => Action::Probe { id: *id },
+            ActiveOrder::Follow { id, close_ticks, settle_ticks } => {
                 let (setpoints, finished) = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
                     (profile.step(measured.tick), profile.finished(measured.tick))
@@ -88,7 +88,7 @@ impl Stage {
                     let over = *settle_ticks >= SETTLE_TICKS_MAX;
                     if *close_ticks >= ARRIVED_TICKS || over {
                         let _ = shared.control_events.try_send(ControlEvent::Settled(*id));
-                        *self = Stage::Rest;
+                        *self = ActiveOrder::Rest;
                     }
                 }
                 Action::Track(setpoints)

@@ -14,11 +14,11 @@ use robot_model::explain::model::Model;
 use robot_model::explain::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
 
-use crate::campaign::RobotFile;
 use crate::error::{Error, Result};
-use crate::model::in_use::mean_radius_m;
-use crate::model::{EffectEntry, ModelFile};
 use crate::survey::samples::robot_file;
+use campaign::RobotFile;
+use campaign::mean_radius_m;
+use campaign::model::{EffectEntry, ModelFile};
 
 /// An effect that is believed, and its parameters.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use shared_proto::{Config, ConfigOrigin, Identity, State};
 
 use crate::error::{Error, Result};
-use crate::session::Session;
+use host_link::session::Session;
 
 /// What was found before the first drive.
 #[derive(Clone, Debug)]

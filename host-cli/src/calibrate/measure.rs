@@ -1,6 +1,5 @@
 //! How the robot's deviation is measured, and what a drive says once it is.
 
-use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use robot_model::calibration::out_and_back::OutAndBackError;
@@ -13,12 +12,12 @@ use shared_proto::{Config, GeometryConfig, Telemetry};
 use sim_target::Lab;
 
 use super::reading::parse_reading;
-use super::track_file::{check_header, track_so_far};
 use crate::error::{Error, Result};
-use crate::motion::Recording;
 use crate::picture::{EndReading, PathSource, RunReport};
-use crate::session::Session;
-use crate::ui;
+use crate::{ui, wheels};
+use campaign::growing::{check_header, track_so_far};
+use host_link::motion::Recording;
+use host_link::session::Session;
 
 /// What measures the robot.
 pub enum Instrument {
@@ -114,7 +113,7 @@ impl Instrument {
             Instrument::Person { confirm: true, .. }
             | Instrument::TrackFile { confirm: true, .. } => {
                 let question = format!("Put the robot {place}, with room ahead, and press Enter:");
-                match ui::ask(&question, session.clock()).await?.to_lowercase().as_str() {
+                match ui::ask(&question, &session.clock()).await?.to_lowercase().as_str() {
                     "" | "y" | "yes" => Ok(()),
                     _ => Err(Error::interrupted("not driven")),
                 }
@@ -207,7 +206,7 @@ impl Instrument {
                 let sigma_m = *resolution_m / 2.0;
                 loop {
                     let question = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
-                    let answer = ui::ask(question, session.clock()).await?;
+                    let answer = ui::ask(question, &session.clock()).await?;
                     let measured = parse_reading(&answer, sigma_m).and_then(|deviation| {
                         run.check_kind(&deviation)?;
                         run.by_reading(deviation).map_err(|error| error.to_string())
@@ -248,18 +247,11 @@ impl Run<'_> {
     }
 
     fn wheel_angles(&self) -> Vec<WheelAngles> {
-        let encoder = self.config.encoder;
-        let angle = |counts: i64, encoder: shared_proto::EncoderConfig| {
-            counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
-        };
         let telemetry = &self.recording.telemetry;
         let origin_us = self.origin_us();
         let frame = |frame: &Telemetry| WheelAngles {
             t_s: (frame.t_us - origin_us) as f64 * 1e-6,
-            turns: WheelPair {
-                left: angle(frame.wheels.left.counts, encoder.left),
-                right: angle(frame.wheels.right.counts, encoder.right),
-            },
+            turns: wheels::turns(frame, self.config),
         };
         let mut angles = telemetry.iter().map(frame).collect::<Vec<_>>();
         unsteer(&mut angles, &self.config.geometry);

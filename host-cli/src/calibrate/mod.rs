@@ -9,18 +9,15 @@
 //! The robot's saved configuration changes in one place, at the very end. Until then the new W_T
 //! is only in use, and whatever ends the procedure early puts the saved one back.
 
-pub mod believable;
 mod checks;
 mod decide;
 mod measure;
+pub mod plausibility;
 mod reading;
-mod track_file;
 pub mod umbmark;
 
 pub use checks::Checks;
 pub use measure::{Instrument, Measurement, Way};
-pub(crate) use reading::join_units;
-pub(crate) use track_file::{check_header, track_so_far, whole_lines};
 
 use std::path::PathBuf;
 
@@ -33,11 +30,11 @@ use shared_proto::{Config, ConfigOrigin, Identity};
 use self::checks::check;
 use self::decide::{is_straight_within, mean};
 use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::motion::{self, Motion, RecordOptions};
 use crate::picture::Basis;
-use crate::session::Session;
 use crate::undo::{self, Undo};
+use crate::wheels::geometry;
+use host_link::motion::{self, Motion, RecordOptions};
+use host_link::session::Session;
 
 /// How to calibrate.
 #[derive(Clone, Debug)]
@@ -229,7 +226,7 @@ async fn experiment(
     }
     let mut corrected = config;
     corrected.geometry.wheel_weight = wheel_weight.value;
-    believable::check(corrected.geometry)?;
+    plausibility::check(corrected.geometry)?;
     bench.session.write_config(&corrected).await?;
     (bench.tell)(Step::Written(wheel_weight.value));
 
@@ -241,7 +238,7 @@ async fn experiment(
     if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
         return Ok(outcome(before, bench.drives, Decision::NotBetter(after)));
     }
-    if interrupt::requested() {
+    if bench.session.is_cancelled() {
         return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
     }
     let undo = Undo {
@@ -267,11 +264,11 @@ async fn save<T: undo::Undoable>(
     identity: &Identity,
     undo: &Undo<T>,
 ) -> Result<()> {
-    let Some(folder) = undo_folder else { return session.save_config().await };
+    let Some(folder) = undo_folder else { return Ok(session.save_config().await?) };
     let remembered = undo.remember(folder, identity)?;
     if let Err(error) = session.save_config().await {
         remembered.take_back()?;
-        return Err(error);
+        return Err(error.into());
     }
     Ok(())
 }
@@ -296,8 +293,10 @@ impl Bench<'_> {
             Drive::Before | Drive::After => self.settings.motion,
         };
         self.instrument.begin()?;
-        let options =
-            RecordOptions { camera: self.instrument.camera(), ..RecordOptions::default() };
+        let options = RecordOptions {
+            trigger: self.instrument.camera().map(sim_link::camera_trigger),
+            ..RecordOptions::default()
+        };
         let tell = &mut self.tell;
         let recording = motion::drive(self.session, &motion, options, &mut |share| {
             tell(Step::Driving(which, share));
@@ -314,18 +313,5 @@ impl Bench<'_> {
         let measurement = self.instrument.measure(self.session, &run).await?;
         (self.tell)(Step::Measured(which, &measurement));
         Ok(measurement)
-    }
-}
-
-/// The nominal robot of a configuration.
-pub(crate) fn geometry(config: &Config, tolerance_share: f64) -> Geometry {
-    let shared_proto::GeometryConfig { wheel_radius_m, track_width_m, .. } = config.geometry;
-    let encoder = config.encoder.left;
-    Geometry {
-        wheel_radius_m,
-        wheel_radius_sigma_m: wheel_radius_m * tolerance_share,
-        track_width_m,
-        track_width_sigma_m: track_width_m * tolerance_share,
-        counts_per_wheel_rev: encoder.counts_per_rev * encoder.gear_reduction,
     }
 }

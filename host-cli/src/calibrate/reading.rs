@@ -2,7 +2,7 @@
 
 use robot_model::calibration::Deviation;
 
-use crate::quantity::Length;
+use crate::quantity::{Length, join_units};
 
 /// One length is the lateral offset, two are the paper's dx and dy.
 pub(super) fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Deviation, String> {
@@ -16,18 +16,6 @@ pub(super) fn parse_reading(text: &str, sigma_m: f64) -> std::result::Result<Dev
         [_, _] => Err("dx must be above zero".into()),
         _ => Err("give one length, or two: -36mm, or 2.525cm 1mm".into()),
     }
-}
-
-/// `2.5 cm 1mm` is two lengths, not three.
-pub(crate) fn join_units(text: &str) -> Vec<String> {
-    let mut parts: Vec<String> = Vec::new();
-    for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
-        match parts.last_mut() {
-            Some(last) if word.starts_with(|c: char| c.is_alphabetic()) => last.push_str(word),
-            _ => parts.push(word.into()),
-        }
-    }
-    parts
 }
 
 #[cfg(test)]

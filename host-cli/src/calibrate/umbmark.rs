@@ -33,17 +33,17 @@ use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 use super::checks::{Checks, check};
 use super::measure::Instrument;
 use super::save;
-use super::track_file::track_so_far;
-use crate::campaign::{Campaign, Run, RunFacts};
 use crate::error::{Error, Result};
-use crate::motion::{self, RecordOptions};
-use crate::quantity::Length;
-use crate::session::Session;
+use crate::quantity::{Length, join_units};
+use crate::survey::align::reckoned;
 use crate::survey::piece;
 use crate::survey::samples::{camera_track, on_one_encoder, robot_file, rows};
-use crate::survey::witness::reckoned;
 use crate::ui;
 use crate::undo::{self, Undo};
+use campaign::growing::track_so_far;
+use campaign::{Campaign, Run, RunFacts};
+use host_link::motion::{self, RecordOptions};
+use host_link::session::Session;
 
 /// How to drive the squares.
 #[derive(Clone, Debug)]
@@ -188,7 +188,7 @@ async fn experiment(
     let mut new = config.clone();
     new.geometry = before.corrected(&config.geometry);
     new.validate().map_err(|error| {
-        Error::new(format_args!("the measured geometry is not believable: {error}"))
+        Error::new(format_args!("the measured geometry is not plausibility: {error}"))
             .hint("check the readings and their signs")
     })?;
     session.write_config(&new).await?;
@@ -373,9 +373,9 @@ async fn end_m(
     }
     loop {
         let question = "How far is it ahead of its mark, and to the left of it (-12mm 5mm)?";
-        let answer = ui::ask(question, session.clock()).await?;
+        let answer = ui::ask(question, &session.clock()).await?;
         let lengths: std::result::Result<Vec<Length>, _> =
-            super::reading::join_units(&answer).iter().map(|it| it.parse()).collect();
+            join_units(&answer).iter().map(|it| it.parse()).collect();
         match lengths.as_deref() {
             Ok([ahead, left]) => return Ok([ahead.m, left.m]),
             _ => ui::warn("give two lengths with their units: ahead and left, -12mm 5mm"),

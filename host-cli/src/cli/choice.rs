@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use crate::port::Port;
-
 /// How the robot's deviation is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measure {
@@ -57,27 +55,6 @@ impl FromStr for Method {
             "straight" => Ok(Method::Straight),
             "umbmark" => Ok(Method::Umbmark),
             _ => Err("must be straight or umbmark".into()),
-        }
-    }
-}
-
-/// Where a simulated robot listens.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Listen {
-    /// A TCP address.
-    Tcp(String),
-    /// A new pseudo-terminal.
-    Pty,
-}
-
-impl FromStr for Listen {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.parse() {
-            Ok(Port::Tcp(address)) => Ok(Listen::Tcp(address)),
-            _ if text == "pty" => Ok(Listen::Pty),
-            _ => Err("must be tcp:HOST:PORT or pty".into()),
         }
     }
 }

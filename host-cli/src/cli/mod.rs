@@ -5,11 +5,12 @@ mod check;
 mod choice;
 mod insight;
 
-pub use campaign::{
+pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use check::period_ms;
-pub use choice::{Listen, Measure, Method};
+pub use choice::{Measure, Method};
+pub use host_link::listen::Listen;
 pub use insight::{
     AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
 };

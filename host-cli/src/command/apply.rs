@@ -9,16 +9,16 @@ use shared_proto::{ConfigOrigin, GeometryConfig};
 use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
 use crate::apply::{Believed, Change, Remedy, believed, chosen, doubted};
-use crate::campaign::Campaign;
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
 use crate::explain::memory;
 use crate::hex::hex;
-use crate::model::{EffectEntry, ModelFile};
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
 use crate::undo::{Undo, state_folder};
+use campaign::Campaign;
+use campaign::model::{EffectEntry, ModelFile};
 
 pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     if args.undo {
@@ -60,7 +60,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         if !args.yes {
             let question = "Write and save this? y or n:";
-            let answer = ui::ask(question, session.clock()).await?.to_lowercase();
+            let answer = ui::ask(question, &session.clock()).await?.to_lowercase();
             if !matches!(answer.as_str(), "y" | "yes") {
                 return Err(Error::interrupted("not written; the robot is as it was"));
             }
@@ -68,7 +68,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign says is not believable: {error}"))
+            Error::new(format_args!("what the campaign says is not plausibility: {error}"))
                 .hint("check robot.toml, and what `explain` says")
         })?;
         // First the undo: a robot that was changed can then always be changed back.
@@ -87,7 +87,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             if let Some(remembered) = remembered {
                 remembered.take_back()?;
             }
-            return Err(error);
+            return Err(error.into());
         }
         Ok((change, true))
     })?;

@@ -6,18 +6,17 @@ use serde_json::json;
 use shared_proto::Config;
 use sim_target::Lab;
 
-use crate::campaign::Campaign;
 use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, Measure, PlanArgs, PlanCommandArgs};
 use crate::error::{Error, Result};
-use crate::file::{check_writable, write_whole};
 use crate::port::with_robot;
-use crate::survey::extra::{Extra, fastest_mps, runs_of};
-use crate::survey::record::plan_path;
 use crate::survey::{
-    Floor, GyroLog, Person, Plan, PlanSettings, PlannedRun, RecordSettings, Sigma, Step, Summary,
-    Witness, record_campaign,
+    GyroLog, Person, RecordSettings, Sigma, Step, Summary, Witness, record_campaign,
 };
 use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+use campaign::Campaign;
+use campaign::file::{check_writable, write_whole};
+use campaign::plan::run_kinds::{ExtraRuns, fastest_mps, runs_of};
+use campaign::plan::{CampaignPlan, Floor, PlanSettings, PlannedRun, plan_path};
 
 pub(super) fn run(common: &Common, command: &CampaignCommand) -> Result<()> {
     match command {
@@ -71,10 +70,10 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
 }
 
 /// The plan that the options ask for, for a robot with this configuration.
-fn plan_of(args: &PlanArgs, config: &Config) -> Result<Plan> {
+fn plan_of(args: &PlanArgs, config: &Config) -> Result<CampaignPlan> {
     match &args.plan {
-        Some(file) => Ok(Plan::read(file)?),
-        None => Plan::usual(&settings_of(args, config)),
+        Some(file) => Ok(CampaignPlan::read(file)?),
+        None => Ok(CampaignPlan::usual(&settings_of(args, config))?),
     }
 }
 
@@ -102,7 +101,7 @@ fn settings_of(args: &PlanArgs, config: &Config) -> PlanSettings {
     }
 }
 
-fn to_json(run: &PlannedRun, plan: &Plan, track_width_m: f64) -> serde_json::Value {
+fn to_json(run: &PlannedRun, plan: &CampaignPlan, track_width_m: f64) -> serde_json::Value {
     json!({
         "name": run.name,
         "kind": run.kind,
@@ -115,7 +114,7 @@ fn to_json(run: &PlannedRun, plan: &Plan, track_width_m: f64) -> serde_json::Val
     })
 }
 
-fn table(plan: &Plan, track_width_m: f64) -> String {
+fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
     let line = |name: &str, way: &str, speed: &str, floor: &str, time: &str, shows: &str| {
         format!("{name:<24} {way:<22} {speed:>9} {floor:>11} {time:>6}  {shows}")
     };
@@ -217,7 +216,7 @@ fn what_to_record(
     args: &CampaignRecordArgs,
     config: &Config,
     folder: &Path,
-) -> Result<(Plan, RecordSettings)> {
+) -> Result<(CampaignPlan, RecordSettings)> {
     let settings = RecordSettings {
         period_ms: (1000 / args.rate).max(1),
         position_sigma_m: args.position_sigma.map(|sigma| sigma.m),
@@ -234,12 +233,12 @@ fn what_to_record(
             // As `explain` has it: of a campaign in which nothing moved it takes the least.
             asked.speeds_mps[1] = mps.max(0.05).min(config.limits.speed_mps_max);
         }
-        let Extra { plan, later_s } = runs_of(kind, &asked, &taken)?;
+        let ExtraRuns { plan, later_s } = runs_of(kind, &asked, &taken)?;
         return Ok((plan, RecordSettings { whole: false, later_s, ..settings }));
     }
     let begun = plan_path(folder);
     let plan = if !args.plan.any() && begun.exists() {
-        Plan::read(&begun)?
+        CampaignPlan::read(&begun)?
     } else {
         plan_of(&args.plan, config)?
     };

@@ -5,12 +5,12 @@ use std::path::Path;
 use robot_model::compare::Comparer;
 use serde_json::json;
 
-use crate::campaign::Campaign;
 use crate::cli::{Common, CompareArgs};
 use crate::compare::show;
 use crate::error::{Error, Result};
-use crate::model::ModelFile;
 use crate::ui::{say, warn};
+use campaign::Campaign;
+use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     let (_, campaign) = read(&args.campaign)?;

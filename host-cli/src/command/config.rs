@@ -8,9 +8,9 @@ use toml::Value;
 
 use crate::cli::{Common, ConfigCommand};
 use crate::error::{Context, Error, Result};
-use crate::file::{is_special, write_whole};
 use crate::port::with_robot;
 use crate::ui::{note, say, tell, warn};
+use campaign::file::{is_special, write_whole};
 
 pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
     match command {
@@ -23,16 +23,16 @@ pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
         }
         ConfigCommand::Save => {
             with_robot(&common.port, &common.sim(), async |session, _| {
-                session.save_config().await
+                Ok(session.save_config().await?)
             })?;
             warn_if_it_forgets(common);
-            tell(common, json!({"saved": true}), "saved");
+            tell(common.json, json!({"saved": true}), "saved");
             Ok(())
         }
         ConfigCommand::Restore { factory } => {
             let origin = if *factory { ConfigOrigin::Factory } else { ConfigOrigin::Saved };
             let config = with_robot(&common.port, &common.sim(), async |session, _| {
-                session.restore_config(origin).await
+                Ok(session.restore_config(origin).await?)
             })?;
             show(common, &config, None)
         }
@@ -76,7 +76,7 @@ fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
 }
 
 fn read(common: &Common) -> Result<Config> {
-    with_robot(&common.port, &common.sim(), async |session, _| session.read_config().await)
+    with_robot(&common.port, &common.sim(), async |session, _| Ok(session.read_config().await?))
 }
 
 /// Reads the configuration, changes it, writes it, reads it back, and saves it where asked.
@@ -88,7 +88,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         if save && let Err(error) = session.save_config().await {
             // Not saved, so not in use either: all of it or nothing.
             session.write_config(&before).await?;
-            return Err(error);
+            return Err(error.into());
         }
         Ok((before, after))
     })?;
@@ -144,7 +144,7 @@ fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<
         Error::new(format_args!("cannot write {}: {error}", file.display()))
             .hint("does its folder exist, and may you write there?")
     })?;
-    tell(common, json!({ "file": file }), format_args!("{} written", file.display()));
+    tell(common.json, json!({ "file": file }), format_args!("{} written", file.display()));
     Ok(())
 }
 

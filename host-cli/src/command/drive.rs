@@ -6,10 +6,10 @@ use shared_proto::{Command, Config, TravelUnit, WheelPair};
 use crate::cli::{Common, DriveCommand, ProfileArgs};
 use crate::error::{Error, Result};
 use crate::limits;
-use crate::motion::{self, Motion, RecordOptions, Recording};
 use crate::port::with_robot;
 use crate::quantity::{Acceleration, Distance, Speed};
 use crate::ui::{Progress, say, tell};
+use host_link::motion::{self, Motion, RecordOptions, Recording};
 
 pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
     let (recording, config) = with_robot(&common.port, &common.sim(), async |session, _| {
@@ -28,10 +28,11 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
 pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
     with_robot(&common.port, &common.sim(), async |session, _| {
         let command = if now { Command::EmergencyStop } else { Command::Stop };
-        session.request(command).await.map(|_| ())
+        session.request(command).await?;
+        Ok(())
     })?;
     let line = if now { "motors off; `beeline clear` clears the fault" } else { "stopping" };
-    tell(common, json!({"stopped": if now { "now" } else { "along a ramp" }}), line);
+    tell(common.json, json!({"stopped": if now { "now" } else { "along a ramp" }}), line);
     Ok(())
 }
 
@@ -46,7 +47,7 @@ pub(super) fn clear(common: &Common) -> Result<()> {
         Some(fault) => format!("cleared: {fault}"),
         None => "no fault is latched".into(),
     };
-    tell(common, json!({ "cleared": fault }), line);
+    tell(common.json, json!({ "cleared": fault }), line);
     Ok(())
 }
 

@@ -7,8 +7,8 @@ use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again, show};
-use crate::model::ModelFile;
 use crate::ui::say;
+use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let (read, campaign) = read(&args.campaign)?;

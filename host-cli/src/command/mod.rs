@@ -8,6 +8,7 @@ mod config;
 mod drive;
 mod explain;
 mod identify;
+mod instrument;
 mod model;
 mod ports;
 mod record;

@@ -14,11 +14,11 @@ use crate::cli::{Common, ModelCommand};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
 use crate::explain::{parameters, text};
-use crate::model::{
-    EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
-};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
+use campaign::model::{
+    EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
+};
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {

@@ -4,19 +4,19 @@ use serde_json::json;
 use sim_target::Lab;
 
 use super::drive::{kind, motion_of, profile_of};
-use crate::campaign::{Campaign, CampaignWriter, RunFacts};
 use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::limits;
-use crate::model::in_use;
-use crate::motion::{self, RecordOptions};
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
 use crate::survey::samples::{
     camera_track, columns, gyro_readings, on_one_encoder, robot_file, rows,
 };
 use crate::ui::{Progress, note, say, warn};
+use campaign::model::in_use;
+use campaign::{Campaign, CampaignWriter, RunFacts};
+use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     let (path, rows) = with_robot(&common.port, &common.sim(), async |session, lab| {
@@ -43,7 +43,8 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = period_ms(args.rate);
-        let options = RecordOptions { period_ms, camera: lab.clone(), ..RecordOptions::default() };
+        let trigger = lab.clone().map(sim_link::camera_trigger);
+        let options = RecordOptions { period_ms, trigger, ..RecordOptions::default() };
         let seen = lab.as_ref().map_or(0, Lab::camera_len);
         let gyro_seen = lab.as_ref().map_or(0, Lab::gyro_len);
         let dropped = session.status().await?.link.telemetry_dropped;
@@ -71,7 +72,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
                 path.display(),
                 rows.len()
             ));
-            return Err(error);
+            return Err(error.into());
         }
         let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
         let lost = session.statistics().telemetry_lost;

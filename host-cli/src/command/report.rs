@@ -9,10 +9,10 @@ use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again};
-use crate::file::{check_writable, write_whole};
-use crate::model::ModelFile;
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
+use campaign::file::{check_writable, write_whole};
+use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let ending = args.output.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
@@ -65,6 +65,6 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     };
     let page = if is_drawing { to_svg(&report) } else { to_html(&report) };
     write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
-    tell(common, json!({"report": args.output}), format_args!("{output} written"));
+    tell(common.json, json!({"report": args.output}), format_args!("{output} written"));
     Ok(())
 }

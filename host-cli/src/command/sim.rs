@@ -3,12 +3,13 @@
 use std::time::Duration;
 
 use serde_json::json;
+use sim_link::{ServeEvent, ServeOptions, serve};
 
 use crate::cli::{Common, SimArgs};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::port::Port;
-use crate::serve::{ServeOptions, serve};
-use crate::ui::{BOLD, paint, say};
+use crate::ui::{BOLD, note, paint, say};
 
 pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     if !matches!(common.port, Port::Sim(_)) {
@@ -32,12 +33,15 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             .duration
             .map(|time| Duration::try_from_secs_f64(time.s).unwrap_or(Duration::MAX)),
     };
-    serve(&mut target, listen, &options, |address| {
-        if common.json {
-            say(json!({ "listening": address }));
-        } else {
-            say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, address)));
+    let mut tell = |event| match event {
+        ServeEvent::Listening(address) if common.json => say(json!({ "listening": address })),
+        ServeEvent::Listening(address) => {
+            say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, &address)));
             say(format_args!("  beeline identify --port {address}"));
         }
-    })
+        ServeEvent::Connected => note("a client connected"),
+        ServeEvent::NotPutBack => note("the robot moves, and stays where it is"),
+        ServeEvent::Disconnected => note("the client went away"),
+    };
+    Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)
 }

@@ -5,6 +5,7 @@ use serde_json::json;
 use shared_proto::GeometryConfig;
 
 use super::identify::display_name;
+use super::instrument::instrument;
 use crate::calibrate::umbmark::{
     Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
@@ -40,7 +41,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         {
             limits::check(&motion, &config, args.profile.long)?;
         }
-        let mut instrument = super::calibrate::instrument(args, lab)?;
+        let mut instrument = instrument(args, lab)?;
         let mut progress = None;
         let quiet = common.json;
         umbmark(session, &mut instrument, &settings, &mut |step| match step {

@@ -5,7 +5,7 @@ use robot_model::kinematics::{Geometry, WheelPair};
 use serde_json::{Value, json};
 use shared_proto::{Config, GeometryConfig};
 
-use crate::calibrate::believable;
+use crate::calibrate::plausibility;
 use crate::cli::{Common, WheelWeightArgs};
 use crate::error::{Error, Result};
 use crate::limits;
@@ -36,7 +36,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
         .wheel_weight()
         .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
     // What a calibration on the robot itself would refuse, or doubt.
-    believable::check(GeometryConfig {
+    plausibility::check(GeometryConfig {
         wheel_radius_m: args.radius.m,
         track_width_m: args.track_width.m,
         wheel_weight: weight.value,
@@ -44,7 +44,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     })?;
     let rolled_m = args.radius.m * turns.left.abs().min(turns.right.abs());
     limits::check_length(rolled_m, args.track_width.m)?;
-    let doubt = believable::doubt(weight.value).or(believable::vague(weight.sigma));
+    let doubt = plausibility::doubt(weight.value).or(plausibility::vague(weight.sigma));
     if common.json {
         let mut value = to_json(&weight, &geometry);
         value["doubt"] = json!(doubt);

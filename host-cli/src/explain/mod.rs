@@ -9,10 +9,10 @@ use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, ParameterFound, StepFound};
 
 use crate::compare::LINE;
-use crate::model::EffectEntry;
 use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+use campaign::model::EffectEntry;
 
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};

@@ -3,9 +3,9 @@
 use robot_model::explain::{Answer, NextRun};
 
 use super::Subject;
-use crate::campaign::{Campaign, RobotFile};
 use crate::cli::Common;
 use crate::port::Port;
+use campaign::{Campaign, RobotFile};
 
 /// What is to be said where no run is suggested.
 pub(crate) fn no_next_run(answer: &Answer) -> String {

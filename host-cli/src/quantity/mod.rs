@@ -16,6 +16,7 @@ pub use error::QuantityError;
 pub use friendly::{
     friendly, friendly_exact, friendly_interval, p_value, probability, scaled_unit,
 };
+pub use parse::join_units;
 pub use print::{LengthUnit, decimals, plus_minus};
 
 /// A length \[m\].

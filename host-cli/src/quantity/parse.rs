@@ -100,6 +100,18 @@ impl Kind {
     }
 }
 
+/// `2.5 cm 1mm` is two lengths, not three.
+pub fn join_units(text: &str) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    for word in text.split([' ', ',', ';']).filter(|word| !word.is_empty()) {
+        match parts.last_mut() {
+            Some(last) if word.starts_with(|c: char| c.is_alphabetic()) => last.push_str(word),
+            _ => parts.push(word.into()),
+        }
+    }
+    parts
+}
+
 /// Bytes of the number at the start of `text`: sign, digits, point, exponent.
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();

@@ -16,6 +16,10 @@
 
 use robot_model::calibration::TrackSample;
 use robot_model::kinematics::Pose;
+use robot_model::kinematics::dead_reckon;
+use shared_proto::{Config, Telemetry};
+
+use crate::wheels;
 
 /// The robot by its wheels at one time.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +28,15 @@ pub struct Reckoned {
     pub t_s: f64,
     /// Dead reckoning from anywhere.
     pub pose: Pose,
+}
+
+/// The robot by its wheels, from anywhere, with the configuration in use.
+pub fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
+    let turns = telemetry.iter().map(|frame| wheels::turns(frame, config));
+    let geometry = wheels::geometry(config, 0.0);
+    let poses = dead_reckon(Pose::ORIGIN, &geometry, config.geometry.wheel_weight, turns);
+    let times = telemetry.iter().map(|frame| frame.t_us as f64 * 1e-6);
+    times.zip(poses).map(|(t_s, pose)| Reckoned { t_s, pose }).collect()
 }
 
 /// Beyond any tracking noise, early in the first ramp \[m, rad\].

@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::time::SystemTime;
 
-use crate::campaign::Campaign;
+use campaign::Campaign;
 
 /// The clock of a campaign.
 #[derive(Clone, Copy, Debug)]

@@ -15,11 +15,11 @@
 use std::path::{Path, PathBuf};
 
 use super::align::Reckoned;
-use crate::calibrate::whole_lines;
-use crate::campaign::table::Table;
-use crate::campaign::{CampaignError, Column};
 use crate::error::{Error, Result};
 use crate::ui;
+use campaign::growing::whole_lines;
+use campaign::table::Table;
+use campaign::{CampaignError, Column};
 
 /// Below this spread of the yaw rate by the wheels a run does not turn \[rad/s\].
 const TURNS: f64 = 0.03;

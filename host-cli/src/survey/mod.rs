@@ -6,17 +6,15 @@
 //! ```
 //!
 //! A run is in the folder or it is not; so whatever ends a campaign early, the next call goes on with
-//! the first run that is missing. Nothing here prints: [`record`] tells whoever looks on.
+//! the first run that is missing. The plan is of the crate `campaign`; [`record`] tells
+//! whoever looks on how far it is, and only who is to measure is asked in the terminal.
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`plan`] | the runs of a campaign |
-//! | [`plan_file`] | the same as a file that people edit |
-//! | [`extra`] | single kinds of runs, by the names that `explain` suggests |
 //! | [`piece`] | what the wheels do in a piece of a run |
-//! | [`floor`] | how much room a run takes |
-//! | [`witness`] | who measures the robot, and puts it at its mark |
-//! | [`person`] | a person with a tape measure |
+//! | [`pose_source`] | who measures the robot, and puts it at its mark |
+//! | [`tape`] | a person with a tape measure |
+//! | [`measured`] | what a run comes to once somebody was asked to measure it |
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`align`] | a tracker's clock brought to the robot's |
 //! | [`gyro_log`] | a yaw rate sensor's log, its clock brought to the robot's |
@@ -25,20 +23,16 @@
 
 pub mod align;
 pub mod clock;
-pub mod extra;
-pub mod floor;
 pub mod gyro_log;
-pub mod person;
+pub mod measured;
 pub mod piece;
-pub mod plan;
-pub mod plan_file;
+pub mod pose_source;
 pub mod record;
 pub mod samples;
-pub mod witness;
+pub mod tape;
 
-pub use floor::Floor;
 pub use gyro_log::GyroLog;
-pub use person::{Person, Sigma};
-pub use plan::{Plan, PlanSettings, PlannedRun};
+pub use measured::Sigma;
+pub use pose_source::Witness;
 pub use record::{Ran, RecordSettings, RecordedRun, Step, Summary, record_campaign, record_run};
-pub use witness::Witness;
+pub use tape::Person;

@@ -7,20 +7,18 @@ use robot_model::recording::Piece;
 use shared_proto::{Command, Config, Telemetry};
 
 use super::clock::{CampaignClock, LastRun};
+use super::measured::{Go, Seen};
 use super::piece;
-use super::plan::{PAUSE_S, Plan, PlannedRun};
+use super::pose_source::Witness;
 use super::samples::{columns, on_one_encoder, robot_file, rows};
-use super::witness::{Go, Seen, Witness};
-use crate::campaign::{
-    Campaign, CampaignError, CampaignWriter, Place, Row, RunFacts, Simulated, Warning,
-};
 use crate::error::{Error, Result};
-use crate::file::write_whole;
 use crate::hex::hex;
-use crate::interrupt;
-use crate::model::in_use::{self, Kept};
-use crate::motion::{self, RecordOptions};
-use crate::session::{Session, faulted};
+use campaign::file::write_whole;
+use campaign::model::in_use::{self, Kept};
+use campaign::plan::{CampaignPlan, PAUSE_S, PlannedRun, plan_path};
+use campaign::{Campaign, CampaignWriter, Place, Row, RunFacts, Simulated, Warning};
+use host_link::Session;
+use host_link::motion::{self, RecordOptions};
 
 /// How to record.
 #[derive(Clone, Debug)]
@@ -135,7 +133,7 @@ pub struct Summary {
 pub async fn record_campaign(
     session: &mut Session,
     witness: &mut Witness,
-    plan: &Plan,
+    plan: &CampaignPlan,
     folder: &Path,
     settings: &RecordSettings,
     tell: &mut dyn FnMut(Step<'_>),
@@ -173,9 +171,8 @@ pub async fn record_campaign(
         keep_plan(folder, plan, there.is_some())?;
     }
     let mut summary = Summary::default();
-    let names: Vec<&str> =
-        there.iter().flat_map(|it| &it.runs).map(|run| plain(&run.name)).collect();
-    let is_there = |run: &PlannedRun| names.contains(&run.name.as_str());
+    let names = there.as_ref().map(Campaign::plain_names).unwrap_or_default();
+    let is_there = |run: &PlannedRun| names.contains(&run.name);
     summary.before = plan.runs.iter().filter(|run| is_there(run)).count();
     if summary.before > 0 {
         tell(Step::GoesOn(summary.before));
@@ -232,7 +229,7 @@ pub async fn record_run(
     session: &mut Session,
     witness: &mut Witness,
     config: &Config,
-    plan: &Plan,
+    plan: &CampaignPlan,
     run: &PlannedRun,
     period_ms: u16,
     progress: &mut dyn FnMut(f64),
@@ -245,13 +242,13 @@ pub async fn record_run(
         period_ms,
         rest: Duration::from_secs_f64(PAUSE_S),
         // It sees the pauses between the pieces as well.
-        camera: None,
+        trigger: None,
     };
     let whole_s = run.duration_s(track_m, plan.acceleration_mps2);
     let mut telemetry = Vec::new();
     let mut done_s = 0.0;
     for it in &run.pieces {
-        let piece_s = piece::duration_s(it, track_m, plan.acceleration_mps2);
+        let piece_s = it.duration_s(track_m, plan.acceleration_mps2);
         let mut at = |share: f64| progress(((done_s + share * piece_s) / whole_s).min(1.0));
         match (it, piece::motion(it, track_m, plan.acceleration_mps2)) {
             (Piece::Rest { duration_s }, _) => {
@@ -298,7 +295,7 @@ async fn rest(
         telemetry.extend(session.take_telemetry());
         let rested_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
         progress((rested_s / duration_s).min(1.0));
-        if interrupt::requested() {
+        if session.is_cancelled() {
             let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
             return Err(Error::interrupted("stopped by Ctrl-C; the robot stands still"));
         }
@@ -308,13 +305,13 @@ async fn rest(
     }
     session.request(Command::Subscribe { period_ms: 0 }).await?;
     match session.status().await?.fault {
-        Some(report) => Err(faulted(&report)),
+        Some(report) => Err(host_link::Error::Faulted(report).into()),
         None => Ok(()),
     }
 }
 
 /// Refuses, before anything moves, what this robot may not do.
-fn check_limits(plan: &Plan, config: &Config) -> Result<()> {
+fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
     let limits = config.limits;
     if plan.acceleration_mps2 > limits.acceleration_mps2_max {
         return Err(Error::new(format_args!(
@@ -342,15 +339,10 @@ fn check_limits(plan: &Plan, config: &Config) -> Result<()> {
     Ok(())
 }
 
-/// The campaign's plan, in its folder: whoever goes on goes on with the same one.
-pub fn plan_path(folder: &Path) -> PathBuf {
-    folder.join("plan.toml")
-}
-
-fn keep_plan(folder: &Path, plan: &Plan, has_runs: bool) -> Result<()> {
+fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
     let path = plan_path(folder);
     if path.exists() && has_runs {
-        if Plan::read(&path)?.to_toml() != plan.to_toml() {
+        if CampaignPlan::read(&path)?.to_toml() != plan.to_toml() {
             return Err(Error::new(format_args!(
                 "{} was begun with another plan than this one",
                 folder.display()
@@ -396,25 +388,4 @@ async fn start_clock(
         .hint(format_args!("come back in {:.0} minutes", (missing_s / 60.0).ceil())));
     }
     Ok(CampaignClock::new(last.ended_s + last.ago_s, clock.now_us()))
-}
-
-/// A run's name without its number.
-fn plain(name: &str) -> &str {
-    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
-}
-
-impl Campaign {
-    /// Reads a folder that may have no run yet.
-    pub fn read_if_any(folder: &Path) -> std::result::Result<Option<Self>, CampaignError> {
-        match Self::read(folder) {
-            Ok(campaign) => Ok(Some(campaign)),
-            Err(error) if error.place == Place::whole(folder) && error.cause.is_none() => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// The names of its runs, without their numbers.
-    pub fn plain_names(&self) -> Vec<String> {
-        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
-    }
 }

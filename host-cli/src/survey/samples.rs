@@ -4,31 +4,16 @@ use robot_model::calibration::TrackSample;
 use shared_proto::{Config, Telemetry};
 use sim_target::Lab;
 
-use crate::campaign::{Column, RobotFile, Row};
-use crate::model::in_use;
+use campaign::{Column, RobotFile, Row};
 
 /// What `robot.toml` says of a robot with this configuration; a simulated camera's noise is known.
 ///
-/// It has one encoder for both wheels, the left one: see [`on_one_encoder`]. Its radius is the mean of both
-/// wheels' in use, so that W_T is wheel_radius_ratio alone: see [`crate::model::in_use`].
+/// It has one encoder for both wheels, the left one: see [`on_one_encoder`].
 pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
-    let encoder = config.encoder.left;
-    let name = match config.name.as_str() {
-        "" => "unnamed robot",
-        name => name,
-    };
     RobotFile {
-        name: name.into(),
-        wheel_radius_m: in_use::mean_radius_m(&config.geometry),
-        track_width_m: config.geometry.track_width_m,
-        counts_per_rev: encoder.counts_per_rev,
-        gear_reduction: encoder.gear_reduction,
         position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
         heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
-        supply_v: None,
-        uid: None,
-        simulated: None,
-        runs: Vec::new(),
+        ..RobotFile::of(config)
     }
 }
 

@@ -53,8 +53,10 @@ impl Drive {
 }
 
 impl Piece {
-    /// Travel of each wheel, and the speed of the faster one.
-    fn wheels(self, track_m: f64) -> (WheelPair<f64>, f64) {
+    /// How far each wheel rolls, and how fast the faster one \[m, m/s\].
+    ///
+    /// A body that turns by theta about a centre at radius r rolls its wheels by theta (r -+ b/2).
+    pub fn wheels(self, track_m: f64) -> (WheelPair<f64>, f64) {
         match self {
             Piece::Straight { travel_m, speed_mps } => (WheelPair::both(travel_m), speed_mps),
             Piece::Spin { turn_rad, speed_mps } => {
@@ -67,6 +69,37 @@ impl Piece {
                 (WheelPair::new(middle_m - rim_m, middle_m + rim_m), speed_mps * outer)
             }
             Piece::Rest { .. } => (WheelPair::both(0.0), 0.0),
+        }
+    }
+
+    /// How long it takes \[s\]: d/v + v/a where the ramps leave room for a cruise, else 2 sqrt(d/a).
+    pub fn duration_s(self, track_m: f64, accel_mps2: f64) -> f64 {
+        let (travel_m, speed_mps) = self.wheels(track_m);
+        let farther_m = travel_m.left.abs().max(travel_m.right.abs());
+        match self {
+            Piece::Rest { duration_s } => duration_s,
+            _ if farther_m * accel_mps2 >= speed_mps * speed_mps => {
+                farther_m / speed_mps + speed_mps / accel_mps2
+            }
+            _ => 2.0 * (farther_m / accel_mps2).sqrt(),
+        }
+    }
+
+    /// The same piece, no wheel faster than this.
+    pub fn capped(self, track_m: f64, speed_mps_max: f64) -> Self {
+        let (_, wheel_mps) = self.wheels(track_m);
+        let share = if wheel_mps > speed_mps_max { speed_mps_max / wheel_mps } else { 1.0 };
+        match self {
+            Piece::Straight { travel_m, speed_mps } => {
+                Piece::Straight { travel_m, speed_mps: speed_mps * share }
+            }
+            Piece::Spin { turn_rad, speed_mps } => {
+                Piece::Spin { turn_rad, speed_mps: speed_mps * share }
+            }
+            Piece::Arc { radius_m, turn_rad, speed_mps } => {
+                Piece::Arc { radius_m, turn_rad, speed_mps: speed_mps * share }
+            }
+            rest @ Piece::Rest { .. } => rest,
         }
     }
 }
@@ -164,6 +197,26 @@ mod tests {
         position_sigma_m: None,
         heading_sigma_rad: None,
     };
+
+    #[test]
+    fn an_arc_is_driven_at_the_speed_of_its_middle_and_a_left_one_rolls_the_right_wheel_farther() {
+        let arc = Piece::Arc { radius_m: 0.5, turn_rad: 2.0, speed_mps: 0.2 };
+        let (travel_m, speed_mps) = arc.wheels(0.4);
+        // 2 (0.5 -+ 0.2) metres; the outer wheel is faster by 0.7 / 0.5.
+        assert!((travel_m.left - 0.6).abs() < 1e-12 && (travel_m.right - 1.4).abs() < 1e-12);
+        assert!((speed_mps - 0.28).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_spin_rolls_the_rims_against_each_other_and_no_wheel_is_faster_than_allowed() {
+        let spin = Piece::Spin { turn_rad: -3.0, speed_mps: 0.9 };
+        let (travel_m, speed_mps) = spin.capped(0.4, 0.25).wheels(0.4);
+        assert!((travel_m.left - 0.6).abs() < 1e-12 && (travel_m.right + 0.6).abs() < 1e-12);
+        assert!((speed_mps - 0.25).abs() < 1e-12);
+        let slow = Piece::Arc { radius_m: 0.5, turn_rad: 2.0, speed_mps: 0.1 };
+        assert_eq!(slow.capped(0.4, 0.25), slow);
+        assert_eq!(Piece::Rest { duration_s: 3.0 }.duration_s(0.4, 0.3), 3.0);
+    }
 
     #[test]
     fn pieces_end_where_they_should_within_the_limits_of_speed_and_acceleration() {

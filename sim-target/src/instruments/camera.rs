@@ -5,9 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::camera_sample::CameraSample;
 use super::lens::{LensParameters, MarkerParameters};
 use super::stale::{Stale, StaleParameters};
-use crate::plant::{Check, ParameterError, Plant, Pose};
+use crate::plant::{ParameterError, Plant, Pose, RangeCheck};
 
 /// How good the camera is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +51,7 @@ impl Default for CameraParameters {
 impl CameraParameters {
     /// Refuses, by name, a value that no camera has.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         check.within("rate_hz", self.rate_hz, 0.1, 1000.0)?;
         check.within("position_sigma_m", self.position_sigma_m, 0.0, 1.0)?;
         check.within("heading_sigma_rad", self.heading_sigma_rad, 0.0, 1.0)?;
@@ -58,29 +59,6 @@ impl CameraParameters {
         self.marker.validate()?;
         self.lens.validate()?;
         self.stale.validate()
-    }
-}
-
-/// A measured pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraSample {
-    /// The camera's stamp \[s\].
-    pub t_s: f64,
-    /// Along the floor's x axis \[m\].
-    pub x_m: f64,
-    /// Along its y axis \[m\].
-    pub y_m: f64,
-    /// Counter-clockwise from the x axis, not wrapped \[rad\].
-    pub heading_rad: f64,
-}
-
-impl CameraSample {
-    /// The stamp as time since `origin_us` \[s\], to the microsecond.
-    ///
-    /// Subtracted in whole microseconds: the same instants of two recordings have the same bits,
-    /// however long the robot had been on.
-    pub fn s_since(&self, origin_us: u64) -> f64 {
-        ((self.t_s * 1e6).round() - origin_us as f64) * 1e-6
     }
 }
 

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{Check, ParameterError, Plant};
+use crate::plant::{ParameterError, Plant, RangeCheck};
 
 /// How good the gyro is.
 ///
@@ -35,7 +35,7 @@ impl Default for GyroParameters {
 impl GyroParameters {
     /// Refuses, by name, a value that no gyro has.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         check.within("rate_hz", self.rate_hz, 0.1, 2000.0)?;
         check.within("bias_rad_s", self.bias_rad_s, -1.0, 1.0)?;
         check.within("scale", self.scale, -0.5, 0.5)?;

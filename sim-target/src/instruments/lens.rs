@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{Check, ParameterError, Pose};
+use crate::plant::{ParameterError, Pose, RangeCheck};
 
 /// Where the marker is on the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub struct LensParameters {
 
 impl MarkerParameters {
     pub(super) fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("marker.");
+        let check = RangeCheck("marker.");
         check.within("forward_m", self.forward_m, -2.0, 2.0)?;
         check.within("left_m", self.left_m, -2.0, 2.0)
     }
@@ -48,7 +48,7 @@ impl MarkerParameters {
 
 impl LensParameters {
     pub(super) fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("lens.");
+        let check = RangeCheck("lens.");
         check.within("distortion_per_m2", self.distortion_per_m2, -0.1, 0.1)?;
         check.within("center_x_m", self.center_x_m, -100.0, 100.0)?;
         check.within("center_y_m", self.center_y_m, -100.0, 100.0)

@@ -5,12 +5,14 @@
 //! much. The camera sees the floor's frame; the ruler measures from a line.
 
 mod camera;
+mod camera_sample;
 mod gyro;
 mod lens;
 mod ruler;
 mod stale;
 
-pub use camera::{Camera, CameraParameters, CameraSample};
+pub use camera::{Camera, CameraParameters};
+pub use camera_sample::CameraSample;
 pub use gyro::{Gyro, GyroParameters, GyroSample};
 pub use lens::{LensParameters, MarkerParameters};
 pub use ruler::{EndReading, Ruler, RulerParameters, TangentReading};

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{Check, ParameterError, Pose};
+use crate::plant::{ParameterError, Pose, RangeCheck};
 
 /// How good the ruler and its reader are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ impl Default for RulerParameters {
 impl RulerParameters {
     /// Refuses, by name, a value that no ruler has.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         check.within("resolution_m", self.resolution_m, 0.0, 0.1)?;
         check.within("reading_sigma_m", self.reading_sigma_m, 0.0, 0.1)
     }

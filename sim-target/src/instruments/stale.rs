@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::CameraSample;
-use crate::plant::{Check, ParameterError};
+use super::camera_sample::CameraSample;
+use crate::plant::{ParameterError, RangeCheck};
 
 /// Dropped pictures. In their place comes the last one again, under a fresh stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ impl Default for StaleParameters {
 
 impl StaleParameters {
     pub(super) fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("stale.");
+        let check = RangeCheck("stale.");
         check.within("share", self.share, 0.0, 0.5)?;
         check.within("pictures", self.pictures.into(), 1.0, 1000.0)
     }

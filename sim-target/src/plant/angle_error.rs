@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// Errors of one encoder's reading that repeat with its shaft or its gear.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl Default for AngleErrorParameters {
 }
 
 impl AngleErrorParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("eccentricity", self.eccentricity, 0.0, 0.2)?;
         check.within("eccentricity_phase_rad", self.eccentricity_phase_rad, -7.0, 7.0)?;
         check.within("two_per_turn_rad", self.two_per_turn_rad, 0.0, 0.2)?;

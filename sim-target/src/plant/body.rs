@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
 use super::pose::{Pose, Twist};
+use super::range_check::{ParameterError, RangeCheck};
 use super::rotation::Rotation;
 
 /// The body, wheels and load included.
@@ -38,7 +38,7 @@ impl Default for BodyParameters {
 }
 
 impl BodyParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("mass_kg", self.mass_kg, 0.05, 500.0)?;
         check.within("yaw_inertia_kgm2", self.yaw_inertia_kgm2, 1e-5, 500.0)?;
         check.within("center_of_mass_forward_m", self.center_of_mass_forward_m, -5.0, 0.0)?;

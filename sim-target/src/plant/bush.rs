@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// A bush round the caster's pivot: a dry seal, a hair wound in, a washer pressed too hard.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ impl Default for BushParameters {
 
 impl BushParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        let check = Check("caster.bush.");
+        let check = RangeCheck("caster.bush.");
         check.within("torque_nm", self.torque_nm, 0.0, 10.0)?;
         check.within("windup_rad", self.windup_rad, 0.01, 3.0)?;
         check.within("relaxation_m", self.relaxation_m, 1e-3, 10.0)

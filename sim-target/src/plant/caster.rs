@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::bush::{Bush, BushParameters};
-use super::parameters::{Check, ParameterError};
 use super::pose::Twist;
+use super::range_check::{ParameterError, RangeCheck};
 use super::rotation::Rotation;
 use super::wheel::less_friction;
 
@@ -57,7 +57,7 @@ impl Default for CasterParameters {
 }
 
 impl CasterParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("pivot_behind_m", self.pivot_behind_m, 0.01, 10.0)?;
         check.within("trail_m", self.trail_m, 0.001, 1.0)?;
         check.within("start_angle_rad", self.start_angle_rad, -7.0, 7.0)?;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::angle_error::{AngleError, AngleErrorParameters};
 use super::lost_lines::LostLines;
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// One wheel's encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,11 +48,11 @@ impl Default for EncoderParameters {
 }
 
 impl EncoderParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("counts_per_rev", self.counts_per_rev, 1.0, 1e6)?;
         check.within("gear_reduction", self.gear_reduction, 0.01, 1000.0)?;
         check.within("phase", self.phase.unwrap_or(0.0), 0.0, 1.0)?;
-        self.error.check(&Check(&format!("{}error.", check.0)))?;
+        self.error.check(&RangeCheck(&format!("{}error.", check.0)))?;
         check.within("filter_s", self.filter_s, 0.0, 1.0)?;
         check.within("thin_line_share", self.thin_line_share, 0.0, 1.0)
     }
@@ -114,7 +114,11 @@ impl Encoder {
             unplugged: false,
             noise: None,
             angle_error: AngleError::new(&parameters.error, parameters.gear_reduction),
-            lost_lines: LostLines::new(parameters),
+            lost_lines: LostLines::new(
+                parameters.filter_s,
+                parameters.thin_line_share,
+                parameters.counts_per_rev,
+            ),
             count: 0,
             offset: 0,
             step,

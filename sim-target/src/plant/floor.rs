@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// The floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,7 +77,7 @@ impl Default for FloorParameters {
 }
 
 impl FloorParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("gravity_mps2", self.gravity_mps2, 0.1, 30.0)?;
         check.within("friction", self.friction, 0.0, 3.0)?;
         check.within("slope_rad", self.slope_rad, 0.0, 0.2)?;
@@ -101,7 +101,7 @@ impl FloorParameters {
     }
 
     /// True if every place and direction is like every other.
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.slope_rad == 0.0
             && self.pile_drift == 0.0
             && self.wet.is_none()

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::motor::{Motor, Terminals};
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 use super::wheel::less_friction;
 
 /// The joint between one motor, with its encoder, and its wheel.
@@ -18,12 +18,12 @@ pub struct GearParameters {
 }
 
 impl GearParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("backlash_rad", self.backlash_rad, 0.0, 1.0)?;
         check.within("set_screw_nm", self.set_screw_nm.unwrap_or(1.0), 1e-4, 1e3)
     }
 
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.backlash_rad == 0.0 && self.set_screw_nm.is_none()
     }
 }
@@ -70,7 +70,7 @@ pub(super) struct JointLoad {
 impl Joint {
     /// None if the joint is rigid.
     pub fn new(gear: &GearParameters, motor_inertia: f64, wheel_inertia: f64) -> Option<Self> {
-        (!gear.is_plain()).then_some(Self {
+        (!gear.is_ideal()).then_some(Self {
             half_play_rad: 0.5 * gear.backlash_rad,
             screw_nm: gear.set_screw_nm.unwrap_or(f64::INFINITY),
             motor_inertia,

@@ -1,7 +1,5 @@
 //! Lines of a disc that are too thin for the counter's input filter.
 
-use super::encoder::EncoderParameters;
-
 /// How much a thin line may lack of its width.
 const THINNEST: f64 = 0.8;
 
@@ -23,11 +21,11 @@ pub(super) struct LostLines {
 
 impl LostLines {
     /// None if every line is counted.
-    pub fn new(encoder: &EncoderParameters) -> Option<Self> {
-        (encoder.filter_s > 0.0 && encoder.thin_line_share > 0.0).then_some(Self {
-            filter_s: encoder.filter_s,
-            thin_share: encoder.thin_line_share,
-            lines: encoder.counts_per_rev.round().max(1.0) as i64,
+    pub fn new(filter_s: f64, thin_share: f64, counts_per_rev: f64) -> Option<Self> {
+        (filter_s > 0.0 && thin_share > 0.0).then_some(Self {
+            filter_s,
+            thin_share,
+            lines: counts_per_rev.round().max(1.0) as i64,
         })
     }
 

@@ -14,9 +14,9 @@
 //! Every arrow is a force, a torque or a velocity: the path follows from the wheels' true radii only as
 //! far as the tyres grip. One noun a file; the equations stand next to the code.
 //!
-//! What can be wrong with a robot is a mechanism of its own: its wheels (`wobble`), what joins them to
+//! What can be wrong with a robot is a mechanism of its own: its wheels (`wheel_defects`), what joins them to
 //! their motors (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread
-//! (`angle_error`, `lost_lines`), cables and warmth (`surroundings`), the floor. `odd` puts them
+//! (`angle_error`, `lost_lines`), cables and warmth (`disturbances`), the floor. `defects` puts them
 //! together. All are off unless their parameters say otherwise, and then cost nothing and change no bit.
 //!
 //! # Integration
@@ -31,6 +31,9 @@ mod angle_error;
 mod body;
 mod bush;
 mod caster;
+mod defects;
+mod defects_step;
+mod disturbances;
 mod encoder;
 mod fault;
 mod floor;
@@ -38,45 +41,45 @@ mod gear;
 mod load;
 mod lost_lines;
 mod motor;
-mod odd;
 mod parameters;
 mod pose;
+mod range_check;
 mod ribs;
 mod rotation;
 mod step;
 mod supply;
-mod surroundings;
 #[cfg(test)]
 mod tests;
 mod tyre;
 mod wheel;
-mod wobble;
+mod wheel_defects;
 
 pub use angle_error::AngleErrorParameters;
 pub use body::BodyParameters;
 pub use bush::BushParameters;
 pub use caster::CasterParameters;
+pub use disturbances::{DragParameters, TetherParameters, WarmingParameters};
 pub use encoder::{EncoderEdge, EncoderParameters, EncoderStep};
 pub use fault::{CLAMP_NM, CLAMP_RAMP_US, PlantFault};
 pub use floor::{Bump, FloorParameters, WetPatch};
 pub use gear::GearParameters;
 pub use load::Loads;
 pub use motor::MotorParameters;
-pub(crate) use parameters::Check;
-pub use parameters::{ParameterError, PlantParameters};
+pub use parameters::PlantParameters;
 pub use pose::{Pose, Twist};
+pub use range_check::ParameterError;
+pub(crate) use range_check::RangeCheck;
 pub use supply::SupplyParameters;
-pub use surroundings::{DragParameters, TetherParameters, WarmingParameters};
 pub use tyre::TyreParameters;
 pub use wheel::GeometryParameters;
-pub use wobble::WheelParameters;
+pub use wheel_defects::WheelParameters;
 
 use body::Body;
 use caster::Caster;
+use defects::Defects;
 use encoder::Encoder;
 use fault::Faults;
 use load::LoadModel;
-use odd::Odd;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -98,7 +101,7 @@ pub struct Plant {
     wheel: WheelPair<DrivenWheel>,
     caster: Caster,
     /// None for a robot with sound parts on an even floor.
-    odd: Option<Box<Odd>>,
+    defects: Option<Box<Defects>>,
     load_model: LoadModel,
     loads: Loads,
     bus_v: f64,
@@ -139,7 +142,7 @@ impl Plant {
                 right: wheel_of(&parameters.motor.right, radius_m.right, -half_m),
             },
             caster: Caster::new(&parameters.caster),
-            odd: Odd::new(&parameters),
+            defects: Defects::new(&parameters),
             loads: load_model.loads((0.0, 0.0)),
             load_model,
             bus_v: parameters.supply.bus_v(0.0, 0.0, 0.0),
@@ -185,8 +188,8 @@ impl Plant {
         let WheelPair { left, right } = self.wheel.as_mut();
         left.lift();
         right.lift();
-        if let Some(odd) = &mut self.odd {
-            odd.lift();
+        if let Some(defects) = &mut self.defects {
+            defects.lift();
         }
     }
 
@@ -209,8 +212,8 @@ impl Plant {
         self.body.set_mass(&self.parameters.body);
         self.load_model = LoadModel::new(&self.parameters);
         self.loads = self.load_model.loads((0.0, 0.0));
-        if self.odd.is_none() {
-            self.odd = Odd::new(&self.parameters);
+        if self.defects.is_none() {
+            self.defects = Defects::new(&self.parameters);
         }
     }
 
@@ -284,9 +287,9 @@ impl Plant {
     /// joint that is not rigid, as wheel angle \[rad\].
     pub fn shaft_angles_rad(&self) -> WheelPair<f64> {
         let angle_rad = self.wheel_angles_rad();
-        match &self.odd {
+        match &self.defects {
             None => angle_rad,
-            Some(odd) => angle_rad.zip(odd.ahead_rad()).map(|(wheel, ahead)| wheel + ahead),
+            Some(defects) => angle_rad.zip(defects.ahead_rad()).map(|(wheel, ahead)| wheel + ahead),
         }
     }
 
@@ -310,7 +313,7 @@ impl Plant {
         let wheels =
             self.wheel.as_ref().map(|w| w.energy_j() + w.contact.energy_j(&self.parameters.tyre));
         let caster = self.caster.energy_j(&self.parameters.caster, self.body.yaw_rate_rad_s);
-        let ribs_j = self.odd.as_ref().map_or(0.0, |odd| odd.energy_j());
+        let ribs_j = self.defects.as_ref().map_or(0.0, |defects| defects.energy_j());
         self.body.energy_j() + wheels.left + wheels.right + caster + ribs_j
     }
 

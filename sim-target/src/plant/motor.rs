@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// One wheel's gear motor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,13 +40,18 @@ impl Default for MotorParameters {
 }
 
 impl MotorParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("resistance_ohm", self.resistance_ohm, 0.01, 1000.0)?;
         check.within("torque_constant_nm_per_a", self.torque_constant_nm_per_a, 1e-4, 10.0)?;
         check.within("gear_ratio", self.gear_ratio, 1.0, 1000.0)?;
         check.within("rotor_inertia_kgm2", self.rotor_inertia_kgm2, 0.0, 1.0)?;
         check.within("coulomb_torque_nm", self.coulomb_torque_nm, 0.0, 100.0)?;
         check.within("viscous_torque_nms", self.viscous_torque_nms, 0.0, 100.0)
+    }
+
+    /// The rotor's inertia, seen from the wheel \[kg m^2\].
+    pub(super) fn rotor_at_wheel_kgm2(&self) -> f64 {
+        self.rotor_inertia_kgm2 * self.gear_ratio * self.gear_ratio
     }
 
     /// Torque constant at the wheel, K = k n \[N m/A\].

@@ -1,21 +1,20 @@
 //! Everything that makes one robot different from another.
 
-use core::fmt;
-
 use serde::{Deserialize, Deserializer, Serialize};
-use shared_proto::{Readable, WheelPair};
+use shared_proto::WheelPair;
 
 use super::body::BodyParameters;
 use super::caster::CasterParameters;
+use super::disturbances::{DragParameters, TetherParameters, WarmingParameters};
 use super::encoder::EncoderParameters;
 use super::floor::FloorParameters;
 use super::gear::GearParameters;
 use super::motor::MotorParameters;
+use super::range_check::{ParameterError, RangeCheck};
 use super::supply::SupplyParameters;
-use super::surroundings::{DragParameters, TetherParameters, WarmingParameters};
 use super::tyre::TyreParameters;
 use super::wheel::GeometryParameters;
-use super::wobble::WheelParameters;
+use super::wheel_defects::WheelParameters;
 
 /// The physical robot and its floor. [`Default`] is the standard robot: the paper's geometry with
 /// two equal wheels.
@@ -80,47 +79,47 @@ impl Default for PlantParameters {
 impl PlantParameters {
     /// Refuses, by name, a value that no robot has, or one that the integration cannot follow.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        Check("").within("substep_us", self.substep_us.into(), 10.0, 1000.0)?;
-        self.geometry.check(&Check("geometry."))?;
-        self.body.check(&Check("body."))?;
-        self.motor.left.check(&Check("motor.left."))?;
-        self.motor.right.check(&Check("motor.right."))?;
-        self.encoder.left.check(&Check("encoder.left."))?;
-        self.encoder.right.check(&Check("encoder.right."))?;
-        self.gear.left.check(&Check("gear.left."))?;
-        self.gear.right.check(&Check("gear.right."))?;
-        self.wheel.left.check(&Check("wheel.left."))?;
-        self.wheel.right.check(&Check("wheel.right."))?;
-        self.tyre.check(&Check("tyre."))?;
-        self.warming.check(&Check("warming."))?;
-        self.caster.check(&Check("caster."))?;
-        self.supply.check(&Check("supply."))?;
-        self.tether.check(&Check("tether."))?;
-        self.drag.check(&Check("drag."))?;
-        self.floor.check(&Check("floor."))?;
+        RangeCheck("").within("substep_us", self.substep_us.into(), 10.0, 1000.0)?;
+        self.geometry.check(&RangeCheck("geometry."))?;
+        self.body.check(&RangeCheck("body."))?;
+        self.motor.left.check(&RangeCheck("motor.left."))?;
+        self.motor.right.check(&RangeCheck("motor.right."))?;
+        self.encoder.left.check(&RangeCheck("encoder.left."))?;
+        self.encoder.right.check(&RangeCheck("encoder.right."))?;
+        self.gear.left.check(&RangeCheck("gear.left."))?;
+        self.gear.right.check(&RangeCheck("gear.right."))?;
+        self.wheel.left.check(&RangeCheck("wheel.left."))?;
+        self.wheel.right.check(&RangeCheck("wheel.right."))?;
+        self.tyre.check(&RangeCheck("tyre."))?;
+        self.warming.check(&RangeCheck("warming."))?;
+        self.caster.check(&RangeCheck("caster."))?;
+        self.supply.check(&RangeCheck("supply."))?;
+        self.tether.check(&RangeCheck("tether."))?;
+        self.drag.check(&RangeCheck("drag."))?;
+        self.floor.check(&RangeCheck("floor."))?;
         self.check_stance()?;
         self.check_substep()
     }
 
     /// True for a robot with sound parts on an even floor: it takes the short way through a step.
-    pub(super) fn is_plain(&self) -> bool {
-        self.gear.all(|gear| gear.is_plain())
-            && self.wheel.all(|wheel| wheel.is_plain())
+    pub(super) fn is_ideal(&self) -> bool {
+        self.gear.all(|gear| gear.is_ideal())
+            && self.wheel.all(|wheel| wheel.is_ideal())
             && self.body.payload_kg == 0.0
-            && self.tyre.is_plain()
-            && self.warming.is_plain()
-            && self.tether.is_plain()
-            && self.drag.is_plain()
-            && self.floor.is_plain()
+            && self.tyre.is_ideal()
+            && self.warming.is_ideal()
+            && self.tether.is_ideal()
+            && self.drag.is_ideal()
+            && self.floor.is_ideal()
     }
 
     /// The centre of mass must stand between the three wheels.
     fn check_stance(&self) -> Result<(), ParameterError> {
         let to_caster_m = -self.body.center_of_mass_forward_m;
         let reach_m = self.caster.pivot_behind_m;
-        Check("body.").within("center_of_mass_forward_m", -to_caster_m, -reach_m, 0.0)?;
+        RangeCheck("body.").within("center_of_mass_forward_m", -to_caster_m, -reach_m, 0.0)?;
         let half_m = 0.5 * self.geometry.track_width_m * (1.0 - to_caster_m / reach_m);
-        Check("body.").within(
+        RangeCheck("body.").within(
             "center_of_mass_left_m",
             self.body.center_of_mass_left_m,
             -half_m,
@@ -137,7 +136,7 @@ impl PlantParameters {
         let rim_per_mass =
             self.motor.zip(self.geometry.wheel_radius_m).zip(self.gear).map(|((m, r), gear)| {
                 // Behind a loose joint the wheel vibrates without its rotor.
-                let rotor = if gear.is_plain() { m.rotor() } else { 0.0 };
+                let rotor = if gear.is_ideal() { m.rotor_at_wheel_kgm2() } else { 0.0 };
                 r * r / (self.geometry.wheel_inertia_kgm2 + rotor)
             });
         let rim = rim_per_mass.left.max(rim_per_mass.right);
@@ -157,52 +156,6 @@ impl PlantParameters {
             value: substep_us,
             expected: format!("at most {longest_us} for tyres this stiff on parts this light"),
         })
-    }
-}
-
-impl MotorParameters {
-    /// The rotor's inertia, seen from the wheel \[kg m^2\].
-    pub(super) fn rotor(&self) -> f64 {
-        self.rotor_inertia_kgm2 * self.gear_ratio * self.gear_ratio
-    }
-}
-
-/// Why a robot is refused.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParameterError {
-    /// Path of the field in [`PlantParameters`], `motor.left.resistance_ohm`.
-    pub field: String,
-    /// Its value.
-    pub value: f64,
-    /// What it must be instead.
-    pub expected: String,
-}
-
-impl fmt::Display for ParameterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: must be {}", self.field, Readable(self.value), self.expected)
-    }
-}
-
-impl core::error::Error for ParameterError {}
-
-/// Checks the fields below a prefix, such as `motor.left.`.
-pub(crate) struct Check<'a>(pub &'a str);
-
-impl Check<'_> {
-    /// Refuses a value outside a range, both ends included, and one that is not a number.
-    pub fn within(
-        &self,
-        field: &str,
-        value: f64,
-        min: f64,
-        max: f64,
-    ) -> Result<(), ParameterError> {
-        if value >= min && value <= max {
-            return Ok(());
-        }
-        let expected = format!("from {min} to {max}");
-        Err(ParameterError { field: format!("{}{field}", self.0), value, expected })
     }
 }
 

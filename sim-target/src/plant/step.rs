@@ -4,9 +4,9 @@ use shared_proto::WheelPair;
 
 use super::Plant;
 use super::body::Wrench;
+use super::defects::Defects;
 use super::fault::WheelFaults;
 use super::motor::{Motor, Terminals};
-use super::odd::Odd;
 use super::pose::Twist;
 use super::wheel::DrivenWheel;
 
@@ -15,15 +15,15 @@ impl Plant {
     #[inline]
     pub(super) fn step(&mut self, h_s: f64) {
         // Out and in again: what is odd about the robot looks at the robot.
-        match self.odd.take() {
+        match self.defects.take() {
             None => {
                 self.kick(h_s);
                 self.drift(h_s);
             }
-            Some(mut odd) => {
-                self.kick_odd(&mut odd, h_s);
-                self.drift_odd(&mut odd, h_s);
-                self.odd = Some(odd);
+            Some(mut defects) => {
+                self.kick_with_defects(&mut defects, h_s);
+                self.drift_with_defects(&mut defects, h_s);
+                self.defects = Some(defects);
             }
         }
     }
@@ -69,17 +69,17 @@ impl Plant {
     }
 
     /// As [`kick`](Self::kick), for a robot that is not plain.
-    fn kick_odd(&mut self, odd: &mut Odd, h_s: f64) {
+    fn kick_with_defects(&mut self, defects: &mut Defects, h_s: f64) {
         let (terminals, bus_v) = self.power();
         self.bus_v = bus_v;
-        let (wrench, extra) = (self.wrench(), odd.extra());
+        let (wrench, extra) = (self.wrench(), defects.extra());
         let wrench = Wrench {
             forward_n: wrench.forward_n + extra.forward_n,
             left_n: wrench.left_n + extra.left_n,
             yaw_nm: wrench.yaw_nm + extra.yaw_nm,
         };
         let clamp_nm = self.faults.wheel.map(|faults| faults.clamp_nm(self.t_us));
-        let WheelPair { left, right } = odd.wheels();
+        let WheelPair { left, right } = defects.wheels();
         left.kick(&mut self.wheel.left, terminals.left, bus_v, clamp_nm.left, h_s);
         right.kick(&mut self.wheel.right, terminals.right, bus_v, clamp_nm.right, h_s);
         self.kick_body(wrench, h_s);

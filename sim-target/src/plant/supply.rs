@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// The battery and its measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ impl Default for SupplyParameters {
 }
 
 impl SupplyParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("open_circuit_v", self.open_circuit_v, 0.0, 100.0)?;
         check.within("resistance_ohm", self.resistance_ohm, 0.0, 10.0)?;
         check.within("standby_current_a", self.standby_current_a, 0.0, 10.0)?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 
 /// The tyres of the driven wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ impl Default for TyreParameters {
 }
 
 impl TyreParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         let (long, lat) = (self.longitudinal_stiffness_n_per_m, self.lateral_stiffness_n_per_m);
         check.within("longitudinal_stiffness_n_per_m", long, 100.0, 1e7)?;
         check.within("lateral_stiffness_n_per_m", lat, 100.0, 1e7)?;
@@ -53,7 +53,7 @@ impl TyreParameters {
     }
 
     /// True for a contact that is a point and does not creep.
-    pub(super) fn is_plain(&self) -> bool {
+    pub(super) fn is_ideal(&self) -> bool {
         self.contact_width_m == 0.0 && self.lateral_creep_mps_per_n == 0.0
     }
 }

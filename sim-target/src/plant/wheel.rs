@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use shared_proto::WheelPair;
 
 use super::motor::{Motor, MotorParameters, Terminals};
-use super::parameters::{Check, ParameterError};
+use super::range_check::{ParameterError, RangeCheck};
 use super::tyre::Contact;
 
 /// The driven wheels and where they stand.
@@ -31,7 +31,7 @@ impl Default for GeometryParameters {
 }
 
 impl GeometryParameters {
-    pub(super) fn check(&self, check: &Check) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("wheel_radius_m.left", self.wheel_radius_m.left, 0.002, 2.0)?;
         check.within("wheel_radius_m.right", self.wheel_radius_m.right, 0.002, 2.0)?;
         check.within("track_width_m", self.track_width_m, 0.01, 10.0)?;
@@ -66,7 +66,7 @@ impl DrivenWheel {
         Self {
             motor: Motor::new(motor),
             radius_m,
-            inertia_inverse: 1.0 / (wheel_inertia + motor.rotor()),
+            inertia_inverse: 1.0 / (wheel_inertia + motor.rotor_at_wheel_kgm2()),
             viscous: motor.viscous_torque_nms,
             coulomb_nm: motor.coulomb_torque_nm,
             rolling_nm: 0.0,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use shared_proto::Wheel;
 
-use crate::plant::{Check, ParameterError, PlantFault};
+use crate::plant::{ParameterError, PlantFault, RangeCheck};
 
 /// Which clock a fault's times are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub struct ScheduledFault {
 impl ScheduledFault {
     /// Refuses, by name, a time before the start, or an end before the beginning.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         let at = match self.clock {
             FaultClock::Simulated => "at_s",
             FaultClock::Motion => "at_motion_s",

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{Check, ParameterError};
+use crate::plant::{ParameterError, RangeCheck};
 use crate::wire::WireParameters;
 
 /// What the line does to frames and bits.
@@ -29,7 +29,7 @@ impl Default for LinkParameters {
 impl LinkParameters {
     /// Refuses, by name, a share that is none and a line too slow to serve.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         if self.baud != 0 {
             check.within("baud", self.baud.into(), 1200.0, 1e8)?;
         }

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{Check, ParameterError, Pose};
+use crate::plant::{ParameterError, Pose, RangeCheck};
 
 /// How well the robot is put on its line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ impl Default for PlacementParameters {
 impl PlacementParameters {
     /// Refuses, by name, what is no standard deviation of a careful person.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = Check("");
+        let check = RangeCheck("");
         check.within("heading_sigma_rad", self.heading_sigma_rad, 0.0, 1.0)?;
         check.within("position_sigma_m", self.position_sigma_m, 0.0, 1.0)
     }

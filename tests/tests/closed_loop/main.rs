@@ -8,8 +8,8 @@
 mod robot;
 mod user;
 
-use host_cli::survey::extra::runs_of;
-use host_cli::survey::{Plan, PlanSettings};
+use campaign::plan::run_kinds::runs_of;
+use campaign::plan::{CampaignPlan, PlanSettings};
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
@@ -40,13 +40,13 @@ struct Closed {
 }
 
 /// A kind of run as `campaign record --run` drives it first of all.
-fn kind(kind: &str) -> Plan {
+fn kind(kind: &str) -> CampaignPlan {
     runs_of(kind, &PlanSettings::default(), &[]).expect("a kind of run").plan
 }
 
 /// The runs of the usual campaign of one kind.
-fn usual(kind: &str) -> Plan {
-    let mut plan = Plan::usual(&PlanSettings::default()).expect("the usual floor");
+fn usual(kind: &str) -> CampaignPlan {
+    let mut plan = CampaignPlan::usual(&PlanSettings::default()).expect("the usual floor");
     plan.runs.retain(|run| run.kind == kind);
     plan
 }

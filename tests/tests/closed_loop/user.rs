@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 
 use beeline_tests::blind::field::PERIOD_MS;
+use campaign::plan::run_kinds::{fastest_mps, runs_of};
+use campaign::plan::{CampaignPlan, PlanSettings};
+use campaign::{Campaign, CampaignWriter, Run};
 use futures_lite::future;
 use host_cli::calibrate::Instrument;
 use host_cli::calibrate::umbmark::{UmbmarkSettings, umbmark};
-use host_cli::campaign::{Campaign, CampaignWriter, Run};
 use host_cli::error::Result;
-use host_cli::link::{Clock, Wire};
-use host_cli::session::Session;
-use host_cli::survey::extra::{fastest_mps, runs_of};
 use host_cli::survey::samples::columns;
-use host_cli::survey::{Plan, PlanSettings, RecordSettings, Step, Witness, record_campaign};
+use host_cli::survey::{RecordSettings, Step, Witness, record_campaign};
+use host_link::session::Session;
 use robot_model::explain::Answer;
 use robot_model::explain::explain;
 use sim_target::{Lab, Options, Scenario, SimTarget};
@@ -31,8 +31,8 @@ impl User {
     pub fn with(scenario: &Scenario) -> Self {
         scenario.validate().expect("a physical robot");
         let mut target = SimTarget::new(scenario, Options::default()).expect("no flash file");
-        let (lab, wire) = (target.lab(), Wire::Sim(target.host_wire()));
-        let mut session = Session::new(wire, Clock::Virtual, 1, "sim".into());
+        let lab = target.lab();
+        let mut session = sim_link::session(&target.host_wire(), 1, "sim");
         let opened = target.run(future::or(session.open(), std::future::pending()));
         opened.expect("the simulated robot answers");
         let desk = tempfile::tempdir().expect("a folder for the campaign");
@@ -44,7 +44,7 @@ impl User {
     }
 
     /// `beeline campaign record --plan PLAN`
-    pub fn record(&mut self, plan: &Plan) {
+    pub fn record(&mut self, plan: &CampaignPlan) {
         self.drive(plan, true, 0.0);
     }
 
@@ -58,7 +58,7 @@ impl User {
         self.drive(&extra.plan, false, extra.later_s);
     }
 
-    fn drive(&mut self, plan: &Plan, whole: bool, later_s: f64) {
+    fn drive(&mut self, plan: &CampaignPlan, whole: bool, later_s: f64) {
         let settings =
             RecordSettings { period_ms: PERIOD_MS, whole, later_s, ..RecordSettings::default() };
         let (session, folder) = (&mut self.session, self.desk.path().join("robot"));

@@ -3,7 +3,7 @@
 use beeline_tests::judge::{Eye, Verdict, judge_all, judge_scenario, quartiles};
 use beeline_tests::robot::on_robot;
 use host_cli::calibrate::{Instrument, Settings, Step, calibrate};
-use host_cli::port::BAUD_MIN;
+use host_link::address::BAUD_MIN;
 use sim_target::Scenario;
 
 /// Drawn for the bench too, where there are 200.

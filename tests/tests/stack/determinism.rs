@@ -1,7 +1,7 @@
 //! The same seed gives the same bytes.
 
 use beeline_tests::robot::on_robot;
-use host_cli::motion::{self, Motion, RecordOptions};
+use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::{Encoder, Hello, WheelPair};
 use sim_target::plant::PlantFault;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget};

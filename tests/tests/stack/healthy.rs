@@ -1,7 +1,7 @@
 //! Nothing trips on a robot that is well.
 
 use beeline_tests::robot::{meters, on_robot};
-use host_cli::motion::Motion;
+use host_link::motion::Motion;
 use shared_proto::{Command, Config, MotionEnd, TravelUnit, Wheel, WheelPair};
 use sim_target::Scenario;
 

@@ -208,7 +208,7 @@ fn a_reboot_in_the_middle_is_noticed() {
         }
     });
     let error = with_robot(&port, &SimOptions::default(), async |session, _| {
-        session.ask(Command::Arm).await.map(drop)
+        Ok(session.ask(Command::Arm).await.map(drop)?)
     })
     .expect_err("it restarted");
     assert!(error.to_string().contains("restarted"), "{error}");

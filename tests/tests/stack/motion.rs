@@ -1,7 +1,7 @@
 //! New commands while the robot moves: no jump, whatever is asked when.
 
 use beeline_tests::robot::{Robot, meters, on_robot};
-use host_cli::motion::{Motion, RecordOptions, drive};
+use host_link::motion::{Motion, RecordOptions, drive};
 use shared_proto::{Command, MotionEnd, Refusal, State, Telemetry, Wheel};
 use sim_target::Scenario;
 

@@ -2,7 +2,7 @@
 
 use beeline_tests::judge::{Eye, judge_scenario};
 use beeline_tests::robot::{Sight, TTL_MS, meters, on_robot, on_robot_with, with_id};
-use host_cli::motion::{self, RecordOptions};
+use host_link::motion::{self, RecordOptions};
 use shared_proto::{
     Answer, Command, Config, Drive, MotionEnd, MotionId, Refusal, State, Telemetry, WheelPair,
 };

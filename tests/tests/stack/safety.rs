@@ -3,7 +3,7 @@
 //! Judged by the plant: a driver that is off carries exactly no current, whatever the firmware says.
 
 use beeline_tests::robot::{Robot, Sight, TTL_MS, meters, on_robot};
-use host_cli::motion::Motion;
+use host_link::motion::Motion;
 use shared_proto::{Command, Fault, FaultReport, Refusal, State, Wheel, WheelPair};
 use sim_target::plant::PlantFault;
 use sim_target::{Scenario, now_us};

@@ -1,11 +1,11 @@
 //! Plans: from a state of motion to a standstill at the target.
 
-use shared_proto::{Config, Drive, GeometryConfig, MotionError, TravelUnit, WheelPair};
+use shared_proto::{Config, Drive, DriveSi, GeometryConfig, MotionError, WheelPair};
 
-use super::course::{Course, Phase};
-use super::ramps::{Ramps, Task, ceil, position_steps};
-use super::{Position, ProfileState, Velocity};
-use crate::real::{above, larger, nearest, real, smaller};
+use super::ramps::{Ramps, WheelMove, ceil, position_steps};
+use super::state::{Position, ProfileState, Velocity};
+use super::trajectory::{Phase, Trajectory};
+use crate::soft_float::{is_above, max, min, nearest, to_f64};
 use crate::units::{CONTROL_HZ, Travel};
 
 /// A step \[m\]: 2^-64.
@@ -29,7 +29,7 @@ pub struct Plan {
     len_ticks: u32,
     /// False if there is no start to wait for: a blank plan is all zeros, and takes no flash.
     pub(super) has_start: bool,
-    pub(super) courses: WheelPair<Course>,
+    pub(super) trajectories: WheelPair<Trajectory>,
 }
 
 impl Plan {
@@ -38,20 +38,20 @@ impl Plan {
         start_tick: 0,
         len_ticks: 0,
         has_start: false,
-        courses: WheelPair::both(Course::ORIGIN),
+        trajectories: WheelPair::both(Trajectory::ORIGIN),
     };
 
     #[inline]
-    fn new(start_tick: u32, courses: WheelPair<Course>) -> Plan {
-        let len_ticks = courses.left.len_ticks().max(courses.right.len_ticks());
-        Plan { start_tick, len_ticks, has_start: true, courses }
+    fn new(start_tick: u32, trajectories: WheelPair<Trajectory>) -> Plan {
+        let len_ticks = trajectories.left.len_ticks().max(trajectories.right.len_ticks());
+        Plan { start_tick, len_ticks, has_start: true, trajectories }
     }
 
     /// Stands still, from now on.
     #[inline]
     pub fn hold(at: WheelPair<Travel>) -> Plan {
-        let courses = at.map(|travel| Course::hold(Position::from(travel).0.to_bits()));
-        Plan { has_start: false, ..Plan::new(0, courses) }
+        let trajectories = at.map(|travel| Trajectory::hold(Position::from(travel).0.to_bits()));
+        Plan { has_start: false, ..Plan::new(0, trajectories) }
     }
 
     /// The motion that `drive` asks for, from the state `from` at `start_tick`.
@@ -70,34 +70,36 @@ impl Plan {
         drive: &Drive,
         config: &Config,
     ) -> Result<Plan, MotionError> {
-        let order = Order::new(drive, config)?;
-        let tasks = order.distances.zip(from).map(|(distance, from)| Task {
+        let drive = DriveInTicks::new(drive, config)?;
+        let moves = drive.distances.zip(from).map(|(distance, from)| WheelMove {
             distance,
             velocity: velocity_m_per_tick(&from),
-            half: order.half,
-            cruise: order.cruise,
+            half: drive.half,
+            cruise: drive.cruise,
         });
         let mut ramps = if from.all(|from| from.velocity == Velocity::default()) {
-            proportionate(&tasks)
+            proportionate(&moves)
         } else {
-            tasks.as_ref().map(Ramps::quickest)
+            moves.as_ref().map(Ramps::quickest)
         };
         if ramps.as_ref().any(|ramps| {
-            above(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
-                || above(ramps.duration(), Drive::DURATION_S_MAX * HZ)
+            is_above(ramps.longest_ramp(), Drive::RAMP_S_MAX * HZ)
+                || is_above(ramps.duration(), Drive::DURATION_S_MAX * HZ)
         }) {
             return Err(MotionError::TooLong);
         }
-        let duration = larger(ramps.left.duration(), ramps.right.duration());
-        let courses = ramps.as_mut().zip(from).map(|(ramps, from)| {
+        let duration = max(ramps.left.duration(), ramps.right.duration());
+        let trajectories = ramps.as_mut().zip(from).map(|(ramps, from)| {
             ramps.stretch(duration);
-            ramps.course(from.position.0.to_bits())
+            ramps.trajectory(from.position.0.to_bits())
         });
-        let too_far = |course: &Course| course.target().0.to_bits().unsigned_abs() >= POSITION_MAX;
-        if courses.as_ref().any(too_far) {
+        let too_far = |trajectory: &Trajectory| {
+            trajectory.target().0.to_bits().unsigned_abs() >= POSITION_MAX
+        };
+        if trajectories.as_ref().any(too_far) {
             return Err(MotionError::TooFar);
         }
-        Ok(Plan::new(start_tick, courses))
+        Ok(Plan::new(start_tick, trajectories))
     }
 
     /// Brakes both wheels in proportion, so that they come to rest together and the path keeps its
@@ -107,26 +109,26 @@ impl Plan {
         /// Longer than any `Drive` takes: only a deceleration that no configuration has asks for it.
         const DURATION_MAX: f64 = (u32::MAX / 2) as f64;
         let velocities = from.as_ref().map(velocity_m_per_tick);
-        let fastest = larger(velocities.left.abs(), velocities.right.abs());
-        let duration = smaller(fastest / (deceleration_mps2 / (HZ * HZ)), DURATION_MAX);
+        let fastest = max(velocities.left.abs(), velocities.right.abs());
+        let duration = min(fastest / (deceleration_mps2 / (HZ * HZ)), DURATION_MAX);
         let end_tick = ceil(duration).max(1);
-        let courses = from.zip(velocities).map(|(from, velocity)| {
+        let trajectories = from.zip(velocities).map(|(from, velocity)| {
             let (position, velocity_steps) = (from.position.0.to_bits(), from.velocity.0.to_bits());
             if velocity_steps == 0 {
-                return Course::hold(position);
+                return Trajectory::hold(position);
             }
             let half = nearest(velocity / (2.0 * duration), STEP_BITS);
             let target = position + position_steps(0.5 * velocity * duration);
-            Course::brake(Phase::new(0, position, velocity_steps, -half), end_tick, target)
+            Trajectory::brake(Phase::new(0, position, velocity_steps, -half), end_tick, target)
         });
-        Plan::new(start_tick, courses)
+        Plan::new(start_tick, trajectories)
     }
 
     /// State of both wheels at `tick`: that at the start before it, that at the target after the end.
     #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let elapsed = self.elapsed(tick);
-        self.courses.map(|course| course.at(elapsed).state())
+        self.trajectories.map(|trajectory| trajectory.at(elapsed).state())
     }
 
     /// Tick at which the plan begins.
@@ -142,7 +144,7 @@ impl Plan {
     /// Where the plan ends.
     #[inline]
     pub fn target(&self) -> WheelPair<Travel> {
-        self.courses.map(|course| course.target().into())
+        self.trajectories.map(|trajectory| trajectory.target().into())
     }
 
     /// Ticks since the start, 0 before it.
@@ -156,55 +158,27 @@ impl Plan {
     }
 }
 
-/// A valid [`Drive`] in metres and ticks.
-struct Order {
+/// A valid [`Drive`] in metres and ticks, steered against the robot's pull.
+struct DriveInTicks {
     distances: WheelPair<f64>,
     cruise: f64,
     half: f64,
 }
 
-impl Order {
+impl DriveInTicks {
     #[inline]
     fn new(drive: &Drive, config: &Config) -> Result<Self, MotionError> {
-        let positive = |value: f64| value.is_finite() && above(value, 0.0);
-        if !positive(drive.cruise)
-            || !positive(drive.acceleration)
-            || !drive.distance.all(f64::is_finite)
-        {
-            return Err(MotionError::NotPositive);
-        }
-        if !Drive::TTL_MS.contains(&drive.ttl_ms) {
-            return Err(MotionError::TimeToLive);
-        }
-        let unit_m = match drive.unit {
-            TravelUnit::Meter => 1.0,
-            TravelUnit::WheelRevolution => core::f64::consts::TAU * config.geometry.wheel_radius_m,
-        };
-        let (cruise_mps, acceleration_mps2) = (drive.cruise * unit_m, drive.acceleration * unit_m);
-        let distances_m = drive.distance.map(|distance| distance * unit_m);
-        if distances_m.any(|distance| above(distance.abs(), Drive::DISTANCE_M_MAX)) {
-            return Err(MotionError::TooFar);
-        }
-        if above(cruise_mps, config.limits.speed_mps_max) {
-            return Err(MotionError::TooFast);
-        }
-        if above(acceleration_mps2, config.limits.acceleration_mps2_max) {
-            return Err(MotionError::TooSteep);
-        }
-        let distances_m = steered(distances_m, &config.geometry);
-        if distances_m.all(|distance| above(STEP_M, distance.abs())) {
+        let DriveSi { distance_m, cruise_mps, acceleration_mps2 } = drive.to_si(config)?;
+        let distances = steered(distance_m, &config.geometry);
+        if distances.all(|distance| is_above(STEP_M, distance.abs())) {
             return Err(MotionError::NoDistance);
         }
-        let order = Self {
-            distances: distances_m,
-            cruise: cruise_mps / HZ,
-            half: acceleration_mps2 / (2.0 * HZ * HZ),
-        };
-        // So slow that one step of 2^-64 is too much.
-        if above(STEP_M, order.cruise) || above(STEP_M, order.half) {
+        let (cruise, half) = (cruise_mps / HZ, acceleration_mps2 / (2.0 * HZ * HZ));
+        // So slow that it is less than one step of 2^-64 m.
+        if is_above(STEP_M, cruise) || is_above(STEP_M, half) {
             return Err(MotionError::TooLong);
         }
-        Ok(order)
+        Ok(Self { distances, cruise, half })
     }
 }
 
@@ -228,17 +202,17 @@ fn steered(distances_m: WheelPair<f64>, geometry: &GeometryConfig) -> WheelPair<
 
 #[inline]
 fn velocity_m_per_tick(state: &ProfileState) -> f64 {
-    real(state.velocity.0.to_bits()) * STEP_M
+    to_f64(state.velocity.0.to_bits()) * STEP_M
 }
 
 /// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
 #[inline]
-fn proportionate(tasks: &WheelPair<Task>) -> WheelPair<Ramps> {
-    if !above(tasks.right.distance.abs(), tasks.left.distance.abs()) {
-        let left = Ramps::quickest(&tasks.left);
-        WheelPair::new(left, left.in_proportion(tasks.right.distance))
+fn proportionate(moves: &WheelPair<WheelMove>) -> WheelPair<Ramps> {
+    if !is_above(moves.right.distance.abs(), moves.left.distance.abs()) {
+        let left = Ramps::quickest(&moves.left);
+        WheelPair::new(left, left.in_proportion(moves.right.distance))
     } else {
-        let right = Ramps::quickest(&tasks.right);
-        WheelPair::new(right.in_proportion(tasks.left.distance), right)
+        let right = Ramps::quickest(&moves.right);
+        WheelPair::new(right.in_proportion(moves.left.distance), right)
     }
 }

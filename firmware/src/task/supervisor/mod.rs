@@ -24,8 +24,8 @@ use crate::hal::{BoardInfo, Store};
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
-use crate::real::whole;
 use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
+use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
 
 /// A plan starts this many ticks after it was made: planning may take most of that on a slow MCU.
@@ -89,7 +89,7 @@ struct Supervisor<'a, M: RawMutex, S> {
     /// A motion that waits for its time or for the end of the encoder check, and where the wheels were before it.
     waiting: Option<(Drive, WheelPair<ProfileState>)>,
     /// When that motion begins, if it does not begin at once.
-    set_off: Option<Instant>,
+    start_at: Option<Instant>,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
     /// The order given last.
@@ -118,7 +118,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             motions: 0,
             alive_until: Instant::MIN,
             waiting: None,
-            set_off: None,
+            start_at: None,
             plan: None,
             order_id: 0,
             after_stop: State::Armed,
@@ -158,12 +158,12 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                     _ => {}
                 }
             }
-            ControlEvent::ClearAsked => {
+            ControlEvent::ClearRequested => {
                 if let Some(report) = self.shared.fault.report()
                     && report.fault == Fault::EmergencyStop
                 {
                     // Refused where the host would be refused.
-                    let _ = self.obey_clear(report.number);
+                    let _ = self.execute_clear(report.number);
                 }
             }
             // Of an order that another has replaced; faults are looked at below, every time.
@@ -175,15 +175,15 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         let now = Instant::now();
         match self.state {
             State::Driving => {
-                if now >= self.heard() + self.link_timeout() {
+                if now >= self.last_heard() + self.link_timeout() {
                     self.shared.raise(Fault::LinkLost, now.as_micros());
                 } else if now >= self.alive_until {
                     self.shared.raise(Fault::TimeToLive, now.as_micros());
-                } else if self.set_off.is_some_and(|set_off| now >= set_off) {
+                } else if self.start_at.is_some_and(|start_at| now >= start_at) {
                     self.end_wait();
                 }
             }
-            State::Armed if now >= self.heard() + ARMED_SILENCE => self.disarm(),
+            State::Armed if now >= self.last_heard() + ARMED_SILENCE => self.disarm(),
             _ => {}
         }
     }
@@ -192,17 +192,17 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn deadline(&self) -> Option<Instant> {
         match self.state {
             State::Driving => {
-                let silence = self.alive_until.min(self.heard() + self.link_timeout());
-                Some(self.set_off.map_or(silence, |set_off| set_off.min(silence)))
+                let silence = self.alive_until.min(self.last_heard() + self.link_timeout());
+                Some(self.start_at.map_or(silence, |start_at| start_at.min(silence)))
             }
-            State::Armed => Some(self.heard() + ARMED_SILENCE),
+            State::Armed => Some(self.last_heard() + ARMED_SILENCE),
             _ => None,
         }
     }
 
     fn on_fault(&mut self) {
         let Some(report) = self.shared.fault.report() else { return };
-        let cut = self.shared.fault.cuts_motors();
+        let cut = self.shared.fault.forces_motors_off();
         match self.state {
             State::Faulted => {}
             State::Driving if !cut => {
@@ -243,27 +243,27 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         self.order_id
     }
 
-    fn ahead(&self) -> u32 {
+    fn plan_start_tick(&self) -> u32 {
         self.shared.snapshot.get().measured.tick.wrapping_add(PLAN_AHEAD_TICKS)
     }
 
-    fn heard(&self) -> Instant {
+    fn last_heard(&self) -> Instant {
         Instant::from_micros(self.shared.heard_us.get())
     }
 
     fn link_timeout(&self) -> Duration {
-        Duration::from_micros(whole(self.config.protection.link_timeout_s * 1e6, 0) as u64)
+        Duration::from_micros(truncate(self.config.protection.link_timeout_s * 1e6, 0) as u64)
     }
 
     fn supply_mv_min(&self) -> u16 {
-        whole(self.config.protection.supply_v_min * 1000.0, 0) as u16
+        truncate(self.config.protection.supply_v_min * 1000.0, 0) as u16
     }
 
     /// Hands the configuration to the control tasks, and waits until they have measured with it:
     /// nothing is armed before the supply is known, nor planned from travel in the old scale.
     async fn configure(&mut self) {
         self.probed = false;
-        self.hand_over();
+        self.publish_settings();
         // The tick that is under way may still be one of before.
         let before = self.shared.snapshot.get().measured.tick;
         while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
@@ -272,7 +272,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     }
 
     #[inline(never)]
-    fn hand_over(&self) {
+    fn publish_settings(&self) {
         let config = &self.config;
         self.shared.capture_settings.put(CaptureSettings::new(config));
         self.shared.loop_settings.put(LoopSettings {

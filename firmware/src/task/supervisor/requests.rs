@@ -42,14 +42,14 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Does what takes no waiting, and answers.
     #[inline(never)]
     fn reply(&mut self, request: &Request, waited: Result<(), Refusal>) {
-        let outcome = waited.and_then(|()| self.obey(&request.command));
+        let outcome = waited.and_then(|()| self.execute(&request.command));
         // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
         // from hearing a renewal or from missing one. Whoever gets no reply asks again.
         let reply = Reply { id: request.id, outcome };
         let _ = self.shared.outgoing.try_send(Outgoing::Reply(reply));
     }
 
-    fn obey(&mut self, command: &Command) -> Result<Answer, Refusal> {
+    fn execute(&mut self, command: &Command) -> Result<Answer, Refusal> {
         match *command {
             Command::Identify => Ok(Answer::Identity(self.identity())),
             Command::Status => Ok(Answer::Status(self.status())),
@@ -58,7 +58,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::ReadConfig | Command::RestoreConfig(_) => {
                 Ok(Answer::Config(self.config.clone()))
             }
-            Command::Arm => self.obey_arm(),
+            Command::Arm => self.execute_arm(),
             Command::Disarm => {
                 match self.state {
                     State::Armed => self.disarm(),
@@ -70,7 +70,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 }
                 Ok(Answer::Done)
             }
-            Command::Drive(ref drive) => self.obey_drive(drive),
+            Command::Drive(ref drive) => self.execute_drive(drive),
             Command::Renew { motion, ttl_ms } => {
                 if self.motion != Some(motion) {
                     return Err(Refusal::NoSuchMotion);
@@ -88,7 +88,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 self.shared.raise(Fault::EmergencyStop, Instant::now().as_micros());
                 Ok(Answer::Done)
             }
-            Command::ClearFault { number } => self.obey_clear(number),
+            Command::ClearFault { number } => self.execute_clear(number),
             Command::Subscribe { period_ms } => {
                 if period_ms > 1000 {
                     return Err(Refusal::Period);
@@ -103,15 +103,15 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
     }
 
-    fn obey_arm(&mut self) -> Result<Answer, Refusal> {
+    fn execute_arm(&mut self) -> Result<Answer, Refusal> {
         self.not_faulted()?;
         if self.state == State::Idle {
             let now_us = Instant::now().as_micros();
-            let lines = self.shared.lines.get();
+            let inputs = self.shared.safety_inputs.get();
             let supply_mv = self.shared.snapshot.get().supply_mv;
-            if lines.emergency_stop {
+            if inputs.emergency_stop {
                 self.shared.raise(Fault::EmergencyStop, now_us);
-            } else if lines.driver_fault {
+            } else if inputs.driver_fault {
                 self.shared.raise(Fault::Driver, now_us);
             } else if supply_mv < self.supply_mv_min() {
                 self.shared.raise(Fault::SupplyLow, now_us);
@@ -122,7 +122,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(Answer::Done)
     }
 
-    fn obey_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
+    fn execute_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
         self.not_faulted()?;
         if self.motion == Some(drive.motion) {
             // Heard before. If it still drives, this counts as a renewal.
@@ -141,8 +141,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if !Drive::TTL_MS.contains(&drive.ttl_ms) {
             return Err(Refusal::Motion(MotionError::TimeToLive));
         }
-        let set_off = drive.start_us.map(|start_us| self.set_off_at(start_us)).transpose()?;
-        let start = self.ahead();
+        let start_at = drive.start_us.map(|start_us| self.start_instant(start_us)).transpose()?;
+        let start = self.plan_start_tick();
         let from = match (&self.plan, &self.waiting) {
             (Some(plan), _) => plan.at(start),
             (None, Some((_, from))) => *from,
@@ -157,8 +157,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.motion = Some(drive.motion);
         self.motion_end = None;
         self.renew(drive.ttl_ms)?;
-        if let Some(set_off) = set_off {
-            self.begin_wait(*drive, from, set_off);
+        if let Some(start_at) = start_at {
+            self.begin_wait(*drive, from, start_at);
         } else if self.probed {
             self.follow(plan);
         } else {
@@ -168,7 +168,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// When to begin a motion so that `start_us` is its first control tick: half a tick before.
-    fn set_off_at(&self, start_us: u64) -> Result<Instant, Refusal> {
+    fn start_instant(&self, start_us: u64) -> Result<Instant, Refusal> {
         if self.state != State::Armed {
             return Err(Refusal::State(self.state));
         }
@@ -180,17 +180,17 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(at)
     }
 
-    pub(super) fn obey_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
+    pub(super) fn execute_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
         match self.shared.fault.report() {
             None if number == self.shared.fault.last_number() => Ok(Answer::Done),
             None => Err(Refusal::NoSuchFault),
             Some(report) if report.number != number => Err(Refusal::NoSuchFault),
             Some(_) if self.state != State::Faulted => Err(Refusal::State(self.state)),
             Some(report) => {
-                let lines = self.shared.lines.get();
+                let inputs = self.shared.safety_inputs.get();
                 let supply_low = self.shared.snapshot.get().supply_mv < self.supply_mv_min();
-                if lines.emergency_stop
-                    || lines.driver_fault
+                if inputs.emergency_stop
+                    || inputs.driver_fault
                     || (supply_low && report.fault == Fault::SupplyLow)
                 {
                     return Err(Refusal::CauseRemains);

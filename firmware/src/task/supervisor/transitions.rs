@@ -30,7 +30,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let counts = self.shared.snapshot.get().measured.counts;
         let probe = Probe::new(&self.config, counts, drive.distance.map(Direction::of));
         self.waiting = Some((drive, from));
-        self.set_off = None;
+        self.start_at = None;
         self.plan = None;
         self.shared.check(id, probe);
         self.enter(State::Driving);
@@ -41,16 +41,16 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         &mut self,
         drive: Drive,
         from: WheelPair<ProfileState>,
-        set_off: Instant,
+        start_at: Instant,
     ) {
         self.waiting = Some((drive, from));
-        self.set_off = Some(set_off);
+        self.start_at = Some(start_at);
         self.enter(State::Driving);
     }
 
     /// Driving to driving: it is time.
     pub(super) fn end_wait(&mut self) {
-        self.set_off = None;
+        self.start_at = None;
         let Some((drive, from)) = self.waiting.take() else { return };
         if self.probed {
             self.follow_drive(&drive, from);
@@ -61,7 +61,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Driving to driving: the encoder check or the wait is over.
     pub(super) fn follow_drive(&mut self, drive: &Drive, from: WheelPair<ProfileState>) {
-        match Plan::drive(self.ahead(), from, drive, &self.config) {
+        match Plan::drive(self.plan_start_tick(), from, drive, &self.config) {
             Ok(plan) => self.follow(plan),
             // It was planned once before; the configuration is the same.
             Err(_) => self.begin_stop(State::Armed),
@@ -72,7 +72,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) fn follow(&mut self, plan: Plan) {
         let id = self.next_order();
         self.waiting = None;
-        self.set_off = None;
+        self.start_at = None;
         self.shared.follow(id, &plan);
         self.plan = Some(plan);
         self.enter(State::Driving);
@@ -83,7 +83,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.after_stop = then;
         match self.plan.take() {
             Some(plan) => {
-                let start = self.ahead();
+                let start = self.plan_start_tick();
                 let deceleration = self.config.limits.stop_deceleration_mps2;
                 let stop = Plan::stop(start, plan.at(start), deceleration);
                 let id = self.next_order();
@@ -94,7 +94,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             // Only the encoder check or a wait was under way: nothing moves that needs a ramp.
             None => {
                 self.waiting = None;
-                self.set_off = None;
+                self.start_at = None;
                 self.shared.order.put(Order::Rest);
                 self.enter(State::Stopping);
                 self.end_stop();
@@ -131,7 +131,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
         self.plan = None;
         self.waiting = None;
-        self.set_off = None;
+        self.start_at = None;
         self.enter(State::Faulted);
     }
 

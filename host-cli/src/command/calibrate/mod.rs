@@ -7,19 +7,19 @@ mod teller;
 use std::path::Path;
 
 use serde_json::json;
-use sim_target::Lab;
 
 use self::outcome::finish;
 use self::teller::Teller;
 use super::drive::straight;
-use crate::calibrate::{Instrument, Settings, calibrate};
-use crate::cli::{CalibrateArgs, Common, Measure, Method};
+use super::instrument::instrument;
+use crate::calibrate::{Settings, calibrate};
+use crate::cli::{CalibrateArgs, Common, Method};
 use crate::error::{Error, Result};
-use crate::file::check_writable;
 use crate::limits;
 use crate::port::with_robot;
 use crate::ui::say;
 use crate::undo::{Undo, WheelWeight, state_folder};
+use campaign::file::check_writable;
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     let umbmark = args.method == Method::Umbmark;
@@ -119,30 +119,4 @@ fn undo(common: &Common) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-pub(super) fn instrument(args: &CalibrateArgs, lab: Option<Lab>) -> Result<Instrument> {
-    let measure = args.measure.clone().unwrap_or(match lab {
-        Some(_) => Measure::Camera,
-        None => Measure::Ask,
-    });
-    let confirm = !args.yes;
-    match (measure, lab) {
-        (Measure::Camera, Some(lab)) => Ok(Instrument::Camera(lab, 0)),
-        (Measure::Ruler, Some(lab)) => Ok(Instrument::Ruler(lab)),
-        (Measure::Camera | Measure::Ruler, None) => {
-            Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
-                .hint("--measure ask, or --measure track:FILE"))
-        }
-        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
-            .hint("--measure ask, or --measure track:FILE")),
-        (Measure::Ask, _) => Ok(Instrument::Person { resolution_m: args.ruler.m, confirm }),
-        (Measure::Track(path), _) => Ok(Instrument::TrackFile {
-            path,
-            position_sigma_m: args.position_sigma.m,
-            heading_sigma_rad: args.heading_sigma.rad,
-            confirm,
-            seen: 0,
-        }),
-    }
 }

@@ -11,10 +11,10 @@ use crate::command::drive::straight;
 use crate::command::identify::display_name;
 use crate::command::wheel_weight;
 use crate::error::{Error, Result};
-use crate::file::write_whole;
 use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+use campaign::file::write_whole;
 
 /// Says what came of it, and draws it.
 pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()> {

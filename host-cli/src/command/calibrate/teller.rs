@@ -1,6 +1,6 @@
 //! What the user is told while a calibration goes on.
 
-use crate::calibrate::{Checks, Drive, Measurement, Settings, Step, believable};
+use crate::calibrate::{Checks, Drive, Measurement, Settings, Step, plausibility};
 use crate::cli::{CalibrateArgs, Common};
 use crate::command::identify::display_name;
 use crate::quantity::{LengthUnit, plus_minus};
@@ -103,7 +103,7 @@ impl Teller {
                 ));
                 let weight = &measurement.wheel_weight;
                 note(format_args!("  W_T        {}", plus_minus(weight.value, weight.sigma)));
-                if let Some(doubt) = believable::doubt(weight.value) {
+                if let Some(doubt) = plausibility::doubt(weight.value) {
                     warn(doubt);
                 }
             }

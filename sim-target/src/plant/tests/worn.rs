@@ -35,18 +35,18 @@ fn rolled_rad(turned: WheelPair<f64>) -> f64 {
 }
 
 #[test]
-fn a_robot_with_an_oddity_that_touches_nothing_moves_as_the_plain_one_to_the_last_bit() {
+fn a_defect_that_touches_nothing_leaves_the_motion_the_same_to_the_last_bit() {
     let mut far = PlantParameters::default();
     far.floor.wet = Some(WetPatch { x_m: 50.0, y_m: 0.0, radius_m: 1.0, friction: 0.1 });
-    let (mut plain, mut odd) = (robot(PlantParameters::default()), robot(far));
-    for plant in [&mut plain, &mut odd] {
+    let (mut ideal, mut defective) = (robot(PlantParameters::default()), robot(far));
+    for plant in [&mut ideal, &mut defective] {
         drive(plant, 0.5, 0.3, 2_000_000);
         drive(plant, -0.4, 0.4, 1_000_000);
         drive(plant, 0.0, 0.0, 500_000);
     }
-    assert_eq!(plain.pose(), odd.pose());
-    assert_eq!(plain.counts(), odd.counts());
-    assert_eq!(plain.energy_j(), odd.energy_j());
+    assert_eq!(ideal.pose(), defective.pose());
+    assert_eq!(ideal.counts(), defective.counts());
+    assert_eq!(ideal.energy_j(), defective.energy_j());
 }
 
 #[test]

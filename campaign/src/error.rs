@@ -1,0 +1,313 @@
+//! What can be wrong with a campaign, and where.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use robot_model::checks::{BadRow, Mismatch};
+
+use super::convention::Meant;
+use super::robot_toml::Simulated;
+
+/// A place in a file, lines and columns from 1; zero where there is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file or folder.
+    pub file: PathBuf,
+    /// Line, 0 for the file as a whole.
+    pub line: u64,
+    /// Column: the character in a TOML file, the cell in a CSV file; 0 for the line as a whole.
+    pub column: u64,
+}
+
+impl Place {
+    /// The place of a byte in a text.
+    pub fn of_byte(file: &Path, text: &str, byte: usize) -> Self {
+        let before = &text[..text.floor_char_boundary(byte)];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Self {
+            file: file.into(),
+            line: before.matches('\n').count() as u64 + 1,
+            column: before[line_start..].chars().count() as u64 + 1,
+        }
+    }
+
+    /// A file or folder as a whole.
+    pub fn whole(file: &Path) -> Self {
+        Self { file: file.into(), line: 0, column: 0 }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if self.line > 0 {
+            write!(f, ", line {}", self.line)?;
+        }
+        if self.column > 0 {
+            write!(f, ", column {}", self.column)?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a campaign could not be read or written.
+#[derive(Debug)]
+pub struct CampaignError {
+    /// Where.
+    pub place: Place,
+    /// What is wrong.
+    pub problem: String,
+    /// What to try.
+    pub hint: String,
+    /// The system's own error, if it was the cause.
+    pub cause: Option<io::Error>,
+}
+
+impl CampaignError {
+    /// A problem, and what to try.
+    pub fn new(place: Place, problem: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { place, problem: problem.into(), hint: hint.into(), cause: None }
+    }
+
+    /// What the system refused to do with a file.
+    pub fn io(path: &Path, doing: &str, cause: io::Error) -> Self {
+        let hint = match cause.kind() {
+            io::ErrorKind::NotFound => "check the path",
+            io::ErrorKind::PermissionDenied => "check who may read and write there",
+            io::ErrorKind::StorageFull => "make room on the disk",
+            io::ErrorKind::InvalidData => "it must be UTF-8 text",
+            _ => "check the path and the disk",
+        };
+        Self {
+            place: Place::whole(path),
+            problem: format!("cannot {doing}"),
+            hint: hint.into(),
+            cause: Some(cause),
+        }
+    }
+}
+
+impl fmt::Display for CampaignError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.problem)?;
+        if let Some(cause) = &self.cause {
+            write!(f, " ({cause})")?;
+        }
+        write!(f, "; {}", self.hint)
+    }
+}
+
+impl std::error::Error for CampaignError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.cause.as_ref().map(|cause| cause as _)
+    }
+}
+
+/// Something that was passed over, but should be known.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// A column that no campaign has.
+    UnknownColumn {
+        /// Where.
+        place: Place,
+        /// Its name.
+        name: String,
+    },
+    /// A clock that can hardly be in seconds.
+    Clock {
+        /// Where.
+        place: Place,
+        /// The fastest that a wheel turns by it \[rad/s\].
+        rate_rad_s: f64,
+    },
+    /// The last pose of a run lies far from where its wheels led from the first one.
+    Stray {
+        /// Where.
+        place: Place,
+        /// How far, if its position does \[m\].
+        position_m: Option<f64>,
+        /// How far, if its heading does \[rad\].
+        heading_rad: Option<f64>,
+    },
+    /// So are those of so many runs that none of them is misread.
+    Strays {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// How many runs.
+        runs: usize,
+        /// Of how many.
+        of: usize,
+        /// What would make them sound.
+        because: Option<Meant>,
+    },
+    /// One run alone cannot be of the robot that drove the others.
+    Another {
+        /// Where.
+        place: Place,
+        /// What it cannot be.
+        found: Mismatch,
+    },
+    /// Most poses of one run lie far from where its wheels led.
+    Beside {
+        /// Where.
+        place: Place,
+        /// How far the middle one is off \[m\].
+        off_m: f64,
+    },
+    /// A single row that no robot drove.
+    Glitch {
+        /// Where.
+        place: Place,
+        /// What is off.
+        found: BadRow,
+    },
+    /// Headings are turned against the way that the robot rolls, in all runs alike.
+    Crooked {
+        /// Where.
+        place: Place,
+        /// By how much, counter-clockwise positive \[rad\].
+        turned_rad: f64,
+    },
+    /// Runs were measured by something else than `robot.toml` says.
+    OtherNoise {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// The key.
+        name: &'static str,
+        /// What it says.
+        there: f64,
+        /// What was measured with.
+        here: f64,
+    },
+    /// A campaign of one simulated robot is gone on with by another.
+    OtherRobot {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// Which it was.
+        before: Simulated,
+        /// Which it is.
+        now: Simulated,
+    },
+    /// Runs of which nobody said when they began.
+    NoStart {
+        /// The campaign's `robot.toml`.
+        place: Place,
+        /// How many runs.
+        runs: usize,
+        /// Of how many.
+        of: usize,
+    },
+}
+
+/// `0.31 m and 90 degrees`, of what is off.
+pub fn how_far(position_m: Option<f64>, heading_rad: Option<f64>) -> String {
+    let position = position_m.map(|m| format!("{m:.2} m"));
+    let heading = heading_rad.map(|rad| format!("{:.0} degrees", rad.to_degrees().abs()));
+    [position, heading].into_iter().flatten().collect::<Vec<_>>().join(" and ")
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownColumn { place, name } => {
+                write!(f, "{place}: the column `{name}` is not known and was ignored")
+            }
+            Self::Clock { place, rate_rad_s } => {
+                let deg = rate_rad_s.to_degrees();
+                write!(
+                    f,
+                    "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
+                     degrees in a second; give seconds"
+                )
+            }
+            Self::Stray { place, position_m, heading_rad } => {
+                let off = how_far(*position_m, *heading_rad);
+                write!(
+                    f,
+                    "{place}: the run ends {off} from where its wheels led: it was misread, the robot was moved, \
+                     or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
+                )
+            }
+            Self::Strays { place, of, because: Some(it), .. } => write!(
+                f,
+                "{place}: wheels and poses of the {of} runs do not fit together; with {it} they do"
+            ),
+            Self::Strays { place, runs, of, because: None } => write!(
+                f,
+                "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; check \
+                 wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
+            ),
+            Self::Another { place, found } => {
+                let (what, columns) = match found {
+                    Mismatch::Travel { times } => (
+                        format!("got {times:.2} times as far as its wheels rolled"),
+                        "the units of x_m, y_m and counts",
+                    ),
+                    Mismatch::Backwards => (
+                        "went back where its wheels rolled ahead".to_owned(),
+                        "the signs of counts and heading_rad",
+                    ),
+                    Mismatch::Turns { times } if *times < 0.0 => (
+                        "turned the other way than its wheels turned it".to_owned(),
+                        "the signs of heading_rad and the order of the counts",
+                    ),
+                    Mismatch::Turns { times } => (
+                        format!("turned {times:.2} times as far as its wheels turned it"),
+                        "heading_rad and counts",
+                    ),
+                };
+                write!(
+                    f,
+                    "{place}: in this run alone the robot {what}: make {columns} those of the other runs, \
+                     or leave it out if somebody pushed the robot"
+                )
+            }
+            Self::Beside { place, off_m } => write!(
+                f,
+                "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
+                 make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
+            ),
+            Self::Glitch { place, found } => match found {
+                BadRow::Jump { rolled_m, .. } => write!(
+                    f,
+                    "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
+                     the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
+                ),
+                BadRow::Spike { off_m, .. } => write!(
+                    f,
+                    "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
+                     heading_rad of this row"
+                ),
+            },
+            Self::Crooked { place, turned_rad } => write!(
+                f,
+                "{place}: headings are turned by {:+.1} degrees against the way that the robot rolls, in all runs alike; \
+                 what measures them sits crooked on the robot: take {turned_rad:.4} off heading_rad",
+                turned_rad.to_degrees()
+            ),
+            Self::OtherNoise { place, name, there, here } => {
+                write!(
+                    f,
+                    "{place}: {name} = {there} is not how well this run was measured ({here}); a campaign \
+                     has one noise: use a folder of its own for each way of measuring"
+                )
+            }
+            Self::OtherRobot { place, before, now } => write!(
+                f,
+                "{place}: the simulated robot of this campaign was {before}, and now it is {now}: runs of two robots \
+                 are explained by neither; use a folder of its own for each"
+            ),
+            Self::NoStart { place, runs, of } => {
+                let which =
+                    if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
+                write!(
+                    f,
+                    "{place}: started_s is missing for {which} runs, so nothing can show that the \
+                     robot changes with time (thermal_drift), whatever is recorded next; add started_s to \
+                     each [[run]] there, in seconds on one clock"
+                )
+            }
+        }
+    }
+}

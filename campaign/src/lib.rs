@@ -1,0 +1,59 @@
+//! Campaign folders: recorded runs of one robot, in files that people and other loggers can write.
+//!
+//! ```text
+//! my-robot/
+//!   robot.toml            what is nominal, and facts about single runs      -> [`RobotFile`]
+//!   runs/01_straight.csv  one row per sample, SI units in the column names  -> [`Row`]
+//!   plan.toml             the runs to drive, if it was planned              -> [`plan`]
+//!   model.toml            the effects that its owner believes in            -> [`model`]
+//! ```
+//!
+//! ```no_run
+//! # fn main() -> Result<(), campaign::CampaignError> {
+//! let folder = std::path::Path::new("my-robot");
+//! let campaign = campaign::Campaign::read(folder)?;
+//! let recordings = campaign.to_model(folder)?;
+//! println!("{} runs of {}", recordings.runs.len(), campaign.robot.name);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Whatever is wrong with a file is said with its place, the problem and what to try ([`CampaignError`]); what is
+//! only odd is a [`Warning`]. What can be wrong with the data is found in `robot-model`, and put into words here.
+//! Nothing here prints, asks, or knows a robot that is there.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`read`], [`write`] | whole folders |
+//! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
+//! | `to_recording` | a campaign as `robot-model` takes it |
+//! | `checks`, [`convention`] | runs that no robot can have driven, and axes that are meant otherwise |
+//! | [`model`] | `model.toml` |
+//! | [`plan`] | `plan.toml`, and the runs that are worth driving |
+//! | [`track`], [`growing`] | track files, and those that are still being written |
+//! | [`mod@file`] | files that appear whole or not at all |
+
+mod checks;
+pub mod convention;
+pub mod error;
+pub mod file;
+pub mod growing;
+pub mod model;
+pub mod plan;
+pub mod read;
+pub mod robot_toml;
+pub mod row;
+pub mod table;
+mod to_recording;
+pub mod track;
+pub mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use convention::{Convention, Meant};
+pub use error::{CampaignError, Place, Warning, how_far};
+pub use read::{Campaign, Run, read_run};
+pub use robot_toml::{RobotFile, RunFacts, Simulated, mean_radius_m};
+pub use row::{Column, Row};
+pub use write::{CampaignWriter, RunWriter};

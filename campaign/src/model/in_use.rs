@@ -1,0 +1,175 @@
+//! What a robot compensates already, as the model of the campaign that is recorded on it.
+//!
+//! ```text
+//! rho = 2 (W_T - 1) / (W_T + 1),   s = R_L (1 + W_T) / (2 R) - 1,   delta = b' / b - 1     (1)
+//! ```
+//!
+//! W_T, R_L and b' are in the robot's configuration, and the heading pull as it is; R and b in the campaign's
+//! `robot.toml`; (1) is the inverse of what `beeline apply` writes. Counts are raw, so an effect that is compensated shows in them as before:
+//! without this a campaign would name it as missing. The values are exact: what is in use is not measured.
+
+use std::path::Path;
+
+use robot_model::effect::find;
+use robot_model::explain::ParameterFound;
+use shared_proto::Config;
+
+use super::{EffectEntry, ModelFile};
+use crate::robot_toml::mean_radius_m;
+use crate::{CampaignError, Place, RobotFile};
+
+/// Less is rounding: a file has fewer digits than a configuration.
+const NOTHING: f64 = 1e-9;
+
+/// The effects that a robot with this configuration compensates, seen from this nominal robot.
+pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
+    let in_use = &config.geometry;
+    let weight = in_use.wheel_weight;
+    // (1)
+    let values = [
+        ("wheel_radius_ratio", 2.0 * (weight - 1.0) / (weight + 1.0)),
+        ("wheel_radius_scale", mean_radius_m(in_use) / nominal.wheel_radius_m - 1.0),
+        ("track_width", in_use.track_width_m / nominal.track_width_m - 1.0),
+        ("heading_pull", in_use.heading_pull_rad_per_m),
+    ];
+    values.into_iter().filter(|(_, value)| value.abs() > NOTHING).filter_map(entry).collect()
+}
+
+fn entry((id, value): (&str, f64)) -> Option<EffectEntry> {
+    let effect = find(id)?;
+    let of = effect.facts().parameters.first()?;
+    let (name, unit) = (of.name.to_owned(), of.unit.to_owned());
+    let parameter = ParameterFound { name, unit, value, sigma: 0.0, low95: value, high95: value };
+    Some(EffectEntry { effect, parameters: vec![parameter], in_use: true })
+}
+
+/// What came of [`keep`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// There is nothing to say: nothing is compensated, or it is what the model says.
+    Nothing,
+    /// The model of a new campaign has the effects of these ids.
+    Written(Vec<&'static str>),
+    /// The robot compensates other values by now than when the campaign was begun.
+    Changed(&'static str),
+}
+
+/// Puts what the robot compensates into the model of a campaign that has no run yet; a model that is there
+/// stays as it is.
+///
+/// A campaign without a run whose model is of another configuration is refused. One with runs goes on: as
+/// counts are raw, runs from before and after a change of the configuration belong together.
+pub fn keep(
+    folder: &Path,
+    nominal: &RobotFile,
+    config: &Config,
+    has_runs: bool,
+) -> Result<Kept, CampaignError> {
+    let place = ModelFile::place(folder);
+    let effects = effects(nominal, config);
+    if place.exists() {
+        let there = ModelFile::read(&place)?;
+        return match changed(&there, &effects) {
+            None => Ok(Kept::Nothing),
+            Some(id) if has_runs => Ok(Kept::Changed(id)),
+            Some(id) => {
+                let problem = format!("the robot compensates another {id} by now than it says");
+                let hint = "remove it, as there is no run yet, or choose another folder";
+                Err(CampaignError::new(Place::whole(&place), problem, hint))
+            }
+        };
+    }
+    if has_runs || effects.is_empty() {
+        return Ok(Kept::Nothing);
+    }
+    let ids = effects.iter().map(EffectEntry::id).collect();
+    let model = ModelFile { effects, ..ModelFile::default() };
+    model.write_new(&place, &nominal.name)?;
+    Ok(Kept::Written(ids))
+}
+
+/// The first effect in use that has another value now than in a model; what was fitted since has its own.
+fn changed(model: &ModelFile, now: &[EffectEntry]) -> Option<&'static str> {
+    // What six digits leave of it.
+    let same = |a: f64, b: f64| (a - b).abs() <= 1e-5 * a.abs() + NOTHING;
+    let value = |it: &EffectEntry| it.parameters.first().map_or(0.0, |it| it.value);
+    let now_of = |id: &str| now.iter().find(|it| it.id() == id).map_or(0.0, value);
+    let there = model.in_use();
+    there.iter().find(|it| !same(value(it), now_of(it.id()))).map(|it| it.id())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn calibrated() -> Config {
+        let mut config = Config::default();
+        config.geometry.wheel_weight = 0.99;
+        config.geometry.wheel_radius_m = 0.0361;
+        config
+    }
+
+    fn values(nominal: &RobotFile, config: &Config) -> Vec<(&'static str, f64)> {
+        let entries = effects(nominal, config);
+        entries.iter().map(|it| (it.id(), it.parameters[0].value)).collect()
+    }
+
+    #[test]
+    fn a_robot_as_it_left_the_factory_compensates_nothing() {
+        let config = Config::default();
+        assert!(values(&RobotFile::of(&config), &config).is_empty());
+    }
+
+    #[test]
+    fn seen_from_its_own_mean_radius_a_robot_compensates_the_ratio_alone() {
+        let config = calibrated();
+        let [(id, rho)] = values(&RobotFile::of(&config), &config)[..] else { panic!() };
+        assert_eq!(id, "wheel_radius_ratio");
+        // Back again by apply's (1).
+        assert!(((1.0 + rho / 2.0) / (1.0 - rho / 2.0) - 0.99).abs() < 1e-15);
+    }
+
+    #[test]
+    fn seen_from_another_nominal_robot_scale_and_track_are_in_use_too() {
+        let nominal = RobotFile::of(&Config::default());
+        let mut config = calibrated();
+        config.geometry.track_width_m *= 1.02;
+        config.geometry.heading_pull_rad_per_m = -0.004;
+        let found = values(&nominal, &config);
+        let ids: Vec<&str> = found.iter().map(|it| it.0).collect();
+        assert_eq!(
+            ids,
+            ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"]
+        );
+        assert_eq!(found[3].1, -0.004);
+        let mean_m = nominal.wheel_radius_m * (1.0 + found[1].1);
+        let left_m = mean_m * (1.0 - found[0].1 / 2.0);
+        assert!((left_m - 0.0361).abs() < 1e-15, "{left_m}");
+        assert!((found[2].1 - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_model_that_is_there_stays_and_another_configuration_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (folder, place) = (folder.path(), ModelFile::place(folder.path()));
+        let config = calibrated();
+        let nominal = RobotFile::of(&config);
+        let keep = |config: &Config, has_runs| keep(folder, &nominal, config, has_runs);
+        // Runs from before: what is known of them is for their owner to say.
+        assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
+        assert!(!place.exists());
+        assert_eq!(keep(&config, false).unwrap(), Kept::Written(vec!["wheel_radius_ratio"]));
+        let text = std::fs::read_to_string(&place).unwrap();
+        assert!(text.contains("robot's configuration") && text.contains("in_use = true"), "{text}");
+        assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
+        let mut other = calibrated();
+        other.geometry.wheel_weight = 1.001;
+        assert_eq!(keep(&other, true).unwrap(), Kept::Changed("wheel_radius_ratio"));
+        let error = keep(&other, false).unwrap_err().to_string();
+        assert!(error.contains("another wheel_radius_ratio"), "{error}");
+        assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
+        // Once fitted, it says what was fitted, not what is in use.
+        std::fs::write(&place, text.replace("in_use = true\n", "")).unwrap();
+        assert_eq!(keep(&other, false).unwrap(), Kept::Nothing);
+    }
+}

@@ -1,0 +1,144 @@
+//! `model.toml`: which effects a user believes in, with their fitted values; and effects of the user's own.
+//!
+//! ```toml
+//! [[effect]]
+//! id = "side_slip"
+//! parameters.k = { value = 0.021, sigma = 0.001, low95 = 0.019, high95 = 0.023, unit = "s" }
+//!
+//! [[custom]]
+//! id = "my_term"
+//! target = "dtheta"
+//! per = "second"
+//! expression = "k * v^2 * omega"
+//! unit.k = "s^2/m^2"
+//! ```
+//!
+//! A `[[custom]]` declares an effect, so that `explain` asks about it too; only an `[[effect]]` of its id
+//! puts it into the model. `in_use = true` marks one that the robot compensated when its runs were recorded,
+//! at the value in its configuration ([`in_use`]).
+
+pub mod in_use;
+mod raw;
+mod read;
+#[cfg(test)]
+mod tests;
+mod validate;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use robot_model::compare::Assumed;
+use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, find};
+use robot_model::estimation::ErrorPair;
+use robot_model::estimation::OdometryNoise;
+use robot_model::explain::ParameterFound;
+
+pub use read::{caret, custom_from_equation, equation_error, hint_for};
+
+/// A model as in `model.toml`.
+#[derive(Clone, Debug, Default)]
+pub struct ModelFile {
+    /// The user's own effects, declared.
+    pub customs: Vec<&'static CustomEffect>,
+    /// The effects of the model, in their order.
+    pub effects: Vec<EffectEntry>,
+    /// How well it fits, if it was fitted.
+    pub fit: Option<FitEntry>,
+}
+
+/// One effect of the model.
+#[derive(Clone, Debug)]
+pub struct EffectEntry {
+    /// Which.
+    pub effect: &'static dyn Effect,
+    /// Its fitted parameters; empty before a fit.
+    pub parameters: Vec<ParameterFound>,
+    /// The values are those that the robot compensated when the runs were recorded; nothing was fitted.
+    pub in_use: bool,
+}
+
+impl EffectEntry {
+    /// One without values yet.
+    pub fn unfitted(effect: &'static dyn Effect) -> Self {
+        Self { effect, parameters: Vec::new(), in_use: false }
+    }
+
+    /// Which.
+    pub fn id(&self) -> &'static str {
+        self.effect.facts().id
+    }
+}
+
+/// What a fit left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitEntry {
+    /// How many runs it was fitted to.
+    pub runs: usize,
+    /// Errors of the nominal robot.
+    pub nominal: ErrorPair,
+    /// Errors of the model.
+    pub errors: ErrorPair,
+    /// The noise that goes with it.
+    pub noise: OdometryNoise,
+}
+
+impl ModelFile {
+    /// Where the model of a campaign lies.
+    pub fn place(campaign: &Path) -> PathBuf {
+        campaign.join("model.toml")
+    }
+
+    /// The effect of this id, of the catalogue or of the user's own.
+    pub fn find(&self, id: &str) -> Option<&'static dyn Effect> {
+        let own = self.customs.iter().find(|it| it.facts().id == id);
+        own.map(|it| *it as &'static dyn Effect).or_else(|| find(id))
+    }
+
+    /// All effects that can be asked about: the catalogue and the user's own.
+    pub fn catalogue(&self) -> Vec<&'static dyn Effect> {
+        let own = self.customs.iter().map(|it| *it as &'static dyn Effect);
+        CATALOGUE.into_iter().chain(own).collect()
+    }
+
+    /// The effects of the model.
+    pub fn chosen(&self) -> Vec<&'static dyn Effect> {
+        self.effects.iter().map(|it| it.effect).collect()
+    }
+
+    /// What the robot compensated when the runs were recorded, and nothing was fitted to since.
+    pub fn in_use(&self) -> Vec<&EffectEntry> {
+        self.effects.iter().filter(|it| it.in_use).collect()
+    }
+
+    /// The model at its fitted values; the id of the first effect that has none as an error.
+    pub fn assumed(&self) -> Result<Vec<Assumed>, &'static str> {
+        let assumed = |it: &EffectEntry| {
+            let facts = it.effect.facts();
+            let values: Option<Vec<f64>> = facts
+                .parameters
+                .iter()
+                .map(|p| it.parameters.iter().find(|found| found.name == p.name))
+                .map(|found| found.map(|it| it.value))
+                .collect();
+            values.map(|values| Assumed { effect: it.effect, values }).ok_or(facts.id)
+        };
+        self.effects.iter().map(assumed).collect()
+    }
+
+    /// Declares an effect of the user's own, under an id that is still free.
+    pub fn declare(
+        &mut self,
+        custom: &Custom,
+    ) -> Result<&'static CustomEffect, Box<robot_model::effect::custom::CustomError>> {
+        let mut custom = custom.clone();
+        let wanted = custom.id.clone();
+        let mut number = 1;
+        while self.customs.iter().any(|it| it.facts().id == custom.id) {
+            number += 1;
+            custom.id = format!("{wanted}_{number}");
+        }
+        let effect = custom.build().map_err(Box::new)?;
+        self.customs.push(effect);
+        Ok(effect)
+    }
+}

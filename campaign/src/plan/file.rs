@@ -1,0 +1,359 @@
+//! A plan as a TOML file, to be edited and given back.
+//!
+//! ```toml
+//! acceleration_mps2 = 0.3
+//!
+//! [[run]]
+//! name = "out_and_back_east"
+//! kind = "out-and-back"
+//! heading_deg = 0                # which way it faces at its start
+//! pieces = [
+//!   { straight_m = 1.8, speed_mps = 0.12 },          # backwards if negative
+//!   { spin_deg = -90, speed_mps = 0.1 },             # speed of the rims; clockwise if negative
+//!   { arc_deg = 324, radius_m = 0.4, speed_mps = 0.1 },   # speed of the middle; to the right if negative
+//!   { rest_s = 1 },
+//! ]
+//! ```
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use robot_model::recording::Piece;
+use serde::Deserialize;
+use shared_proto::Config;
+use toml::Spanned;
+
+use super::{CampaignPlan, DURATION_S_MAX, PlannedRun};
+use crate::{CampaignError, Place};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPlan {
+    acceleration_mps2: Spanned<f64>,
+    #[serde(default)]
+    run: Vec<RawRun>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRun {
+    name: Spanned<String>,
+    #[serde(default)]
+    kind: Option<String>,
+    #[serde(default)]
+    heading_deg: Option<Spanned<f64>>,
+    #[serde(default)]
+    payload_kg: Option<Spanned<f64>>,
+    #[serde(default)]
+    held_out: bool,
+    #[serde(default)]
+    shows: String,
+    pieces: Spanned<Vec<Spanned<RawPiece>>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPiece {
+    straight_m: Option<f64>,
+    spin_deg: Option<f64>,
+    arc_deg: Option<f64>,
+    radius_m: Option<f64>,
+    speed_mps: Option<f64>,
+    rest_s: Option<f64>,
+}
+
+/// The plan of a campaign, in its folder: whoever goes on goes on with the same one.
+pub fn plan_path(folder: &Path) -> PathBuf {
+    folder.join("plan.toml")
+}
+
+impl CampaignPlan {
+    /// Reads a plan.
+    pub fn read(file: &Path) -> Result<Self, CampaignError> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|error| CampaignError::io(file, "read it", error))?;
+        Self::parse(file, &text)
+    }
+
+    /// Reads a plan; `file` is what errors call it.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
+        let raw: RawPlan = toml::from_str(text).map_err(|error| {
+            let place = error
+                .span()
+                .map_or_else(|| Place::whole(file), |it| Place::of_byte(file, text, it.start));
+            let hint = "`beeline campaign plan -o plan.toml` writes one to start from";
+            CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
+        })?;
+        let fail = |byte: usize, problem: String, hint: &str| {
+            CampaignError::new(Place::of_byte(file, text, byte), problem, hint)
+        };
+        let acceleration_mps2 = *raw.acceleration_mps2.get_ref();
+        if !(acceleration_mps2 > 0.0 && acceleration_mps2.is_finite()) {
+            let problem = format!("acceleration_mps2 = {acceleration_mps2} cannot be");
+            return Err(fail(raw.acceleration_mps2.span().start, problem, "it must be above zero"));
+        }
+        if raw.run.is_empty() {
+            let problem = "there is no run in this plan";
+            return Err(CampaignError::new(Place::whole(file), problem, "add a [[run]]"));
+        }
+        let mut runs: Vec<PlannedRun> = Vec::new();
+        for raw in raw.run {
+            let (name, name_at) = (raw.name.get_ref().clone(), raw.name.span().start);
+            let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+            if name.is_empty() || !name.chars().all(sound) {
+                let problem = format!("`{name}` cannot be the name of a run");
+                return Err(fail(name_at, problem, "use letters, digits, - and _"));
+            }
+            if runs.iter().any(|run| run.name == name) {
+                let problem = format!("there are two runs named `{name}`");
+                return Err(fail(name_at, problem, "give each a name of its own"));
+            }
+            let number = |it: &Option<Spanned<f64>>, what: &str, least: f64| match it {
+                None => Ok(0.0),
+                Some(it) if *it.get_ref() >= least && it.get_ref().is_finite() => Ok(*it.get_ref()),
+                Some(it) => {
+                    let problem = format!("{what} = {} cannot be", it.get_ref());
+                    Err(fail(
+                        it.span().start,
+                        problem,
+                        "it must be a finite number, a load not negative",
+                    ))
+                }
+            };
+            let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
+            let payload_kg = number(&raw.payload_kg, "payload_kg", 0.0)?;
+            if raw.pieces.get_ref().is_empty() {
+                let problem = format!("the run `{name}` does nothing");
+                return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
+            }
+            let pieces = raw.pieces.get_ref().iter().map(|it| {
+                piece(it.get_ref()).map_err(|problem| {
+                    let hint = "a piece is { straight_m, speed_mps }, { spin_deg, speed_mps }, { arc_deg, radius_m, speed_mps } or { rest_s }";
+                    fail(it.span().start, problem, hint)
+                })
+            });
+            let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
+            let run = PlannedRun {
+                kind: raw.kind.unwrap_or_else(|| "mixed".into()),
+                heading_rad: heading_deg.to_radians(),
+                payload_kg,
+                held_out: raw.held_out,
+                shows: raw.shows,
+                pieces,
+                name,
+            };
+            // A spin takes as long as the track is wide. Here it is not known: what is too long for the
+            // narrowest is for any, and `check_durations` knows more.
+            let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
+            if duration_s > DURATION_S_MAX {
+                let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
+                return Err(fail(
+                    name_at,
+                    problem,
+                    "an hour is the most: check speeds and distances",
+                ));
+            }
+            runs.push(run);
+        }
+        Ok(Self { acceleration_mps2, runs })
+    }
+
+    /// The plan as TOML, which [`Plan::parse`] reads back.
+    pub fn to_toml(&self) -> String {
+        let mut text = format!(
+            "# A campaign of beeline: `beeline campaign record FOLDER --plan THIS_FILE` drives it.\n\
+             # Metres, seconds, degrees; left and counter-clockwise positive; backwards negative.\n\
+             acceleration_mps2 = {}    # ramps of the faster wheel\n",
+            self.acceleration_mps2
+        );
+        let quoted = |text: &str| toml::Value::String(text.into()).to_string();
+        for run in &self.runs {
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "\n[[run]]\nname = {}\nkind = {}\n",
+                quoted(&run.name),
+                quoted(&run.kind)
+            );
+            if run.heading_rad != 0.0 {
+                let _ = writeln!(text, "heading_deg = {}", degrees(run.heading_rad));
+            }
+            if run.payload_kg != 0.0 {
+                let _ = writeln!(text, "payload_kg = {}", run.payload_kg);
+            }
+            if run.held_out {
+                text.push_str("held_out = true    # kept aside: nothing is fitted to it\n");
+            }
+            if !run.shows.is_empty() {
+                let _ = writeln!(text, "shows = {}", quoted(&run.shows));
+            }
+            text.push_str("pieces = [\n");
+            for piece in &run.pieces {
+                let _ = writeln!(text, "  {},", line(piece));
+            }
+            text.push_str("]\n");
+        }
+        text
+    }
+}
+
+fn line(piece: &Piece) -> String {
+    // Micrometres: no 0.24499999999999997 for people to read.
+    let short = |value: f64| (value * 1e6).round() / 1e6;
+    match *piece {
+        Piece::Straight { travel_m, speed_mps } => {
+            let (travel_m, speed_mps) = (short(travel_m), short(speed_mps));
+            format!("{{ straight_m = {travel_m}, speed_mps = {speed_mps} }}")
+        }
+        Piece::Spin { turn_rad, speed_mps } => {
+            format!("{{ spin_deg = {}, speed_mps = {} }}", degrees(turn_rad), short(speed_mps))
+        }
+        Piece::Arc { radius_m, turn_rad, speed_mps } => {
+            let deg = degrees(turn_rad);
+            let (radius_m, speed_mps) = (short(radius_m), short(speed_mps));
+            format!("{{ arc_deg = {deg}, radius_m = {radius_m}, speed_mps = {speed_mps} }}")
+        }
+        Piece::Rest { duration_s } => format!("{{ rest_s = {duration_s} }}"),
+    }
+}
+
+/// Degrees without the last digits that only rounding put there.
+fn degrees(rad: f64) -> f64 {
+    (rad.to_degrees() * 1e9).round() / 1e9
+}
+
+/// A piece, or what is wrong with it.
+fn piece(raw: &RawPiece) -> Result<Piece, String> {
+    let RawPiece { straight_m, spin_deg, arc_deg, radius_m, speed_mps, rest_s } = *raw;
+    let speed = || match speed_mps {
+        Some(speed_mps) if speed_mps > 0.0 && speed_mps.is_finite() => Ok(speed_mps),
+        Some(speed_mps) => Err(format!("speed_mps = {speed_mps} must be above zero")),
+        None => Err("speed_mps is missing".to_owned()),
+    };
+    let far = |name: &str, value: f64| {
+        if value != 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            Err(format!("{name} = {value} must be a number, and not zero"))
+        }
+    };
+    match (straight_m, spin_deg, arc_deg, radius_m, rest_s) {
+        (Some(travel_m), None, None, None, None) => {
+            Ok(Piece::Straight { travel_m: far("straight_m", travel_m)?, speed_mps: speed()? })
+        }
+        (None, Some(deg), None, None, None) => {
+            Ok(Piece::Spin { turn_rad: far("spin_deg", deg)?.to_radians(), speed_mps: speed()? })
+        }
+        (None, None, Some(deg), Some(radius_m), None) => {
+            if !(radius_m > 0.0 && radius_m.is_finite()) {
+                return Err(format!("radius_m = {radius_m} must be above zero"));
+            }
+            let turn_rad = far("arc_deg", deg)?.to_radians();
+            Ok(Piece::Arc { radius_m, turn_rad, speed_mps: speed()? })
+        }
+        (None, None, None, None, Some(duration_s)) => {
+            if speed_mps.is_some() {
+                Err("a rest has no speed".into())
+            } else if duration_s > 0.0 && duration_s.is_finite() {
+                Ok(Piece::Rest { duration_s })
+            } else {
+                Err(format!("rest_s = {duration_s} must be above zero"))
+            }
+        }
+        (None, None, Some(_), None, None) => Err("an arc needs radius_m".into()),
+        _ => Err("a piece is one of straight, spin, arc and rest".into()),
+    }
+}
+
+/// The narrowest track that a configuration may have \[m\].
+fn track_width_m_min() -> f64 {
+    let track = Config::FIELDS.iter().find(|it| it.path == "geometry.track_width_m");
+    track.map_or(0.0, |it| it.min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::PlanSettings;
+    use proptest::prelude::*;
+
+    fn parse(text: &str) -> Result<CampaignPlan, CampaignError> {
+        CampaignPlan::parse(Path::new("plan.toml"), text)
+    }
+
+    #[test]
+    fn a_written_plan_reads_back_as_it_was() {
+        let plan =
+            CampaignPlan::usual(&PlanSettings { payload_kg: 2.5, ..PlanSettings::default() })
+                .unwrap();
+        let back = parse(&plan.to_toml()).unwrap();
+        assert_eq!(back.runs.len(), plan.runs.len());
+        for (a, b) in plan.runs.iter().zip(&back.runs) {
+            assert_eq!((&a.name, &a.kind, &a.shows), (&b.name, &b.kind, &b.shows));
+            assert_eq!((a.payload_kg, a.held_out), (b.payload_kg, b.held_out));
+            // Through degrees and back: nine digits.
+            assert!((a.heading_rad - b.heading_rad).abs() < 1e-10);
+            assert_eq!(line(&a.pieces[0]), line(&b.pieces[0]));
+            assert_eq!(a.pieces.len(), b.pieces.len());
+        }
+        assert_eq!(back.to_toml(), plan.to_toml());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_plan_is_said_with_line_and_column() {
+        let run =
+            |pieces: &str| format!("acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n{pieces}\n");
+        let cases = [
+            ("acceleration_mps2 = -1\n".to_owned(), 1, 21, "cannot be"),
+            ("acceleration_mps2 = 0.3\nspeed = 2\n".to_owned(), 2, 1, "unknown field"),
+            ("acceleration_mps2 = 0.3\n".to_owned(), 0, 0, "no run"),
+            (run("pieces = [{ straight_m = 1 }]"), 4, 11, "speed_mps is missing"),
+            (run("pieces = [\n  { spin_deg = 0, speed_mps = 1 }]"), 5, 3, "not zero"),
+            (run("pieces = [{ arc_deg = 9, speed_mps = 1 }]"), 4, 11, "radius_m"),
+            (run("pieces = [{ rest_s = 1, speed_mps = 1 }]"), 4, 11, "no speed"),
+            (run("pieces = [{ straight_m = 1, rest_s = 1 }]"), 4, 11, "one of"),
+            (run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"), 3, 8, "would take"),
+            (run("pieces = [{ spin_deg = 3600000, speed_mps = 0.1 }]"), 3, 8, "would take"),
+            (run("pieces = []"), 4, 10, "does nothing"),
+            (run("held_out = 1\npieces = [{ rest_s = 1 }]"), 4, 12, "expected a boolean"),
+            (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "cannot be"),
+            (run("pieces = [{ straight_m = 1, speed_mps = fast }]"), 4, 41, ""),
+            (run("").replace("\"a\"", "\"../a\"") + "pieces = []", 3, 8, "name of a run"),
+        ];
+        for (text, line, column, problem) in cases {
+            let error = parse(&text).unwrap_err();
+            assert_eq!((error.place.line, error.place.column), (line, column), "{text}{error}");
+            assert!(error.problem.contains(problem), "{error}");
+            assert!(!error.hint.is_empty());
+        }
+        let twice =
+            run("pieces = [{ rest_s = 1 }]\n[[run]]\nname = \"a\"\npieces = [{ rest_s = 1 }]");
+        assert!(parse(&twice).unwrap_err().problem.contains("two runs"));
+    }
+
+    #[test]
+    fn how_long_a_spin_takes_is_a_matter_of_the_track() {
+        // 100 turns of 0.37 m are 117 m at 0.02 m/s; of a robot with a tenth of that track 12 m.
+        let plan = parse(
+            "acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n\
+             pieces = [{ spin_deg = 36000, speed_mps = 0.02 }]\n",
+        )
+        .unwrap();
+        assert!(plan.check_durations(0.0372).is_ok());
+        let error = plan.check_durations(0.372).unwrap_err().to_string();
+        assert!(error.contains("the run a would take 58"), "{error}");
+    }
+
+    proptest! {
+        #[test]
+        fn mangled_plans_are_read_or_refused_and_nothing_panics(
+            cut in 0_usize..3000, insert in "\\PC{0,6}", drop in 0_usize..40
+        ) {
+            let mut text = CampaignPlan::usual(&PlanSettings::default()).unwrap().to_toml();
+            let cut = text.floor_char_boundary(cut.min(text.len()));
+            let end = text.floor_char_boundary((cut + drop).min(text.len()));
+            text.replace_range(cut..end, &insert);
+            let _ = parse(&text);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Reads campaign folders, with one clear error for each way they can be wrong.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::robot_toml::place_of_run;
+use super::table::Table;
+use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning, checks};
+
+/// A campaign as read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Campaign {
+    /// The robot.
+    pub robot: RobotFile,
+    /// Its runs, in the order of their names.
+    pub runs: Vec<Run>,
+    /// What was passed over.
+    pub warnings: Vec<Warning>,
+}
+
+/// One recorded run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// File name without `.csv`.
+    pub name: String,
+    /// What `robot.toml` says about it.
+    pub facts: RunFacts,
+    /// Its samples, at least two.
+    pub rows: Vec<Row>,
+}
+
+impl Campaign {
+    /// Reads a campaign folder.
+    pub fn read(folder: &Path) -> Result<Self, CampaignError> {
+        let toml = folder.join("robot.toml");
+        let robot = RobotFile::read(&toml)?;
+        let files = run_files(folder)?;
+        if files.is_empty() {
+            let problem = "there are no runs in this campaign";
+            let hint = "put at least one .csv file into its folder runs";
+            return Err(CampaignError::new(Place::whole(folder), problem, hint));
+        }
+        let mut campaign = Self { robot, runs: Vec::new(), warnings: Vec::new() };
+        for (name, file) in &files {
+            let (rows, warnings) = read_run(file)?;
+            let facts = campaign.robot.runs.iter().find(|facts| facts.name == *name).cloned();
+            let facts =
+                facts.unwrap_or_else(|| RunFacts { name: name.clone(), ..RunFacts::default() });
+            campaign.runs.push(Run { name: name.clone(), facts, rows });
+            campaign.warnings.extend(warnings);
+        }
+        if let Some(facts) = campaign
+            .robot
+            .runs
+            .iter()
+            .find(|facts| files.iter().all(|(name, _)| *name != facts.name))
+        {
+            let place = place_of_run(&toml, &facts.name);
+            let problem = format!("the run `{}` does not exist", facts.name);
+            let hint = format!("there must be a file runs/{}.csv, or no such [[run]]", facts.name);
+            return Err(CampaignError::new(place, problem, hint));
+        }
+        campaign.warnings.extend(campaign.without_start(&toml));
+        campaign.warnings.extend(checks::warnings(folder, &campaign));
+        Ok(campaign)
+    }
+
+    /// Reads a folder that may have no run yet.
+    pub fn read_if_any(folder: &Path) -> Result<Option<Self>, CampaignError> {
+        match Self::read(folder) {
+            Ok(campaign) => Ok(Some(campaign)),
+            Err(error) if error.place == Place::whole(folder) && error.cause.is_none() => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The names of its runs, without their numbers.
+    pub fn plain_names(&self) -> Vec<String> {
+        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
+    }
+
+    /// Drift with time needs to know when each run began, of those that a model is fitted to.
+    fn without_start(&self, toml: &Path) -> Option<Warning> {
+        let fitted = || self.runs.iter().filter(|run| !run.facts.held_out);
+        let (of, told) =
+            (fitted().count(), fitted().filter(|run| run.facts.started_s.is_some()).count());
+        let place = Place::whole(toml);
+        (of > 1 && told < of).then(|| Warning::NoStart { place, runs: of - told, of })
+    }
+}
+
+/// A run's name without its number.
+fn plain(name: &str) -> &str {
+    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
+}
+
+/// The run files of a folder, by name; none if there is no folder `runs`.
+pub(super) fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, CampaignError> {
+    let runs = folder.join("runs");
+    if !runs.exists() {
+        return Ok(Vec::new());
+    }
+    let fail = |error| CampaignError::io(&runs, "list it", error);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(&runs).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        if path.extension().is_some_and(|extension| extension == "csv")
+            && let Some(name) = path.file_stem().and_then(|stem| stem.to_str())
+        {
+            files.push((name.to_owned(), path));
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// Reads one run file.
+pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
+    let required = Column::REQUIRED.map(|column| (column, column.name()));
+    let table = Table::read(file, Column::from_name, Column::Time, &required)?;
+    check_positions(file, &table)?;
+    let rows = table
+        .rows
+        .into_iter()
+        .map(|(_, cells)| {
+            let mut row = Row::default();
+            for (column, value) in cells {
+                row.set(column, value);
+            }
+            row
+        })
+        .collect();
+    Ok((rows, table.warnings))
+}
+
+/// Refuses half a position, which would be passed over without a word.
+fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignError> {
+    let half = |line: u64, has: Column, lacks: Column| {
+        let column = table.column(has).unwrap_or_default();
+        let problem = format!("there is {} without {}", has.name(), lacks.name());
+        let hint = "a position has both: fill the other in, or take this one away";
+        CampaignError::new(Place { file: file.into(), line, column }, problem, hint)
+    };
+    for (has, lacks) in [(Column::X, Column::Y), (Column::Y, Column::X)] {
+        if table.column(has).is_some() && table.column(lacks).is_none() {
+            return Err(half(1, has, lacks));
+        }
+        for (line, cells) in &table.rows {
+            let measured =
+                |column| cells.iter().any(|(it, value)| *it == column && value.is_some());
+            if measured(has) && !measured(lacks) {
+                return Err(half(*line, has, lacks));
+            }
+        }
+    }
+    Ok(())
+}

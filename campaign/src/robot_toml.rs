@@ -1,0 +1,281 @@
+//! `robot.toml`: what is nominal, and facts about single runs.
+
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use shared_proto::{Config, GeometryConfig};
+
+use super::{CampaignError, Place};
+
+/// The robot of a campaign, as in `robot.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotFile {
+    /// What its owner calls it.
+    pub name: String,
+    /// Nominal radius of both wheels \[m\].
+    pub wheel_radius_m: f64,
+    /// Nominal distance between the wheels \[m\].
+    pub track_width_m: f64,
+    /// Encoder counts per encoder revolution as logged; may be fractional.
+    pub counts_per_rev: f64,
+    /// Encoder revolutions per wheel revolution, the paper's 1/g.
+    #[serde(default = "one")]
+    pub gear_reduction: f64,
+    /// Noise of x_m and y_m \[m\]; estimated from the data when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Noise of heading_rad \[rad\]; estimated from the data when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading_sigma_rad: Option<f64>,
+    /// Nominal supply \[V\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply_v: Option<f64>,
+    /// The board's unique number, in hexadecimal: two robots may have the same nominal values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uid: Option<String>,
+    /// How to simulate it again, if it is a simulated one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<Simulated>,
+    /// Facts about single runs.
+    #[serde(rename = "run", default, skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<RunFacts>,
+}
+
+/// Which simulated robot it was. Where a real one is reached is a matter of the machine, and not kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// The scenario's file as the user wrote it, without the folders of one machine; none for the built-in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    /// The seed that replaced the scenario's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+impl fmt::Display for Simulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scenario = self.scenario.as_deref().unwrap_or("the built-in one");
+        match self.seed {
+            Some(seed) => write!(f, "{scenario}, seed {seed}"),
+            None => write!(f, "{scenario}"),
+        }
+    }
+}
+
+/// Facts about one run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunFacts {
+    /// File name without `.csv`.
+    pub name: String,
+    /// When it began, on one clock for the whole campaign \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub started_s: Option<f64>,
+    /// Payload on board \[kg\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload_kg: Option<f64>,
+    /// Kept aside: nothing is fitted to it, it only shows what a model predicts.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub held_out: bool,
+}
+
+/// No wheel, and no calibration, is off by more: what a robot's own campaign has changed on it is less.
+const GEOMETRY_FAR: f64 = 0.1;
+/// A file may have fewer digits than the robot.
+const DIGITS: f64 = 1e-9;
+
+fn one() -> f64 {
+    1.0
+}
+
+/// The mean radius of both wheels \[m\].
+pub fn mean_radius_m(geometry: &GeometryConfig) -> f64 {
+    geometry.wheel_radius_m * (1.0 + geometry.wheel_weight) / 2.0
+}
+
+impl RobotFile {
+    /// What is nominal of a robot with this configuration.
+    ///
+    /// A file has one encoder for both wheels, here the left one. Its radius is the mean of both wheels' in use,
+    /// so that W_T is wheel_radius_ratio alone: see [`crate::model::in_use`].
+    pub fn of(config: &Config) -> Self {
+        let encoder = config.encoder.left;
+        let name = match config.name.as_str() {
+            "" => "unnamed robot",
+            name => name,
+        };
+        Self {
+            name: name.into(),
+            wheel_radius_m: mean_radius_m(&config.geometry),
+            track_width_m: config.geometry.track_width_m,
+            counts_per_rev: encoder.counts_per_rev,
+            gear_reduction: encoder.gear_reduction,
+            position_sigma_m: None,
+            heading_sigma_rad: None,
+            supply_v: None,
+            uid: None,
+            simulated: None,
+            runs: Vec::new(),
+        }
+    }
+
+    /// Reads and checks a `robot.toml`.
+    pub fn read(file: &Path) -> Result<Self, CampaignError> {
+        let text = fs::read_to_string(file).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => CampaignError::new(
+                Place::whole(file),
+                "there is no such file",
+                "a campaign is a folder with a robot.toml and a folder runs",
+            ),
+            io::ErrorKind::NotADirectory => CampaignError::new(
+                Place::whole(file.parent().unwrap_or(file)),
+                "this is a file, not a campaign",
+                "a campaign is a folder with a robot.toml and a folder runs",
+            ),
+            _ => CampaignError::io(file, "read it", error),
+        })?;
+        Self::parse(file, &text)
+    }
+
+    /// Checks what a `robot.toml` says.
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
+        let robot: Self = toml::from_str(text).map_err(|error| {
+            let place = error
+                .span()
+                .map_or_else(|| Place::whole(file), |it| Place::of_byte(file, text, it.start));
+            let problem = error.message().trim().replace('\n', "; ");
+            let hint = hint_for(&problem);
+            CampaignError::new(place, problem, hint)
+        })?;
+        robot.check(file, text)?;
+        Ok(robot)
+    }
+
+    /// Refuses, by name and place, a value that no robot has.
+    pub(super) fn check(&self, file: &Path, text: &str) -> Result<(), CampaignError> {
+        let positive = [
+            ("wheel_radius_m", Some(self.wheel_radius_m)),
+            ("track_width_m", Some(self.track_width_m)),
+            ("counts_per_rev", Some(self.counts_per_rev)),
+            ("gear_reduction", Some(self.gear_reduction)),
+            ("position_sigma_m", self.position_sigma_m),
+            ("heading_sigma_rad", self.heading_sigma_rad),
+            ("supply_v", self.supply_v),
+        ];
+        for (name, value) in positive {
+            if let Some(value) = value
+                && !(value > 0.0 && value.is_finite())
+            {
+                let place = place_of(file, text, 0, name);
+                let problem = format!("{name} = {value} cannot be");
+                return Err(CampaignError::new(place, problem, "it must be a number above zero"));
+            }
+        }
+        for (index, run) in self.runs.iter().enumerate() {
+            if self.runs[..index].iter().any(|earlier| earlier.name == run.name) {
+                let place = place_of(file, text, start_of_run(text, index), "name");
+                let problem = format!("there are two [[run]] named `{}`", run.name);
+                return Err(CampaignError::new(place, problem, "put both into one"));
+            }
+            let facts = [
+                ("started_s", run.started_s, f64::NEG_INFINITY),
+                ("payload_kg", run.payload_kg, 0.0),
+            ];
+            for (name, value, least) in facts {
+                if let Some(value) = value
+                    && !(value >= least && value.is_finite())
+                {
+                    let problem = format!("{name} = {value} cannot be");
+                    let hint = "it must be a finite number, a payload not negative";
+                    let place = place_of(file, text, start_of_run(text, index), name);
+                    return Err(CampaignError::new(place, problem, hint));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The first value in which another robot differs: its name and both values.
+    ///
+    /// The name is no such value, as it can be changed, and a uid is one only where both have it. Wheels and
+    /// track are those of the robot as calibrated: what `apply` writes to it makes it no other robot.
+    pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
+        if let (Some(here), Some(there)) = (&self.uid, &other.uid)
+            && !here.eq_ignore_ascii_case(there)
+        {
+            return Some(("uid", here.clone(), there.clone()));
+        }
+        [
+            ("counts_per_rev", self.counts_per_rev, other.counts_per_rev, DIGITS),
+            ("gear_reduction", self.gear_reduction, other.gear_reduction, DIGITS),
+            ("wheel_radius_m", self.wheel_radius_m, other.wheel_radius_m, GEOMETRY_FAR),
+            ("track_width_m", self.track_width_m, other.track_width_m, GEOMETRY_FAR),
+        ]
+        .into_iter()
+        .find(|(_, a, b, far)| (a - b).abs() > far * a.abs())
+        .map(|(name, a, b, _)| (name, a.to_string(), b.to_string()))
+    }
+}
+
+/// What to do about what the reader of the file says.
+fn hint_for(problem: &str) -> &'static str {
+    if problem.starts_with("missing field `name`") {
+        "the robot and each [[run]] have one: name = \"my-robot\""
+    } else if problem.starts_with("missing field") {
+        "name, wheel_radius_m, track_width_m and counts_per_rev are required"
+    } else if problem.starts_with("unknown field") {
+        "check its spelling, and that it stands above the first [[run]] if it is about the robot, below if about a run"
+    } else if problem.contains("expected f64") {
+        "a number, without quotes and unit, with a decimal point: wheel_radius_m = 0.036"
+    } else if problem.contains("expected a boolean") {
+        "true or false, without quotes"
+    } else if problem.contains("expected a string") {
+        "a text in quotes"
+    } else {
+        "each line is `key = value`, a text in quotes, a number without"
+    }
+}
+
+/// The byte at which the section of a run, counted from 0, begins; 0 if it is written in another way.
+fn start_of_run(text: &str, index: usize) -> usize {
+    let mut start = 0;
+    let headers = text.split_inclusive('\n').filter_map(|line| {
+        let here = start;
+        start += line.len();
+        let name = line.trim_start().strip_prefix("[[")?.split("]]").next()?;
+        (name.trim() == "run").then_some(here)
+    });
+    headers.collect::<Vec<_>>().get(index).copied().unwrap_or(0)
+}
+
+/// Where a key of the robot stands.
+pub(super) fn place_of_key(file: &Path, key: &str) -> Place {
+    place_of(file, &fs::read_to_string(file).unwrap_or_default(), 0, key)
+}
+
+/// Where a key stands, from a byte on.
+fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
+    let mut start = from;
+    for line in text[from..].split_inclusive('\n') {
+        let indent = line.len() - line.trim_start().len();
+        if line.trim_start().strip_prefix(key).is_some_and(|it| it.trim_start().starts_with('=')) {
+            return Place::of_byte(file, text, start + indent);
+        }
+        start += line.len();
+    }
+    Place::whole(file)
+}
+
+/// Where the name of a run stands.
+pub(super) fn place_of_run(file: &Path, name: &str) -> Place {
+    let text = fs::read_to_string(file).unwrap_or_default();
+    match text.find(&format!("\"{name}\"")) {
+        Some(byte) => Place::of_byte(file, &text, byte),
+        None => Place::whole(file),
+    }
+}

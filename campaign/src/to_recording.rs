@@ -1,0 +1,126 @@
+//! A campaign as read, as the model sees it: wheel angles, poses and the yaw rate, each on its own times.
+
+use std::path::Path;
+
+use robot_model::kinematics::WheelPair;
+use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
+
+use super::{Campaign, CampaignError, Place, RobotFile, Row, Run, checks};
+
+impl Campaign {
+    /// The campaign for `robot_model`. `folder` is only for the words of an error.
+    pub fn to_model(
+        &self,
+        folder: &Path,
+    ) -> Result<robot_model::recording::Campaign, CampaignError> {
+        let robot = self.robot.to_model();
+        let runs = self
+            .runs
+            .iter()
+            .map(|run| {
+                let recording = run.to_model(&robot);
+                let file = folder.join("runs").join(format!("{}.csv", run.name));
+                recording.validate().map_err(|error| {
+                    let hint = "a run needs encoder counts of both wheels in at least two rows";
+                    CampaignError::new(Place::whole(&file), error.problem, hint)
+                })?;
+                checks::check(&file, run, &robot, &recording)?;
+                Ok(recording)
+            })
+            .collect::<Result<Vec<_>, CampaignError>>()?;
+        checks::check_all(folder, &robot, &runs)?;
+        if self.runs.iter().all(|run| run.facts.held_out) {
+            let problem = match self.runs.len() {
+                1 => "the only run is held out: none is left to be fitted to".to_owned(),
+                n => format!("all {n} runs are held out: none is left to be fitted to"),
+            };
+            let place = Place::whole(&folder.join("robot.toml"));
+            let hint = "take held_out = true away from the runs that a model is to be fitted to";
+            return Err(CampaignError::new(place, problem, hint));
+        }
+        if !self.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
+            let headings = runs.iter().any(|run| !run.measured_poses.is_empty());
+            let problem = match headings {
+                true => {
+                    "no run of this campaign has measured positions: headings alone are too little"
+                }
+                false => "no run of this campaign has measured poses",
+            };
+            let hint =
+                "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
+            return Err(CampaignError::new(Place::whole(folder), problem, hint));
+        }
+        Ok(robot_model::recording::Campaign { robot, runs })
+    }
+
+    /// Poses are known of the beginning and the end of its runs alone, as a tape tells them.
+    pub fn is_measured_at_ends(&self) -> bool {
+        let poses = || self.runs.iter().map(Run::poses);
+        poses().any(|it| it > 0) && poses().all(|it| it <= 2)
+    }
+
+    /// The runs that say nothing, as nobody measured where the robot was.
+    pub fn without_poses(&self) -> Vec<&str> {
+        let blind = self.runs.iter().filter(|run| !run.has_poses());
+        blind.map(|run| run.name.as_str()).collect()
+    }
+}
+
+impl RobotFile {
+    /// The nominal robot for `robot_model`.
+    pub fn to_model(&self) -> Robot {
+        Robot {
+            wheel_radius_m: self.wheel_radius_m,
+            track_width_m: self.track_width_m,
+            gear_reduction: self.gear_reduction,
+            rad_per_count: std::f64::consts::TAU / (self.counts_per_rev * self.gear_reduction),
+            position_sigma_m: self.position_sigma_m,
+            heading_sigma_rad: self.heading_sigma_rad,
+        }
+    }
+}
+
+impl Run {
+    /// Of how many moments the pose is known.
+    fn poses(&self) -> usize {
+        let posed = |row: &&Row| row.x_m.is_some() || row.heading_rad.is_some();
+        self.rows.iter().filter(posed).count()
+    }
+
+    /// Whether it has a measured position, and anything measured after it.
+    fn has_poses(&self) -> bool {
+        let position = |row: &&Row| row.x_m.is_some() && row.y_m.is_some();
+        let measured = |row: &&Row| position(row) || row.heading_rad.is_some();
+        self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
+    }
+
+    pub(super) fn to_model(&self, robot: &Robot) -> Recording {
+        let mut recording = Recording {
+            name: self.name.clone(),
+            started_s: self.facts.started_s,
+            payload_kg: self.facts.payload_kg.unwrap_or(0.0),
+            held_out: self.facts.held_out,
+            ..Recording::default()
+        };
+        for row in &self.rows {
+            let t_s = row.t_s;
+            if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
+                let phi_rad =
+                    WheelPair::new(left, right).map(|counts| counts * robot.rad_per_count);
+                recording.wheels.push(WheelSample { t_s, phi_rad });
+            }
+            let position_m = row.x_m.zip(row.y_m).map(|(x_m, y_m)| [x_m, y_m]);
+            if position_m.is_some() || row.heading_rad.is_some() {
+                recording.measured_poses.push(PoseMeasurement {
+                    t_s,
+                    position_m,
+                    heading_rad: row.heading_rad,
+                });
+            }
+            if let Some(rate_rad_s) = row.gyro_z_rad_s {
+                recording.gyro.push(GyroSample { t_s, rate_rad_s });
+            }
+        }
+        recording
+    }
+}

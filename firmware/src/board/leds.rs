@@ -1,0 +1,79 @@
+//! What the lights say: one pattern a state, and the log of what happens.
+//!
+//! ```text
+//! boot      all on
+//! idle      green, a short flash each second
+//! armed     green, steady
+//! driving   green steady, blue steady
+//! stopping  blue, fast
+//! faulted   red, fast
+//! ```
+//! A board with one light shows the same pattern on it, whatever its colour.
+
+use embassy_stm32::gpio::{Level, Output};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Ticker};
+use shared_proto::State;
+
+use crate::shared::Shared;
+
+/// Twenty steps to a second.
+const STEP: Duration = Duration::from_millis(50);
+
+/// A pattern is a bit a step.
+const STEPS: u32 = 20;
+const STEADY: u32 = 0xF_FFFF;
+const FLASH: u32 = 0b1;
+const FAST: u32 = 0b0011_0011_0011_0011_0011;
+const DARK: u32 = 0;
+
+/// The board's lights. A board with one light has all in it.
+pub struct Leds {
+    /// All is well.
+    pub green: Output<'static>,
+    /// The robot moves.
+    pub blue: Option<Output<'static>>,
+    /// A fault is latched.
+    pub red: Option<Output<'static>>,
+}
+
+/// Patterns of green, blue and red.
+const fn patterns(state: State) -> [u32; 3] {
+    match state {
+        State::Boot => [STEADY, STEADY, STEADY],
+        State::Idle => [FLASH, DARK, DARK],
+        State::Armed => [STEADY, DARK, DARK],
+        State::Driving => [STEADY, STEADY, DARK],
+        State::Stopping => [DARK, FAST, DARK],
+        State::Faulted => [DARK, DARK, FAST],
+    }
+}
+
+/// Shows the state, for ever, and logs its changes.
+pub async fn run<M: RawMutex>(shared: &Shared<M>, mut leds: Leds) -> ! {
+    let mut ticker = Ticker::every(STEP);
+    let mut logged = (State::Boot, 0);
+    for step in (0..STEPS).cycle() {
+        let state = shared.state.get();
+        let now = (state, shared.fault.last_number());
+        if now != logged {
+            logged = now;
+            defmt::info!("{}, fault {}", state, shared.fault.report());
+        }
+        let on = patterns(state).map(|pattern| pattern >> step & 1 != 0);
+        match (&mut leds.blue, &mut leds.red) {
+            (Some(blue), Some(red)) => {
+                set(&mut leds.green, on[0]);
+                set(blue, on[1]);
+                set(red, on[2]);
+            }
+            _ => set(&mut leds.green, on.contains(&true)),
+        }
+        ticker.next().await;
+    }
+    unreachable!("a cycle does not end")
+}
+
+fn set(led: &mut Output<'static>, on: bool) {
+    led.set_level(if on { Level::High } else { Level::Low });
+}

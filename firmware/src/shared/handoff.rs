@@ -1,0 +1,133 @@
+//! How tasks hand things to each other: a notification, a mailbox, a shared cell.
+
+use core::cell::{Cell, RefCell};
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::Poll;
+
+use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
+use embassy_sync::waitqueue::WakerRegistration;
+
+/// Wakes the one task that waits for it. Two notifications before that task runs count as one.
+pub struct Notify<M: RawMutex> {
+    pending: AtomicBool,
+    waiter: Mutex<M, RefCell<WakerRegistration>>,
+}
+
+impl<M: RawMutex> Notify<M> {
+    /// No notification is pending.
+    pub const fn new() -> Self {
+        Self {
+            pending: AtomicBool::new(false),
+            waiter: Mutex::new(RefCell::new(WakerRegistration::new())),
+        }
+    }
+
+    /// Wakes the waiting task, or lets its next wait end at once.
+    pub fn notify(&self) {
+        self.pending.store(true, Ordering::Relaxed);
+        // Waking removes the waker: a task that only polls now and then is not woken for nothing.
+        self.waiter.lock(|waiter| waiter.borrow_mut().wake());
+    }
+
+    /// Takes a pending notification; true if there was one.
+    #[inline(always)]
+    pub fn take(&self) -> bool {
+        let pending = self.pending.load(Ordering::Relaxed);
+        if pending {
+            self.pending.store(false, Ordering::Relaxed);
+        }
+        pending
+    }
+
+    /// Waits for a notification.
+    pub async fn wait(&self) {
+        poll_fn(|context| {
+            if self.take() {
+                return Poll::Ready(());
+            }
+            self.waiter.lock(|waiter| waiter.borrow_mut().register(context.waker()));
+            // A notification may have come in between, with no waker to wake.
+            if self.take() { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+}
+
+impl<M: RawMutex> Default for Notify<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The latest value for the one task that waits for it.
+///
+/// Embassy's `Signal` does the same, but moves its whole value at every poll, even when there is none.
+/// Here a poll that finds nothing costs one atomic load.
+pub struct Mailbox<M: RawMutex, T> {
+    arrived: Notify<M>,
+    value: Mutex<M, Cell<Option<T>>>,
+}
+
+impl<M: RawMutex, T> Mailbox<M, T> {
+    /// An empty mailbox.
+    pub const fn new() -> Self {
+        Self { arrived: Notify::new(), value: Mutex::new(Cell::new(None)) }
+    }
+
+    /// Puts a value in; one that nobody has taken yet is dropped.
+    pub fn put(&self, value: T) {
+        self.value.lock(|cell| cell.set(Some(value)));
+        self.arrived.notify();
+    }
+
+    /// Waits for a value and takes it.
+    pub async fn next(&self) -> T {
+        loop {
+            self.arrived.wait().await;
+            if let Some(value) = self.value.lock(Cell::take) {
+                return value;
+            }
+        }
+    }
+
+    /// Takes the value, if there is one.
+    pub fn try_take(&self) -> Option<T> {
+        if self.arrived.take() { self.value.lock(Cell::take) } else { None }
+    }
+}
+
+impl<M: RawMutex, T> Default for Mailbox<M, T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A small value that several tasks read and write, always whole.
+pub struct SharedCell<M: RawMutex, T>(Mutex<M, Cell<T>>);
+
+impl<M: RawMutex, T: Copy> SharedCell<M, T> {
+    /// A cell with its first value.
+    pub const fn new(value: T) -> Self {
+        Self(Mutex::new(Cell::new(value)))
+    }
+
+    /// Reads the value.
+    pub fn get(&self) -> T {
+        self.0.lock(Cell::get)
+    }
+
+    /// Replaces the value.
+    pub fn set(&self, value: T) {
+        self.0.lock(|cell| cell.set(value));
+    }
+
+    /// Changes the value; no other task sees an intermediate state.
+    pub fn update(&self, change: impl FnOnce(&mut T)) {
+        self.0.lock(|cell| {
+            let mut value = cell.get();
+            change(&mut value);
+            cell.set(value);
+        });
+    }
+}

@@ -1,0 +1,221 @@
+//! What the tasks share: one static per robot.
+//!
+//! ```text
+//!            measured           action             Duty
+//! capture ------------> profile ------------> pid --------> motors        every control tick
+//!    ^                     ^                   |
+//!    | configuration       | orders            | snapshot, events, faults
+//!    |                     |                   v
+//!    +----------------- supervisor <-------------------+
+//!                        ^      |
+//!               requests |      | replies, events
+//!                        |      v
+//!                     link receive / transmit <--- telemetry
+//! ```
+//!
+//! Generic over the mutex: a board's control tasks preempt the others, so it needs critical sections;
+//! the simulator needs none.
+
+mod fault_latch;
+mod handoff;
+mod tick;
+
+use core::cell::RefCell;
+
+use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
+use embassy_sync::channel::Channel;
+use shared_proto::{
+    Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
+};
+
+pub use fault_latch::FaultLatch;
+pub use handoff::{Mailbox, Notify, SharedCell};
+pub use tick::{Action, Snapshot, TelemetryHistory, Tick, TickCell};
+
+use crate::capture::CaptureSettings;
+use crate::pid::Gains;
+use crate::probe::Probe;
+use crate::profile::{Plan, Profile};
+use crate::protection::Thresholds;
+
+/// Everything that passes from one task to another.
+pub struct Shared<M: RawMutex> {
+    /// Capture to profile: this tick's measurement is there.
+    pub measurement_ready: Notify<M>,
+    /// Profile to PID: this tick's action is there.
+    pub action_ready: Notify<M>,
+    /// The tick that the three control tasks work on; for the others, the last one.
+    pub snapshot: TickCell<M>,
+    /// Supervisor to capture: how to read the encoders.
+    pub capture_settings: Mailbox<M, CaptureSettings>,
+    /// Supervisor to PID: how to close the loop.
+    pub loop_settings: Mailbox<M, LoopSettings>,
+    /// Supervisor to profile: what to do from now on.
+    pub order: Mailbox<M, Order>,
+    /// The plan that the profile task follows; the supervisor adds the next one, see [`Shared::follow`].
+    pub profile: Mutex<M, RefCell<Profile>>,
+    /// Supervisor to PID: the check for an [`Order::Probe`].
+    pub probe: Mailbox<M, Probe>,
+    /// Control tasks to supervisor.
+    pub control_events: Channel<M, ControlEvent, 4>,
+    /// Link to supervisor.
+    pub requests: Channel<M, Request, 1>,
+    /// Any task to the link.
+    pub outgoing: Channel<M, Outgoing, 4>,
+    /// PID to telemetry: this tick is due to be sent.
+    pub telemetry_due: Notify<M>,
+    /// Telemetry to link.
+    pub telemetry: Channel<M, Telemetry, 2>,
+    /// Telemetry to supervisor: the last frames, in case one was lost on the line.
+    pub history: TelemetryHistory<M>,
+    /// Ticks between two telemetry frames, 0 for none.
+    pub telemetry_period: SharedCell<M, u32>,
+    /// The latched fault.
+    pub fault: FaultLatch<M>,
+    /// The supervisor's state, for telemetry.
+    pub state: SharedCell<M, State>,
+    /// When the last good frame of a running session arrived \[us\].
+    pub heard_us: SharedCell<M, u64>,
+    /// Longest delay of a control tick so far \[us\].
+    pub tick_delay_us_max: SharedCell<M, u32>,
+    /// Counters of the link.
+    pub link: SharedCell<M, LinkStatistics>,
+    /// Emergency stop and motor driver fault.
+    pub safety_inputs: SharedCell<M, SafetyInputs>,
+}
+
+impl<M: RawMutex> Shared<M> {
+    /// The state at power-on.
+    pub const fn new() -> Self {
+        Self {
+            measurement_ready: Notify::new(),
+            action_ready: Notify::new(),
+            snapshot: TickCell::new(),
+            capture_settings: Mailbox::new(),
+            loop_settings: Mailbox::new(),
+            order: Mailbox::new(),
+            profile: Mutex::new(RefCell::new(Profile::ORIGIN)),
+            probe: Mailbox::new(),
+            control_events: Channel::new(),
+            requests: Channel::new(),
+            outgoing: Channel::new(),
+            telemetry_due: Notify::new(),
+            telemetry: Channel::new(),
+            history: TelemetryHistory::new(),
+            telemetry_period: SharedCell::new(0),
+            fault: FaultLatch::new(),
+            state: SharedCell::new(State::Boot),
+            heard_us: SharedCell::new(0),
+            tick_delay_us_max: SharedCell::new(0),
+            link: SharedCell::new(LinkStatistics {
+                frames_received: 0,
+                frames_damaged: 0,
+                frames_lost: 0,
+                frames_sent: 0,
+                telemetry_dropped: 0,
+            }),
+            safety_inputs: SharedCell::new(SafetyInputs {
+                emergency_stop: false,
+                driver_fault: false,
+            }),
+        }
+    }
+
+    /// Makes the control tasks follow a plan from its first tick; [`ControlEvent::Settled`] marks the end.
+    ///
+    /// The plan is copied once, to where the control tick uses it.
+    pub fn follow(&self, id: u32, plan: &Plan) {
+        // Under one lock: the profile task never sees the plan without the order, or the reverse.
+        self.profile.lock(|profile| {
+            profile.borrow_mut().replace(plan);
+            self.order.put(Order::Follow { id });
+        });
+    }
+
+    /// Makes the control tasks check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
+    pub fn check(&self, id: u32, probe: Probe) {
+        self.probe.put(probe);
+        self.order.put(Order::Probe { id });
+    }
+
+    /// Latches a fault, or counts it if one is latched already, and informs the supervisor.
+    ///
+    /// From the next control tick on the motors get zero duty, unless the fault allows a ramp.
+    pub fn raise(&self, fault: Fault, t_us: u64) {
+        if self.fault.latch(fault, t_us) {
+            // A full queue loses nothing: the supervisor reads the latch after every event.
+            let _ = self.control_events.try_send(ControlEvent::Faulted);
+        }
+    }
+}
+
+impl<M: RawMutex> Default for Shared<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What the supervisor wants the control tasks to do.
+#[derive(Clone, Copy)]
+pub enum Order {
+    /// Zero duty, drivers off.
+    Off,
+    /// Zero duty, drivers on.
+    Rest,
+    /// Check the encoders' signs, see [`Shared::check`].
+    Probe {
+        /// Returned in the event.
+        id: u32,
+    },
+    /// Follow the new plan, see [`Shared::follow`].
+    Follow {
+        /// Returned in the event.
+        id: u32,
+    },
+}
+
+/// What the control tasks report to the supervisor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlEvent {
+    /// Both encoders count the way their motors push: the order with this id is done.
+    Probed(u32),
+    /// The plan has ended and the wheels have settled: the order with this id is done.
+    Settled(u32),
+    /// A fault was latched.
+    Faulted,
+    /// The emergency stop's button was held to clear its fault.
+    ClearRequested,
+}
+
+/// How to close the loop.
+#[derive(Clone)]
+pub struct LoopSettings {
+    /// The controller's gains and limits.
+    pub gains: Gains,
+    /// The protection's thresholds.
+    pub thresholds: Thresholds,
+    /// Whether positive duty turns a wheel backwards.
+    pub reversed: WheelPair<bool>,
+    /// Lowest supply with the motors on \[mV\].
+    pub supply_mv_min: u16,
+}
+
+/// A message for the link to send, in order. Telemetry has its own queue, of lower priority.
+#[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
+pub enum Outgoing {
+    /// The robot's half of the handshake.
+    Hello(Hello),
+    /// The answer to a request.
+    Reply(Reply),
+    /// An event.
+    Event(Event),
+}
+
+/// Inputs that stop the robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SafetyInputs {
+    /// The emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// The motor driver reports a fault.
+    pub driver_fault: bool,
+}

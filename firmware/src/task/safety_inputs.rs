@@ -1,0 +1,73 @@
+//! The two inputs that stop the robot: emergency stop, and the motor driver's fault line.
+//!
+//! ```text
+//! emergency stop   pressed: zero duty, latched as a fault
+//!                  later pressed again, held for 2 s and released: that fault is cleared, the robot idle
+//! ```
+//! What was pressed when the fault was latched, and how long, does not count: a stop that is pressed for
+//! an hour and then released stays a stop. Nothing moves before a host arms the robot again.
+//!
+//! Both are active low: a driver's fault output is an open drain, and a loop that an emergency
+//! stop pulls to ground wants a pull-up. A board whose button works the other way round inverts it.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant};
+use embedded_hal_async::digital::Wait;
+use shared_proto::Fault;
+
+use crate::shared::{ControlEvent, SafetyInputs, Shared};
+
+/// Held for this long, the emergency stop's button takes its own fault back.
+const HOLD: Duration = Duration::from_secs(2);
+
+/// A press this soon after a release is a contact that bounces.
+const BOUNCE: Duration = Duration::from_millis(200);
+
+/// Watches the emergency stop, for ever.
+pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
+    let mut released = None;
+    loop {
+        let _ = pin.wait_for_low().await;
+        let pressed = Instant::now();
+        let latched_before =
+            shared.fault.report().is_some_and(|report| report.fault == Fault::EmergencyStop);
+        let anew = released.is_none_or(|released| pressed > released + BOUNCE);
+        shared.safety_inputs.update(|inputs| inputs.emergency_stop = true);
+        shared.raise(Fault::EmergencyStop, pressed.as_micros());
+        wait_until_released(&mut pin).await;
+        shared.safety_inputs.update(|inputs| inputs.emergency_stop = false);
+        released = Some(Instant::now());
+        if latched_before && anew && pressed.elapsed() >= HOLD {
+            // A full queue loses it: the button can be held again.
+            let _ = shared.control_events.try_send(ControlEvent::ClearRequested);
+        }
+    }
+}
+
+/// Watches the motor driver's fault line, for ever.
+pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
+    watch(shared, pin, Fault::Driver, |inputs, on| inputs.driver_fault = on).await
+}
+
+async fn watch<M: RawMutex>(
+    shared: &Shared<M>,
+    mut pin: impl Wait,
+    fault: Fault,
+    mark: fn(&mut SafetyInputs, bool),
+) -> ! {
+    loop {
+        // A pin that cannot be read is treated as asserted: the robot does not drive blind.
+        let _ = pin.wait_for_low().await;
+        shared.safety_inputs.update(|inputs| mark(inputs, true));
+        shared.raise(fault, Instant::now().as_micros());
+        wait_until_released(&mut pin).await;
+        shared.safety_inputs.update(|inputs| mark(inputs, false));
+    }
+}
+
+/// A pin that cannot be read stays asserted.
+async fn wait_until_released(pin: &mut impl Wait) {
+    if pin.wait_for_high().await.is_err() {
+        core::future::pending::<()>().await;
+    }
+}

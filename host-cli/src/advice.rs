@@ -1,0 +1,121 @@
+//! What to try, with the commands of this program, where a robot or a plan refuses.
+
+use campaign::plan::{PlanError, run_kinds};
+use host_link::Error;
+use host_link::error::Left;
+use host_link::motion::TTL_MS;
+use shared_proto::{FaultReport, MotionError, Refusal, State};
+
+/// What to try about an error of the link.
+pub fn on_link(error: &Error) -> Option<String> {
+    let advice = match error {
+        Error::NoAnswer { .. } | Error::NotARobot { .. } => {
+            "is it powered, flashed with Beeline, and is this the right port and baud rate? `beeline ports` lists the ports"
+        }
+        Error::VersionsDiffer { ours, theirs } if ours.protocol < theirs.protocol => {
+            "update beeline"
+        }
+        Error::VersionsDiffer { ours, theirs } if ours.protocol > theirs.protocol => {
+            "flash the robot with this beeline's firmware"
+        }
+        Error::VersionsDiffer { .. } => {
+            "flash the robot with this beeline's firmware, or use the beeline that belongs to it"
+        }
+        Error::StoppedAnswering { .. } => "is it still powered and plugged in?",
+        Error::ConnectionLost { .. } => {
+            "it was unplugged, or another host took over (a robot has one at a time); without its host it stops by itself"
+        }
+        Error::Restarted { .. } => "check its supply; what it does not save, it has forgotten",
+        Error::ReadBackDiffers => "nothing was saved; try again, and report it if it happens twice",
+        Error::Refused { refusal, .. } => return on_refusal(refusal),
+        Error::Faulted(report) => return Some(on_fault(report)),
+        Error::AlreadyMoving(_) => {
+            "`beeline stop` ends that; a robot whose host is gone stops by itself"
+        }
+        Error::NoTelemetry => "is the line too slow for it? raise the baud rate",
+        Error::StartTooLate => {
+            "check the cable and the baud rate: too high for the cable, or too low for the telemetry"
+        }
+        Error::NeverStands => "is something pushing it? `beeline identify` shows its state",
+        Error::Cancelled(left) => return on_left(left),
+        Error::Connect { .. } => "is the robot, or `beeline sim --listen tcp:...`, running there?",
+        // Another program holds it, perhaps one that drives.
+        Error::OpenSerial { cause, .. } if cause.to_string().contains("exclusive lock") => {
+            "another program has it open; to stop the robot, press Ctrl-C there, or its stop button"
+        }
+        Error::OpenSerial { path, .. } => return Some(on_serial(path)),
+        Error::Listen { .. } => "port 0 takes any that is free: --listen tcp:127.0.0.1:0",
+        Error::NoPseudoTerminals => "--listen tcp:127.0.0.1:0",
+        _ => return None,
+    };
+    Some(advice.into())
+}
+
+fn on_refusal(refusal: &Refusal) -> Option<String> {
+    let advice = match refusal {
+        Refusal::State(_) => "`beeline identify` shows its state, `beeline stop` ends a motion",
+        Refusal::Faulted(report) => return Some(on_fault(report)),
+        Refusal::Config(_) => "`beeline config get` shows what is there",
+        Refusal::Motion(MotionError::TooFast | MotionError::TooSteep) => {
+            "`beeline config get limits` shows the limits"
+        }
+        Refusal::Motion(_) => "check the distance, --cruise and --acceleration",
+        Refusal::NoSuchMotion => "`beeline identify` shows its state",
+        Refusal::NoSuchFault => "`beeline identify` shows the one that is",
+        Refusal::CauseRemains => "release the emergency stop, check the driver and the battery",
+        Refusal::Store => "try again; a simulated robot's is --flash FILE: is its disk full?",
+        Refusal::Period | Refusal::Forgotten | Refusal::HelloFirst | Refusal::Unreadable => {
+            return None;
+        }
+    };
+    Some(advice.into())
+}
+
+fn on_fault(report: &FaultReport) -> String {
+    format!("{}; then `beeline clear`", report.fault.remedy())
+}
+
+/// What a user who pressed Ctrl-C has to know of the robot.
+fn on_left(left: &Left) -> Option<String> {
+    match left {
+        Left::In(State::Idle | State::Boot) => None,
+        Left::In(State::Faulted) => {
+            Some("a fault is latched: `beeline identify` shows which".into())
+        }
+        Left::In(_) => Some("`beeline stop --now`, or its stop button".into()),
+        Left::Unknown(_) => Some(format!(
+            "by itself it stops {TTL_MS} ms after its host fell silent; watch it, and use its stop button if it does not"
+        )),
+    }
+}
+
+fn on_serial(path: &str) -> String {
+    let ports = serialport::available_ports().unwrap_or_default();
+    match ports.as_slice() {
+        [] => "no serial port is plugged in; `--port sim` drives the simulator".into(),
+        ports if ports.iter().any(|port| port.port_name == path) => {
+            "it exists: is another program using it, or are you not allowed to (group dialout)?"
+                .into()
+        }
+        ports => {
+            let names: Vec<_> = ports.iter().map(|port| port.port_name.as_str()).collect();
+            format!("there is: {}", names.join(", "))
+        }
+    }
+}
+
+/// What to try where runs cannot be planned.
+pub fn on_plan(error: &PlanError) -> String {
+    match error {
+        PlanError::FloorTooSmall { least_m, .. } => format!(
+            "--floor {least_m}mx{least_m}m is the least; half a metre more in each direction is comfortable"
+        ),
+        PlanError::RunTooLong { .. } => {
+            "an hour is the most: check speeds, distances and turns in the plan".into()
+        }
+        PlanError::UnknownKind(_) => format!("one of: {}", run_kinds::kinds().join("; ")),
+        PlanError::RunTooLarge { .. } => {
+            "choose another kind of run, or say with --floor how much is free".into()
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! What can go wrong between a host and a robot.
+//!
+//! Each error says what failed and on what. What to try depends on the program that uses this, and is its own
+//! to say.
+
+use std::fmt;
+use std::io;
+
+use shared_proto::{Answer, Command, FaultReport, Hello, Refusal, State};
+
+/// A result of the link.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why something could not be done.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Error {
+    /// Nothing came from this port at all.
+    NoAnswer {
+        /// The port.
+        port: String,
+    },
+    /// Something came, but no robot sent it.
+    NotARobot {
+        /// The port.
+        port: String,
+        /// Unreadable frames.
+        damaged: u64,
+    },
+    /// Host and robot do not speak the same version.
+    VersionsDiffer {
+        /// The host's.
+        ours: Hello,
+        /// The robot's.
+        theirs: Hello,
+    },
+    /// The robot answered before, and no more.
+    StoppedAnswering {
+        /// The port.
+        port: String,
+    },
+    /// The connection broke.
+    ConnectionLost {
+        /// The port.
+        port: String,
+        /// The system's error.
+        cause: io::Error,
+    },
+    /// The robot has forgotten this session.
+    Restarted {
+        /// The port.
+        port: String,
+    },
+    /// The robot answered with what is no answer to this.
+    WrongAnswer {
+        /// The request.
+        request: &'static str,
+        /// The answer.
+        answer: Box<Answer>,
+    },
+    /// The robot refused a request, and nothing changed.
+    Refused {
+        /// The request.
+        request: &'static str,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// The robot read back another configuration than was written. Nothing was saved.
+    ReadBackDiffers,
+    /// The robot stopped with a fault.
+    Faulted(FaultReport),
+    /// The robot moves on an earlier command; nothing changed.
+    AlreadyMoving(State),
+    /// The robot sends no telemetry.
+    NoTelemetry,
+    /// The robot heard each time too late when its motion was to begin.
+    StartTooLate,
+    /// The robot stood, and had not come to the end of its motion.
+    NeverEnded,
+    /// The robot still moves when it should stand.
+    NeverStands,
+    /// The user asked for an end: see [`Cancel`](crate::Cancel).
+    Cancelled(Left),
+    /// A TCP address could not be reached.
+    Connect {
+        /// `host:port`.
+        address: String,
+        /// The system's error.
+        cause: io::Error,
+    },
+    /// A serial port could not be opened.
+    OpenSerial {
+        /// The device.
+        path: String,
+        /// The system's error.
+        cause: serialport::Error,
+    },
+    /// Nobody can listen there.
+    Listen {
+        /// `host:port`.
+        address: String,
+        /// The system's error.
+        cause: io::Error,
+    },
+    /// This system has no pseudo-terminals.
+    NoPseudoTerminals,
+    /// A pseudo-terminal could not be opened.
+    PseudoTerminal(serialport::Error),
+}
+
+/// How a cancelled procedure left the robot.
+#[derive(Debug)]
+pub enum Left {
+    /// In this state.
+    In(State),
+    /// Not known, for this reason.
+    Unknown(Box<Error>),
+}
+
+impl Error {
+    /// Whether somebody asked for this end.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled(_))
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoAnswer { port } => write!(f, "no robot answers on {port}"),
+            Self::NotARobot { port, damaged } => write!(
+                f,
+                "something on {port} talks, but not as a Beeline robot ({damaged} unreadable frames)"
+            ),
+            Self::VersionsDiffer { ours, theirs } => write!(
+                f,
+                "the robot speaks protocol {} (schema {:016x}), this beeline speaks protocol {} (schema {:016x})",
+                theirs.protocol, theirs.schema, ours.protocol, ours.schema
+            ),
+            Self::StoppedAnswering { port } => {
+                write!(f, "the robot on {port} stopped answering")
+            }
+            Self::ConnectionLost { port, cause } => {
+                write!(f, "the connection to {port} is gone: {cause}")
+            }
+            Self::Restarted { port } => {
+                write!(f, "the robot on {port} restarted in the middle of this")
+            }
+            Self::WrongAnswer { request, answer } => {
+                write!(f, "the robot answered {request} with something else: {answer:?}")
+            }
+            Self::Refused { request, refusal } => refused(f, request, refusal),
+            Self::ReadBackDiffers => {
+                f.write_str("the robot read back another configuration than was written")
+            }
+            Self::Faulted(report) => {
+                write!(f, "the robot stopped with a fault: {}", At(report))?;
+                match report.followed_by {
+                    0 => Ok(()),
+                    1 => f.write_str(", and one more fault after it"),
+                    n => write!(f, ", and {n} more faults after it"),
+                }
+            }
+            Self::AlreadyMoving(state) => write!(
+                f,
+                "not driven: the robot is {} already, on an earlier command",
+                state.name()
+            ),
+            Self::NoTelemetry => f.write_str("the robot sends no telemetry"),
+            Self::StartTooLate => {
+                f.write_str("the line is so bad that the robot always heard of its motion too late")
+            }
+            Self::NeverEnded => f.write_str("the robot never came to the end of its motion"),
+            Self::NeverStands => {
+                f.write_str("the robot does not come to a stand at the end of its motion")
+            }
+            Self::Cancelled(left) => write!(f, "cancelled{left}"),
+            Self::Connect { address, cause } => {
+                write!(f, "cannot connect to tcp:{address}: {cause}")
+            }
+            Self::OpenSerial { path, cause } => {
+                write!(f, "cannot open the serial port {path}: {cause}")
+            }
+            Self::Listen { address, cause } => {
+                write!(f, "cannot listen on tcp:{address}: {cause}")
+            }
+            Self::NoPseudoTerminals => f.write_str("this system has no pseudo-terminals"),
+            Self::PseudoTerminal(cause) => write!(f, "cannot open a pseudo-terminal: {cause}"),
+        }
+    }
+}
+
+impl fmt::Display for Left {
+    /// Goes on with a sentence that says what was stopped.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::In(State::Idle | State::Boot) => {
+                f.write_str("; the robot stands still, its motors are off")
+            }
+            Self::In(State::Faulted) => f.write_str("; the robot's motors are off"),
+            Self::In(state) => write!(f, ", but the robot says that it is {}", state.name()),
+            Self::Unknown(error) => {
+                write!(f, "; whether the robot stands still is not known: {error}")
+            }
+        }
+    }
+}
+
+/// A fault and its time.
+struct At<'a>(&'a FaultReport);
+
+impl fmt::Display for At<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} at {:.3} s", self.0.fault, self.0.t_us as f64 * 1e-6)
+    }
+}
+
+fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt::Result {
+    write!(f, "the robot refused to {request}: ")?;
+    match refusal {
+        Refusal::State(state) => write!(f, "it is {}", state.name()),
+        Refusal::Faulted(report) => write!(f, "a fault is latched, {}", At(report)),
+        Refusal::Config(error) => write!(f, "{error}"),
+        Refusal::Motion(error) => write!(f, "{error}"),
+        Refusal::NoSuchMotion => f.write_str("no such motion is under way"),
+        Refusal::NoSuchFault => f.write_str("that fault is not latched (any more)"),
+        Refusal::CauseRemains => f.write_str("the cause of the fault is still there"),
+        Refusal::Period => f.write_str("the telemetry period must be from 1 to 1000 ms"),
+        Refusal::Store => {
+            f.write_str("its flash could not be written; the saved configuration is as it was")
+        }
+        Refusal::Forgotten => f.write_str("it no longer keeps that telemetry"),
+        Refusal::HelloFirst => f.write_str("it restarted"),
+        Refusal::Unreadable => f.write_str("it could not read the request"),
+    }
+}
+
+/// A request in words.
+pub(crate) fn name_of(command: &Command) -> &'static str {
+    match command {
+        Command::Identify => "identify",
+        Command::Status => "status",
+        Command::ReadConfig => "read configuration",
+        Command::WriteConfig(_) => "write configuration",
+        Command::SaveConfig => "save configuration",
+        Command::RestoreConfig(_) => "restore configuration",
+        Command::Arm => "arm",
+        Command::Disarm => "disarm",
+        Command::Drive(_) => "drive",
+        Command::Renew { .. } => "renew",
+        Command::Stop => "stop",
+        Command::EmergencyStop => "emergency stop",
+        Command::ClearFault { .. } => "clear fault",
+        Command::Subscribe { .. } => "subscribe",
+        Command::Recall { .. } => "recall telemetry",
+    }
+}

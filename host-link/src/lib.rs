@@ -1,0 +1,51 @@
+//! The link to a robot, for any program: opens it, talks to it, drives it.
+//!
+//! ```no_run
+//! # fn main() -> host_link::Result<()> {
+//! use host_link::motion::{Motion, RecordOptions, drive};
+//!
+//! let mut session = host_link::connect(&"tcp:127.0.0.1:7700".parse().expect("an address"))?;
+//! let recording = host_link::block_on(async {
+//!     session.open().await?;
+//!     drive(&mut session, &Motion::PAPER, RecordOptions::default(), &mut |_| ()).await
+//! })?;
+//! println!("{} telemetry frames", recording.telemetry.len());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`session`] | handshake, requests with retries, telemetry, events |
+//! | [`motion`] | drives a motion to its end, safely |
+//! | [`limits`] | what the robot itself would say to a motion |
+//! | [`address`] | serial ports and TCP addresses |
+//! | [`listen`] | the other end: one client at a time, on TCP or a pseudo-terminal |
+//! | [`wire`], [`clock`] | bytes, and the time that a conversation goes by |
+//! | [`cancel`] | a request to end in good order |
+//! | [`stream`] | telemetry in order, without gaps |
+//! | [`error`] | what can go wrong |
+//!
+//! It leaves to others what is said to a user (errors are enums with plain sentences, without advice on any
+//! one program), what is computed from telemetry, and simulated robots: whoever has one implements
+//! [`Wire`] and [`clock::TimeSource`].
+
+pub mod address;
+pub mod cancel;
+pub mod clock;
+pub mod error;
+pub mod limits;
+pub mod listen;
+pub mod motion;
+pub mod session;
+pub mod stream;
+pub mod wire;
+
+pub use address::{Address, connect};
+pub use async_io::block_on;
+pub use cancel::Cancel;
+pub use clock::Clock;
+pub use error::{Error, Result};
+pub use motion::Motion;
+pub use session::Session;
+pub use wire::Wire;

@@ -1,0 +1,332 @@
+//! Driving: arms, commands, keeps the motion alive, listens, and leaves the robot standing still.
+
+mod rest;
+
+use std::rc::Rc;
+use std::time::Duration;
+
+use shared_proto::{
+    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    WheelPair,
+};
+
+use crate::error::{Error, Left, Result};
+use crate::session::Session;
+
+use self::rest::{bring_to_rest, leave_as_found, stop_if_cancelled, wait_for_stop};
+
+/// The robot stops by itself if it hears nothing for this long \[ms\].
+pub const TTL_MS: u16 = 200;
+
+/// The host renews a motion this often: of six in a time to live five may be lost, the shortest
+/// `protection.link_timeout_s` leaves room for one, and a line of
+/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries it.
+const RENEW_EVERY: Duration = Duration::from_millis(30);
+
+/// From the command to the beginning of the recording: room to say it seven times.
+const LEAD: Duration = Duration::from_millis(300);
+
+/// A motion whose command always came too late is given up after this many.
+const START_TRIES: u32 = 3;
+
+/// Telemetry that is this late will not come: twice the longest period there is.
+const TELEMETRY_LATE: Duration = Duration::from_secs(2);
+
+/// What to drive, on the wheels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// The unit of the other quantities.
+    pub unit: TravelUnit,
+    /// How far each wheel travels \[unit\].
+    pub distance: WheelPair<f64>,
+    /// Speed between the ramps \[unit/s\].
+    pub cruise: f64,
+    /// Steepness of the ramps \[unit/s^2\].
+    pub acceleration: f64,
+}
+
+impl Motion {
+    /// The paper's run: eight wheel revolutions at 0.523 rev/s, with ramps of 0.101 rev/s^2.
+    pub const PAPER: Self = Self {
+        unit: TravelUnit::WheelRevolution,
+        distance: WheelPair::both(8.0),
+        cruise: 0.523,
+        acceleration: 0.101,
+    };
+
+    /// The same motion backwards.
+    pub fn reversed(self) -> Self {
+        Self { distance: self.distance.map(|distance| -distance), ..self }
+    }
+
+    /// How long it takes, from a standing start \[s\].
+    ///
+    /// With d the farther wheel's distance, v the cruise speed and a the acceleration:
+    /// d/v + v/a where the ramps leave room for a cruise, else 2 sqrt(d/a).
+    pub fn duration_s(&self) -> f64 {
+        let Self { distance, cruise, acceleration, .. } = *self;
+        let distance = distance.left.abs().max(distance.right.abs());
+        if distance * acceleration >= cruise * cruise {
+            distance / cruise + cruise / acceleration
+        } else {
+            2.0 * (distance / acceleration).sqrt()
+        }
+    }
+
+    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a cruise.
+    pub fn ramp_s(&self) -> f64 {
+        let Self { distance, cruise, acceleration, .. } = *self;
+        let distance = distance.left.abs().max(distance.right.abs());
+        (cruise / acceleration).min((distance / acceleration).sqrt())
+    }
+}
+
+/// What happened during a motion.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Telemetry from a moment before the motion to a moment after it.
+    pub telemetry: Vec<Telemetry>,
+    /// How it ended: at its target or by a stop. A fault is an error.
+    pub end: MotionEnd,
+}
+
+/// Triggers a camera, so that its pictures count from the beginning of a recording.
+pub type Trigger = Rc<dyn Fn(u64)>;
+
+/// How to record a motion.
+#[derive(Clone)]
+pub struct RecordOptions {
+    /// Time between two telemetry frames \[ms\].
+    pub period_ms: u16,
+    /// Recording goes on this long before and after the motion, standing still.
+    pub rest: Duration,
+    /// Told when the recording begins, on the robot's clock \[us\], before the robot is told to drive.
+    pub trigger: Option<Trigger>,
+}
+
+impl Default for RecordOptions {
+    fn default() -> Self {
+        Self { period_ms: 10, rest: Duration::from_millis(500), trigger: None }
+    }
+}
+
+/// Drives a motion to its end, with the motors off before and after.
+///
+/// However this ends, by a fault, a [`Cancel`](crate::Cancel) or a lost link, the robot is left standing still. What it does
+/// on somebody else's command is left alone: a robot that moves already is an error, and nothing changes.
+pub async fn drive(
+    session: &mut Session,
+    motion: &Motion,
+    options: RecordOptions,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Recording> {
+    let mut telemetry = Vec::new();
+    let end = drive_into(session, motion, options, &mut telemetry, progress).await?;
+    Ok(Recording { telemetry, end })
+}
+
+/// As [`drive`], but whoever calls has the telemetry even if this fails, added to what is there of motions
+/// before.
+pub async fn drive_into(
+    session: &mut Session,
+    motion: &Motion,
+    options: RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<MotionEnd> {
+    let status = session.status().await?;
+    if let Some(report) = status.fault {
+        // It may be braking for it still: the fault says more than that.
+        return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
+    }
+    let found = status.state;
+    if is_moving(found) {
+        return Err(Error::AlreadyMoving(found));
+    }
+    session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
+    let mut commanded = false;
+    // What was recorded before is no concern of this motion's.
+    let mut own = Vec::new();
+    let outcome = drive_armed(session, motion, &options, &mut own, progress, &mut commanded).await;
+    telemetry.append(&mut own);
+    // Where it failed for want of a link this fails too, and the robot has stopped by itself.
+    if let Err(error) = outcome {
+        let rest = match commanded {
+            true => bring_to_rest(session, motion).await,
+            false => leave_as_found(session, found).await,
+        };
+        telemetry.extend(session.take_all_telemetry());
+        return Err(match rest {
+            _ if !error.is_cancelled() => error,
+            Ok(state) => Error::Cancelled(Left::In(state)),
+            Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
+        });
+    }
+    session.request(Command::Disarm).await?;
+    session.request(Command::Subscribe { period_ms: 0 }).await?;
+    outcome
+}
+
+async fn drive_armed(
+    session: &mut Session,
+    motion: &Motion,
+    options: &RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+    progress: &mut dyn FnMut(f64),
+    commanded: &mut bool,
+) -> Result<MotionEnd> {
+    let _stale = session.take_telemetry().count() + session.take_events().count();
+    stop_if_cancelled(session)?;
+    session.request(Command::Arm).await?;
+    let id = session.new_motion();
+    let start_us = start(session, motion, id, options, telemetry, commanded).await?;
+
+    let mut heard_us = session.clock().now_us();
+    let mut last_us = 0;
+    /// Against a pull a wheel is steered by b c / 2 farther: by their ranges at most 5 m x 0.1 rad/m / 2.
+    const STEERED: f64 = 1.25;
+    let duration_s = motion.duration_s();
+    loop {
+        session.listen(RENEW_EVERY).await?;
+        telemetry.extend(session.take_telemetry());
+        let now_us = session.clock().now_us();
+        // The robot's own clock says how far it is: an emulated one may be slower than the world.
+        if let Some(frame) = telemetry.last()
+            && frame.t_us != last_us
+        {
+            (last_us, heard_us) = (frame.t_us, now_us);
+        }
+        let elapsed_s = (last_us as f64 - start_us as f64) * 1e-6;
+        let silent_s = (now_us - heard_us) as f64 * 1e-6;
+        progress((elapsed_s / duration_s).clamp(0.0, 1.0));
+        stop_if_cancelled(session)?;
+        if session.take_events().any(|event| ends_motion(&event, id))
+            || end_us(telemetry, start_us).is_some()
+            || elapsed_s > STEERED * duration_s + 5.0
+            || silent_s > 5.0
+        {
+            break;
+        }
+        // A motion that has just ended by a fault says so in the status below.
+        session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
+    }
+    let status = wait_for_stop(session, motion, true).await?;
+    if let Some(report) = status.fault {
+        return Err(Error::Faulted(report));
+    }
+    let end = match status.motion_end {
+        Some(end) => end,
+        None => return Err(Error::NeverEnded),
+    };
+    progress(1.0);
+    let until_us = listen_to_the_end(session, start_us, options.rest, telemetry).await?;
+    stop_if_cancelled(session)?;
+    let from_us = start_us.saturating_sub(options.rest.as_micros() as u64);
+    telemetry.retain(|frame| (from_us..=until_us).contains(&frame.t_us));
+    Ok(end)
+}
+
+/// Has the motion begin at a time of the robot's own clock, which it returns \[us\].
+///
+/// So a command that had to be repeated begins no later, and the recording holds the same instants of
+/// the motion, whatever the line lost. `commanded` is true from when the robot may have heard of it.
+async fn start(
+    session: &mut Session,
+    motion: &Motion,
+    id: MotionId,
+    options: &RecordOptions,
+    telemetry: &mut Vec<Telemetry>,
+    commanded: &mut bool,
+) -> Result<u64> {
+    let Motion { unit, distance, cruise, acceleration } = *motion;
+    let rest_us = options.rest.as_micros() as u64;
+    let period_us = u64::from(options.period_ms.max(1)) * 1000;
+    for attempt in 0..START_TRIES {
+        let now_us = first_sight(session, telemetry).await?;
+        // In step with the telemetry: its instants are the same ones of every motion.
+        // A line so full that the first word came too late gets four times as long for the next.
+        let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
+        let start_us = now_us + ahead_us.next_multiple_of(period_us);
+        let drive = Drive {
+            motion: id,
+            ttl_ms: TTL_MS,
+            unit,
+            distance,
+            cruise,
+            acceleration,
+            start_us: Some(start_us),
+        };
+        if let Some(trigger) = &options.trigger {
+            trigger(start_us - rest_us);
+        }
+        *commanded = true;
+        let answer = session.ask(Command::Drive(drive)).await?;
+        *commanded = answer.is_ok();
+        match answer {
+            Ok(_) => return Ok(start_us),
+            // Too many copies of the command got lost.
+            Err(Refusal::Motion(MotionError::Start)) => {}
+            Err(refusal) => return Err(Error::Refused { request: "drive", refusal }),
+        }
+    }
+    Err(Error::StartTooLate)
+}
+
+/// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.
+async fn first_sight(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + TELEMETRY_LATE.as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        if let Some(latest) = telemetry.last() {
+            return Ok(latest.t_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            return Err(Error::NoTelemetry);
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// Listens until the rest after the motion has come in whole; returns when it ends on the robot's clock.
+async fn listen_to_the_end(
+    session: &mut Session,
+    start_us: u64,
+    rest: Duration,
+    telemetry: &mut Vec<Telemetry>,
+) -> Result<u64> {
+    let give_up_us = session.clock().now_us() + (rest + TELEMETRY_LATE).as_micros() as u64;
+    loop {
+        telemetry.extend(session.take_telemetry());
+        let until_us = end_us(telemetry, start_us).map(|end_us| end_us + rest.as_micros() as u64);
+        if let Some(until_us) = until_us
+            && telemetry.last().is_some_and(|last| last.t_us >= until_us)
+        {
+            return Ok(until_us);
+        }
+        if session.clock().now_us() > give_up_us {
+            telemetry.extend(session.take_all_telemetry());
+            return Ok(until_us.unwrap_or(u64::MAX));
+        }
+        session.listen(RENEW_EVERY).await?;
+    }
+}
+
+/// When the motion that set off at `start_us` was over, by the telemetry \[us\].
+fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
+    // From the back: once it is over, it is over in all that follows.
+    let over = |frame: &&Telemetry| frame.t_us > start_us && !is_moving(frame.state);
+    telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
+}
+
+fn is_moving(state: State) -> bool {
+    matches!(state, State::Driving | State::Stopping)
+}
+
+/// Whether an event says that this motion is over.
+fn ends_motion(event: &Event, id: MotionId) -> bool {
+    match event {
+        Event::MotionEnded { motion, .. } => *motion == id,
+        Event::Fault(_) => true,
+        Event::State { .. } => false,
+    }
+}

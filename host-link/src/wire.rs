@@ -1,0 +1,72 @@
+//! The bytes to and from a robot.
+
+use std::future::Future;
+use std::io::{self, Read, Write};
+use std::pin::Pin;
+
+/// What a wire or a clock is waited for with.
+pub type Waiting<'a, T> = Pin<Box<dyn Future<Output = T> + 'a>>;
+
+/// Bytes to and from a robot.
+pub trait Wire {
+    /// Sends bytes.
+    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, io::Result<()>>;
+
+    /// Waits for bytes. May be given up at any time without losing some.
+    fn read(&mut self) -> Waiting<'_, io::Result<Vec<u8>>>;
+}
+
+/// A device whose reads block, read by a thread of its own.
+pub struct ThreadedWire {
+    incoming: async_channel::Receiver<io::Result<Vec<u8>>>,
+    writer: Box<dyn Write + Send>,
+}
+
+impl Wire for ThreadedWire {
+    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, io::Result<()>> {
+        Box::pin(async move {
+            self.writer.write_all(bytes)?;
+            self.writer.flush()
+        })
+    }
+
+    fn read(&mut self) -> Waiting<'_, io::Result<Vec<u8>>> {
+        Box::pin(async move {
+            match self.incoming.recv().await {
+                Ok(bytes) => bytes,
+                Err(_) => Err(io::ErrorKind::UnexpectedEof.into()),
+            }
+        })
+    }
+}
+
+impl ThreadedWire {
+    /// A device; a thread reads it until the process ends or the device is gone.
+    pub fn new(
+        mut reader: impl Read + Send + 'static,
+        writer: impl Write + Send + 'static,
+    ) -> Self {
+        let (sender, incoming) = async_channel::unbounded();
+        std::thread::spawn(move || {
+            let mut buffer = [0; 1024];
+            loop {
+                let bytes = match reader.read(&mut buffer) {
+                    Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
+                    Ok(len) => Ok(buffer[..len].to_vec()),
+                    Err(error) if is_only_a_pause(&error) => continue,
+                    Err(error) => Err(error),
+                };
+                let over = bytes.is_err();
+                if sender.send_blocking(bytes).is_err() || over {
+                    return;
+                }
+            }
+        });
+        Self { incoming, writer: Box::new(writer) }
+    }
+}
+
+fn is_only_a_pause(error: &io::Error) -> bool {
+    use io::ErrorKind;
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}

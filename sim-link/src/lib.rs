@@ -1,0 +1,67 @@
+//! The simulated robot as a host reaches it: in this process in virtual time ([`session`]), or behind a
+//! port in real time ([`Server`]).
+//!
+//! It stands between `host-link` and `sim-target`, so that neither knows the other. Whoever has another robot
+//! on the simulator's clock, as the emulated board, uses it as well.
+
+mod serve;
+
+use std::rc::Rc;
+
+use host_link::clock::{Clock, TimeSource};
+use host_link::motion::Trigger;
+use host_link::session::Session;
+use host_link::wire::{Waiting, Wire};
+use sim_target::{HostWire, Lab};
+
+pub use serve::{ServeError, ServeEvent, ServeOptions, Server, serve};
+
+/// A session with the robot at the other end of this wire, in virtual time; not opened yet.
+///
+/// `number` is one that the robot's last session did not have; `port` is what errors call the wire.
+pub fn session(wire: &HostWire, number: u32, port: impl Into<String>) -> Session {
+    Session::new(SimWire(wire.clone()), Clock::new(VirtualTime), number, port.into())
+}
+
+/// Triggers the laboratory's camera when a recording begins.
+pub fn camera_trigger(lab: Lab) -> Trigger {
+    Rc::new(move |t_us| lab.trigger_camera(t_us))
+}
+
+/// The host's end of the simulated serial line.
+struct SimWire(HostWire);
+
+impl Wire for SimWire {
+    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
+        Box::pin(async move {
+            self.0.write(bytes).await;
+            Ok(())
+        })
+    }
+
+    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
+        Box::pin(async move {
+            let mut buffer = vec![0; 512];
+            let len = self.0.read(&mut buffer).await;
+            buffer.truncate(len);
+            Ok(buffer)
+        })
+    }
+}
+
+/// This thread's virtual time.
+struct VirtualTime;
+
+impl TimeSource for VirtualTime {
+    fn now_us(&self) -> u64 {
+        sim_target::now_us()
+    }
+
+    fn sleep_until_us(&self, t_us: u64) -> Waiting<'_, ()> {
+        Box::pin(sim_target::sleep_until_us(t_us))
+    }
+
+    fn is_virtual(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,211 @@
+//! A robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
+//!
+//! The virtual clock follows the world's. Any program that can talk to a serial port can talk to it.
+//! [`serve`] does it for the simulator; whoever has another robot uses [`Server`] in a loop of its own.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use host_link::cancel::Cancel;
+use host_link::listen::{Line, Listen};
+use sim_target::{HostWire, Lab, SimTarget};
+
+/// The simulation catches up with the world this often.
+const STEP: Duration = Duration::from_millis(1);
+
+/// What to do besides serving.
+#[derive(Clone, Debug, Default)]
+pub struct ServeOptions<'a> {
+    /// Write the camera's samples to this new file.
+    pub camera: Option<&'a Path>,
+    /// Put the robot back at its line when a client connects and it stands still.
+    pub reset_on_connect: bool,
+    /// Stop after this long.
+    pub duration: Option<Duration>,
+}
+
+/// What happens while a robot is served.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ServeEvent {
+    /// It can be reached by this port.
+    Listening(String),
+    /// A client connected.
+    Connected,
+    /// The robot was not put back at its line: it moves.
+    NotPutBack,
+    /// The client went away.
+    Disconnected,
+}
+
+/// Why a robot cannot be served.
+#[derive(Debug)]
+pub enum ServeError {
+    /// The port cannot be opened.
+    Link(host_link::Error),
+    /// The robot cannot be put back when a client connects: nobody sees one come on a pseudo-terminal.
+    ResetOnPty,
+    /// The camera's file exists.
+    CameraExists(PathBuf),
+    /// The camera's file cannot be made.
+    CameraNew(PathBuf, io::Error),
+    /// The camera's file cannot be written any more.
+    CameraWrite(PathBuf, io::Error),
+}
+
+impl std::error::Error for ServeError {}
+
+impl fmt::Display for ServeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Link(error) => write!(f, "{error}"),
+            Self::ResetOnPty => f.write_str(
+                "--reset-on-connect does nothing on a pseudo-terminal: nobody sees a client come",
+            ),
+            Self::CameraExists(path) => write!(f, "{} exists", path.display()),
+            Self::CameraNew(path, error) | Self::CameraWrite(path, error) => {
+                write!(f, "cannot write {}: {error}", path.display())
+            }
+        }
+    }
+}
+
+/// Serves until `cancel` is requested; `tell` hears what happens.
+pub fn serve(
+    target: &mut SimTarget,
+    listen: &Listen,
+    options: &ServeOptions<'_>,
+    cancel: &Cancel,
+    tell: &mut dyn FnMut(ServeEvent),
+) -> Result<(), ServeError> {
+    let mut server = Server::open(listen, options, target.host_wire(), target.lab())?;
+    tell(ServeEvent::Listening(server.address().into()));
+    let start = Instant::now();
+    let start_us = sim_target::now_us();
+    while !cancel.is_requested() && options.duration.is_none_or(|end| start.elapsed() < end) {
+        server.exchange(tell)?;
+        target.run_until_us(start_us + start.elapsed().as_micros() as u64);
+        server.exchange(tell)?;
+        std::thread::sleep(STEP);
+    }
+    server.close()
+}
+
+/// Whether nobody would notice the robot being picked up.
+fn stands_still(lab: &Lab) -> bool {
+    /// A thousandth of the paper's cruise: what a wheel at rest creeps by \[rad/s\].
+    const STILL_RAD_S: f64 = 0.003;
+    lab.plant(|plant| {
+        let turns = plant.wheel_speeds_rad_s().any(|speed| speed.abs() > STILL_RAD_S);
+        let driven = plant.currents_a().any(|current_a| current_a != 0.0);
+        !turns && !driven
+    })
+}
+
+/// One robot behind a port. Whoever has it calls [`exchange`](Self::exchange) every millisecond.
+pub struct Server {
+    line: Line,
+    camera: Option<CameraFile>,
+    reset_on_connect: bool,
+    wire: HostWire,
+    lab: Lab,
+}
+
+impl Server {
+    /// Opens the port.
+    pub fn open(
+        listen: &Listen,
+        options: &ServeOptions<'_>,
+        wire: HostWire,
+        lab: Lab,
+    ) -> Result<Self, ServeError> {
+        if options.reset_on_connect && *listen == Listen::Pty {
+            return Err(ServeError::ResetOnPty);
+        }
+        let line = Line::open(listen).map_err(ServeError::Link)?;
+        let camera = options.camera.map(|path| CameraFile::open(path, lab.clone())).transpose()?;
+        Ok(Self { line, camera, reset_on_connect: options.reset_on_connect, wire, lab })
+    }
+
+    /// The port by which to reach the robot.
+    pub fn address(&self) -> &str {
+        self.line.address()
+    }
+
+    /// Hands over what client and robot have said since.
+    pub fn exchange(&mut self, tell: &mut dyn FnMut(ServeEvent)) -> Result<(), ServeError> {
+        if self.line.accept() {
+            tell(ServeEvent::Connected);
+            if self.reset_on_connect {
+                if stands_still(&self.lab) {
+                    self.lab.place_at_start();
+                } else {
+                    tell(ServeEvent::NotPutBack);
+                }
+            }
+        }
+        let mut buffer = [0; 1024];
+        match self.line.read(&mut buffer) {
+            Ok(0) => {}
+            Ok(len) => self.wire.write_now(&buffer[..len]),
+            Err(_) => tell(ServeEvent::Disconnected),
+        }
+        loop {
+            match self.wire.read_now(&mut buffer) {
+                0 => break,
+                len => self.line.write(&buffer[..len]),
+            }
+        }
+        match &mut self.camera {
+            Some(camera) => camera.append(),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts what the camera has seen on the disk, and closes the port.
+    pub fn close(self) -> Result<(), ServeError> {
+        match self.camera {
+            Some(CameraFile { file, path, .. }) => {
+                file.sync_all().map_err(|error| ServeError::CameraWrite(path, error))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The camera's samples as a growing track file.
+struct CameraFile {
+    file: File,
+    path: PathBuf,
+    lab: Lab,
+    written: usize,
+}
+
+impl CameraFile {
+    fn open(path: &Path, lab: Lab) -> Result<Self, ServeError> {
+        let mut file = File::create_new(path).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => ServeError::CameraExists(path.into()),
+            _ => ServeError::CameraNew(path.into(), error),
+        })?;
+        writeln!(file, "t_s,x_m,y_m,heading_rad")
+            .map_err(|error| ServeError::CameraWrite(path.into(), error))?;
+        Ok(Self { file, path: path.into(), lab, written: 0 })
+    }
+
+    fn append(&mut self) -> Result<(), ServeError> {
+        if self.lab.camera_len() == self.written {
+            return Ok(());
+        }
+        let samples = self.lab.camera_samples_from(self.written);
+        self.written += samples.len();
+        let lines: String = samples
+            .iter()
+            .map(|s| format!("{:.6},{:.7},{:.7},{:.7}\n", s.t_s, s.x_m, s.y_m, s.heading_rad))
+            .collect();
+        self.file
+            .write_all(lines.as_bytes())
+            .map_err(|error| ServeError::CameraWrite(self.path.clone(), error))
+    }
+}

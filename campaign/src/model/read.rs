@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use robot_model::effect::Custom;
 use robot_model::effect::custom::{CustomError, Part, Per, Target};
@@ -67,7 +68,7 @@ impl ModelFile {
                 return fail(start, problem, "choose another id, or remove one".into());
             }
             match declared.build() {
-                Ok(effect) => model.customs.push(effect),
+                Ok(effect) => model.customs.push(Arc::new(effect)),
                 Err(error) => {
                     // The place in the file, as long as the string has no escapes before it.
                     let inside = |it: &Spanned<String>| it.span().start + 1 + error.at.start;
@@ -104,11 +105,12 @@ impl ModelFile {
             if let Some((name, it)) =
                 entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
             {
-                let names: Vec<&str> = known.iter().map(|it| it.name).collect();
+                let names: Vec<&str> = known.iter().map(|it| it.name.as_ref()).collect();
                 let problem = format!("{id} has no parameter `{name}`");
                 return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
             }
-            let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name)?)));
+            let here =
+                known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
             let parameters = here
                 .map(|(it, raw)| {
                     validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text))

@@ -20,14 +20,12 @@ pub use self::next::{memory, next_run_command, reached, reached_again};
 /// Width of the longest bar.
 const BAR: usize = 24;
 
-/// Effects of an answer at the values found; `find` knows all effects that were asked about.
-pub fn assumed(
-    steps: &[StepFound],
-    find: impl Fn(&str) -> Option<&'static dyn Effect>,
-) -> Vec<Assumed> {
+/// Effects of an answer at the values found; the catalogue has all that were asked about.
+pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
     let step = |it: &StepFound| {
         let values = it.parameters.iter().map(|it| it.value).collect();
-        Some(Assumed { effect: find(&it.effect)?, values })
+        let effect = catalogue.iter().find(|effect| effect.facts().id == it.effect)?;
+        Some(Assumed { effect: *effect, values })
     };
     steps.iter().filter_map(step).collect()
 }
@@ -48,7 +46,7 @@ pub struct Subject<'a> {
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All effects that were asked about.
-    pub catalogue: &'a [&'static dyn Effect],
+    pub catalogue: &'a [&'a dyn Effect],
     /// The effects that the user's model has already.
     pub in_model: &'a [EffectEntry],
     /// What each step comes to in one plain number, where one says it.
@@ -56,15 +54,12 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    fn facts(&self, id: &str) -> Option<&'static Facts> {
+    fn facts(&self, id: &str) -> Option<Facts<'_>> {
         self.catalogue.iter().map(|it| it.facts()).find(|it| it.id == id)
     }
 
     /// The plain name of an effect.
-    pub fn name<'b>(&self, id: &'b str) -> &'b str
-    where
-        'static: 'b,
-    {
+    pub fn name<'b>(&'b self, id: &'b str) -> &'b str {
         self.facts(id).map_or(id, |it| it.name)
     }
 }

@@ -55,9 +55,9 @@ impl Default for RecordSettings {
 #[derive(Debug)]
 pub enum Step<'a> {
     /// The new campaign's model has these effects: the robot compensates them already.
-    Compensated(&'a [&'static str]),
+    Compensated(&'a [String]),
     /// The robot compensates this effect by another value than when the campaign was begun.
-    CompensatedAnew(&'static str),
+    CompensatedAnew(&'a str),
     /// So many runs of the plan are there already.
     GoesOn(usize),
     /// A run begins: its place in the plan, from 1, and how many there are.
@@ -165,7 +165,7 @@ pub async fn record_campaign(
     match in_use::keep(folder, writer.robot(), &config, there.is_some())? {
         Kept::Nothing => {}
         Kept::Written(ids) => tell(Step::Compensated(&ids)),
-        Kept::Changed(id) => tell(Step::CompensatedAnew(id)),
+        Kept::Changed(id) => tell(Step::CompensatedAnew(&id)),
     }
     if settings.whole {
         keep_plan(folder, plan, there.is_some())?;

@@ -9,6 +9,7 @@ use host_cli::pose_source::ruler::Ruler;
 use sim_target::plant::Pose;
 use sim_target::{Lab, Scenario};
 
+use crate::parallel::in_order;
 use crate::robot::on_robot;
 
 /// With what the robot's deviation is measured.
@@ -126,23 +127,7 @@ pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> 
 
 /// Judges many robots on all cores; the order is that of the seeds.
 pub fn judge_all(seeds: &[u64], eye: Eye) -> Vec<Result<Verdict, String>> {
-    let next = AtomicUsize::new(0);
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let work = || {
-        let mut done = Vec::new();
-        while let i = next.fetch_add(1, Ordering::Relaxed)
-            && let Some(&seed) = seeds.get(i)
-        {
-            done.push((i, judge(seed, eye)));
-        }
-        done
-    };
-    let mut done: Vec<_> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().expect("no judge panics")).collect()
-    });
-    done.sort_by_key(|&(i, _)| i);
-    done.into_iter().map(|(_, verdict)| verdict).collect()
+    in_order(seeds, |seed| judge(*seed, eye))
 }
 
 /// Lower quartile, median and upper quartile, by linear interpolation between ranks.

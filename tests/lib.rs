@@ -2,4 +2,5 @@
 
 pub mod blind;
 pub mod judge;
+pub mod parallel;
 pub mod robot;

@@ -25,9 +25,7 @@ pub mod score;
 pub mod strength;
 pub mod verdict;
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
+use crate::parallel::in_order;
 use case::Case;
 use verdict::{Verdict, judge};
 
@@ -36,23 +34,10 @@ pub fn judge_all(
     cases: &[Case],
     seen: &(dyn Fn(usize, &Result<Verdict, String>) + Sync),
 ) -> Vec<Result<Verdict, String>> {
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<Result<Verdict, String>>>> =
-        cases.iter().map(|_| Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(case) = cases.get(index) else { return };
-                    let result = judge(case);
-                    seen(index, &result);
-                    *results[index].lock().expect("nobody panicked with it") = Some(result);
-                }
-            });
-        }
-    });
-    let done = results.into_iter().map(|it| it.into_inner().expect("nobody panicked with it"));
-    done.map(|it| it.expect("every case was judged")).collect()
+    let indices: Vec<usize> = (0..cases.len()).collect();
+    in_order(&indices, |index| {
+        let result = judge(&cases[*index]);
+        seen(*index, &result);
+        result
+    })
 }

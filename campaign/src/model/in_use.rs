@@ -10,7 +10,7 @@
 
 use std::path::Path;
 
-use robot_model::effect::find;
+use robot_model::effect::{CATALOGUE, Effect, FirmwareTerm, KnownEffect};
 use robot_model::explain::ParameterFound;
 use shared_proto::Config;
 
@@ -26,21 +26,22 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
     let in_use = &config.geometry;
     let weight = in_use.wheel_weight;
     // (1)
-    let values = [
-        ("wheel_radius_ratio", 2.0 * (weight - 1.0) / (weight + 1.0)),
-        ("wheel_radius_scale", mean_radius_m(in_use) / nominal.wheel_radius_m - 1.0),
-        ("track_width", in_use.track_width_m / nominal.track_width_m - 1.0),
-        ("heading_pull", in_use.heading_pull_rad_per_m),
-    ];
-    values.into_iter().filter(|(_, value)| value.abs() > NOTHING).filter_map(entry).collect()
-}
-
-fn entry((id, value): (&str, f64)) -> Option<EffectEntry> {
-    let effect = find(id)?;
-    let of = effect.facts().parameters.first()?;
-    let (name, unit) = (of.name.to_owned(), of.unit.to_owned());
-    let parameter = ParameterFound { name, unit, value, sigma: 0.0, low95: value, high95: value };
-    Some(EffectEntry { effect, parameters: vec![parameter], in_use: true })
+    let value = |term: FirmwareTerm| match term {
+        FirmwareTerm::WheelWeight => 2.0 * (weight - 1.0) / (weight + 1.0),
+        FirmwareTerm::MeanRadius => mean_radius_m(in_use) / nominal.wheel_radius_m - 1.0,
+        FirmwareTerm::TrackWidth => in_use.track_width_m / nominal.track_width_m - 1.0,
+        FirmwareTerm::HeadingPull => in_use.heading_pull_rad_per_m,
+    };
+    let entry = |effect: &'static dyn Effect| {
+        let facts = effect.facts();
+        let value = value(facts.compensated_by?);
+        let of = facts.parameters.first().filter(|_| value.abs() > NOTHING)?;
+        let (name, unit) = (of.name.to_string(), of.unit.to_string());
+        let found = ParameterFound { name, unit, value, sigma: 0.0, low95: value, high95: value };
+        let effect = KnownEffect::BuiltIn(effect);
+        Some(EffectEntry { effect, parameters: vec![found], in_use: true })
+    };
+    CATALOGUE.into_iter().filter_map(entry).collect()
 }
 
 /// What came of [`keep`].
@@ -49,9 +50,9 @@ pub enum Kept {
     /// There is nothing to say: nothing is compensated, or it is what the model says.
     Nothing,
     /// The model of a new campaign has the effects of these ids.
-    Written(Vec<&'static str>),
+    Written(Vec<String>),
     /// The robot compensates other values by now than when the campaign was begun.
-    Changed(&'static str),
+    Changed(String),
 }
 
 /// Puts what the robot compensates into the model of a campaign that has no run yet; a model that is there
@@ -82,20 +83,20 @@ pub fn keep(
     if has_runs || effects.is_empty() {
         return Ok(Kept::Nothing);
     }
-    let ids = effects.iter().map(EffectEntry::id).collect();
+    let ids = effects.iter().map(|entry| entry.id().to_owned()).collect();
     let model = ModelFile { effects, ..ModelFile::default() };
     model.write_new(&place, &nominal.name)?;
     Ok(Kept::Written(ids))
 }
 
 /// The first effect in use that has another value now than in a model; what was fitted since has its own.
-fn changed(model: &ModelFile, now: &[EffectEntry]) -> Option<&'static str> {
+fn changed(model: &ModelFile, now: &[EffectEntry]) -> Option<String> {
     // What six digits leave of it.
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-5 * a.abs() + NOTHING;
     let value = |it: &EffectEntry| it.parameters.first().map_or(0.0, |it| it.value);
     let now_of = |id: &str| now.iter().find(|it| it.id() == id).map_or(0.0, value);
     let there = model.in_use();
-    there.iter().find(|it| !same(value(it), now_of(it.id()))).map(|it| it.id())
+    there.iter().find(|it| !same(value(it), now_of(it.id()))).map(|it| it.id().to_owned())
 }
 
 #[cfg(test)]
@@ -109,9 +110,9 @@ mod tests {
         config
     }
 
-    fn values(nominal: &RobotFile, config: &Config) -> Vec<(&'static str, f64)> {
+    fn values(nominal: &RobotFile, config: &Config) -> Vec<(String, f64)> {
         let entries = effects(nominal, config);
-        entries.iter().map(|it| (it.id(), it.parameters[0].value)).collect()
+        entries.iter().map(|it| (it.id().to_owned(), it.parameters[0].value)).collect()
     }
 
     #[test]
@@ -123,7 +124,7 @@ mod tests {
     #[test]
     fn seen_from_its_own_mean_radius_a_robot_compensates_the_ratio_alone() {
         let config = calibrated();
-        let [(id, rho)] = values(&RobotFile::of(&config), &config)[..] else { panic!() };
+        let [(ref id, rho)] = values(&RobotFile::of(&config), &config)[..] else { panic!() };
         assert_eq!(id, "wheel_radius_ratio");
         // Back again by apply's (1).
         assert!(((1.0 + rho / 2.0) / (1.0 - rho / 2.0) - 0.99).abs() < 1e-15);
@@ -136,7 +137,7 @@ mod tests {
         config.geometry.track_width_m *= 1.02;
         config.geometry.heading_pull_rad_per_m = -0.004;
         let found = values(&nominal, &config);
-        let ids: Vec<&str> = found.iter().map(|it| it.0).collect();
+        let ids: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
         assert_eq!(
             ids,
             ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"]
@@ -158,13 +159,16 @@ mod tests {
         // Runs from before: what is known of them is for their owner to say.
         assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
         assert!(!place.exists());
-        assert_eq!(keep(&config, false).unwrap(), Kept::Written(vec!["wheel_radius_ratio"]));
+        assert_eq!(
+            keep(&config, false).unwrap(),
+            Kept::Written(vec!["wheel_radius_ratio".to_owned()])
+        );
         let text = std::fs::read_to_string(&place).unwrap();
         assert!(text.contains("robot's configuration") && text.contains("in_use = true"), "{text}");
         assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
         let mut other = calibrated();
         other.geometry.wheel_weight = 1.001;
-        assert_eq!(keep(&other, true).unwrap(), Kept::Changed("wheel_radius_ratio"));
+        assert_eq!(keep(&other, true).unwrap(), Kept::Changed("wheel_radius_ratio".to_owned()));
         let error = keep(&other, false).unwrap_err().to_string();
         assert!(error.contains("another wheel_radius_ratio"), "{error}");
         assert_eq!(std::fs::read_to_string(&place).unwrap(), text);

@@ -26,9 +26,11 @@ mod validate;
 mod write;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use robot_model::compare::Assumed;
-use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, find};
+use robot_model::effect::custom::CustomError;
+use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, KnownEffect};
 use robot_model::estimation::ErrorPair;
 use robot_model::estimation::OdometryNoise;
 use robot_model::explain::ParameterFound;
@@ -39,7 +41,7 @@ pub use read::{caret, custom_from_equation, equation_error, hint_for};
 #[derive(Clone, Debug, Default)]
 pub struct ModelFile {
     /// The user's own effects, declared.
-    pub customs: Vec<&'static CustomEffect>,
+    pub customs: Vec<Arc<CustomEffect>>,
     /// The effects of the model, in their order.
     pub effects: Vec<EffectEntry>,
     /// How well it fits, if it was fitted.
@@ -50,7 +52,7 @@ pub struct ModelFile {
 #[derive(Clone, Debug)]
 pub struct EffectEntry {
     /// Which.
-    pub effect: &'static dyn Effect,
+    pub effect: KnownEffect,
     /// Its fitted parameters; empty before a fit.
     pub parameters: Vec<ParameterFound>,
     /// The values are those that the robot compensated when the runs were recorded; nothing was fitted.
@@ -59,12 +61,12 @@ pub struct EffectEntry {
 
 impl EffectEntry {
     /// One without values yet.
-    pub fn unfitted(effect: &'static dyn Effect) -> Self {
+    pub fn unfitted(effect: KnownEffect) -> Self {
         Self { effect, parameters: Vec::new(), in_use: false }
     }
 
     /// Which.
-    pub fn id(&self) -> &'static str {
+    pub fn id(&self) -> &str {
         self.effect.facts().id
     }
 }
@@ -89,20 +91,25 @@ impl ModelFile {
     }
 
     /// The effect of this id, of the catalogue or of the user's own.
-    pub fn find(&self, id: &str) -> Option<&'static dyn Effect> {
-        let own = self.customs.iter().find(|it| it.facts().id == id);
-        own.map(|it| *it as &'static dyn Effect).or_else(|| find(id))
+    pub fn find(&self, id: &str) -> Option<KnownEffect> {
+        KnownEffect::find(id, &self.customs)
     }
 
     /// All effects that can be asked about: the catalogue and the user's own.
-    pub fn catalogue(&self) -> Vec<&'static dyn Effect> {
-        let own = self.customs.iter().map(|it| *it as &'static dyn Effect);
-        CATALOGUE.into_iter().chain(own).collect()
+    pub fn catalogue(&self) -> Vec<&dyn Effect> {
+        let mut all: Vec<&dyn Effect> = CATALOGUE.to_vec();
+        all.extend(self.own());
+        all
+    }
+
+    /// The user's own effects.
+    pub fn own(&self) -> impl Iterator<Item = &dyn Effect> {
+        self.customs.iter().map(|own| own.as_ref() as &dyn Effect)
     }
 
     /// The effects of the model.
-    pub fn chosen(&self) -> Vec<&'static dyn Effect> {
-        self.effects.iter().map(|it| it.effect).collect()
+    pub fn chosen(&self) -> Vec<&dyn Effect> {
+        self.effects.iter().map(|entry| &*entry.effect).collect()
     }
 
     /// What the robot compensated when the runs were recorded, and nothing was fitted to since.
@@ -111,8 +118,8 @@ impl ModelFile {
     }
 
     /// The model at its fitted values; the id of the first effect that has none as an error.
-    pub fn assumed(&self) -> Result<Vec<Assumed>, &'static str> {
-        let assumed = |it: &EffectEntry| {
+    pub fn assumed(&self) -> Result<Vec<Assumed<'_>>, &str> {
+        fn assumed(it: &EffectEntry) -> Result<Assumed<'_>, &str> {
             let facts = it.effect.facts();
             let values: Option<Vec<f64>> = facts
                 .parameters
@@ -120,16 +127,13 @@ impl ModelFile {
                 .map(|p| it.parameters.iter().find(|found| found.name == p.name))
                 .map(|found| found.map(|it| it.value))
                 .collect();
-            values.map(|values| Assumed { effect: it.effect, values }).ok_or(facts.id)
-        };
+            values.map(|values| Assumed { effect: &*it.effect, values }).ok_or(facts.id)
+        }
         self.effects.iter().map(assumed).collect()
     }
 
     /// Declares an effect of the user's own, under an id that is still free.
-    pub fn declare(
-        &mut self,
-        custom: &Custom,
-    ) -> Result<&'static CustomEffect, Box<robot_model::effect::custom::CustomError>> {
+    pub fn declare(&mut self, custom: &Custom) -> Result<KnownEffect, Box<CustomError>> {
         let mut custom = custom.clone();
         let wanted = custom.id.clone();
         let mut number = 1;
@@ -137,8 +141,8 @@ impl ModelFile {
             number += 1;
             custom.id = format!("{wanted}_{number}");
         }
-        let effect = custom.build().map_err(Box::new)?;
-        self.customs.push(effect);
-        Ok(effect)
+        let effect = Arc::new(custom.build().map_err(Box::new)?);
+        self.customs.push(Arc::clone(&effect));
+        Ok(KnownEffect::Own(effect))
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use robot_model::effect::custom::{CustomError, Part, Per, Target};
 use robot_model::effect::{Custom, CustomEffect};
@@ -36,7 +37,7 @@ impl ModelFile {
         })?;
         let mut model = Self::default();
         for custom in &raw.custom {
-            model.customs.push(custom_effect(custom, &model, file, text)?);
+            model.customs.push(Arc::new(custom_effect(custom, &model, file, text)?));
         }
         for entry in &raw.effect {
             model.effects.push(effect_entry(entry, &model, file, text)?);
@@ -60,7 +61,7 @@ fn custom_effect(
     model: &ModelFile,
     file: &Path,
     text: &str,
-) -> Result<&'static CustomEffect, CampaignError> {
+) -> Result<CustomEffect, CampaignError> {
     let fail = |byte: usize, problem: String, hint: String| {
         Err(CampaignError::new(Place::of_byte(file, text, byte), problem, hint))
     };
@@ -137,11 +138,12 @@ fn effect_entry(
     if let Some((name, it)) =
         entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
     {
-        let names: Vec<&str> = known.iter().map(|it| it.name).collect();
+        let names: Vec<&str> = known.iter().map(|it| it.name.as_ref()).collect();
         let problem = format!("{id} has no parameter `{name}`");
         return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
     }
-    let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name)?)));
+    let here =
+        known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
     let parameters = here
         .map(|(it, raw)| validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text)))
         .collect::<Result<Vec<_>, _>>()?;

@@ -31,7 +31,7 @@ fn what_was_written_is_read_again() {
     let model = parse(GOOD).unwrap();
     let again = parse(&model.to_text("a \n robot")).unwrap();
     let of = |it: &ModelFile| -> Vec<_> {
-        it.effects.iter().map(|it| (it.effect.facts().id, it.parameters.clone())).collect()
+        it.effects.iter().map(|it| (it.id().to_owned(), it.parameters.clone())).collect()
     };
     assert_eq!(of(&model), of(&again));
     assert_eq!(again.customs[0].custom(), model.customs[0].custom());
@@ -52,10 +52,10 @@ fn whatever_a_fit_may_come_to_is_read_again() {
         for at in [0.0_f64, 0.3, 0.6, 1.0] {
             let found = |it: &robot_model::effect::Parameter| {
                 let value = it.low + at * (it.high - it.low);
-                let (name, unit) = (it.name.to_owned(), it.unit.to_owned());
+                let (name, unit) = (it.name.to_string(), it.unit.to_string());
                 ParameterFound { name, unit, value, sigma: 0.1, low95: value, high95: value }
             };
-            let mut entry = EffectEntry::unfitted(effect);
+            let mut entry = EffectEntry::unfitted(KnownEffect::BuiltIn(effect));
             entry.parameters = facts.parameters.iter().map(found).collect();
             let model = ModelFile { effects: vec![entry], ..ModelFile::default() };
             let again =

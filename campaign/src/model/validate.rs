@@ -39,8 +39,8 @@ pub(super) fn parameter(
     known: &Parameter,
     raw: &Spanned<RawParameter>,
 ) -> Result<ParameterFound, Invalid> {
-    let (whole, raw, name) = (raw, raw.get_ref(), known.name);
-    let unit = raw.unit.as_ref().filter(|it| it.get_ref() != known.unit);
+    let (whole, raw, name) = (raw, raw.get_ref(), &known.name);
+    let unit = raw.unit.as_ref().filter(|it| *it.get_ref() != known.unit);
     if let Some(it) = unit {
         let problem = format!("{name} of {id} has the unit {}, not {}", known.unit, it.get_ref());
         return Err(Invalid::new(it, problem, format!("give the value in {}", known.unit)));
@@ -71,7 +71,7 @@ pub(super) fn parameter(
         let byte = place.map_or(whole.span().start, |it| it.span().start);
         return Err(Invalid { byte, problem, hint: "exchange them, or leave them out".into() });
     }
-    let (name, unit) = (name.to_owned(), known.unit.to_owned());
+    let (name, unit) = (name.to_string(), known.unit.to_string());
     Ok(ParameterFound { name, unit, value, sigma, low95, high95 })
 }
 
@@ -81,20 +81,22 @@ fn fit_again() -> String {
 
 /// What a value of the catalogue's has to be, where it makes no sense as it is: a wheel or a track of no
 /// width at all, a turn the other way round, a length that is none.
-fn impossible(id: &str, known: &Parameter, value: f64) -> Option<&'static str> {
+fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
     find(id)?;
-    match (id, known.role) {
-        // A place that has a sign, as a lever, may be anywhere.
-        (_, Role::Shape) if value <= 0.0 && known.low >= 0.0 => Some("above zero"),
-        ("track_width" | "wheel_radius_scale" | "scrub" | "gyro_scale", _) if value <= -1.0 => {
-            Some("above -1")
-        }
-        ("turn_asymmetry", _) if value.abs() >= 1.0 => Some("between -1 and 1"),
-        ("wheel_radius_ratio", _) if value.abs() >= 2.0 => Some("between -2 and 2"),
-        _ if value.abs() > FAR_OUT * known.low.abs().max(known.high.abs()) => {
-            Some("a number that some robot might have; look at its unit")
-        }
-        _ => None,
+    let (low, high) = known.possible;
+    // A place that has a sign, as a lever, may be anywhere.
+    if known.role == Role::Shape && value <= 0.0 && known.low >= 0.0 {
+        Some("above zero".to_owned())
+    } else if value <= low || value >= high {
+        Some(if high.is_finite() {
+            format!("between {low} and {high}")
+        } else {
+            format!("above {low}")
+        })
+    } else if value.abs() > FAR_OUT * known.low.abs().max(known.high.abs()) {
+        Some("a number that some robot might have; look at its unit".to_owned())
+    } else {
+        None
     }
 }
 

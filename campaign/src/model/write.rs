@@ -77,7 +77,7 @@ impl ModelFile {
                 quoted(&it.expression)
             );
             for parameter in custom.facts().parameters {
-                let _ = writeln!(text, "unit.{} = {}", parameter.name, quoted(parameter.unit));
+                let _ = writeln!(text, "unit.{} = {}", parameter.name, quoted(&parameter.unit));
             }
             for (name, [low, high]) in &it.ranges {
                 let _ = writeln!(text, "range.{name} = [{low:?}, {high:?}]");

@@ -10,6 +10,7 @@
 //!
 //! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 
+use robot_model::effect::{ActsOn, FirmwareTerm, find};
 use robot_model::explain::model::Model;
 use robot_model::explain::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
@@ -102,8 +103,10 @@ pub fn chosen(model: &ModelFile) -> Vec<Believed> {
     model.effects.iter().map(entry).collect()
 }
 
-const COMPENSABLE: [&str; 4] =
-    ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"];
+/// What of the firmware's configuration compensates the effect of this id, if it is of the catalogue.
+fn compensated_by(effect: &str) -> Option<FirmwareTerm> {
+    find(effect)?.facts().compensated_by
+}
 
 impl Change {
     /// What these effects ask for on the robot with this configuration.
@@ -123,11 +126,12 @@ impl Change {
             let remedy = remedy(it);
             if remedy == Remedy::Compensated {
                 let value = it.parameters.first().map(|it| it.value);
-                match it.effect.as_str() {
-                    "wheel_radius_ratio" => rho = value,
-                    "wheel_radius_scale" => s = value,
-                    "heading_pull" => c = value,
-                    _ => delta = value,
+                match compensated_by(&it.effect) {
+                    Some(FirmwareTerm::WheelWeight) => rho = value,
+                    Some(FirmwareTerm::MeanRadius) => s = value,
+                    Some(FirmwareTerm::HeadingPull) => c = value,
+                    Some(FirmwareTerm::TrackWidth) => delta = value,
+                    None => {}
                 }
             }
             remedies.push((it.effect.clone(), remedy));
@@ -159,7 +163,7 @@ impl Change {
         const SAME: f64 = 1e-4;
         let stays_m = mean_radius_m(&self.after);
         let told = self.remedies.iter().any(|(effect, remedy)| {
-            effect == "wheel_radius_scale"
+            compensated_by(effect) == Some(FirmwareTerm::MeanRadius)
                 && matches!(remedy, Remedy::Compensated | Remedy::Ambiguous(_))
         });
         let other = (stays_m / nominal.wheel_radius_m - 1.0).abs() > SAME;
@@ -178,12 +182,12 @@ impl Change {
 }
 
 fn remedy(it: &Believed) -> Remedy {
-    let facts = robot_model::effect::find(&it.effect).map(|it| it.facts());
+    let facts = find(&it.effect).map(|it| it.facts());
     let acts_on = facts.map(|it| it.acts_on);
-    if acts_on.is_some_and(|it| it != robot_model::effect::ActsOn::Motion) {
+    if acts_on.is_some_and(|it| it != ActsOn::Motion) {
         return Remedy::Measurement;
     }
-    if !COMPENSABLE.contains(&it.effect.as_str()) {
+    if compensated_by(&it.effect).is_none() {
         let what = facts.map_or("a term of your own", |it| it.compensation);
         return Remedy::Uncompensated(what.to_owned());
     }

@@ -1,6 +1,7 @@
 //! `beeline apply`
 
 use host_link::Session;
+use robot_model::effect::{Effect, KnownEffect};
 use robot_model::explain::explain_beyond;
 use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
@@ -109,7 +110,7 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
     if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
-        let id = entry.effect.facts().id;
+        let id = entry.id();
         return Err(Error::new(format_args!("{}: {id} has no value yet", place.display()))
             .hint(format_args!("beeline model fit {}", folder.display())));
     }
@@ -121,16 +122,17 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
     let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
-    let catalogue: Vec<_> = model.catalogue().into_iter().map(|it| it as _).collect();
     let campaign = campaign.to_model(folder)?;
-    let answer = explain_beyond(&campaign, &catalogue, &in_use).map_err(failed)?;
+    let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = believed(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |it: &&&EffectEntry| !effects.iter().any(|other| other.is(it.id()));
     let gone: Vec<EffectEntry> = model.in_use().iter().filter(gone).copied().cloned().collect();
     if !gone.is_empty() {
-        let found = effects.iter().filter_map(|it| model.find(&it.effect));
-        let all: Vec<_> = found.chain(gone.iter().map(|it| it.effect)).collect();
+        let mut all: Vec<KnownEffect> =
+            effects.iter().filter_map(|it| model.find(&it.effect)).collect();
+        all.extend(gone.iter().map(|entry| entry.effect.clone()));
+        let all: Vec<&dyn Effect> = all.iter().map(|effect| &**effect).collect();
         let fitted = fit(&campaign, &all).map_err(failed)?;
         effects.extend(gone.iter().filter_map(|it| doubted(it, &fitted)));
     }

@@ -24,7 +24,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         Error::new(format_args!("{}: {id} has no values yet", file.display()))
             .hint(format_args!("`beeline model fit {campaign}`"))
     })?;
-    let own: Vec<_> = model.catalogue().split_off(robot_model::effect::CATALOGUE.len());
+    let own: Vec<_> = model.own().collect();
     let comparer = Comparer::new(&campaign, &own).map_err(Error::new)?;
     let comparison = comparer.compare(&assumed);
     let nominal = (!assumed.is_empty()).then(|| comparer.compare(&[]));

@@ -15,9 +15,8 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     warn_if_lone(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
-    let asked: Vec<_> = catalogue.iter().map(|it| *it as _).collect();
     let in_model: Vec<&str> = model.chosen().iter().map(|it| it.facts().id).collect();
-    let answer = explain_beyond(&campaign, &asked, &in_model).map_err(Error::new)?;
+    let answer = explain_beyond(&campaign, &catalogue, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
         let json = serde_json::to_value(&answer).map_err(Error::new)?;
         say(json);
@@ -28,10 +27,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
             let comparer =
                 Comparer::with_noise(&campaign, robot_model::estimation::OdometryNoise::TYPICAL)
                     .map_err(Error::new)?;
-            assumed(&answer.steps, |id| model.find(id))
-                .iter()
-                .map(|it| comparer.combination(it))
-                .collect()
+            assumed(&answer.steps, &catalogue).iter().map(|it| comparer.combination(it)).collect()
         };
         show(
             &answer,

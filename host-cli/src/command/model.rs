@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use robot_model::effect::{Custom, Effect};
+use robot_model::effect::{Custom, Effect, KnownEffect};
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::HeldOut;
 use robot_model::explain::model::{Model, fit};
@@ -143,7 +143,7 @@ struct Task {
     file: PathBuf,
     model: ModelFile,
     /// The effects before the change.
-    before: Vec<&'static dyn Effect>,
+    before: Vec<KnownEffect>,
 }
 
 impl Task {
@@ -152,11 +152,11 @@ impl Task {
         warn_if_lone(&campaign);
         let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
         let model = ModelFile::read_or_empty(&file)?;
-        let before = model.chosen();
+        let before = model.effects.iter().map(|entry| entry.effect.clone()).collect();
         Ok(Self { robot: read.robot.name, campaign, file, model, before })
     }
 
-    fn find(&self, id: &str) -> Result<&'static dyn Effect> {
+    fn find(&self, id: &str) -> Result<KnownEffect> {
         self.model.find(id).ok_or_else(|| {
             Error::new(format_args!("there is no effect `{id}`")).hint(hint_for(id, &self.model))
         })
@@ -164,13 +164,14 @@ impl Task {
 
     /// Fits before and after, writes the model, and says what it came to.
     fn change(mut self, common: &Common) -> Result<()> {
-        let fitted =
-            |effects: &[&'static dyn Effect]| fit(&self.campaign, effects).map_err(Error::new);
-        let before = fitted(&self.before)?;
+        let fitted = |effects: &[&dyn Effect]| fit(&self.campaign, effects).map_err(Error::new);
+        let before: Vec<&dyn Effect> = self.before.iter().map(|effect| &**effect).collect();
+        let before = fitted(&before)?;
         let after = fitted(&self.model.chosen())?;
         if !after.is_finite() {
             let old: Vec<&str> = self.before.iter().map(|it| it.facts().id).collect();
-            let new = after.effects.iter().map(|it| it.effect).filter(|it| !old.contains(it));
+            let new =
+                after.effects.iter().map(|it| it.effect.as_str()).filter(|id| !old.contains(id));
             let added = new.collect::<Vec<_>>().join(", ");
             let with = if added.is_empty() { "this model".to_owned() } else { added };
             return Err(Error::new(format_args!(
@@ -251,8 +252,8 @@ fn on_aside(model: &Model) -> Errors {
 /// Each effect with its parameters and its verdict.
 fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
     for it in &model.effects {
-        let mark = if new(it.effect) { "+ " } else { "  " };
-        say(format_args!("{mark}{}", paint(BOLD, it.effect)));
+        let mark = if new(&it.effect) { "+ " } else { "  " };
+        say(format_args!("{mark}{}", paint(BOLD, &it.effect)));
         parameters(&it.parameters, 4);
         let style = if it.verdict.better() { GOOD } else { BAD };
         for line in wrapped(&it.verdict.sentence(), LINE - 4) {

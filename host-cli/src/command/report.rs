@@ -1,7 +1,7 @@
 //! `beeline report`
 
 use robot_model::compare::{Assumed, Comparer};
-use robot_model::effect::{CATALOGUE, Effect};
+use robot_model::effect::Effect;
 use robot_model::explain::explain_beyond;
 use serde_json::json;
 
@@ -35,12 +35,12 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     check_writable(&args.output).map_err(|error| cannot(&error))?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
-    let asked: Vec<&dyn Effect> = catalogue.iter().map(|it| *it as _).collect();
     // The whole story, from the robot on that was recorded, whatever the model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|it| it.id()).collect();
-    let answer = explain_beyond(&campaign, &asked, &in_use).map_err(Error::new)?;
-    let comparer = Comparer::new(&campaign, &catalogue[CATALOGUE.len()..]).map_err(Error::new)?;
-    let found = assumed(&answer.steps, |id| model.find(id));
+    let answer = explain_beyond(&campaign, &catalogue, &in_use).map_err(Error::new)?;
+    let comparer =
+        Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
+    let found = assumed(&answer.steps, &catalogue);
     let combinations: Vec<_> = found.iter().map(|it| comparer.combination(it)).collect();
     let subject = Subject {
         robot: &read.robot.name,
@@ -51,7 +51,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         combinations: &combinations,
         in_model: &[],
     };
-    let before = assumed(&answer.known, |id| model.find(id));
+    let before = assumed(&answer.known, &catalogue);
     let after: Vec<Assumed> = before.iter().chain(&found).cloned().collect();
     let comparisons = [comparer.compare(&before), comparer.compare(&after)];
     let paths = [comparer.paths(&before), comparer.paths(&after)];

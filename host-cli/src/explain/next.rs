@@ -1,5 +1,6 @@
 //! The next run: what to drive, what it takes, and the command that does it.
 
+use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
 use super::words::Subject;
@@ -24,7 +25,8 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
 
 /// What a next run takes besides driving it: one that is about the gyro shows nothing without it.
 pub(crate) fn gyro_words(next: &NextRun) -> Option<&'static str> {
-    next.separates.iter().any(|id| id.starts_with("gyro_")).then_some(
+    let of_gyro = |id: &String| find(id).is_some_and(|it| it.facts().acts_on == ActsOn::Gyro);
+    next.separates.iter().any(of_gyro).then_some(
         "The gyro has to be logged in it: --gyro names the CSV (t_s,gyro_z_rad_s) to which its logger \
          appends; a simulated robot has one if its scenario has a section [gyro].",
     )

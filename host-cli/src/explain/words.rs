@@ -6,14 +6,12 @@ use robot_model::explain::{Answer, HeldOut, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
 
-/// Effects of an answer at the values found; `find` knows all effects that were asked about.
-pub fn assumed(
-    steps: &[StepFound],
-    find: impl Fn(&str) -> Option<&'static dyn Effect>,
-) -> Vec<Assumed> {
-    let step = |it: &StepFound| {
-        let values = it.parameters.iter().map(|it| it.value).collect();
-        Some(Assumed { effect: find(&it.effect)?, values })
+/// Effects of an answer at the values found; the catalogue has all that were asked about.
+pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
+    let step = |step: &StepFound| {
+        let values = step.parameters.iter().map(|parameter| parameter.value).collect();
+        let effect = catalogue.iter().find(|effect| effect.facts().id == step.effect)?;
+        Some(Assumed { effect: *effect, values })
     };
     steps.iter().filter_map(step).collect()
 }
@@ -34,7 +32,7 @@ pub struct Subject<'a> {
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All effects that were asked about.
-    pub catalogue: &'a [&'static dyn Effect],
+    pub catalogue: &'a [&'a dyn Effect],
     /// The effects that the user's model has already.
     pub in_model: &'a [EffectEntry],
     /// What each step comes to in one plain number, where one says it.
@@ -42,16 +40,13 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    pub(crate) fn facts(&self, id: &str) -> Option<&'static Facts> {
-        self.catalogue.iter().map(|it| it.facts()).find(|it| it.id == id)
+    pub(crate) fn facts(&self, id: &str) -> Option<Facts<'_>> {
+        self.catalogue.iter().map(|effect| effect.facts()).find(|facts| facts.id == id)
     }
 
     /// The plain name of an effect.
-    pub fn name<'b>(&self, id: &'b str) -> &'b str
-    where
-        'static: 'b,
-    {
-        self.facts(id).map_or(id, |it| it.name)
+    pub fn name<'b>(&'b self, id: &'b str) -> &'b str {
+        self.facts(id).map_or(id, |facts| facts.name)
     }
 }
 

@@ -55,9 +55,9 @@ impl Default for RecordSettings {
 #[derive(Debug)]
 pub enum RecordStep<'a> {
     /// The new campaign's model has these effects: the robot compensates them already.
-    Compensated(&'a [&'static str]),
+    Compensated(&'a [String]),
     /// The robot compensates this effect by another value than when the campaign was begun.
-    CompensatedAnew(&'static str),
+    CompensatedAnew(&'a str),
     /// So many runs of the plan are there already.
     GoesOn(usize),
     /// A run begins: its place in the plan, from 1, and how many there are.
@@ -219,7 +219,7 @@ async fn open_folder(
     match in_use::keep(folder, writer.robot(), config, there.is_some())? {
         Kept::Nothing => {}
         Kept::Written(ids) => tell(RecordStep::Compensated(&ids)),
-        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(id)),
+        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(&id)),
     }
     Ok((writer, there))
 }

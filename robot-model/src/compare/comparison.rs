@@ -19,9 +19,9 @@ use crate::selection::select::select;
 
 /// An effect at certain values of its parameters: one part of a model that is taken as it is.
 #[derive(Clone, Debug)]
-pub struct Assumed {
+pub struct Assumed<'a> {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: &'a dyn Effect,
     /// Its parameters' values.
     pub values: Vec<f64>,
 }
@@ -55,10 +55,10 @@ pub struct Comparer {
 
 impl Comparer {
     /// Finds out what is noise: what is left over with all of the catalogue and of these that `explain` believes in.
-    pub fn new(campaign: &Campaign, more: &[&'static dyn Effect]) -> Result<Self, RecordingError> {
+    pub fn new(campaign: &Campaign, more: &[&dyn Effect]) -> Result<Self, RecordingError> {
         let prepared = campaign.prepare()?;
-        let effects: Vec<&'static dyn Effect> = CATALOGUE.iter().chain(more).copied().collect();
-        let effects: Vec<&dyn Effect> = effects.iter().map(|it| *it as _).collect();
+        let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
+        effects.extend(more);
         let noise = select(&prepared, &effects).fitted.noise;
         Ok(Self::of(prepared, noise))
     }
@@ -80,7 +80,7 @@ impl Comparer {
     }
 
     /// Compares this model with the campaign.
-    pub fn compare(&self, model: &[Assumed]) -> Comparison {
+    pub fn compare(&self, model: &[Assumed<'_>]) -> Comparison {
         let terms = terms(model);
         let mut runs = driven::runs(0, &self.prepared, &terms, &self.noise);
         let [position_m, heading_rad] = driven::overall(&runs);
@@ -93,18 +93,18 @@ impl Comparer {
     }
 
     /// Where the model says that each run went, beside where it was seen to go; those kept aside last.
-    pub fn paths(&self, model: &[Assumed]) -> Vec<Path> {
+    pub fn paths(&self, model: &[Assumed<'_>]) -> Vec<Path> {
         let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
         [paths(&self.prepared), paths(&self.held_out)].concat()
     }
 
     /// What the model leaves, against everything it might depend on.
-    pub fn curves(&self, model: &[Assumed]) -> Vec<Curve> {
+    pub fn curves(&self, model: &[Assumed<'_>]) -> Vec<Curve> {
         curve::curves(&self.prepared, &terms(model), &self.noise)
     }
 
     /// What an effect does in these runs in all, in one plain number: "8.1 mrad of turn per metre".
-    pub fn combination(&self, effect: &Assumed) -> Option<String> {
+    pub fn combination(&self, effect: &Assumed<'_>) -> Option<String> {
         crate::effect::net_change::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
     }
 }
@@ -128,7 +128,7 @@ fn tell_headings(run: &mut PreparedRun) {
     }
 }
 
-fn terms(model: &[Assumed]) -> Vec<Term<'static>> {
-    let term = |it: &Assumed| Term { effect: it.effect, values: it.values.clone(), column: None };
+fn terms<'a>(model: &[Assumed<'a>]) -> Vec<Term<'a>> {
+    let term = |it: &Assumed<'a>| Term::new(it.effect, it.values.clone());
     model.iter().map(term).collect()
 }

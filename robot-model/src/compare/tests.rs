@@ -4,12 +4,12 @@ use super::*;
 use crate::effect::composition::Term;
 use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
-fn compared(truth: &[Term<'static>], model: &[Assumed], seed: u64) -> Comparison {
+fn compared(truth: &[Term<'static>], model: &[Assumed<'_>], seed: u64) -> Comparison {
     let runs = campaign(&full_plan(), truth, seed);
     Comparer::new(&runs, &[]).unwrap().compare(model)
 }
 
-fn assumed(id: &str, values: &[f64]) -> Assumed {
+fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
     Assumed { effect: crate::effect::find(id).unwrap(), values: values.into() }
 }
 

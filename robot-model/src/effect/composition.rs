@@ -1,20 +1,100 @@
 //! All effects of a model put together: what one step moves the robot by, and how that depends on
 //! every free parameter. Equations (1) to (4) of [`crate::effect`].
 
-use crate::effect::definition::{Change, Effect, Memory, View};
+use core::ops::{Deref, Range};
+
+use crate::effect::definition::{Change, Effect, Memory, Role, View};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::Jet;
 use crate::recording::motion::Step;
 
 /// One effect at certain parameter values.
 #[derive(Clone, Debug)]
-pub struct Term<'a> {
+pub(crate) struct Term<'a> {
     /// The effect.
     pub effect: &'a dyn Effect,
     /// Its parameters' values.
     pub values: Vec<f64>,
-    /// Index of its first column, if its parameters are free.
-    pub column: Option<usize>,
+}
+
+impl<'a> Term<'a> {
+    pub fn new(effect: &'a dyn Effect, values: Vec<f64>) -> Self {
+        Self { effect, values }
+    }
+}
+
+/// A term whose parameters are free: each has its column in the normal equations.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedTerm<'a> {
+    term: Term<'a>,
+    first: usize,
+}
+
+impl<'a> PlacedTerm<'a> {
+    /// Gives every parameter of these terms a column, in their order.
+    pub fn place(terms: &[Term<'a>]) -> Vec<Self> {
+        let mut next = 0;
+        let place = |term: &Term<'a>| {
+            let first = next;
+            next += term.values.len();
+            Self { term: term.clone(), first }
+        };
+        terms.iter().map(place).collect()
+    }
+
+    /// The columns of its parameters.
+    pub fn columns(&self) -> Range<usize> {
+        self.first..self.first + self.values.len()
+    }
+
+    /// The columns of its amplitudes.
+    pub fn amplitudes(&self) -> Vec<usize> {
+        let parameters = self.columns().zip(self.effect.facts().parameters);
+        parameters.filter(|(_, of)| of.role == Role::Amplitude).map(|(column, _)| column).collect()
+    }
+
+    /// The value of the parameter in one of its columns.
+    pub fn value(&self, column: usize) -> f64 {
+        self.values[column - self.first]
+    }
+
+    /// The same at fixed values.
+    pub fn fixed(&self) -> Term<'a> {
+        self.term.clone()
+    }
+}
+
+impl<'a> Deref for PlacedTerm<'a> {
+    type Target = Term<'a>;
+
+    fn deref(&self) -> &Term<'a> {
+        &self.term
+    }
+}
+
+/// The terms of a model: at fixed values, or with derivatives by every parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Terms<'t, 'a> {
+    Fixed(&'t [Term<'a>]),
+    Free(&'t [PlacedTerm<'a>]),
+}
+
+impl<'t, 'a> Terms<'t, 'a> {
+    /// How many columns there are.
+    pub fn columns(self) -> usize {
+        match self {
+            Self::Fixed(_) => 0,
+            Self::Free(terms) => terms.iter().map(|term| term.columns().end).max().unwrap_or(0),
+        }
+    }
+
+    /// Each term, with its first column if its parameters are free.
+    pub fn each(self) -> Vec<(&'t Term<'a>, Option<usize>)> {
+        match self {
+            Self::Fixed(terms) => terms.iter().map(|term| (term, None)).collect(),
+            Self::Free(terms) => terms.iter().map(|it| (&it.term, Some(it.first))).collect(),
+        }
+    }
 }
 
 /// What a step moves the robot by, in its own frame at the middle of the turn; or the derivative of it.
@@ -28,7 +108,7 @@ pub(crate) struct Increment {
 
 /// The terms at work in one run.
 pub(crate) struct Composer<'a> {
-    terms: &'a [Term<'a>],
+    terms: Vec<(&'a Term<'a>, Option<usize>)>,
     parameters: Vec<[Jet; crate::numeric::jet::PARAMETERS_MAX]>,
     memories: Vec<Memory>,
     changes: Vec<Change>,
@@ -37,26 +117,34 @@ pub(crate) struct Composer<'a> {
 }
 
 impl<'a> Composer<'a> {
-    pub fn new(terms: &'a [Term<'a>], columns: usize) -> Self {
+    pub fn new(terms: Terms<'a, 'a>) -> Self {
+        let (each, columns) = (terms.each(), terms.columns());
         Self {
-            terms,
-            parameters: terms.iter().map(|term| Jet::parameters(&term.values)).collect(),
-            memories: vec![Memory::default(); terms.len()],
-            changes: vec![Change::NONE; terms.len()],
+            parameters: each.iter().map(|(term, _)| Jet::parameters(&term.values)).collect(),
+            memories: vec![Memory::default(); each.len()],
+            changes: vec![Change::NONE; each.len()],
             by_column: vec![Increment::default(); columns],
+            terms: each,
         }
+    }
+
+    /// The values alone, whether or not parameters are free.
+    pub fn without_derivatives(terms: Terms<'a, 'a>) -> Self {
+        let composer = Self::new(terms);
+        let terms = composer.terms.iter().map(|(term, _)| (*term, None)).collect();
+        Self { terms, by_column: Vec::new(), ..composer }
     }
 
     /// What the terms together change in the measured pose, and each column's derivative of it.
     pub fn view(&self) -> (View, Vec<View>) {
         let mut sum = View::NONE;
         let mut by_column = vec![View::NONE; self.by_column.len()];
-        for (term, p) in self.terms.iter().zip(&self.parameters) {
+        for ((term, first), p) in self.terms.iter().zip(&self.parameters) {
             let view = term.effect.observe(p);
             sum.offset_m[0].value += view.offset_m[0].value;
             sum.offset_m[1].value += view.offset_m[1].value;
             sum.delay_s.value += view.delay_s.value;
-            let Some(first) = term.column else { continue };
+            let Some(first) = first else { continue };
             for j in 0..term.values.len() {
                 let slope = &mut by_column[first + j];
                 slope.offset_m = view.offset_m.map(|it| Jet::constant(it.by[j]));
@@ -72,7 +160,7 @@ impl<'a> Composer<'a> {
         let mut travel = WheelPair::both(1.0);
         let mut turning = 1.0;
         let mut sum = Increment::default();
-        for (i, term) in self.terms.iter().enumerate() {
+        for (i, (term, _)) in self.terms.iter().enumerate() {
             let change = term.effect.act(&self.parameters[i], step, &mut self.memories[i]);
             angle = angle.zip(change.angle_rad).map(|(sum, it)| sum + it.value);
             travel = travel.zip(change.travel).map(|(product, it)| product * (1.0 + it.value));
@@ -87,8 +175,8 @@ impl<'a> Composer<'a> {
         let wheel_turn_rad = wheels_m.difference() / step.track_width_m;
         sum.travel_m = wheels_m.mean();
         sum.turn_rad += wheel_turn_rad * turning;
-        for (term, change) in self.terms.iter().zip(&self.changes) {
-            let Some(first) = term.column else { continue };
+        for ((term, first), change) in self.terms.iter().zip(&self.changes) {
+            let Some(first) = first else { continue };
             for j in 0..term.values.len() {
                 let by_wheel = wheels_m.zip(travel).zip(change.angle_rad.zip(change.travel)).map(
                     |((ds_m, factor), (angle, travel))| {

@@ -1,5 +1,7 @@
 //! What an effect is: the trait, what it changes, and the facts about it.
 
+use std::borrow::Cow;
+
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
@@ -8,7 +10,7 @@ use crate::recording::survey::Survey;
 /// What an effect does, by one formula a method. Methods that are left out change nothing.
 pub trait Effect: Sync + core::fmt::Debug {
     /// What there is to know about it.
-    fn facts(&self) -> &'static Facts;
+    fn facts(&self) -> Facts<'_>;
 
     /// What it changes in a step of the motion, equations (1) to (3).
     fn act(&self, _p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
@@ -103,16 +105,18 @@ pub enum Role {
 }
 
 /// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name, as in `model.toml`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Unit; `1` for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Least plausible value.
     pub low: f64,
     /// Greatest plausible value.
     pub high: f64,
+    /// Between these, neither included, a value has a meaning at all.
+    pub possible: (f64, f64),
     /// Amplitude or shape.
     pub role: Role,
 }
@@ -120,17 +124,33 @@ pub struct Parameter {
 impl Parameter {
     /// An amplitude of either sign.
     pub const fn amplitude(name: &'static str, unit: &'static str, limit: f64) -> Self {
-        Self { name, unit, low: -limit, high: limit, role: Role::Amplitude }
+        Self::new(name, unit, (-limit, limit), Role::Amplitude)
     }
 
     /// An amplitude that has one sign only.
     pub const fn positive(name: &'static str, unit: &'static str, limit: f64) -> Self {
-        Self { name, unit, low: 0.0, high: limit, role: Role::Amplitude }
+        Self::new(name, unit, (0.0, limit), Role::Amplitude)
     }
 
     /// A shape.
     pub const fn shape(name: &'static str, unit: &'static str, low: f64, high: f64) -> Self {
-        Self { name, unit, low, high, role: Role::Shape }
+        Self::new(name, unit, (low, high), Role::Shape)
+    }
+
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        (low, high): (f64, f64),
+        role: Role,
+    ) -> Self {
+        let possible = (f64::NEG_INFINITY, f64::INFINITY);
+        Self { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), low, high, possible, role }
+    }
+
+    /// The same with bounds beyond which a value means nothing: a track of no width, a turn the other way round.
+    pub const fn possible(mut self, low: f64, high: f64) -> Self {
+        self.possible = (low, high);
+        self
     }
 
     /// Spread of values that are plausible before any data: half the range.
@@ -153,23 +173,81 @@ pub enum ActsOn {
     Gyro,
 }
 
+/// What runs must have to show an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// A yaw rate sensor.
+    YawRate,
+    /// The time at which each run began.
+    StartTimes,
+    /// Counts that go on from run to run, so that a wheel's angle is known across runs.
+    ContinuousCounts,
+    /// A load in some run.
+    Load,
+}
+
+/// What place an effect has in a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// Radii and track width: what every robot is to be measured for first, and what all else stands beside.
+    Geometry,
+    /// All else.
+    Other,
+}
+
+/// By what the firmware compensates an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FirmwareTerm {
+    /// The wheel weight W_T.
+    WheelWeight,
+    /// The mean radius of both wheels.
+    MeanRadius,
+    /// The track width.
+    TrackWidth,
+    /// The heading pull that motions are steered against.
+    HeadingPull,
+}
+
 /// What there is to know about an effect.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts<'a> {
     /// Stable name, as in `model.toml` and JSON.
-    pub id: &'static str,
+    pub id: &'a str,
     /// What a person calls it.
-    pub name: &'static str,
+    pub name: &'a str,
     /// Its equation.
-    pub equation: &'static str,
+    pub equation: &'a str,
     /// Its parameters, at most [`PARAMETERS_MAX`].
-    pub parameters: &'static [Parameter],
+    pub parameters: &'a [Parameter],
     /// Where it acts.
     pub acts_on: ActsOn,
+    /// What place it has in a model.
+    pub group: Group,
+    /// What runs must have to show it.
+    pub needs: &'a [Need],
+    /// What of the firmware's configuration its first parameter goes into.
+    pub compensated_by: Option<FirmwareTerm>,
     /// What it looks like in what is left over.
-    pub signature: &'static str,
+    pub signature: &'a str,
     /// The run that shows it.
-    pub shown_by: &'static str,
+    pub shown_by: &'a str,
     /// What can be done about it.
-    pub compensation: &'static str,
+    pub compensation: &'a str,
+}
+
+impl Facts<'static> {
+    /// An effect of the motion, of no name yet, that needs nothing and that no firmware compensates.
+    pub const DEFAULT: Self = Self {
+        id: "",
+        name: "",
+        equation: "",
+        parameters: &[],
+        acts_on: ActsOn::Motion,
+        group: Group::Other,
+        needs: &[],
+        compensated_by: None,
+        signature: "",
+        shown_by: "",
+        compensation: "",
+    };
 }

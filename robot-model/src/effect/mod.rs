@@ -18,6 +18,7 @@
 //! | `definition.rs` | the trait [`Effect`], what it returns, and its [`Facts`] |
 //! | `catalogue/` | the built-in effects, one a file |
 //! | [`custom`] | effects that a user writes as an expression |
+//! | `known.rs` | [`KnownEffect`]: an effect to keep, built in or a user's own |
 //! | `composition.rs` | equations (1) to (3) and (5) for all effects of a model together |
 //! | `net_change.rs` | what an effect comes to in the runs of a campaign, in one number |
 //!
@@ -28,10 +29,14 @@ pub(crate) mod catalogue;
 pub(crate) mod composition;
 pub mod custom;
 pub(crate) mod definition;
+pub(crate) mod known;
 pub(crate) mod net_change;
 #[cfg(test)]
 mod tests;
 
 pub use catalogue::{CATALOGUE, find};
 pub use custom::{Custom, CustomEffect};
-pub use definition::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role, View};
+pub use definition::{
+    ActsOn, Change, Effect, Facts, FirmwareTerm, Group, Memory, Need, Parameter, Role, View,
+};
+pub use known::KnownEffect;

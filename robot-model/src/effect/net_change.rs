@@ -9,7 +9,7 @@
 //!
 //! and the one that says most of it is told, if it says most of all.
 
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, Term, Terms};
 use crate::recording::campaign::Prepared;
 
 /// The part of an effect's work that one number has to say.
@@ -42,13 +42,12 @@ impl Line {
 }
 
 pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
-    let terms = [Term { column: None, ..term.clone() }];
     let mut lines = [Line::default(); 5];
     let mut all = 0.0;
     let (mut forwards_m, mut backwards_m) = (0.0, 0.0);
     let track_m = prepared.robot.track_width_m;
     for run in &prepared.runs {
-        let mut composer = Composer::new(&terms, 0);
+        let mut composer = Composer::new(Terms::Fixed(std::slice::from_ref(term)));
         for step in &run.motion.steps {
             let increment = composer.step(step);
             let (ds_m, dtheta) = (step.travel_m(), step.turn_rad());

@@ -24,7 +24,7 @@
 //! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own: how it
 //! depends on the parameters is second order and left out.
 
-use crate::effect::composition::{Composer, Increment, Term};
+use crate::effect::composition::{Composer, Increment, Terms};
 use crate::effect::definition::View;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::open_loop;
@@ -76,13 +76,12 @@ pub(crate) struct Filter<'a> {
 pub(crate) fn whiten(
     motion: &Motion,
     measurements: &[PoseMeasurement],
-    terms: &[Term<'_>],
-    columns: usize,
+    terms: Terms<'_, '_>,
     noise: &OdometryNoise,
     sink: &mut impl Sink,
 ) {
     let Some(start) = start_pose(motion, measurements, terms) else { return };
-    let composer = Composer::new(terms, columns);
+    let (composer, columns) = (Composer::new(terms), terms.columns());
     let (view, view_by_column) = composer.view();
     let mut filter = Filter {
         composer,
@@ -141,7 +140,7 @@ pub(crate) fn whiten(
 fn start_pose(
     motion: &Motion,
     measurements: &[PoseMeasurement],
-    terms: &[Term<'_>],
+    terms: Terms<'_, '_>,
 ) -> Option<Pose> {
     let first = within(motion, measurements).find(|it| it.position_m.is_some())?;
     let [x_m, y_m] = first.position_m?;
@@ -153,7 +152,7 @@ fn start_pose(
             let from_heading = track.start_heading_from_headings();
             let from_positions = || {
                 // Whether places tell a heading is not to depend on the model that is asked about.
-                let nominal = open_loop(motion, measurements, &[]);
+                let nominal = open_loop(motion, measurements, Terms::Fixed(&[]));
                 let tells = nominal.spread_m() > HEADING_SPREAD_M;
                 tells.then(|| track.start_from_positions()).flatten().map(|it| it.heading_rad)
             };

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use serde::Serialize;
 
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::moved_within_range;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -81,22 +81,19 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
 /// Terms with some columns moved, shapes within what the runs can show.
 fn moved<'a>(
     prepared: &Prepared,
-    terms: &[Term<'a>],
+    terms: &[PlacedTerm<'a>],
     columns: &[usize],
     delta: &DVector<f64>,
 ) -> Vec<Term<'a>> {
-    let mut terms = terms.to_vec();
     let step: Vec<f64> = terms
         .iter()
-        .flat_map(|term| {
-            // A term that is not fitted has no column to be moved by.
-            (0..term.values.len()).map(|j| term.column.map(|first| first + j))
-        })
+        .flat_map(PlacedTerm::columns)
         .map(|column| {
-            let index = columns.iter().position(|it| Some(*it) == column);
+            let index = columns.iter().position(|moved| *moved == column);
             index.map_or(0.0, |index| delta[index])
         })
         .collect();
+    let mut terms: Vec<Term<'a>> = terms.iter().map(PlacedTerm::fixed).collect();
     moved_within_range(prepared, &mut terms, &step);
     terms
 }
@@ -104,7 +101,7 @@ fn moved<'a>(
 /// Errors with these columns fitted to all runs.
 pub(crate) fn train(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Errors {
@@ -137,7 +134,7 @@ impl TrackErrors {
 /// `None` for a campaign of one run, which leaves nothing to fit to.
 pub(crate) fn cross_validated_tracks(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Option<TrackErrors> {
@@ -160,7 +157,7 @@ pub(crate) fn cross_validated_tracks(
 /// all of it, as a block has no start of its own.
 pub(crate) fn cross_validated(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[Term<'_>]),
+    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Errors {

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::effect::definition::{Effect, Role};
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::gyro::{fixed_segments, follow, whiten_gyro};
@@ -54,8 +54,9 @@ pub(crate) fn minus_two_log_likelihood(
 ) -> f64 {
     let each = parallel::map(runs, |run| {
         let mut sum = Likelihood::default();
-        whiten(&run.motion, &run.recording.measured_poses, terms, 0, noise, &mut sum);
-        whiten_gyro(run, terms, 0, noise, &mut sum);
+        let terms = Terms::Fixed(terms);
+        whiten(&run.motion, &run.recording.measured_poses, terms, noise, &mut sum);
+        whiten_gyro(run, terms, noise, &mut sum);
         sum.minus_two_log
     });
     each.iter().sum()
@@ -84,9 +85,7 @@ pub(crate) fn fit_noise(
     start: OdometryNoise,
     search: Search,
 ) -> OdometryNoise {
-    let fixed: Vec<Term<'_>> =
-        terms.iter().map(|term| Term { column: None, ..term.clone() }).collect();
-    let view = Composer::new(&fixed, 0).view().0;
+    let view = Composer::new(Terms::Fixed(terms)).view().0;
     let measurements: usize =
         prepared.runs.iter().map(|run| run.recording.measured_poses.len()).sum();
     let most = NOISE_SIGHTS_MAX[usize::from(search == Search::Wide)];
@@ -95,8 +94,8 @@ pub(crate) fn fit_noise(
         let bursts = run.recording.measured_poses.chunks(BURST).step_by(every);
         let thinned: Vec<PoseMeasurement> = bursts.flatten().copied().collect();
         let mut segments =
-            NoiseSegments::new(view.offset_m.map(|it| it.value), fixed_segments(run, &fixed));
-        whiten(&run.motion, &thinned, &fixed, 0, &start, &mut segments);
+            NoiseSegments::new(view.offset_m.map(|it| it.value), fixed_segments(run, terms));
+        whiten(&run.motion, &thinned, Terms::Fixed(terms), &start, &mut segments);
         segments
     });
     let robot = &prepared.robot;
@@ -124,7 +123,7 @@ pub(crate) fn fit_parameters<'a>(
     let mut best: Option<(f64, Vec<Term<'a>>, DVector<f64>)> = None;
     let mut round = 0;
     loop {
-        let equations = CampaignEquations::gather(prepared, &mut terms, &noise);
+        let equations = CampaignEquations::gather(prepared, &PlacedTerm::place(&terms), &noise);
         let cost = equations.total.squares + equations.prior_cost();
         round += 1;
         if let Some((least, there, step)) = &mut best

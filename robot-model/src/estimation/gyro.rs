@@ -7,7 +7,7 @@
 //!
 //! The wheels have no part in it: a sensor that is off must not turn the track, nor a track the sensor.
 
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, Term, Terms};
 use crate::effect::definition::ActsOn;
 use crate::estimation::ekf::{Innovation, Sink};
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -29,16 +29,17 @@ pub(crate) struct GyroSegment {
 
 /// The legs of a run with a yaw rate sensor, none before the first measured heading; of each, the
 /// derivatives of its turn by every column, one leg after the other.
-fn segments(run: &PreparedRun, terms: &[Term<'_>], columns: usize) -> (Vec<GyroSegment>, Vec<f64>) {
+fn segments(run: &PreparedRun, terms: Terms<'_, '_>) -> (Vec<GyroSegment>, Vec<f64>) {
+    let columns = terms.columns();
     let gyro = &run.recording.gyro;
     let (mut segments, mut slopes) = (Vec::new(), Vec::new());
     if gyro.len() < 2 {
         return (segments, slopes);
     }
-    let sensor: Vec<&Term<'_>> =
-        terms.iter().filter(|it| it.effect.facts().acts_on == ActsOn::Gyro).collect();
+    let mut sensor = terms.each();
+    sensor.retain(|(term, _)| term.effect.facts().acts_on == ActsOn::Gyro);
     // A heading that is measured late is that of a moment before.
-    let (view, view_by_column) = Composer::new(terms, columns).view();
+    let (view, view_by_column) = Composer::new(terms).view();
     let delay_s = view.delay_s.value;
     let mut measurements = run
         .recording
@@ -78,7 +79,7 @@ fn segments(run: &PreparedRun, terms: &[Term<'_>], columns: usize) -> (Vec<GyroS
 
 /// The legs of a run with these effects as they are.
 pub(crate) fn fixed_segments(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<GyroSegment> {
-    segments(run, terms, 0).0
+    segments(run, Terms::Fixed(terms)).0
 }
 
 /// The innovations of the legs of a run; `seen` is told each, with the gain and the leg's index.
@@ -105,12 +106,12 @@ pub(crate) fn follow(
 /// Gives the sink a whitened row for each measured heading of a run with a yaw rate sensor.
 pub(crate) fn whiten_gyro(
     run: &PreparedRun,
-    terms: &[Term<'_>],
-    columns: usize,
+    terms: Terms<'_, '_>,
     noise: &OdometryNoise,
     sink: &mut impl Sink,
 ) {
-    let (segments, slopes) = segments(run, terms, columns);
+    let columns = terms.columns();
+    let (segments, slopes) = segments(run, terms);
     let mut slope = vec![0.0; columns];
     let mut row = vec![0.0; columns];
     follow(&segments, noise, |innovation, gain, index| {
@@ -125,16 +126,16 @@ pub(crate) fn whiten_gyro(
 }
 
 /// The rate behind a reading, by (1); its derivative by each column is left in `by_column`.
-fn true_rate(reading: f64, sensor: &[&Term<'_>], by_column: &mut [f64]) -> f64 {
+fn true_rate(reading: f64, sensor: &[(&Term<'_>, Option<usize>)], by_column: &mut [f64]) -> f64 {
     let sense = |omega: f64| -> f64 {
         let each = sensor.iter();
-        each.map(|it| it.effect.sense_rate(&Jet::parameters(&it.values), omega).value).sum()
+        each.map(|(it, _)| it.effect.sense_rate(&Jet::parameters(&it.values), omega).value).sum()
     };
     // What sensors add is linear in the rate, so one step of Newton is exact.
     let (at_zero, slope) = (sense(0.0), sense(1.0) - sense(0.0));
     let omega = (reading - at_zero) / (1.0 + slope);
-    for term in sensor {
-        let Some(first) = term.column else { continue };
+    for (term, first) in sensor {
+        let Some(first) = first else { continue };
         let added = term.effect.sense_rate(&Jet::parameters(&term.values), omega);
         for j in 0..term.values.len() {
             by_column[first + j] = -added.by[j] / (1.0 + slope);

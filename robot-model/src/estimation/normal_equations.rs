@@ -11,8 +11,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::effect::composition::Term;
-use crate::effect::definition::{Effect, Role};
+use crate::effect::composition::{PlacedTerm, Terms};
+use crate::effect::definition::Role;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::gyro::whiten_gyro;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -131,18 +131,8 @@ impl Sink for Adder {
     }
 }
 
-/// Gives every parameter of these terms a column; returns how many there are.
-pub(crate) fn number_columns(terms: &mut [Term<'_>]) -> usize {
-    let mut next = 0;
-    for term in terms {
-        term.column = Some(next);
-        next += term.values.len();
-    }
-    next
-}
-
 /// The prior of each column, in order.
-fn priors(terms: &[Term<'_>]) -> Vec<Prior> {
+fn priors(terms: &[PlacedTerm<'_>]) -> Vec<Prior> {
     let mut priors = Vec::new();
     for term in terms {
         for (parameter, value) in term.effect.facts().parameters.iter().zip(&term.values) {
@@ -154,24 +144,18 @@ fn priors(terms: &[Term<'_>]) -> Vec<Prior> {
     priors
 }
 
-/// The columns of a term that are amplitudes.
-pub(crate) fn amplitudes(effect: &dyn Effect, first: usize) -> Vec<usize> {
-    let parameters = effect.facts().parameters.iter().enumerate();
-    parameters.filter(|(_, it)| it.role == Role::Amplitude).map(|(j, _)| first + j).collect()
-}
-
 impl CampaignEquations {
     /// Gathers the evidence of a campaign about these terms, all of whose parameters are free.
-    pub fn gather(prepared: &Prepared, terms: &mut [Term<'_>], noise: &OdometryNoise) -> Self {
-        let columns = number_columns(terms);
-        let terms: &[Term<'_>] = terms;
+    pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
+        let free = Terms::Free(terms);
+        let columns = free.columns();
         let blocks = if prepared.runs.len() == 1 { BLOCKS } else { 1 };
         let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
             let empty = (vec![0.0; columns * columns], vec![0.0; columns], 0.0, 0.0);
             let steps = run.motion.steps.len().max(1);
             let mut adder = Adder { columns, steps, blocks: vec![empty; blocks] };
-            whiten(&run.motion, &run.recording.measured_poses, terms, columns, noise, &mut adder);
-            whiten_gyro(run, terms, columns, noise, &mut adder);
+            whiten(&run.motion, &run.recording.measured_poses, free, noise, &mut adder);
+            whiten_gyro(run, free, noise, &mut adder);
             adder.blocks
         });
         let mut units = Vec::new();

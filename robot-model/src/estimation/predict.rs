@@ -1,6 +1,6 @@
 //! Where a model says that the robot went, from the start on, without looking at what was measured.
 
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, Term, Terms};
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
@@ -33,7 +33,7 @@ pub struct PoseError {
 pub(crate) fn open_loop(
     motion: &Motion,
     measurements: &[PoseMeasurement],
-    terms: &[Term<'_>],
+    terms: Terms<'_, '_>,
 ) -> Track {
     let from = Pose::ORIGIN;
     open_loop_from(from, motion, measurements, terms)
@@ -46,6 +46,7 @@ pub(crate) fn open_loop_as_seen(
     measurements: &[PoseMeasurement],
     terms: &[Term<'_>],
 ) -> Track {
+    let terms = Terms::Fixed(terms);
     let first = within(motion, measurements).next().and_then(|it| it.heading_rad);
     let start = match first {
         Some(heading_rad) => Pose::new(0.0, 0.0, heading_rad),
@@ -63,11 +64,9 @@ pub(crate) fn open_loop_from(
     start: Pose,
     motion: &Motion,
     measurements: &[PoseMeasurement],
-    terms: &[Term<'_>],
+    terms: Terms<'_, '_>,
 ) -> Track {
-    let fixed: Vec<Term<'_>> =
-        terms.iter().map(|term| Term { column: None, ..term.clone() }).collect();
-    let mut composer = Composer::new(&fixed, 0);
+    let mut composer = Composer::without_derivatives(terms);
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|it| it.value);
     let delay_s = view.delay_s.value;

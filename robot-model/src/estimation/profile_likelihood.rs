@@ -9,7 +9,7 @@
 //! 3.84 is what a chi^2 of one degree passes in 5 %, phi how much more runs scatter than their noise
 //! explains ([`crate::selection::effect_test`]). Were the fit quadratic, this would be 1.96 standard errors.
 
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::{Fitted, moved_within_range};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::recording::campaign::Prepared;
@@ -65,7 +65,8 @@ pub(crate) fn interval(
 fn cost_at(prepared: &Prepared, fitted: &Fitted<'_>, terms: &mut [Term<'_>], held: usize) -> f64 {
     let mut cost = 0.0;
     for _ in 0..ROUNDS {
-        let equations = CampaignEquations::gather(prepared, terms, &fitted.noise);
+        let equations =
+            CampaignEquations::gather(prepared, &PlacedTerm::place(terms), &fitted.noise);
         let columns: Vec<usize> = (0..equations.priors.len()).filter(|it| *it != held).collect();
         let delta = equations.solve(&equations.total, &columns).delta;
         cost = equations.total.chi_squared(&columns, &delta);

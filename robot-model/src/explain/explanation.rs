@@ -1,11 +1,11 @@
 //! Which effects are missing, in order of evidence: everything put together.
 
 use crate::effect::catalogue::CATALOGUE;
-use crate::effect::composition::Term;
-use crate::effect::definition::{ActsOn, Effect, Facts};
+use crate::effect::composition::{PlacedTerm, Term};
+use crate::effect::definition::{Effect, Facts, Need};
 use crate::estimation::errors::{ErrorPair, cross_validated, train};
 use crate::estimation::fit::{Fitted, fit_parameters};
-use crate::estimation::normal_equations::{CampaignEquations, amplitudes};
+use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
 use crate::explain::answer::{Answer, ParameterFound, Rejected, StepFound, p_text};
 use crate::explain::held_out;
@@ -110,7 +110,7 @@ fn with_known<'a>(
         if let Some(known) = known
             && !in_model.contains(&terms[index].effect.facts().id)
         {
-            terms[index] = Term { column: None, ..known.term.clone() };
+            terms[index] = known.term.fixed();
             changed = true;
         }
     }
@@ -134,7 +134,8 @@ fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
             screening.cost_without(&others)
         };
         let costs: Vec<f64> = left.iter().map(|it| cost_with(*it)).collect();
-        let best = (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        let best =
+            (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("some are left");
         order.push(left.remove(best));
     }
     order
@@ -142,8 +143,9 @@ fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
 
 /// The errors of a model of these terms, fitted with the final noise.
 pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>]) -> ErrorPair {
-    let mut terms = fit_parameters(prepared, terms.to_vec(), fitted.noise).terms;
-    let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
+    let terms = fit_parameters(prepared, terms.to_vec(), fitted.noise).terms;
+    let terms = PlacedTerm::place(&terms);
+    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let columns: Vec<usize> = (0..equations.priors.len()).collect();
     let model = (&equations, terms.as_slice());
     ErrorPair {
@@ -216,8 +218,8 @@ pub(crate) fn parameters(
                 interval(prepared, fitted, (index, j), (own, dispersion))
             };
             ParameterFound {
-                name: parameter.name.to_owned(),
-                unit: parameter.unit.to_owned(),
+                name: parameter.name.to_string(),
+                unit: parameter.unit.to_string(),
                 value: *value,
                 sigma,
                 low95,
@@ -236,17 +238,17 @@ fn reject(
     let it = &candidate.test;
     let (equations, terms) = screening.equations();
     let mut columns = screening.model_columns(&[]);
-    let own = amplitudes(candidate.term.effect, candidate.term.column.unwrap_or(0));
+    let own = candidate.term.amplitudes();
     // Less than one sigma over the whole plausible range: these runs say nothing about it.
     let silent = own
         .iter()
         .all(|i| equations.total.gram[(*i, *i)] * equations.priors[*i].spread.powi(2) < 1.0);
     columns.extend(&own);
     let others = &terms[..fitted.terms.len()];
-    let with: Vec<Term<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
+    let with: Vec<PlacedTerm<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
     let facts = candidate.term.effect.facts();
     let gain = it.cross_validated_gain;
-    let reason = if let Some(absent) = absent(prepared, facts) {
+    let reason = if let Some(absent) = absent(prepared, &facts) {
         absent
     } else if silent {
         format!("these runs do not show it; {} would", facts.shown_by)
@@ -290,24 +292,23 @@ fn reject(
 }
 
 /// What these runs would have to have in order to show an effect, and lack.
-pub(crate) fn absent(prepared: &Prepared, facts: &Facts) -> Option<String> {
+pub(crate) fn absent(prepared: &Prepared, facts: &Facts<'_>) -> Option<String> {
     let runs = &prepared.runs;
     let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);
-    let asks = |id: &str| facts.id == id;
-    if facts.acts_on == ActsOn::Gyro && none(|it| it.recording.gyro.len() > 1) {
-        return Some("no yaw rate was recorded (gyro_z_rad_s)".to_owned());
-    }
-    if asks("thermal_drift") && !runs.iter().all(|it| it.recording.started_s.is_some()) {
-        return Some("not every run says when it began (started_s in robot.toml)".to_owned());
-    }
-    if facts.id.ends_with("_eccentricity") && counts_start_anew(prepared) {
-        return Some(
+    let lacks = |need: Need| match need {
+        Need::YawRate => none(|run| run.recording.gyro.len() > 1),
+        Need::StartTimes => runs.iter().any(|run| run.recording.started_s.is_none()),
+        Need::ContinuousCounts => counts_start_anew(prepared),
+        Need::Load => none(|run| run.recording.payload_kg != 0.0),
+    };
+    let lacking = facts.needs.iter().copied().find(|need| lacks(*need))?;
+    let why = match lacking {
+        Need::YawRate => "no yaw rate was recorded (gyro_z_rad_s)",
+        Need::StartTimes => "not every run says when it began (started_s in robot.toml)",
+        Need::ContinuousCounts => {
             "counts begin anew in every run, so that an angle of a wheel is another one in each"
-                .to_owned(),
-        );
-    }
-    if asks("payload") && none(|it| it.recording.payload_kg != 0.0) {
-        return Some("no run carries a load (payload_kg in robot.toml)".to_owned());
-    }
-    None
+        }
+        Need::Load => "no run carries a load (payload_kg in robot.toml)",
+    };
+    Some(why.to_owned())
 }

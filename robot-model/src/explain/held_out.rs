@@ -1,6 +1,6 @@
 //! What a model predicts of the runs kept aside: the only errors that nothing was fitted to or chosen by.
 
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::errors::{Errors, train};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -19,8 +19,8 @@ pub(crate) fn errors(
     }
     let there = only(prepared);
     let errors = |terms: &[Term<'_>]| -> Errors {
-        let mut terms = terms.to_vec();
-        let equations = CampaignEquations::gather(&there, &mut terms, noise);
+        let terms = PlacedTerm::place(terms);
+        let equations = CampaignEquations::gather(&there, &terms, noise);
         train(&there, (&equations, &terms), &[], noise)
     };
     let mut kinds: Vec<String> = Vec::new();

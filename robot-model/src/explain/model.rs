@@ -1,7 +1,7 @@
 //! A model that somebody chose: these effects and no others, fitted to a campaign.
 
 use crate::effect::catalogue::{CATALOGUE, find};
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::errors::{ErrorPair, Errors, train};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
@@ -36,7 +36,7 @@ pub struct Model {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelEffect {
     /// Its id.
-    pub effect: &'static str,
+    pub effect: String,
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
     /// What speaks for it, given all others.
@@ -101,7 +101,7 @@ impl Verdict {
 }
 
 /// Fits these effects to a campaign.
-pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model, RecordingError> {
+pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, RecordingError> {
     let prepared = campaign.prepare()?;
     let fitted = fit_from_best_starts(&prepared, effects);
     let screening = Screening::new(&prepared, &fitted, &CATALOGUE);
@@ -114,7 +114,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
             let index = at.expect("every effect asked for is in the model");
             let it = &kept[index];
             ModelEffect {
-                effect: id,
+                effect: id.to_owned(),
                 parameters: parameters(&prepared, &fitted, index, it.dispersion),
                 verdict: Verdict {
                     p_value: it.p_value,
@@ -124,7 +124,7 @@ pub fn fit(campaign: &Campaign, effects: &[&'static dyn Effect]) -> Result<Model
                     worse_kind: it.worse_kind.map(|(kind, _)| kind.to_string()),
                     spoils_tracks: spoils[index],
                     one_run_alone: it.one_run_alone,
-                    absent: absent(&prepared, effect.facts()),
+                    absent: absent(&prepared, &effect.facts()),
                 },
             }
         })
@@ -144,21 +144,15 @@ pub(crate) fn fit_from_best_starts<'a>(
     let starts = |effect: &dyn Effect| effect.starts(&prepared.survey);
     let (shaped, plain): (Vec<_>, Vec<_>) =
         effects.iter().copied().partition(|effect| starts(*effect).len() > 1);
-    let terms = plain
-        .into_iter()
-        .map(|effect| Term { effect, values: starts(effect).swap_remove(0), column: None })
-        .collect();
+    let terms =
+        plain.into_iter().map(|effect| Term::new(effect, starts(effect).swap_remove(0))).collect();
     let mut fitted = fit_afresh(prepared, terms);
     for effect in shaped {
         let screening = Screening::new(prepared, &fitted, &[effect]);
         let mut terms = fitted.terms.clone();
         // One of which no start can be judged, as with numbers that are none, begins at its first.
-        let found = screening.candidates(&[]).into_iter().map(|it| it.term).next();
-        terms.push(found.unwrap_or_else(|| Term {
-            effect,
-            values: starts(effect).swap_remove(0),
-            column: None,
-        }));
+        let found = screening.candidates(&[]).into_iter().map(|it| it.term.fixed()).next();
+        terms.push(found.unwrap_or_else(|| Term::new(effect, starts(effect).swap_remove(0))));
         fitted = fit::fit(prepared, terms, fitted.noise);
     }
     fitted
@@ -183,15 +177,16 @@ impl Model {
         let mut all = campaign.clone();
         all.runs.iter_mut().for_each(|run| run.held_out = false);
         let prepared = all.prepare()?;
-        let mut terms: Vec<Term<'static>> = self
+        let terms: Vec<Term<'_>> = self
             .effects
             .iter()
             .filter_map(|it| {
                 let values = it.parameters.iter().map(|it| it.value).collect();
-                Some(Term { effect: find(it.effect)?, values, column: None })
+                Some(Term::new(find(&it.effect)?, values))
             })
             .collect();
-        let equations = CampaignEquations::gather(&prepared, &mut terms, &self.noise);
+        let terms = PlacedTerm::place(&terms);
+        let equations = CampaignEquations::gather(&prepared, &terms, &self.noise);
         Ok(train(&prepared, (&equations, &terms), &[], &self.noise))
     }
 }
@@ -224,9 +219,9 @@ mod tests {
         };
         let wild = own("wild", "dtheta = k * exp(1000*v/0.1[m/s])");
         let wave = own("wave", "dtheta/ds = k * sin(phi_left + p)");
-        let model = fit(&campaign, &[wild, wave]).unwrap();
+        let model = fit(&campaign, &[&wild, &wave]).unwrap();
         assert_eq!(model.effects.len(), 2);
-        let sound = fit(&campaign, &[wave]).unwrap();
+        let sound = fit(&campaign, &[&wave]).unwrap();
         let mut broken = [sound.clone(), sound.clone(), sound.clone()];
         broken[0].errors.cross_validated.chi = f64::INFINITY;
         broken[1].noise.travel_walk = f64::NAN;

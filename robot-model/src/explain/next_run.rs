@@ -11,9 +11,9 @@
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term, Terms};
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, NormalEquations, amplitudes};
+use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::estimation::predict::open_loop_from;
 use crate::explain::answer::NextRun;
 use crate::kinematics::pose::Pose;
@@ -116,7 +116,7 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
         run.payload_kg = *payload_kg;
         let motion = crate::recording::motion::Motion::new(&prepared.robot, &run, Some(clock_s));
         let start = Pose::new(0.0, 0.0, *heading_rad);
-        let track = open_loop_from(start, &motion, &run.measured_poses, terms);
+        let track = open_loop_from(start, &motion, &run.measured_poses, Terms::Fixed(terms));
         run.measured_poses = track
             .measured
             .iter()
@@ -202,16 +202,16 @@ impl Told {
 }
 
 /// The chosen effect and its rivals; `terms` are those of the model, then the rivals', with columns.
-fn members(terms: &[Term<'_>], index: usize, class: &Class<'_>) -> Option<Vec<Member>> {
+fn members(terms: &[PlacedTerm<'_>], index: usize, class: &Class<'_>) -> Vec<Member> {
     let chosen = &terms[index];
     let parameters = chosen.effect.facts().parameters.iter().zip(&chosen.values);
     let values = parameters
         .filter(|(it, _)| it.role == crate::effect::definition::Role::Amplitude)
         .map(|(_, value)| *value)
         .collect();
-    let member = |it: &Term<'_>, values| {
-        let columns = amplitudes(it.effect, it.column?);
-        Some(Member { id: it.effect.facts().id.to_owned(), columns, values })
+    let member = |it: &PlacedTerm<'_>, values| {
+        let (id, columns) = (it.effect.facts().id.to_owned(), it.amplitudes());
+        Member { id, columns, values }
     };
     let rivals = terms[terms.len() - class.rivals.len()..].iter().zip(&class.rivals);
     let rivals = rivals.map(|(term, it)| member(term, it.test.values.clone()));
@@ -228,14 +228,15 @@ fn separating(
 ) -> Option<NextRun> {
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
-    terms.extend(class.rivals.iter().map(|it| it.term.clone()));
-    let here = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
-    let members = members(&terms, index, class)?;
+    terms.extend(class.rivals.iter().map(|it| it.term.fixed()));
+    let terms = PlacedTerm::place(&terms);
+    let here = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let members = members(&terms, index, class);
     let rest: Vec<usize> = terms[..in_model]
         .iter()
         .enumerate()
         .filter(|(i, _)| *i != index)
-        .flat_map(|(_, it)| amplitudes(it.effect, it.column.unwrap_or(0)))
+        .flat_map(|(_, it)| it.amplitudes())
         .collect();
     let speed_mps = prepared.survey.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
     let pairs = |sums: &NormalEquations| {
@@ -258,7 +259,7 @@ fn separating(
     let mut each = Vec::new();
     for plan in plans(speed_mps.max(0.05)) {
         let Some(planned) = predicted(prepared, &plan, &fitted.terms) else { continue };
-        let there = CampaignEquations::gather(&planned, &mut terms, &fitted.noise);
+        let there = CampaignEquations::gather(&planned, &terms, &fitted.noise);
         let mut both = here.total.clone();
         both.add(&there.total, 1.0);
         let (with_campaign, alone) = (pairs(&both), pairs(&there.total));

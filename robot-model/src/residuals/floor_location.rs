@@ -10,8 +10,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::effect::composition::Term;
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::composition::{PlacedTerm, Term};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -41,20 +41,17 @@ pub(super) struct Spot {
     reach_m: f64,
 }
 
-static SPOT: Facts = Facts {
+static SPOT: Facts<'static> = Facts {
     id: "spot",
     name: "something on the floor",
     equation: "ds_i += w_i (p + q a_i sign(ds_i)) ds_i",
     parameters: &[Parameter::amplitude("p", "1", 1.0), Parameter::amplitude("q", "s^2/m", 1.0)],
-    acts_on: ActsOn::Motion,
-    signature: "",
-    shown_by: "",
-    compensation: "",
+    ..Facts::DEFAULT
 };
 
 impl Effect for Spot {
-    fn facts(&self) -> &'static Facts {
-        &SPOT
+    fn facts(&self) -> Facts<'_> {
+        SPOT
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -121,20 +118,18 @@ pub(super) struct Suspected {
 pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> Suspected {
     let spots = visited(prepared);
     let mut terms = fitted.terms.clone();
-    terms.extend(spots.iter().map(|it| Term { effect: it, values: vec![0.0; 2], column: None }));
-    let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
-    let columns = |term: &Term<'_>| {
-        let first = term.column.unwrap_or(0);
-        first..first + term.values.len()
-    };
-    let model: Vec<usize> = terms[..fitted.terms.len()].iter().flat_map(columns).collect();
+    terms.extend(spots.iter().map(|it| Term::new(it, vec![0.0; 2])));
+    let terms = PlacedTerm::place(&terms);
+    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let in_model = &terms[..fitted.terms.len()];
+    let model: Vec<usize> = in_model.iter().flat_map(PlacedTerm::columns).collect();
     let chi_squared_of = |columns: &[usize]| {
         let delta = equations.solve(&equations.total, columns).delta;
         equations.total.chi_squared(columns, &delta)
     };
     let without = chi_squared_of(&model);
-    let gain = |term: &Term<'_>| {
-        let both: Vec<usize> = model.iter().copied().chain(columns(term)).collect();
+    let gain = |term: &PlacedTerm<'_>| {
+        let both: Vec<usize> = model.iter().copied().chain(term.columns()).collect();
         without - chi_squared_of(&both)
     };
     let gains = terms[fitted.terms.len()..].iter().map(gain);
@@ -195,7 +190,7 @@ mod tests {
     fn a_wheel_that_loses_way_in_one_place_shows_which_place() {
         // A quarter round the small circle to the left, in the right wheel's way: it loses 4 mm at either speed.
         let bump = Spot { at_m: [0.586, 0.4], reach_m: 0.05 };
-        let truth = [Term { effect: &bump, values: vec![-0.03, 0.0], column: None }];
+        let truth = [Term::new(&bump, vec![-0.03, 0.0])];
         let answer = explain(&campaign(&full_plan(), &truth, 31)).unwrap();
         let it = &answer.unexplained;
         assert_eq!(it.depends_on.first(), Some(&"place"), "{it:?}");

@@ -10,7 +10,7 @@
 //!                                                           or |omega| / max |omega|      (2)
 //! ```
 
-use crate::effect::composition::Term;
+use crate::effect::composition::Terms;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::fit::Fitted;
 use crate::numeric::distributions::chi_squared;
@@ -55,11 +55,10 @@ impl Sink for Squares<'_> {
 
 /// What the noise depends on, if its tails are heavy.
 pub(crate) fn unevenness(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<Unevenness> {
-    let fixed: Vec<Term<'_>> =
-        fitted.terms.iter().map(|it| Term { column: None, ..it.clone() }).collect();
+    let fixed = Terms::Fixed(&fitted.terms);
     let runs = parallel::map(&prepared.runs, |run| {
         let mut squares = Squares { run, rows: Vec::new() };
-        whiten(&run.motion, &run.recording.measured_poses, &fixed, 0, &fitted.noise, &mut squares);
+        whiten(&run.motion, &run.recording.measured_poses, fixed, &fitted.noise, &mut squares);
         squares.rows
     });
     let rows = runs.concat();

@@ -1,6 +1,6 @@
 //! What residuals may depend on: a handful of functions of one regressor each.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
@@ -23,7 +23,7 @@ impl core::fmt::Debug for Probe {
 }
 
 /// Limits far beyond anything: a probe is asked whether it is there, not whether it is plausible.
-static PROBE: Facts = Facts {
+static PROBE: Facts<'static> = Facts {
     id: "probe",
     name: "probe",
     equation: "a sum of functions of one regressor",
@@ -33,15 +33,12 @@ static PROBE: Facts = Facts {
         Parameter::amplitude("c", "1", 1.0),
         Parameter::amplitude("d", "1", 1.0),
     ],
-    acts_on: ActsOn::Motion,
-    signature: "",
-    shown_by: "",
-    compensation: "",
+    ..Facts::DEFAULT
 };
 
 impl Effect for Probe {
-    fn facts(&self) -> &'static Facts {
-        &PROBE
+    fn facts(&self) -> Facts<'_> {
+        PROBE
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {

@@ -9,7 +9,7 @@
 //! gain of a and b: chi^2 of two degrees by chance, for each order n and each wheel             (2)
 //! ```
 
-use crate::effect::composition::Term;
+use crate::effect::composition::Terms;
 use crate::estimation::ekf::{Innovation, Sink, numbers, whiten};
 use crate::estimation::fit::Fitted;
 use crate::estimation::state::Quantity;
@@ -53,12 +53,11 @@ impl Sink for Headings<'_> {
 
 /// By chance a ripple as strong as the strongest there is, of all orders and both wheels asked about.
 pub(crate) fn ripple(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
-    let fixed: Vec<Term<'_>> =
-        fitted.terms.iter().map(|it| Term { column: None, ..it.clone() }).collect();
+    let fixed = Terms::Fixed(&fitted.terms);
     let runs = parallel::map(&prepared.runs, |run| {
         let (quantities, pending, rows) = (Vec::new(), Vec::new(), Vec::new());
         let mut headings = Headings { run, quantities, pending, rows };
-        whiten(&run.motion, &run.recording.measured_poses, &fixed, 0, &fitted.noise, &mut headings);
+        whiten(&run.motion, &run.recording.measured_poses, fixed, &fitted.noise, &mut headings);
         headings.rows
     });
     let orders: Vec<u32> = ORDERS.collect();

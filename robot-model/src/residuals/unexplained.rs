@@ -5,7 +5,7 @@
 //! is what they would do to the track. Of those that show, the strongest is taken in, and the rest is
 //! tested again, so that what merely resembles it is not named too.
 
-use crate::effect::composition::Term;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
@@ -123,13 +123,11 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let asked = probes.chain(spots.iter().map(|it| it as &dyn Effect)).chain([&OF_A_RUN as _]);
     terms.extend(asked.map(|effect| {
         let values = vec![0.0; effect.facts().parameters.len()];
-        Term { effect, values, column: None }
+        Term::new(effect, values)
     }));
-    let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
-    let columns = |term: &Term<'_>| {
-        let first = term.column.unwrap_or(0);
-        (first..first + term.values.len()).collect::<Vec<usize>>()
-    };
+    let terms = PlacedTerm::place(&terms);
+    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let columns = |term: &PlacedTerm<'_>| term.columns().collect::<Vec<usize>>();
     let mut model: Vec<usize> = terms[..in_model].iter().flat_map(columns).collect();
     let own: Vec<usize> = terms.last().map(columns).unwrap_or_default();
     let regressors = PROBES.iter().map(|it| it.regressor).chain(spots.iter().map(|_| PLACE));

@@ -1,17 +1,14 @@
 //! A look at a campaign from one fitted model: the evidence about its own parameters and about every
 //! candidate, gathered in one pass. What follows are questions to it.
 
-use crate::effect::composition::Term;
-use crate::effect::definition::{Effect, Role};
+use crate::effect::composition::{PlacedTerm, Term};
+use crate::effect::definition::{Effect, Group};
 use crate::estimation::errors::{TrackErrors, cross_validated_tracks};
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, amplitudes};
+use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
 use crate::selection::effect_test::{EffectTest, Hypothesis, run_scatter, scatter, test_effect};
-
-/// What every robot is to be measured for first, and what everything else has to stand beside.
-pub(crate) const GEOMETRY: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "track_width"];
 
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
 pub(crate) const RIVAL_MARGIN: f64 = 9.0;
@@ -19,7 +16,7 @@ pub(crate) const RIVAL_MARGIN: f64 = 9.0;
 /// One effect as a candidate, at the best start of its shapes.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate<'a> {
-    pub term: Term<'a>,
+    pub term: PlacedTerm<'a>,
     pub test: EffectTest,
 }
 
@@ -31,7 +28,7 @@ impl Candidate<'_> {
 
 /// The evidence about a model and all candidates.
 pub(crate) struct Screening<'a> {
-    terms: Vec<Term<'a>>,
+    terms: Vec<PlacedTerm<'a>>,
     in_model: usize,
     equations: CampaignEquations,
     noise: OdometryNoise,
@@ -57,6 +54,11 @@ pub(crate) fn penalty(term: &Term<'_>) -> f64 {
     2.0 * term.values.len() as f64
 }
 
+/// Whether an effect is of the radii and the track width.
+pub(crate) fn is_geometry(effect: &dyn Effect) -> bool {
+    effect.facts().group == Group::Geometry
+}
+
 impl<'a> Screening<'a> {
     pub fn new(prepared: &Prepared, fitted: &Fitted<'a>, catalogue: &[&'a dyn Effect]) -> Self {
         let mut terms = fitted.terms.clone();
@@ -65,11 +67,12 @@ impl<'a> Screening<'a> {
             let id = effect.facts().id;
             if terms[..in_model].iter().all(|it| it.effect.facts().id != id) {
                 for values in effect.starts(&prepared.survey) {
-                    terms.push(Term { effect: *effect, values, column: None });
+                    terms.push(Term::new(*effect, values));
                 }
             }
         }
-        let equations = CampaignEquations::gather(prepared, &mut terms, &fitted.noise);
+        let terms = PlacedTerm::place(&terms);
+        let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
         let mut screening = Self { terms, in_model, equations, noise: fitted.noise, scatter: 1.0 };
         let model = screening.model_columns(&[]);
         let asked: Vec<Vec<usize>> =
@@ -82,10 +85,9 @@ impl<'a> Screening<'a> {
         let given: Vec<Vec<usize>> = (0..asked.len()).map(others).collect();
         let hypotheses = given.iter().zip(&asked).map(|(given, asked)| (&given[..], &asked[..]));
         // What a run may have for itself are its own radii and track width.
-        let is_geometry =
-            |index: &usize| GEOMETRY.contains(&screening.terms[*index].effect.facts().id);
+        let of_geometry = |index: &usize| is_geometry(screening.terms[*index].effect);
         let own: Vec<usize> =
-            (0..asked.len()).filter(is_geometry).flat_map(|it| asked[it].clone()).collect();
+            (0..asked.len()).filter(of_geometry).flat_map(|it| asked[it].clone()).collect();
         screening.scatter = scatter(&screening.equations, hypotheses).max(run_scatter(
             &screening.equations,
             &model,
@@ -102,7 +104,7 @@ impl<'a> Screening<'a> {
     }
 
     /// The evidence and its terms, the model's first.
-    pub fn equations(&self) -> (&CampaignEquations, &[Term<'a>]) {
+    pub fn equations(&self) -> (&CampaignEquations, &[PlacedTerm<'a>]) {
         (&self.equations, &self.terms)
     }
 
@@ -115,15 +117,12 @@ impl<'a> Screening<'a> {
     pub fn model_columns(&self, left_out: &[usize]) -> Vec<usize> {
         let kept = self.terms[..self.in_model].iter().enumerate();
         kept.filter(|(index, _)| !left_out.contains(index))
-            .flat_map(|(_, term)| {
-                let first = term.column.unwrap_or(0);
-                first..first + term.values.len()
-            })
+            .flat_map(|(_, term)| term.columns())
             .collect()
     }
 
     fn amplitudes(&self, index: usize) -> Vec<usize> {
-        amplitudes(self.terms[index].effect, self.terms[index].column.unwrap_or(0))
+        self.terms[index].amplitudes()
     }
 
     /// The evidence as it is with these effects of the model gone.
@@ -131,11 +130,8 @@ impl<'a> Screening<'a> {
         let mut equations = self.equations.clone();
         for index in left_out {
             let term = &self.terms[*index];
-            let first = term.column.unwrap_or(0);
-            for (j, parameter) in term.effect.facts().parameters.iter().enumerate() {
-                if parameter.role == Role::Amplitude {
-                    equations.shift(first + j, -term.values[j]);
-                }
+            for column in term.amplitudes() {
+                equations.shift(column, -term.value(column));
             }
         }
         equations
@@ -203,7 +199,7 @@ impl<'a> Screening<'a> {
         &self,
         prepared: &Prepared,
         left_out: &[usize],
-        candidate: &Term<'a>,
+        candidate: &PlacedTerm<'a>,
     ) -> bool {
         let with = self.cross_validated_tracks(prepared, left_out, Some(candidate));
         let as_it_is = self.cross_validated_tracks(prepared, &[], None);
@@ -228,10 +224,9 @@ impl<'a> Screening<'a> {
         let solution = self.equations.solve(&self.equations.total, &columns);
         let effect = |index: usize| {
             let (own, term) = (self.amplitudes(index), &self.terms[index]);
-            let first = term.column.unwrap_or(0);
             let standing = (0..columns.len()).filter(|i| own.contains(&columns[*i])).map(|i| {
                 let sigma = UNSETTLED_SIGMAS * solution.covariance[(i, i)].sqrt();
-                (term.values[columns[i] - first].abs() < sigma, solution.delta[i].abs() > sigma)
+                (term.value(columns[i]).abs() < sigma, solution.delta[i].abs() > sigma)
             });
             let (nothing, far) = standing.fold((true, false), |(a, b), it| (a && it.0, b || it.1));
             nothing && far
@@ -245,7 +240,7 @@ impl<'a> Screening<'a> {
         let whole = self.cross_validated_tracks(prepared, &[], None);
         let asked = |index: &usize| {
             let without = self.cross_validated_tracks(prepared, &[*index], None);
-            !GEOMETRY.contains(&self.terms[*index].effect.facts().id)
+            !is_geometry(self.terms[*index].effect)
                 && whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, -GOOD_DEAL))
         };
         (0..self.in_model).filter(asked).collect()
@@ -253,8 +248,8 @@ impl<'a> Screening<'a> {
 
     /// Whether tracks of runs held out are predicted worse than by a model that was fitted for itself.
     pub fn tracks_are_worse_than(&self, prepared: &Prepared, other: &Fitted<'a>) -> bool {
-        let mut terms = other.terms.clone();
-        let equations = CampaignEquations::gather(prepared, &mut terms, &other.noise);
+        let terms = PlacedTerm::place(&other.terms);
+        let equations = CampaignEquations::gather(prepared, &terms, &other.noise);
         let columns: Vec<usize> = (0..equations.priors.len()).collect();
         let there = cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise);
         let here = self.cross_validated_tracks(prepared, &[], None);
@@ -265,29 +260,28 @@ impl<'a> Screening<'a> {
         &self,
         prepared: &Prepared,
         left_out: &[usize],
-        candidate: Option<&Term<'a>>,
+        candidate: Option<&PlacedTerm<'a>>,
     ) -> Option<TrackErrors> {
         let equations = self.equations_without(left_out);
         let mut columns = self.model_columns(left_out);
         let kept = self.terms[..self.in_model].iter().enumerate();
-        let mut terms: Vec<Term<'a>> =
+        let mut terms: Vec<PlacedTerm<'a>> =
             kept.filter(|(i, _)| !left_out.contains(i)).map(|(_, it)| it.clone()).collect();
         if let Some(term) = candidate {
-            columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
+            columns.extend(term.amplitudes());
             terms.push(term.clone());
         }
         cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise)
     }
 
     /// The share of what an effect of the model does that a candidate could do in its place.
-    pub fn resemblance(&self, index: usize, candidate: &Term<'a>) -> f64 {
+    pub fn resemblance(&self, index: usize, candidate: &PlacedTerm<'a>) -> f64 {
         let term = &self.terms[index];
         let columns = self.amplitudes(index);
-        let first = term.column.unwrap_or(0);
-        let values: Vec<f64> = columns.iter().map(|it| term.values[it - first]).collect();
+        let values: Vec<f64> = columns.iter().map(|column| term.value(*column)).collect();
         let model = self.model_columns(&[index]);
         let mut with = model.clone();
-        with.extend(amplitudes(candidate.effect, candidate.column.unwrap_or(0)));
+        with.extend(candidate.amplitudes());
         let left = |others: &[usize]| {
             self.equations.separation(&self.equations.total, &columns, &values, others)
         };
@@ -300,14 +294,14 @@ impl<'a> Screening<'a> {
     }
 
     /// The same with a candidate in it.
-    pub fn cost(&self, left_out: &[usize], candidate: Option<&Term<'a>>) -> f64 {
+    pub fn cost(&self, left_out: &[usize], candidate: Option<&PlacedTerm<'a>>) -> f64 {
         let equations = self.equations_without(left_out);
         let mut columns = self.model_columns(left_out);
         let kept = self.terms[..self.in_model].iter().enumerate();
         let kept = kept.filter(|(index, _)| !left_out.contains(index)).map(|(_, term)| term);
-        let price: f64 = kept.chain(candidate).map(penalty).sum();
+        let price: f64 = kept.chain(candidate).map(|term| penalty(term)).sum();
         if let Some(term) = candidate {
-            columns.extend(amplitudes(term.effect, term.column.unwrap_or(0)));
+            columns.extend(term.amplitudes());
         }
         let delta = equations.solve(&equations.total, &columns).delta;
         equations.total.chi_squared(&columns, &delta) + price

@@ -46,7 +46,7 @@ pub(crate) fn classes<'a>(
             .into_iter()
             .filter(|it| !it.test.implausible)
             .filter(|it| screening.resemblance(index, &it.term) > RESEMBLANCE_MIN)
-            .filter(|it| loss(prepared, fitted, index, &it.term) < margin)
+            .filter(|it| loss(prepared, fitted, index, &it.term.fixed()) < margin)
             .collect();
         let net = |it: &Candidate<'_>| it.test.gain - penalty(&it.term);
         rivals.sort_by(|a, b| net(b).total_cmp(&net(a)));

@@ -8,7 +8,7 @@ use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
 use crate::estimation::fit::{Fitted, fit, fit_afresh, fit_roughly, minus_two_log_likelihood};
 use crate::recording::campaign::Prepared;
-use crate::selection::candidates::{Candidate, GEOMETRY, RIVAL_MARGIN, Screening, penalty};
+use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, is_geometry, penalty};
 use crate::selection::effect_test::EffectTest;
 
 /// Most effects that are looked for.
@@ -140,16 +140,14 @@ fn standing<'a>(
 /// what a nominal robot leaves, so that the noise is not learnt from the errors that are looked for, and
 /// no stand-in gets a hearing before they had theirs. They have to stand in the end as all others do.
 fn geometry<'a>(catalogue: &[&'a dyn Effect]) -> Vec<Term<'a>> {
-    let wanted = catalogue.iter().filter(|it| GEOMETRY.contains(&it.facts().id));
-    wanted.map(|effect| Term { effect: *effect, values: vec![0.0], column: None }).collect()
+    let wanted = catalogue.iter().filter(|it| is_geometry(**it));
+    wanted.map(|effect| Term::new(*effect, vec![0.0])).collect()
 }
 
 /// -2 log likelihood with the noise as fitted, and the penalty: what standing models are compared by.
 fn cost(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
     let runs: Vec<_> = prepared.runs.iter().collect();
-    let fixed: Vec<Term<'_>> =
-        fitted.terms.iter().map(|it| Term { column: None, ..it.clone() }).collect();
-    minus_two_log_likelihood(&runs, &fixed, &fitted.noise)
+    minus_two_log_likelihood(&runs, &fitted.terms, &fitted.noise)
         + fitted.terms.iter().map(penalty).sum::<f64>()
 }
 
@@ -206,7 +204,7 @@ fn exchanged<'a>(
     candidate: &Candidate<'a>,
 ) -> Vec<Term<'a>> {
     let kept = fitted.terms.iter().enumerate().filter(|(i, _)| !left_out.contains(i));
-    kept.map(|(_, it)| it).chain([&candidate.term]).cloned().collect()
+    kept.map(|(_, it)| it.clone()).chain([candidate.term.fixed()]).collect()
 }
 
 /// Gain less the penalty of the parameters.
@@ -290,7 +288,7 @@ fn removal<'a>(
     let worst = (0..kept.len())
         .filter(|i| {
             let it = &kept[*i];
-            let is_geometry = GEOMETRY.contains(&fitted.terms[*i].effect.facts().id);
+            let is_geometry = is_geometry(fitted.terms[*i].effect);
             is_chance(it, screening.asked(), kept.len())
                 || spoils[*i]
                 || unsettled[*i]

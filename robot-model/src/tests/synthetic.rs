@@ -3,7 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::effect::catalogue::find;
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, Term, Terms};
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
@@ -44,7 +44,7 @@ const DRIVE: Drive = Drive { sample_s: 0.02, samples_per_pose: 5, ..Drive::USUAL
 
 /// An effect with these values.
 pub(crate) fn term(id: &str, values: &[f64]) -> Term<'static> {
-    Term { effect: find(id).expect("an id of the catalogue"), values: values.into(), column: None }
+    Term::new(find(id).expect("an id of the catalogue"), values.into())
 }
 
 /// Every effect at a size of thirty sigmas or more on the full plan.
@@ -85,7 +85,7 @@ pub(crate) fn measure(
 ) -> Recording {
     let mut recording = plan.clone();
     let motion = Motion::new(robot, plan, plan.started_s);
-    let mut composer = Composer::new(truth, 0);
+    let mut composer = Composer::new(Terms::Fixed(truth));
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|it| it.value);
     let mut pose = start;

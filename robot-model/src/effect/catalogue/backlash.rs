@@ -6,7 +6,7 @@
 //!
 //! beta \[rad\] is the whole play, at the wheel; each wheel has its own. The lag is engaged in the direction of the first motion.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -16,8 +16,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct Backlash;
 
 impl Effect for Backlash {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     /// The way through the play is longer, the wider it is.
@@ -35,7 +35,7 @@ impl Effect for Backlash {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "backlash",
     name: "gear backlash",
     equation: "phi_ground lags phi by beta_i/2 after a reversal",
@@ -43,10 +43,10 @@ static FACTS: Facts = Facts {
         Parameter::positive("beta_left", "rad", 0.12),
         Parameter::positive("beta_right", "rad", 0.12),
     ],
-    acts_on: ActsOn::Motion,
     signature: "a step at each reversal of a wheel",
     shown_by: "an out-and-back run with several reversals",
     compensation: "a state machine for each wheel's direction",
+    ..Facts::DEFAULT
 };
 
 /// Play below which nothing can be told from an encoder's dither at rest \[rad\]: a quarter degree.

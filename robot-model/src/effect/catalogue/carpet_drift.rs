@@ -6,7 +6,7 @@
 //!
 //! d: metres for each metre travelled, in the fixed frame; no turn.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct CarpetDrift;
 
 impl Effect for CarpetDrift {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,13 @@ impl Effect for CarpetDrift {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "carpet_drift",
     name: "drift on a carpet",
     equation: "world drift (d_x, d_y) |ds|",
     parameters: &[Parameter::amplitude("d_x", "1", 0.05), Parameter::amplitude("d_y", "1", 0.05)],
-    acts_on: ActsOn::Motion,
     signature: "drift depends on the heading, the heading itself is right",
     shown_by: "straight runs in four headings",
     compensation: "a vector in the odometry",
+    ..Facts::DEFAULT
 };

@@ -7,7 +7,7 @@
 //! A \[rad\] is the whole turn of one swing, left positive, of a reversal to forwards; l \[m\] its length.
 //! The step's integral is exact: A (exp(-s0/l) - exp(-s1/l)), with the sign of ds.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
@@ -17,8 +17,8 @@ use crate::recording::survey::Survey;
 pub struct CasterKick;
 
 impl Effect for CasterKick {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -36,7 +36,7 @@ impl Effect for CasterKick {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "caster_kick",
     name: "caster kick after reversing",
     equation: "dtheta = A exp(-s/l) ds/l after a reversal of travel",
@@ -44,8 +44,8 @@ static FACTS: Facts = Facts {
         Parameter::amplitude("angle", "rad", 0.3),
         Parameter::shape("length", "m", 0.01, 0.4),
     ],
-    acts_on: ActsOn::Motion,
     signature: "a turn in the first centimetres after a reversal",
     shown_by: "an out-and-back run",
     compensation: "a short run-in before what matters",
+    ..Facts::DEFAULT
 };

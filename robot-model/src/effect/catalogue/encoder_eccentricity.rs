@@ -10,7 +10,7 @@
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
 use super::wheel_eccentricity::once_per_turn;
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -19,8 +19,8 @@ use crate::recording::motion::Step;
 pub struct EncoderEccentricity;
 
 impl Effect for EncoderEccentricity {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -28,7 +28,7 @@ impl Effect for EncoderEccentricity {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "encoder_eccentricity",
     name: "eccentric encoders",
     equation: "R_i (1 + c_i cos (gear_reduction phi_i) + s_i sin (gear_reduction phi_i))",
@@ -38,8 +38,9 @@ static FACTS: Facts = Facts {
         Parameter::amplitude("c_right", "1", 0.05),
         Parameter::amplitude("s_right", "1", 0.05),
     ],
-    acts_on: ActsOn::Motion,
     signature: "a ripple once per turn of the encoder",
     shown_by: "a slow run, sampled several times in each turn of the encoder",
     compensation: "a table over the angle",
+    needs: &[Need::ContinuousCounts],
+    ..Facts::DEFAULT
 };

@@ -6,7 +6,7 @@
 //!
 //! bias \[rad/s\], counter-clockwise positive.
 
-use crate::effect::definition::{ActsOn, Effect, Facts, Parameter};
+use crate::effect::definition::{ActsOn, Effect, Facts, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The yaw rate sensor is off at rest.
@@ -14,8 +14,8 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 pub struct GyroBias;
 
 impl Effect for GyroBias {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn sense_rate(&self, p: &[Jet; PARAMETERS_MAX], _turn_rate_rad_s: f64) -> Jet {
@@ -23,7 +23,7 @@ impl Effect for GyroBias {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "gyro_bias",
     name: "bias of the yaw rate sensor",
     equation: "gyro = omega + bias",
@@ -32,4 +32,6 @@ static FACTS: Facts = Facts {
     signature: "the sensor's heading runs away in time",
     shown_by: "rest",
     compensation: "subtract it",
+    needs: &[Need::YawRate],
+    ..Facts::DEFAULT
 };

@@ -6,7 +6,7 @@
 //!
 //! k > 0: it shows too much.
 
-use crate::effect::definition::{ActsOn, Effect, Facts, Parameter};
+use crate::effect::definition::{ActsOn, Effect, Facts, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 
 /// The yaw rate sensor shows too much or too little.
@@ -14,8 +14,8 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 pub struct GyroScale;
 
 impl Effect for GyroScale {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn sense_rate(&self, p: &[Jet; PARAMETERS_MAX], turn_rate_rad_s: f64) -> Jet {
@@ -23,13 +23,15 @@ impl Effect for GyroScale {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "gyro_scale",
     name: "scale of the yaw rate sensor",
     equation: "gyro = omega (1 + k)",
-    parameters: &[Parameter::amplitude("k", "1", 0.1)],
+    parameters: &[Parameter::amplitude("k", "1", 0.1).possible(-1.0, f64::INFINITY)],
     acts_on: ActsOn::Gyro,
     signature: "the sensor's heading is off in proportion to the turning",
     shown_by: "spins",
     compensation: "divide it out",
+    needs: &[Need::YawRate],
+    ..Facts::DEFAULT
 };

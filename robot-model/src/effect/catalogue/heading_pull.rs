@@ -6,7 +6,7 @@
 //!
 //! c \[rad/m\] > 0: to the left, forwards and backwards.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct HeadingPull;
 
 impl Effect for HeadingPull {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -24,13 +24,14 @@ impl Effect for HeadingPull {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "heading_pull",
     name: "pull to one side",
     equation: "dtheta = c |ds|",
     parameters: &[Parameter::amplitude("c", "rad/m", 0.05)],
-    acts_on: ActsOn::Motion,
     signature: "a straight run turns the same way forwards and backwards",
     shown_by: "an out-and-back straight run",
     compensation: "steering against it: the firmware's geometry.heading_pull_rad_per_m",
+    compensated_by: Some(FirmwareTerm::HeadingPull),
+    ..Facts::DEFAULT
 };

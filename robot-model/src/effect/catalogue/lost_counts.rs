@@ -6,7 +6,7 @@
 //!
 //! k > 0: the wheel turned further than was counted; w0 \[rad/s\] is the rate above which it happens.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
@@ -16,8 +16,8 @@ use crate::recording::survey::Survey;
 pub struct LostCounts;
 
 impl Effect for LostCounts {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -46,13 +46,13 @@ impl Effect for LostCounts {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "lost_counts",
     name: "lost encoder counts",
     equation: "dphi_i (1 + k max(0, |dphi_i/dt| - w0) / w0)",
     parameters: &[Parameter::positive("k", "1", 0.5), Parameter::shape("w0", "rad/s", 0.5, 200.0)],
-    acts_on: ActsOn::Motion,
     signature: "an error that sets in above a speed",
     shown_by: "straight runs at several speeds",
     compensation: "a filter for the encoder's edges, or drive slower",
+    ..Facts::DEFAULT
 };

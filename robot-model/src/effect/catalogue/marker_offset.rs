@@ -14,8 +14,8 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 pub struct MarkerOffset;
 
 impl Effect for MarkerOffset {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
@@ -23,7 +23,7 @@ impl Effect for MarkerOffset {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "marker_offset",
     name: "marker off the middle",
     equation: "the measured point sits at (l_x, l_y) on the body",
@@ -32,4 +32,5 @@ static FACTS: Facts = Facts {
     signature: "in proportion to the rotation",
     shown_by: "spins",
     compensation: "tell the tracker where the marker sits",
+    ..Facts::DEFAULT
 };

@@ -14,8 +14,8 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 pub struct MeasurementDelay;
 
 impl Effect for MeasurementDelay {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
@@ -23,7 +23,7 @@ impl Effect for MeasurementDelay {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "measurement_delay",
     name: "late pose measurements",
     equation: "z(t) = pose(t - tau)",
@@ -32,4 +32,5 @@ static FACTS: Facts = Facts {
     signature: "in proportion to the velocity, opposite when reversing",
     shown_by: "any run that stops and goes",
     compensation: "time stamps",
+    ..Facts::DEFAULT
 };

@@ -6,7 +6,7 @@
 //!
 //! k \[1/kg\] > 0: smaller under load m.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -16,8 +16,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct Payload;
 
 impl Effect for Payload {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,14 @@ impl Effect for Payload {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "payload",
     name: "tyres flattened by the load",
     equation: "R (1 - k m)",
     parameters: &[Parameter::amplitude("k", "1/kg", 0.01)],
-    acts_on: ActsOn::Motion,
     signature: "distances differ between loads",
     shown_by: "one straight run, loaded and empty",
     compensation: "a table over the load",
+    needs: &[Need::Load],
+    ..Facts::DEFAULT
 };

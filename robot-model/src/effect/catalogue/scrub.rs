@@ -7,7 +7,7 @@
 //! chi is 0 on a straight, 1 in a spin; at rest, where it is neither, it is taken as 0.
 //! k > 0: the tighter the turn, the less the robot turns of what its encoders say.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -16,8 +16,8 @@ use crate::recording::motion::Step;
 pub struct Scrub;
 
 impl Effect for Scrub {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -28,13 +28,13 @@ impl Effect for Scrub {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "scrub",
     name: "tyre scrub in tight turns",
     equation: "b (1 + k chi), chi = |omega| b / (2 |v| + |omega| b)",
-    parameters: &[Parameter::amplitude("k", "1", 0.12)],
-    acts_on: ActsOn::Motion,
+    parameters: &[Parameter::amplitude("k", "1", 0.12).possible(-1.0, f64::INFINITY)],
     signature: "spins and wide arcs disagree on the track width",
     shown_by: "spins, and arcs of two radii",
     compensation: "a track width that depends on the curvature",
+    ..Facts::DEFAULT
 };

@@ -6,7 +6,7 @@
 //!
 //! k \[s\] > 0: to the outside of the turn.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct SideSlip;
 
 impl Effect for SideSlip {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -24,13 +24,13 @@ impl Effect for SideSlip {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "side_slip",
     name: "side slip in arcs",
     equation: "dn = -k v omega dt",
     parameters: &[Parameter::amplitude("k", "s", 0.15)],
-    acts_on: ActsOn::Motion,
     signature: "sideways in arcs, growing with the speed",
     shown_by: "arcs at two speeds, both ways",
     compensation: "a term in the odometry",
+    ..Facts::DEFAULT
 };

@@ -8,7 +8,7 @@
 //! k \[rad/m\] is the turn towards the direction beta for each metre, l \[m\] the creep for each such turn:
 //! d = k l is the creep for each metre.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
@@ -18,8 +18,8 @@ use crate::recording::survey::Survey;
 pub struct Slope;
 
 impl Effect for Slope {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -37,7 +37,7 @@ impl Effect for Slope {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "slope",
     name: "sloping floor",
     equation: "creep d |ds| towards beta, dtheta = k sin(beta - theta) |ds|",
@@ -46,8 +46,8 @@ static FACTS: Facts = Facts {
         Parameter::amplitude("k_y", "rad/m", 0.05),
         Parameter::shape("l", "m", -2.0, 2.0),
     ],
-    acts_on: ActsOn::Motion,
     signature: "drift and turn depend on the heading",
     shown_by: "straight runs in four headings",
     compensation: "level the floor, or an IMU",
+    ..Facts::DEFAULT
 };

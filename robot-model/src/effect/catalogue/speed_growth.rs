@@ -7,7 +7,7 @@
 //! k \[s^2/m^2\] > 0: further at speed. v_i is the speed of the wheel's own rim: it is its spin that makes
 //! a wheel grow.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -16,8 +16,8 @@ use crate::recording::motion::Step;
 pub struct SpeedGrowth;
 
 impl Effect for SpeedGrowth {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -26,13 +26,13 @@ impl Effect for SpeedGrowth {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "speed_growth",
     name: "wheel radius grows with speed",
     equation: "R_i (1 + k v_i^2)",
     parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
-    acts_on: ActsOn::Motion,
     signature: "an error along the path at high speeds only",
     shown_by: "straight runs at several speeds",
     compensation: "a term in the odometry",
+    ..Facts::DEFAULT
 };

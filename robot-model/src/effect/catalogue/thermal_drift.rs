@@ -6,7 +6,7 @@
 //!
 //! k \[1/s\] > 0: growing.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -16,8 +16,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct ThermalDrift;
 
 impl Effect for ThermalDrift {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,14 @@ impl Effect for ThermalDrift {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "thermal_drift",
     name: "slow drift in the course of the campaign",
     equation: "R (1 + k t)",
     parameters: &[Parameter::amplitude("k", "1/s", 1e-4)],
-    acts_on: ActsOn::Motion,
     signature: "a slow trend of the distances from run to run",
     shown_by: "the first run once more, last",
     compensation: "a new fit now and then",
+    needs: &[Need::StartTimes],
+    ..Facts::DEFAULT
 };

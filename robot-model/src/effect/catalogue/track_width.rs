@@ -6,7 +6,7 @@
 //!
 //! delta > 0: the robot turns less than its encoders say.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct TrackWidth;
 
 impl Effect for TrackWidth {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
@@ -24,13 +24,15 @@ impl Effect for TrackWidth {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "track_width",
     name: "track width off",
     equation: "dtheta / (1 + delta)",
-    parameters: &[Parameter::amplitude("delta", "1", 0.12)],
-    acts_on: ActsOn::Motion,
+    parameters: &[Parameter::amplitude("delta", "1", 0.12).possible(-1.0, f64::INFINITY)],
     signature: "a heading error in proportion to the turning, either way",
     shown_by: "spins to both sides",
     compensation: "the track width b",
+    group: Group::Geometry,
+    compensated_by: Some(FirmwareTerm::TrackWidth),
+    ..Facts::DEFAULT
 };

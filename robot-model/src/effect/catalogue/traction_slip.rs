@@ -6,7 +6,7 @@
 //!
 //! c \[s^2/m\] > 0: less travel than counted when accelerating, more when braking.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct TractionSlip;
 
 impl Effect for TractionSlip {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -26,13 +26,13 @@ impl Effect for TractionSlip {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "traction_slip",
     name: "slip under traction",
     equation: "ds_i (1 - c a_i sgn v_i)",
     parameters: &[Parameter::positive("c", "s^2/m", 0.2)],
-    acts_on: ActsOn::Motion,
     signature: "an error that arises on ramps only",
     shown_by: "fast ramps against slow ones",
     compensation: "a lower acceleration limit, or a term in the odometry",
+    ..Facts::DEFAULT
 };

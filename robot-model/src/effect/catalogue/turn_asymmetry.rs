@@ -6,7 +6,7 @@
 //!
 //! k > 0: left turns come out larger, right ones smaller.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct TurnAsymmetry;
 
 impl Effect for TurnAsymmetry {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -24,13 +24,13 @@ impl Effect for TurnAsymmetry {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "turn_asymmetry",
     name: "left and right turns differ",
     equation: "dtheta (1 + k sgn omega)",
-    parameters: &[Parameter::amplitude("k", "1", 0.05)],
-    acts_on: ActsOn::Motion,
+    parameters: &[Parameter::amplitude("k", "1", 0.05).possible(-1.0, 1.0)],
     signature: "spins to the left and to the right disagree on the track width",
     shown_by: "spins to both sides",
     compensation: "two track widths, one a side",
+    ..Facts::DEFAULT
 };

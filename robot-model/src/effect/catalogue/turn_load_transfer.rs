@@ -6,7 +6,7 @@
 //!
 //! k \[s^2/m^2\] > 0: the robot turns less the faster it goes.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -15,8 +15,8 @@ use crate::recording::motion::Step;
 pub struct TurnLoadTransfer;
 
 impl Effect for TurnLoadTransfer {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,13 @@ impl Effect for TurnLoadTransfer {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "turn_load_transfer",
     name: "load transfer in fast turns",
     equation: "domega = -k v^2 omega",
     parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
-    acts_on: ActsOn::Motion,
     signature: "a heading error in fast arcs",
     shown_by: "arcs of one radius at two speeds",
     compensation: "a term in the odometry",
+    ..Facts::DEFAULT
 };

@@ -9,7 +9,7 @@
 //! at phi_i = 0: c_i = e/R sin alpha, s_i = -e/R cos alpha.
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::numeric::angle::sinc;
@@ -20,8 +20,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct WheelEccentricity;
 
 impl Effect for WheelEccentricity {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -29,7 +29,7 @@ impl Effect for WheelEccentricity {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "wheel_eccentricity",
     name: "eccentric wheels",
     equation: "R_i (1 + c_i cos phi_i + s_i sin phi_i)",
@@ -39,10 +39,11 @@ static FACTS: Facts = Facts {
         Parameter::amplitude("c_right", "1", 0.05),
         Parameter::amplitude("s_right", "1", 0.05),
     ],
-    acts_on: ActsOn::Motion,
     signature: "a ripple once per turn of the wheel",
     shown_by: "a slow run of several turns of the wheel",
     compensation: "a table over the angle",
+    needs: &[Need::ContinuousCounts],
+    ..Facts::DEFAULT
 };
 
 /// A ripple of each wheel's travel once per turn of what turns so many times as often as the wheel.

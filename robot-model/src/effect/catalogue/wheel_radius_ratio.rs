@@ -6,7 +6,7 @@
 //!
 //! rho > 0: the right wheel is the larger one, so that equal turns curve to the left.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -16,8 +16,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct WheelRadiusRatio;
 
 impl Effect for WheelRadiusRatio {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,15 @@ impl Effect for WheelRadiusRatio {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "wheel_radius_ratio",
     name: "unequal wheel radii",
     equation: "R_L = R (1 - rho/2), R_R = R (1 + rho/2)",
-    parameters: &[Parameter::amplitude("rho", "1", 0.03)],
-    acts_on: ActsOn::Motion,
+    parameters: &[Parameter::amplitude("rho", "1", 0.03).possible(-2.0, 2.0)],
     signature: "a straight run curves, to the other side when driven backwards",
     shown_by: "an out-and-back straight run",
     compensation: "the right wheel's distance per count, Q_R",
+    group: Group::Geometry,
+    compensated_by: Some(FirmwareTerm::WheelWeight),
+    ..Facts::DEFAULT
 };

@@ -6,7 +6,7 @@
 //!
 //! s > 0: the robot goes further than its encoders say.
 
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -16,8 +16,8 @@ use crate::kinematics::wheel_pair::WheelPair;
 pub struct WheelRadiusScale;
 
 impl Effect for WheelRadiusScale {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+    fn facts(&self) -> Facts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], _step: &Step, _memory: &mut Memory) -> Change {
@@ -25,13 +25,15 @@ impl Effect for WheelRadiusScale {
     }
 }
 
-static FACTS: Facts = Facts {
+static FACTS: Facts<'static> = Facts {
     id: "wheel_radius_scale",
     name: "both wheel radii off",
     equation: "ds_i (1 + s)",
-    parameters: &[Parameter::amplitude("s", "1", 0.03)],
-    acts_on: ActsOn::Motion,
+    parameters: &[Parameter::amplitude("s", "1", 0.03).possible(-1.0, f64::INFINITY)],
     signature: "an error along the path that grows with the distance",
     shown_by: "a straight run against a tape measure",
     compensation: "both distances per count, Q",
+    group: Group::Geometry,
+    compensated_by: Some(FirmwareTerm::MeanRadius),
+    ..Facts::DEFAULT
 };

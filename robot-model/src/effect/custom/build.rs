@@ -1,5 +1,7 @@
 //! From an equation to an effect that can be fitted.
 
+use std::borrow::Cow;
+
 use super::analysis::{amplitudes, plausible_limit, typical_of, without_bound};
 use super::dimensions::units;
 use super::equation::{Custom, Per, Target};
@@ -9,15 +11,15 @@ use super::parse::parse;
 use super::tree::Tree;
 use super::unit::{HINT, Unit};
 use crate::effect::catalogue::find;
-use crate::effect::definition::{ActsOn, Change, Effect, Facts, Memory, Parameter, Role};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
 
 impl Custom {
-    /// The effect, ready to be fitted. It lives as long as the program does, as the built-in ones do.
-    pub fn build(&self) -> Result<&'static CustomEffect, CustomError> {
+    /// The effect, ready to be fitted.
+    pub fn build(&self) -> Result<CustomEffect, CustomError> {
         let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         if self.id.is_empty() || !self.id.chars().all(sound) || find(&self.id).is_some() {
             let problem = format!("`{}` cannot be the id of an effect of your own", self.id);
@@ -66,18 +68,14 @@ impl Custom {
             let hint = format!("no division by what becomes zero there: {instead}, for example");
             return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
         }
-        let facts = Box::leak(Box::new(Facts {
-            id: kept(self.id.clone()),
-            name: kept(format!("your own {}", self.id)),
-            equation: kept(self.equation()),
-            parameters: Box::leak(parameters.into_boxed_slice()),
-            acts_on: ActsOn::Motion,
-            signature: kept(format!("{} proportional to {}", self.target.name(), self.expression)),
-            shown_by: "runs in which what stands in its expression varies",
-            compensation: "a term in the odometry",
-        }));
-        let (target, per) = (self.target, self.per);
-        Ok(Box::leak(Box::new(CustomEffect { custom: self.clone(), facts, tree, target, per })))
+        Ok(CustomEffect {
+            custom: self.clone(),
+            name: format!("your own {}", self.id),
+            equation: self.equation(),
+            signature: format!("{} proportional to {}", self.target.name(), self.expression),
+            parameters,
+            tree,
+        })
     }
 
     fn parameter(
@@ -117,10 +115,11 @@ impl Custom {
         };
         let role = if is_amplitude { Role::Amplitude } else { Role::Shape };
         Ok(Parameter {
-            name: kept(name.into()),
-            unit: kept(shown),
+            name: Cow::Owned(name.into()),
+            unit: Cow::Owned(shown),
             low: range.0,
             high: range.1,
+            possible: (f64::NEG_INFINITY, f64::INFINITY),
             role,
         })
     }
@@ -130,19 +129,15 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".into() } else { names.join(", ") }
 }
 
-/// Text that lives as long as the program; an effect's facts do.
-fn kept(text: String) -> &'static str {
-    Box::leak(text.into_boxed_str())
-}
-
 /// An effect of the user's own.
 #[derive(Debug)]
 pub struct CustomEffect {
     custom: Custom,
-    facts: &'static Facts,
+    name: String,
+    equation: String,
+    signature: String,
+    parameters: Vec<Parameter>,
     tree: Tree,
-    target: Target,
-    per: Per,
 }
 
 impl CustomEffect {
@@ -153,8 +148,17 @@ impl CustomEffect {
 }
 
 impl Effect for CustomEffect {
-    fn facts(&self) -> &'static Facts {
-        self.facts
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            id: &self.custom.id,
+            name: &self.name,
+            equation: &self.equation,
+            parameters: &self.parameters,
+            signature: &self.signature,
+            shown_by: "runs in which what stands in its expression varies",
+            compensation: "a term in the odometry",
+            ..Facts::DEFAULT
+        }
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -163,7 +167,7 @@ impl Effect for CustomEffect {
             return Change::NONE;
         }
         let amount = |metres: f64| {
-            rate * match self.per {
+            rate * match self.custom.per {
                 Per::Second => step.dt_s,
                 Per::Metre => metres.abs(),
                 Per::Radian => step.turn_rad().abs(),
@@ -171,7 +175,7 @@ impl Effect for CustomEffect {
         };
         let travel_m = step.wheel_travel_m();
         let nothing = Jet::ZERO;
-        match self.target {
+        match self.custom.target {
             Target::DsLeft => {
                 let angle = amount(travel_m.left) / step.wheel_radius_m;
                 Change { angle_rad: WheelPair::new(angle, nothing), ..Change::NONE }
@@ -186,7 +190,7 @@ impl Effect for CustomEffect {
     }
 
     fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
-        let parameters = self.facts.parameters;
+        let parameters = &self.parameters;
         if parameters.iter().all(|it| it.role == Role::Amplitude) {
             return vec![vec![0.0; parameters.len()]];
         }

@@ -8,7 +8,7 @@ use crate::kinematics::WheelPair;
 use crate::numeric::Jet;
 use crate::tests::synthetic::{campaign, full_plan, term};
 
-fn built(equation: &str) -> &'static CustomEffect {
+fn built(equation: &str) -> CustomEffect {
     Custom::from_equation(equation).unwrap().build().unwrap()
 }
 
@@ -27,8 +27,8 @@ fn refused(equation: &str) -> (String, String) {
     }
 }
 
-fn units(equation: &str) -> Vec<&'static str> {
-    built(equation).facts().parameters.iter().map(|it| it.unit).collect()
+fn units(equation: &str) -> Vec<String> {
+    built(equation).facts().parameters.iter().map(|it| it.unit.to_string()).collect()
 }
 
 #[test]
@@ -121,10 +121,10 @@ fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
         "dtheta/ds = k * sqrt(a) * sqrt(payload)",
     ] {
         let mut custom = Custom::from_equation(equation).unwrap();
-        let unit = custom.build().unwrap().facts().parameters[0].unit;
-        custom.units.insert("k".into(), unit.into());
-        let again = custom.build().map(|it| it.facts().parameters[0].unit);
-        assert_eq!(again.as_deref(), Ok(unit), "{equation}");
+        let unit = custom.build().unwrap().facts().parameters[0].unit.to_string();
+        custom.units.insert("k".into(), unit.clone());
+        let again = custom.build().map(|it| it.facts().parameters[0].unit.to_string());
+        assert_eq!(again, Ok(unit), "{equation}");
     }
     for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
         assert!(unit::Unit::parse(&format!("m^{power}")).is_err(), "{power}");
@@ -201,7 +201,7 @@ fn at_zero_it_is_the_identity() {
 fn what_a_built_in_effect_does_an_expression_does_too() {
     // side_slip, written by hand: the same fit, to how far Gauss-Newton goes.
     let runs = campaign(&full_plan(), &[term("side_slip", &[0.03])], 3);
-    let own = model::fit(&runs, &[built("dn = -k * v * omega")]).unwrap();
+    let own = model::fit(&runs, &[&built("dn = -k * v * omega")]).unwrap();
     let built_in = model::fit(&runs, &[crate::effect::find("side_slip").unwrap()]).unwrap();
     let (a, b) = (&own.effects[0].parameters[0], &built_in.effects[0].parameters[0]);
     // v omega dt by smoothed speeds, against v dtheta by counts: the difference is far below sigma.
@@ -218,7 +218,7 @@ fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
     let runs = campaign(&full_plan(), &truth, 4);
     let effect = built("dtheta = -k * v^2 * omega");
     let rest = CATALOGUE.into_iter().filter(|it| it.facts().id != "turn_load_transfer");
-    let catalogue: Vec<&dyn Effect> = rest.chain([effect as &dyn Effect]).collect();
+    let catalogue: Vec<&dyn Effect> = rest.chain([&effect as &dyn Effect]).collect();
     let answer = explain_by(&runs, &catalogue).unwrap();
     let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
     assert_eq!(found, ["custom_dtheta"]);

@@ -4,7 +4,7 @@ mod signs;
 mod units;
 
 use super::*;
-use crate::effect::composition::{Composer, Term};
+use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
@@ -95,8 +95,9 @@ fn every_effect_is_the_exact_identity_at_zero() {
         for jet in everything(effect, &values) {
             assert_eq!(jet.value, 0.0, "{}", effect.facts().id);
         }
-        let terms = [Term { effect, values, column: None }];
-        let (mut with, mut without) = (Composer::new(&terms, 0), Composer::new(&[], 0));
+        let terms = [Term::new(effect, values)];
+        let (mut with, mut without) =
+            (Composer::new(Terms::Fixed(&terms)), Composer::new(Terms::Fixed(&[])));
         for step in steps() {
             assert_eq!(with.step(&step), without.step(&step), "{}", effect.facts().id);
         }
@@ -145,19 +146,16 @@ fn derivatives_are_those_of_high_order_differences() {
 
 #[test]
 fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences() {
-    let mut terms: Vec<Term<'_>> = CATALOGUE
-        .iter()
-        .map(|it| Term { effect: *it, values: typical(*it), column: None })
-        .collect();
-    let columns = crate::estimation::normal_equations::number_columns(&mut terms);
+    let terms: Vec<Term<'_>> = CATALOGUE.iter().map(|it| Term::new(*it, typical(*it))).collect();
+    let placed = PlacedTerm::place(&terms);
     let numbers = |terms: &[Term<'_>]| -> Vec<[f64; 5]> {
-        let mut composer = Composer::new(terms, columns);
+        let mut composer = Composer::new(Terms::Fixed(terms));
         let steps = steps();
         let each = steps.iter().map(|step| composer.step(step));
         each.map(|it| [it.travel_m, it.sideways_m, it.turn_rad, it.drift_m[0], it.drift_m[1]])
             .collect()
     };
-    let mut composer = Composer::new(&terms, columns);
+    let mut composer = Composer::new(Terms::Free(&placed));
     let steps = steps();
     let exact: Vec<Vec<[f64; 5]>> = steps
         .iter()
@@ -178,7 +176,7 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
                 numbers(&moved)
             };
             let (m2, m1, p1, p2) = (at(-2.0), at(-1.0), at(1.0), at(2.0));
-            let column = term.column.unwrap_or(0) + j;
+            let column = placed[index].columns().start + j;
             for k in 0..steps.len() {
                 for n in 0..5 {
                     let slope = (8.0 * (p1[k][n] - m1[k][n]) - (p2[k][n] - m2[k][n])) / (12.0 * h);

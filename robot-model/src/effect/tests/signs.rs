@@ -7,8 +7,8 @@ use crate::kinematics::pose::Pose;
 
 /// The pose that a second of a steady motion leads to, with one effect.
 fn after_a_second(id: &str, values: &[f64], left_mps: f64, right_mps: f64) -> Pose {
-    let terms = [Term { effect: find(id).unwrap(), values: values.into(), column: None }];
-    let mut composer = Composer::new(&terms, 0);
+    let terms = [Term::new(find(id).unwrap(), values.into())];
+    let mut composer = Composer::new(Terms::Fixed(&terms));
     let mut pose = Pose::ORIGIN;
     let speed = WheelPair::new(left_mps, right_mps);
     for k in 0..100 {
@@ -204,8 +204,8 @@ fn travels(
     dphi_rad: f64,
     steps: usize,
 ) -> Vec<WheelPair<f64>> {
-    let terms = [Term { effect: find(id).unwrap(), values: values.into(), column: None }];
-    let mut composer = Composer::new(&terms, 0);
+    let terms = [Term::new(find(id).unwrap(), values.into())];
+    let mut composer = Composer::new(Terms::Fixed(&terms));
     let (mut phi, mut sum) = (0.0, WheelPair::both(0.0));
     (0..steps)
         .map(|_| {

@@ -75,7 +75,7 @@ fn all_it_does(effect: &dyn Effect, scale: Scale) -> Vec<(Jet, [f64; 3])> {
 fn parameter_powers(effect: &dyn Effect) -> Vec<[f64; 3]> {
     let facts = effect.facts();
     let powers = |it: &Parameter| {
-        dimensions(it.unit).unwrap_or_else(|error| panic!("{} {}: {error}", facts.id, it.name))
+        dimensions(&it.unit).unwrap_or_else(|error| panic!("{} {}: {error}", facts.id, it.name))
     };
     facts.parameters.iter().map(powers).collect()
 }
@@ -118,9 +118,9 @@ fn what_a_step_does_with_any_effect_is_the_same_in_other_units() {
             let grown = |(it, p): (&f64, &[f64; 3])| it * growth(scale, *p);
             let values = typical(effect);
             let other: Vec<f64> = values.iter().zip(&powers).map(grown).collect();
-            let a = [Term { effect, values, column: None }];
-            let b = [Term { effect, values: other, column: None }];
-            let (mut a, mut b) = (Composer::new(&a, 0), Composer::new(&b, 0));
+            let a = [Term::new(effect, values)];
+            let b = [Term::new(effect, other)];
+            let (mut a, mut b) = (Composer::new(Terms::Fixed(&a)), Composer::new(Terms::Fixed(&b)));
             for step in steps() {
                 let it = a.step(&step);
                 let m = scale[0];
@@ -138,12 +138,11 @@ fn what_a_step_does_with_any_effect_is_the_same_in_other_units() {
 
 /// Wheels that grow until a minute has gone by: the minute is nowhere in its parameters.
 #[derive(Debug)]
-struct HiddenMinute(Facts);
+struct HiddenMinute(Facts<'static>);
 
 impl Effect for HiddenMinute {
-    fn facts(&self) -> &'static Facts {
-        // A leak of a few bytes, once a test.
-        Box::leak(Box::new(self.0.clone()))
+    fn facts(&self) -> Facts<'_> {
+        self.0
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -156,18 +155,15 @@ impl Effect for HiddenMinute {
 fn a_hidden_minute_and_a_wrong_unit_are_found() {
     let thermal = find("thermal_drift").unwrap().facts();
     const RATIO: &[Parameter] = &[Parameter::amplitude("k", "1", 0.01)];
-    let hidden = HiddenMinute(Facts { parameters: RATIO, ..thermal.clone() });
+    let hidden = HiddenMinute(Facts { parameters: RATIO, ..thermal });
     assert!(wrong_unit(&hidden).is_some());
 
     /// Slip per second that is declared as a ratio.
     #[derive(Debug)]
     struct Mislabelled;
     impl Effect for Mislabelled {
-        fn facts(&self) -> &'static Facts {
-            Box::leak(Box::new(Facts {
-                parameters: RATIO,
-                ..find("side_slip").unwrap().facts().clone()
-            }))
+        fn facts(&self) -> Facts<'_> {
+            Facts { parameters: RATIO, ..find("side_slip").unwrap().facts() }
         }
         fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
             find("side_slip").unwrap().act(p, step, memory)

@@ -5,6 +5,7 @@
 //! what is predicted. Wheel angles are not counted in whole counts, as speeds are smoothed.
 
 use super::*;
+use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::gyro::whiten_gyro;
 use crate::estimation::predict::open_loop_from;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -69,7 +70,7 @@ fn seen_by(terms: &[Term<'_>], mut runs: Vec<Recording>) -> Prepared {
             .collect();
         let motion = Motion::new(&robot, run, Some(300.0 * k));
         let start = Pose::new(0.1, -0.2, 0.05 + 1.5 * k);
-        let track = open_loop_from(start, &motion, &run.measured_poses, terms);
+        let track = open_loop_from(start, &motion, &run.measured_poses, Terms::Fixed(terms));
         assert_eq!(track.predicted.len(), run.measured_poses.len());
         for (measurement, pose) in run.measured_poses.iter_mut().zip(&track.predicted) {
             measurement.position_m = Some([pose.x_m, pose.y_m]);
@@ -94,12 +95,12 @@ impl Sink for Rows {
 }
 
 fn rows(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Rows {
-    let mut terms = terms.to_vec();
-    let columns = crate::estimation::normal_equations::number_columns(&mut terms);
+    let placed = PlacedTerm::place(terms);
+    let terms = Terms::Free(&placed);
     let mut rows = Rows::default();
     for run in &prepared.runs {
-        whiten(&run.motion, &run.recording.measured_poses, &terms, columns, noise, &mut rows);
-        whiten_gyro(run, &terms, columns, noise, &mut rows);
+        whiten(&run.motion, &run.recording.measured_poses, terms, noise, &mut rows);
+        whiten_gyro(run, terms, noise, &mut rows);
     }
     rows
 }
@@ -202,7 +203,7 @@ fn surprise(
     let noise = OdometryNoise { clock_offset_s: 0.0, ..NOISE }.times(1e-3);
     let motion = Motion::new(&ROBOT, &run, None);
     let mut rows = Rows::default();
-    whiten(&motion, &run.measured_poses, &[term], 0, &noise, &mut rows);
+    whiten(&motion, &run.measured_poses, Terms::Fixed(&[term]), &noise, &mut rows);
     rows.residuals.iter().fold(0.0, |most, it| most.max(it.abs()))
 }
 

@@ -1,6 +1,7 @@
 use super::*;
-use crate::effect::Custom;
 use crate::effect::catalogue::{CATALOGUE, find};
+use crate::effect::composition::PlacedTerm;
+use crate::effect::{Custom, Parameter};
 use crate::selection::candidates::Screening;
 use crate::tests::synthetic::{ALONE, NOISE, campaign, full_plan, term};
 
@@ -8,8 +9,7 @@ use crate::tests::synthetic::{ALONE, NOISE, campaign, full_plan, term};
 fn a_fit_comes_to_rest_and_one_that_ended_at_nothing_is_seen_to() {
     for (id, values) in [("wheel_radius_ratio", &[0.01][..]), ("backlash", &[0.06, 0.07])] {
         let prepared = campaign(&full_plan(), &[term(id, values)], 8).prepare().unwrap();
-        let start =
-            Term { effect: find(id).unwrap(), values: vec![0.0; values.len()], column: None };
+        let start = Term::new(find(id).unwrap(), vec![0.0; values.len()]);
         let fitted = fit_afresh(&prepared, vec![start]);
         assert_eq!(Screening::new(&prepared, &fitted, &CATALOGUE).is_unsettled(), [false], "{id}");
         let mut elsewhere = fitted.clone();
@@ -25,7 +25,7 @@ fn a_fit_comes_to_rest_and_one_that_ended_at_nothing_is_seen_to() {
 #[test]
 fn no_fit_ends_worse_than_it_began() {
     let cost = |prepared: &Prepared, terms: &[Term<'_>]| {
-        let equations = CampaignEquations::gather(prepared, &mut terms.to_vec(), &NOISE);
+        let equations = CampaignEquations::gather(prepared, &PlacedTerm::place(terms), &NOISE);
         equations.total.squares + equations.prior_cost()
     };
     // A wave whose length is far off: whole steps lead from one wrong one to the next.
@@ -36,9 +36,9 @@ fn no_fit_ends_worse_than_it_began() {
     for (id, values) in ALONE.into_iter().filter(|it| it.0 != "gyro_bias" && it.0 != "gyro_scale") {
         let prepared = campaign(&full_plan(), &[term(id, values)], 9).prepare().unwrap();
         for [c, w] in [[0.02, 3.0], [0.1, 11.0], [-0.05, 29.0]] {
-            let names: Vec<&str> = wave.facts().parameters.iter().map(|it| it.name).collect();
-            let values = names.iter().map(|it| if *it == "c" { c } else { w }).collect();
-            let terms = vec![Term { effect: wave, values, column: None }];
+            let of = |it: &Parameter| if it.name == "c" { c } else { w };
+            let values = wave.facts().parameters.iter().map(of).collect();
+            let terms = vec![Term::new(&wave, values)];
             let before = cost(&prepared, &terms);
             let after = cost(&prepared, &fit_parameters(&prepared, terms, NOISE).terms);
             assert!(after <= before + RISE, "{id}, {c}, {w}: {before} to {after}");

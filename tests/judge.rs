@@ -1,7 +1,5 @@
 //! Judges calibrations of simulated robots by the truth, which only the laboratory knows.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use host_cli::calibrate::{CalibrateStep, Decision, Pass, Settings, calibrate};
 use host_cli::pose_source::PoseSource;
 use host_cli::pose_source::camera::Camera;

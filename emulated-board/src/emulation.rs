@@ -210,11 +210,11 @@ impl Emulation {
 
 /// What the emulator could not model, and wrong writes to the flash.
 fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
-    let unmapped = machine.unmapped().iter().map(|access| format!("unmapped: {access:?}"));
-    let refused = machine.refused().iter().map(|access| format!("refused: {access:?}"));
-    let unimplemented =
-        machine.unimplemented().iter().map(|access| format!("unimplemented: {access:?}"));
-    let mut unexpected: Vec<String> = unmapped.chain(refused).chain(unimplemented).collect();
+    let mut unexpected: Vec<String> = Vec::new();
+    unexpected.extend(machine.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+    unexpected.extend(machine.refused().iter().map(|access| format!("refused: {access:?}")));
+    unexpected
+        .extend(machine.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
     if lockstep.array.overwritten > 0 {
         unexpected.push(format!("{} words programmed but not erased", lockstep.array.overwritten));
     }

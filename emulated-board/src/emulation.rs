@@ -187,23 +187,7 @@ impl Emulation {
             resets: 0,
         };
         let ended = emulator::run(machine, &Start::new(&images), lockstep)?;
-        let mut unexpected: Vec<String> = Vec::new();
-        unexpected
-            .extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
-        unexpected
-            .extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
-        unexpected.extend(
-            ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")),
-        );
-        if ended.driver.array.overwritten > 0 {
-            unexpected.push(format!(
-                "{} words programmed but not erased",
-                ended.driver.array.overwritten
-            ));
-        }
-        if ended.driver.program_stores > 0 {
-            unexpected.push(format!("{} stores into the program", ended.driver.program_stores));
-        }
+        let unexpected = unexpected(&ended.session, &ended.driver);
         let stop = ended.stop;
         let found = found.lock().expect("no holder has panicked").take();
         Ok(RunResult {
@@ -219,6 +203,22 @@ impl Emulation {
             unexpected,
         })
     }
+}
+
+/// What the emulator could not model, and wrong writes to the flash.
+fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
+    let mut unexpected: Vec<String> = Vec::new();
+    unexpected.extend(machine.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+    unexpected.extend(machine.refused().iter().map(|access| format!("refused: {access:?}")));
+    unexpected
+        .extend(machine.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+    if lockstep.array.overwritten > 0 {
+        unexpected.push(format!("{} words programmed but not erased", lockstep.array.overwritten));
+    }
+    if lockstep.program_stores > 0 {
+        unexpected.push(format!("{} stores into the program", lockstep.program_stores));
+    }
+    unexpected
 }
 
 /// Plant and host. They run on the core's thread, because their clock belongs to a thread.

@@ -66,11 +66,6 @@ quantity! {
     Duty(I2F30), "of the supply"
 }
 
-/// Absolute encoder count of a wheel since power-on, forward positive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counts(pub i64);
-
 impl Travel {
     /// In micrometres, as telemetry sends it.
     #[inline]

@@ -116,15 +116,9 @@ impl DefectiveStep<'_> {
             (along_mps, across_mps) = (tread_mps * cos, tread_mps * sin);
         }
         let place_m = self.body.point_m(ahead_m, wheel.left_m);
-        let (gx, gy) = floor.gradient_at(place_m);
-        if gx != 0.0 || gy != 0.0 {
-            let (uphill, aside) = self.body.rotation().undo(gx, gy);
-            along_mps /= (1.0 + uphill * uphill).sqrt();
-            let (back_n, aside_n) = (-load_n * uphill, -load_n * aside);
-            extra.forward_n += back_n;
-            extra.left_n += aside_n;
-            extra.yaw_nm += (ahead_m - self.body.center_x_m) * aside_n
-                - (wheel.left_m - self.body.center_y_m) * back_n;
+        let gradient = floor.gradient_at(place_m);
+        if gradient != (0.0, 0.0) {
+            along_mps /= self.climb(gradient, (ahead_m, wheel.left_m), load_n, extra);
         }
         // (1), (2)
         let mut slip_x = along_mps - (twist.forward_mps - twist.yaw_rate_rad_s * wheel.left_m);
@@ -158,5 +152,21 @@ impl DefectiveStep<'_> {
         // The body's sum takes all contacts to be on the axle's line.
         extra.yaw_nm += ahead_m * wheel.contact.force_n.1;
         wheel.set_load(tyre.rolling_resistance, load_n);
+    }
+    /// Adds the force of a slope under a wheel at a point of the body; returns sqrt(1 + g^2).
+    fn climb(
+        &self,
+        gradient: (f64, f64),
+        at_m: (f64, f64),
+        load_n: f64,
+        extra: &mut Wrench,
+    ) -> f64 {
+        let (uphill, aside) = self.body.rotation().undo(gradient.0, gradient.1);
+        let (back_n, aside_n) = (-load_n * uphill, -load_n * aside);
+        extra.forward_n += back_n;
+        extra.left_n += aside_n;
+        extra.yaw_nm +=
+            (at_m.0 - self.body.center_x_m) * aside_n - (at_m.1 - self.body.center_y_m) * back_n;
+        (1.0 + uphill * uphill).sqrt()
     }
 }

@@ -92,6 +92,20 @@ impl Joint {
         (self.motor_spin_rad_s, self.slipping) = (0.0, false);
     }
 
+    /// The flank that carries torque: 1 or -1, 0 in a joint without play, NaN between the flanks.
+    #[inline]
+    fn flank(&self) -> f64 {
+        if self.half_play_rad == 0.0 {
+            0.0
+        } else if self.play_rad >= self.half_play_rad {
+            1.0
+        } else if self.play_rad <= -self.half_play_rad {
+            -1.0
+        } else {
+            f64::NAN
+        }
+    }
+
     /// Advances both sides by h; the wheel's spin goes in and out. Returns the current \[A\].
     #[inline]
     pub fn kick(&mut self, load: &JointLoad, wheel_spin_rad_s: &mut f64, h_s: f64) -> f64 {
@@ -111,15 +125,7 @@ impl Joint {
             less_friction(free, friction_nm * per_torque)
         };
         let (wheel_before, motor_before) = (*wheel_spin_rad_s, self.motor_spin_rad_s);
-        let flank = if self.half_play_rad == 0.0 {
-            0.0
-        } else if self.play_rad >= self.half_play_rad {
-            1.0
-        } else if self.play_rad <= -self.half_play_rad {
-            -1.0
-        } else {
-            f64::NAN
-        };
+        let flank = self.flank();
         let touching = !flank.is_nan();
         let mut carried_nm = 0.0;
         if touching && !self.slipping {

@@ -92,6 +92,18 @@ impl HiddenEffect {
                     wheel.eccentricity_phase_rad = draw.angle_rad();
                 }
             }
+            other => other.apply_to_drive_or_floor(plant, s, &mut draw),
+        }
+    }
+
+    /// Effects of encoders, gears, caster, floor and load.
+    fn apply_to_drive_or_floor<R: Rng>(
+        self,
+        plant: &mut PlantParameters,
+        s: f64,
+        draw: &mut Draw<'_, R>,
+    ) {
+        match self {
             Self::EncoderEccentricity => {
                 for encoder in both(&mut plant.encoder) {
                     encoder.error.eccentricity = draw.between(0.01, 0.02) * s;
@@ -150,7 +162,7 @@ impl HiddenEffect {
                     wheel.radial_compliance_m_per_n = 5e-6 * s;
                 }
             }
-            other => other.apply_from_outside(plant, s, &mut draw),
+            other => other.apply_from_outside(plant, s, draw),
         }
     }
 
@@ -202,19 +214,7 @@ impl HiddenEffect {
     ) {
         let half_track_m = 0.5 * plant.geometry.track_width_m;
         match self {
-            Self::RelaxationLength => {
-                // Soft as balloons: they deflect by a millimetre when the robot accelerates, and recover over
-                // most of a metre. The product k sigma stays near 400 N, so that they slip little.
-                const GIVES_N_PER_M: f64 = 500.0;
-                const LATER_M: f64 = 0.7;
-                let tyre = &mut plant.tyre;
-                for stiffness in
-                    [&mut tyre.longitudinal_stiffness_n_per_m, &mut tyre.lateral_stiffness_n_per_m]
-                {
-                    *stiffness /= 1.0 + s * *stiffness / GIVES_N_PER_M;
-                }
-                tyre.relaxation_length_m = (tyre.relaxation_length_m + LATER_M * s).min(1.0);
-            }
+            Self::RelaxationLength => soften_tyres(plant, s),
             Self::SetScrewSlip => {
                 // A cruise takes 10 mN m of the standard robot, 0.3 m/s^2 another 22.
                 let gear = draw.one(&mut plant.gear);
@@ -271,6 +271,20 @@ impl HiddenEffect {
             other => unreachable!("{other} is in the catalogue"),
         }
     }
+}
+
+/// Tyres that take a long distance to build up a force.
+fn soften_tyres(plant: &mut PlantParameters, s: f64) {
+    // Soft as balloons: they deflect by a millimetre when the robot accelerates, and recover over
+    // most of a metre. The product k sigma stays near 400 N, so that they slip little.
+    const GIVES_N_PER_M: f64 = 500.0;
+    const LATER_M: f64 = 0.7;
+    let tyre = &mut plant.tyre;
+    for stiffness in [&mut tyre.longitudinal_stiffness_n_per_m, &mut tyre.lateral_stiffness_n_per_m]
+    {
+        *stiffness /= 1.0 + s * *stiffness / GIVES_N_PER_M;
+    }
+    tyre.relaxation_length_m = (tyre.relaxation_length_m + LATER_M * s).min(1.0);
 }
 
 /// A caster with a long fork, close to the axle, on a stiff pivot.

@@ -142,8 +142,7 @@ fn effect_entry(
         let problem = format!("{id} has no parameter `{name}`");
         return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
     }
-    let here =
-        known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
+    let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
     let parameters = here
         .map(|(it, raw)| validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text)))
         .collect::<Result<Vec<_>, _>>()?;

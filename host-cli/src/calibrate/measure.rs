@@ -3,7 +3,8 @@
 use host_link::Clock;
 use host_link::motion::Recording;
 use robot_model::calibration::{
-    Deviation, Experiment, FitOptions, Leg, Track, TrackFit, TrackSample, WheelAngles, WheelWeight, fit_track,
+    Deviation, Experiment, FitOptions, Leg, Track, TrackFit, TrackSample, WheelAngles, WheelWeight,
+    fit_track,
 };
 use robot_model::kinematics::{Geometry, Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, GeometryConfig, Telemetry};

@@ -1,10 +1,10 @@
 //! An answer in sentences, for the terminal and for a page alike.
 
 use campaign::model::EffectEntry;
-use robot_model::estimation::Errors;
-use robot_model::explain::{Answer, HeldOut, StepFound};
 use robot_model::compare::Assumed;
 use robot_model::effect::{Effect, Facts};
+use robot_model::estimation::Errors;
+use robot_model::explain::{Answer, HeldOut, StepFound};
 
 /// Effects of an answer at the values found; the catalogue has all that were asked about.
 pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
@@ -52,7 +52,8 @@ impl Subject<'_> {
 
 /// The main finding, in a sentence or two.
 pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
-    let last = answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
+    let last =
+        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
     let of_what = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
     let error = format!("the error {of_what} {}", goes(&answer.baseline.cross_validated, last));
     let more = if answer.unexplained.structure {
@@ -161,7 +162,7 @@ mod tests {
             class: class.iter().map(|it| (*it).to_owned()).collect(),
             parameters: Vec::new(),
             train: to,
-            heldout: to,
+            cross_validated: to,
             p_value: 1e-9,
             why: String::new(),
         };
@@ -179,7 +180,7 @@ mod tests {
                 places: Vec::new(),
             },
             next_run: None,
-            aside: None,
+            held_out: None,
         }
     }
 

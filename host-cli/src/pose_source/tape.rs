@@ -8,10 +8,10 @@ use campaign::plan::PlannedRun;
 use campaign::track::read_track;
 use host_link::Clock;
 use host_link::wire::Waiting;
-use robot_model::checks::doubtful;
-use robot_model::recording::PoseMeasurement;
 use robot_model::calibration::{Deviation, TrackSample};
+use robot_model::checks::doubtful;
 use robot_model::kinematics::Pose;
+use robot_model::recording::PoseMeasurement;
 use sim_target::Lab;
 
 use super::align::{Reckoned, on_robot_clock};

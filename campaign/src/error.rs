@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use robot_model::checks::{BadRow, Mismatch};
 
-use super::convention::Meant;
-use super::robot_toml::Simulated;
+use crate::convention::Meant;
+use crate::simulated::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,9 +4,10 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 use host_cli::calibrate::{Decision, Settings, calibrate};
+use host_cli::port::{Port, SimOptions, with_robot};
 use host_cli::pose_source::Sigma;
 use host_cli::pose_source::track_file::TrackFile;
-use host_cli::port::{Port, SimOptions, with_robot};
+use host_link::address::Address;
 use host_link::motion::Motion;
 use shared_proto::{ConfigOrigin, WheelPair};
 
@@ -49,7 +50,7 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
     let _program = Program(child);
     let address = line.trim().rsplit("tcp:").next().expect("it says where it listens").to_string();
 
-    let port = Port::Tcp(address);
+    let port = Port::At(Address::Tcp(address));
     let settings = Settings {
         motion: Motion {
             distance: WheelPair::both(1.0),

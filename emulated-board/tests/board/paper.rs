@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use emulated_board::{Bench, Emulation, RunResult, Spread, TickCost};
 use host_cli::calibrate::{Decision, Outcome, Settings, calibrate};
-use host_cli::pose_source::camera::Camera;
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_cli::pose_source::camera::Camera;
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};

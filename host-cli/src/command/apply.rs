@@ -19,8 +19,8 @@ use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
 use crate::undo::{Undo, state_folder};
-use campaign::Campaign;
 use campaign::model::{EffectEntry, ModelFile};
+use campaign::{Campaign, Recordings};
 
 pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     if args.undo {
@@ -29,12 +29,12 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     let Some(folder) = &args.campaign else {
         return Err(Error::new("which campaign?").hint("beeline apply FOLDER --port PORT"));
     };
-    let campaign = Campaign::read(folder)?;
+    let (campaign, recordings) = Campaign::read_both(folder)?;
     for warning in &campaign.warnings {
         warn(warning);
     }
     warn_of_blind_runs(&campaign);
-    let effects = effects_of(folder, &campaign)?;
+    let effects = effects_of(folder, &campaign, recordings)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
@@ -106,7 +106,11 @@ async fn write(
 }
 
 /// What is believed of the robot: the campaign's model, or without one what the explanation names.
-fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Believed>> {
+fn effects_of(
+    folder: &std::path::Path,
+    campaign: &Campaign,
+    recordings: Recordings,
+) -> Result<Vec<Believed>> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
     if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
@@ -122,7 +126,7 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
     let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
-    let campaign = campaign.to_model(folder)?;
+    let campaign = recordings.into_model(campaign, folder)?;
     let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = believed(&answer);
     // What is compensated and not there: only a value shows whether that is sure.

@@ -13,7 +13,9 @@ mod files;
 mod first_run;
 mod gyro;
 mod help;
+
 mod insight;
+mod libraries;
 mod memory;
 mod outcome;
 mod pages;

@@ -288,7 +288,7 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
 fn an_expression_that_overflows_is_refused_and_nothing_is_written() {
     let desk = Desk::new();
     simulated_runs(&desk);
-    let wild = ["model", "add", "--custom", "dtheta = k * exp(v/0.0003[m/s])", "robot"];
+    let wild = ["model", "add", "--custom", "dtheta = k * exp(v/0.0001[m/s])", "robot"];
     let message = desk.run_with(&wild, "").refused();
     assert!(
         message.contains(

@@ -2,7 +2,7 @@
 
 use shared_proto::*;
 
-use crate::decoder::parts;
+use crate::decoding::parts;
 use crate::samples::{self, Any};
 
 /// The longest message of each kind: every number at its longest, every name full.

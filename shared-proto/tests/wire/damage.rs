@@ -109,7 +109,7 @@ struct Content {
 
 impl Content {
     fn of(message: Any) -> Self {
-        let (channel, payload) = crate::decoder::parts(&message.frame(&mut Encoder::new()));
+        let (channel, payload) = crate::decoding::parts(&message.frame(&mut Encoder::new()));
         Self { message, channel, payload }
     }
 

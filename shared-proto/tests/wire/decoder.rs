@@ -2,8 +2,8 @@
 
 use shared_proto::*;
 
+use crate::decoding::decode;
 use crate::golden::{from_hex, hex};
-use crate::round_trip::decode;
 use crate::samples::Any;
 
 /// CRC-32/ISO-HDLC bit by bit: reflected polynomial 0xEDB88320, all ones at both ends.
@@ -43,15 +43,6 @@ pub fn by_hand(channel: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut frame = cobs(&raw);
     frame.push(0);
     frame
-}
-
-/// Channel and payload of one undamaged frame.
-pub fn parts(frame: &[u8]) -> (Channel, Vec<u8>) {
-    let mut decoder = Decoder::new();
-    let (last, rest) = frame.split_last().expect("a frame");
-    assert!(rest.iter().all(|&byte| decoder.push(byte).is_none()), "a frame that ends early");
-    let received = decoder.push(*last).expect("the frame's end").expect("an undamaged frame");
-    (received.channel, received.payload.to_vec())
 }
 
 fn event(t_us: u64) -> Any {

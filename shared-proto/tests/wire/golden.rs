@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use shared_proto::*;
 
-use crate::decoder::parts;
-use crate::round_trip::decode;
+use crate::decoding::decode;
+use crate::decoding::parts;
 use crate::samples;
 use crate::schema;
 

@@ -4,6 +4,7 @@ mod bounds;
 mod config;
 mod damage;
 mod decoder;
+mod decoding;
 mod golden;
 mod page;
 mod round_trip;

@@ -131,7 +131,7 @@ fn the_worked_example_in_the_page_adds_up() {
         golden::from_hex(&bytes.replace(' ', ""))
     };
     let frame = golden::frame("request.subscribe");
-    let (channel, payload) = crate::decoder::parts(&frame);
+    let (channel, payload) = crate::decoding::parts(&frame);
     assert_eq!(channel, Channel::Request);
     assert_eq!(shown("payload"), payload);
     assert_eq!(shown("frame"), frame);

@@ -4,20 +4,9 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use shared_proto::*;
 
-use crate::decoder::parts;
+use crate::decoding::parts;
 use crate::samples::Any;
 use crate::strategy;
-
-/// The frames that a decoder finds: what they carry, or what is wrong with them.
-pub fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Any, FrameError>> {
-    let mut found = Vec::new();
-    for &byte in bytes {
-        if let Some(result) = decoder.push(byte) {
-            found.push(result.map(|received| Any::read(&received).expect("a message")));
-        }
-    }
-    found
-}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2048))]

@@ -2,7 +2,7 @@
 
 use shared_proto::*;
 
-use crate::decoding::decode;
+use crate::decoding::{decode, parts};
 use crate::golden::{from_hex, hex};
 use crate::samples::Any;
 

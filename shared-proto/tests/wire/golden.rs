@@ -6,8 +6,7 @@ use std::path::PathBuf;
 
 use shared_proto::*;
 
-use crate::decoding::decode;
-use crate::decoding::parts;
+use crate::decoding::{decode, parts};
 use crate::samples;
 use crate::schema;
 

@@ -4,7 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use shared_proto::*;
 
-use crate::decoding::parts;
+use crate::decoding::{decode, parts};
 use crate::samples::Any;
 use crate::strategy;
 

@@ -7,9 +7,9 @@
 //! beta \[rad\] is the whole play, at the wheel; each wheel has its own. The lag is engaged in the direction of the first motion.
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::kinematics::wheel_pair::WheelPair;
 
 /// Play between the encoder and the ground.
 #[derive(Debug)]

@@ -10,10 +10,10 @@
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::angle::sinc;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::numeric::angle::sinc;
-use crate::kinematics::wheel_pair::WheelPair;
 
 /// A wheel is mounted off its centre.
 #[derive(Debug)]

@@ -12,6 +12,7 @@ use crate::compare::LINE;
 use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+use crate::words;
 use campaign::model::EffectEntry;
 
 pub(crate) use self::next::{gyro_words, no_next_run};
@@ -73,7 +74,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let more = if answer.unexplained.structure {
         format!(
             ". Something is still unexplained: it depends on {}",
-            answer.unexplained.depends_on_text()
+            words::depends_on(&answer.unexplained)
         )
     } else {
         String::new()
@@ -83,7 +84,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             "No known effect explains what {} {}, but something is there: it depends on {}.",
             these(subject.runs),
             if subject.runs == 1 { "shows" } else { "show" },
-            answer.unexplained.depends_on_text()
+            words::depends_on(&answer.unexplained)
         ),
         [] => format!(
             "Nothing is missing{} that {} could show: what is left is noise.",
@@ -151,7 +152,8 @@ pub fn text(errors: &Errors) -> String {
 
 /// `on the 2 runs kept aside (square)`.
 pub fn where_aside(aside: &HeldOut) -> String {
-    let kinds = aside.kinds.join(", ");
+    let kinds: Vec<&str> = aside.kinds.iter().map(|kind| kind.name()).collect();
+    let kinds = kinds.join(", ");
     match aside.runs {
         1 => format!("on the run kept aside ({kinds})"),
         runs => format!("on the {runs} runs kept aside ({kinds})"),
@@ -178,7 +180,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
         say(paint(BOLD, "Looked at, and not believed"));
         let mut table = Table::new("lll");
         for it in &answer.rejected {
-            table.row([it.effect.clone().into(), Cell::styled(DIM, &it.reason)]);
+            table.row([it.effect.clone().into(), Cell::styled(DIM, words::reason(&it.reason))]);
         }
         table.say(2);
     }
@@ -236,7 +238,7 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
             Some(it) => format!("stands, in a class with {}", it.effect),
             None => {
                 let rejected = answer.rejected.iter().find(|it| it.effect == id);
-                let why = rejected.map_or("", |it| it.reason.as_str());
+                let why = rejected.map_or_else(String::new, |it| words::reason(&it.reason));
                 format!("these runs do not bear it out: {why}")
             }
         };
@@ -283,7 +285,7 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
         say(format_args!("   {}", paint(DIM, facts.equation)));
     }
     parameters(&step.parameters, 3);
-    put(&format!("Why: {}.", step.why.trim_end_matches('.')));
+    put(&format!("Why: {}.", words::why(step).trim_end_matches('.')));
     if step.class.len() > 1 {
         let common = combination
             .map_or_else(String::new, |it| format!(" Together: {it}, of whatever cause."));
@@ -330,7 +332,7 @@ fn unexplained(answer: &Answer) {
             WARN,
             format_args!(
                 "Still unexplained: an unknown effect that depends on {}",
-                it.depends_on_text()
+                words::depends_on(it)
             ),
         ));
         say(format_args!(
@@ -349,8 +351,12 @@ fn unexplained(answer: &Answer) {
 fn next_run(answer: &Answer, subject: &Subject<'_>) {
     match &answer.next_run {
         Some(next) => {
-            say(paint(BOLD, format_args!("Next: record {}", next.kind)));
-            let words = format!("It tells {} apart: {}.", next.separates.join(", "), next.why);
+            say(paint(BOLD, format_args!("Next: record {}", next.kind.name())));
+            let words = format!(
+                "It tells {} apart: {}.",
+                next.separates.join(", "),
+                words::promise(&next.promise)
+            );
             wrapped(&words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             let gyro = gyro_words(next).unwrap_or_default();
             wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
@@ -363,6 +369,7 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
 #[cfg(test)]
 mod tests {
     use robot_model::estimation::ErrorPair;
+    use robot_model::explain::Why;
     use robot_model::residuals::Unexplained;
 
     use super::*;
@@ -379,10 +386,9 @@ mod tests {
             train: to,
             cross_validated: to,
             p_value: 1e-9,
-            why: String::new(),
+            why: Why::default(),
         };
         Answer {
-            schema: 1,
             known: Vec::new(),
             baseline: ErrorPair { train: from, cross_validated: from },
             steps: vec![step],

@@ -1,6 +1,9 @@
 //! Judges calibrations of simulated robots by the truth, which only the laboratory knows.
 
-use host_cli::calibrate::{Decision, Drive, Instrument, Settings, Step, calibrate};
+use host_cli::calibrate::{CalibrateStep, Decision, Pass, Settings, calibrate};
+use host_cli::pose_source::PoseSource;
+use host_cli::pose_source::camera::Camera;
+use host_cli::pose_source::ruler::Ruler;
 use sim_target::plant::Pose;
 use sim_target::{Lab, Scenario};
 
@@ -81,21 +84,21 @@ pub fn judge(seed: u64, eye: Eye) -> Result<Verdict, String> {
 pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> {
     on_robot(scenario, async |robot| {
         let lab = robot.lab.clone();
-        let mut instrument = match eye {
-            Eye::Camera => Instrument::Camera(lab.clone(), 0),
-            Eye::Ruler => Instrument::Ruler(lab.clone()),
+        let source: &mut dyn PoseSource = match eye {
+            Eye::Camera => &mut Camera::new(lab.clone()),
+            Eye::Ruler => &mut Ruler::new(lab.clone()),
         };
         let (mut before, mut after) = (TrueRun::default(), TrueRun::default());
-        let mut tell = |step: Step<'_>| match step {
+        let mut tell = |step: CalibrateStep<'_>| match step {
             // Told for the first time when the robot has hardly begun its first ramp.
-            Step::Driving(Drive::Before, _) => before.watch(&lab),
-            Step::Driving(Drive::After, _) => after.watch(&lab),
-            Step::Measured(Drive::Before, _) => before.end = lab.pose(),
-            Step::Measured(Drive::After, _) => after.end = lab.pose(),
+            CalibrateStep::Driving(Pass::Before, _) => before.watch(&lab),
+            CalibrateStep::Driving(Pass::After, _) => after.watch(&lab),
+            CalibrateStep::Measured(Pass::Before, _) => before.end = lab.pose(),
+            CalibrateStep::Measured(Pass::After, _) => after.end = lab.pose(),
             _ => {}
         };
         let settings = Settings::default();
-        let outcome = calibrate(&mut robot.session, &mut instrument, &settings, &mut tell).await;
+        let outcome = calibrate(&mut robot.session, source, &settings, &mut tell).await;
         let outcome = outcome.map_err(|error| error.to_string())?;
         let radius_m = scenario.plant.geometry.wheel_radius_m;
         let true_ratio = radius_m.right / radius_m.left;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use robot_model::checks::{BadRow, Mismatch};
 
-use super::convention::Meant;
-use super::robot_toml::Simulated;
+use crate::convention::Meant;
+use crate::simulated::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -238,48 +238,13 @@ impl fmt::Display for Warning {
                 "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; check \
                  wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
             ),
-            Self::Another { place, found } => {
-                let (what, columns) = match found {
-                    Mismatch::Travel { times } => (
-                        format!("got {times:.2} times as far as its wheels rolled"),
-                        "the units of x_m, y_m and counts",
-                    ),
-                    Mismatch::Backwards => (
-                        "went back where its wheels rolled ahead".to_owned(),
-                        "the signs of counts and heading_rad",
-                    ),
-                    Mismatch::Turns { times } if *times < 0.0 => (
-                        "turned the other way than its wheels turned it".to_owned(),
-                        "the signs of heading_rad and the order of the counts",
-                    ),
-                    Mismatch::Turns { times } => (
-                        format!("turned {times:.2} times as far as its wheels turned it"),
-                        "heading_rad and counts",
-                    ),
-                };
-                write!(
-                    f,
-                    "{place}: in this run alone the robot {what}: make {columns} those of the other runs, \
-                     or leave it out if somebody pushed the robot"
-                )
-            }
+            Self::Another { place, found } => another(f, place, found),
             Self::Beside { place, off_m } => write!(
                 f,
                 "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
                  make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
             ),
-            Self::Glitch { place, found } => match found {
-                BadRow::Jump { rolled_m, .. } => write!(
-                    f,
-                    "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
-                     the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
-                ),
-                BadRow::Spike { off_m, .. } => write!(
-                    f,
-                    "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
-                     heading_rad of this row"
-                ),
-            },
+            Self::Glitch { place, found } => glitch(f, place, found),
             Self::Crooked { place, turned_rad } => write!(
                 f,
                 "{place}: headings are turned by {:+.1} degrees against the way that the robot rolls, in all runs alike; \
@@ -298,16 +263,58 @@ impl fmt::Display for Warning {
                 "{place}: the simulated robot of this campaign was {before}, and now it is {now}: runs of two robots \
                  are explained by neither; use a folder of its own for each"
             ),
-            Self::NoStart { place, runs, of } => {
-                let which =
-                    if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
-                write!(
-                    f,
-                    "{place}: started_s is missing for {which} runs, so nothing can show that the \
-                     robot changes with time (thermal_drift), whatever is recorded next; add started_s to \
-                     each [[run]] there, in seconds on one clock"
-                )
-            }
+            Self::NoStart { place, runs, of } => no_start(f, place, *runs, *of),
         }
     }
+}
+
+fn another(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::Result {
+    let (what, columns) = match found {
+        Mismatch::Travel { times } => (
+            format!("got {times:.2} times as far as its wheels rolled"),
+            "the units of x_m, y_m and counts",
+        ),
+        Mismatch::Backwards => (
+            "went back where its wheels rolled ahead".to_owned(),
+            "the signs of counts and heading_rad",
+        ),
+        Mismatch::Turns { times } if *times < 0.0 => (
+            "turned the other way than its wheels turned it".to_owned(),
+            "the signs of heading_rad and the order of the counts",
+        ),
+        Mismatch::Turns { times } => (
+            format!("turned {times:.2} times as far as its wheels turned it"),
+            "heading_rad and counts",
+        ),
+    };
+    write!(
+        f,
+        "{place}: in this run alone the robot {what}: make {columns} those of the other runs, \
+         or leave it out if somebody pushed the robot"
+    )
+}
+
+fn glitch(f: &mut fmt::Formatter<'_>, place: &Place, found: &BadRow) -> fmt::Result {
+    match found {
+        BadRow::Jump { rolled_m, .. } => write!(
+            f,
+            "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
+             the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
+        ),
+        BadRow::Spike { off_m, .. } => write!(
+            f,
+            "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
+             heading_rad of this row"
+        ),
+    }
+}
+
+fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -> fmt::Result {
+    let which = if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
+    write!(
+        f,
+        "{place}: started_s is missing for {which} runs, so nothing can show that the \
+         robot changes with time (thermal_drift), whatever is recorded next; add started_s to \
+         each [[run]] there, in seconds on one clock"
+    )
 }

@@ -11,9 +11,9 @@
 //! ```no_run
 //! # fn main() -> Result<(), campaign::CampaignError> {
 //! let folder = std::path::Path::new("my-robot");
-//! let campaign = campaign::Campaign::read(folder)?;
-//! let recordings = campaign.to_model(folder)?;
-//! println!("{} runs of {}", recordings.runs.len(), campaign.robot.name);
+//! let (campaign, recordings) = campaign::Campaign::read_both(folder)?;
+//! let model = recordings.into_model(&campaign, folder)?;
+//! println!("{} runs of {}", model.runs.len(), campaign.robot.name);
 //! # Ok(())
 //! # }
 //! ```
@@ -26,7 +26,8 @@
 //! | --- | --- |
 //! | [`read`], [`write`] | whole folders |
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
-//! | `to_recording` | a campaign as `robot-model` takes it |
+//! | [`recorded`] | a campaign as its files say |
+//! | [`to_recording`] | a campaign as `robot-model` takes it |
 //! | `checks`, [`convention`] | runs that no robot can have driven, and axes that are meant otherwise |
 //! | [`model`] | `model.toml` |
 //! | [`plan`] | `plan.toml`, and the runs that are worth driving |
@@ -41,10 +42,12 @@ pub mod growing;
 pub mod model;
 pub mod plan;
 pub mod read;
+pub mod recorded;
 pub mod robot_toml;
 pub mod row;
+pub mod simulated;
 pub mod table;
-mod to_recording;
+pub mod to_recording;
 pub mod track;
 pub mod write;
 
@@ -53,7 +56,10 @@ mod tests;
 
 pub use convention::{Convention, Meant};
 pub use error::{CampaignError, Place, Warning, how_far};
-pub use read::{Campaign, Run, read_run};
-pub use robot_toml::{RobotFile, RunFacts, Simulated, mean_radius_m};
+pub use read::read_run;
+pub use recorded::{Campaign, Run};
+pub use robot_toml::{RobotFile, RunFacts, mean_radius_m};
 pub use row::{Column, Row};
+pub use simulated::Simulated;
+pub use to_recording::Recordings;
 pub use write::{CampaignWriter, RunWriter};

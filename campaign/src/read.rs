@@ -3,35 +3,22 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::robot_toml::place_of_run;
-use super::table::Table;
-use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning, checks};
-
-/// A campaign as read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Campaign {
-    /// The robot.
-    pub robot: RobotFile,
-    /// Its runs, in the order of their names.
-    pub runs: Vec<Run>,
-    /// What was passed over.
-    pub warnings: Vec<Warning>,
-}
-
-/// One recorded run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Run {
-    /// File name without `.csv`.
-    pub name: String,
-    /// What `robot.toml` says about it.
-    pub facts: RunFacts,
-    /// Its samples, at least two.
-    pub rows: Vec<Row>,
-}
+use crate::checks;
+use crate::error::{CampaignError, Place, Warning};
+use crate::recorded::{Campaign, Run};
+use crate::robot_toml::{RobotFile, RunFacts, place_of_run};
+use crate::row::{Column, Row};
+use crate::table::Table;
+use crate::to_recording::Recordings;
 
 impl Campaign {
     /// Reads a campaign folder.
     pub fn read(folder: &Path) -> Result<Self, CampaignError> {
+        Self::read_both(folder).map(|(campaign, _)| campaign)
+    }
+
+    /// Reads a campaign folder, as its files say and as `robot-model` takes it: each run is converted once.
+    pub fn read_both(folder: &Path) -> Result<(Self, Recordings), CampaignError> {
         let toml = folder.join("robot.toml");
         let robot = RobotFile::read(&toml)?;
         let files = run_files(folder)?;
@@ -61,8 +48,10 @@ impl Campaign {
             return Err(CampaignError::new(place, problem, hint));
         }
         campaign.warnings.extend(campaign.without_start(&toml));
-        campaign.warnings.extend(checks::warnings(folder, &campaign));
-        Ok(campaign)
+        let recordings = Recordings::of(&campaign);
+        let odd = checks::warnings(folder, &campaign, &recordings.robot, &recordings.runs);
+        campaign.warnings.extend(odd);
+        Ok((campaign, recordings))
     }
 
     /// Reads a folder that may have no run yet.
@@ -74,11 +63,6 @@ impl Campaign {
         }
     }
 
-    /// The names of its runs, without their numbers.
-    pub fn plain_names(&self) -> Vec<String> {
-        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
-    }
-
     /// Drift with time needs to know when each run began, of those that a model is fitted to.
     fn without_start(&self, toml: &Path) -> Option<Warning> {
         let fitted = || self.runs.iter().filter(|run| !run.facts.held_out);
@@ -87,11 +71,6 @@ impl Campaign {
         let place = Place::whole(toml);
         (of > 1 && told < of).then(|| Warning::NoStart { place, runs: of - told, of })
     }
-}
-
-/// A run's name without its number.
-fn plain(name: &str) -> &str {
-    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
 }
 
 /// The run files of a folder, by name; none if there is no folder `runs`.

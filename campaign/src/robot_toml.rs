@@ -1,6 +1,5 @@
 //! `robot.toml`: what is nominal, and facts about single runs.
 
-use std::fmt;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -8,7 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use shared_proto::{Config, GeometryConfig};
 
-use super::{CampaignError, Place};
+use crate::error::{CampaignError, Place};
+use crate::simulated::Simulated;
 
 /// The robot of a campaign, as in `robot.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,28 +43,6 @@ pub struct RobotFile {
     /// Facts about single runs.
     #[serde(rename = "run", default, skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<RunFacts>,
-}
-
-/// Which simulated robot it was. Where a real one is reached is a matter of the machine, and not kept.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Simulated {
-    /// The scenario's file as the user wrote it, without the folders of one machine; none for the built-in one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scenario: Option<String>,
-    /// The seed that replaced the scenario's own.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-}
-
-impl fmt::Display for Simulated {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let scenario = self.scenario.as_deref().unwrap_or("the built-in one");
-        match self.seed {
-            Some(seed) => write!(f, "{scenario}, seed {seed}"),
-            None => write!(f, "{scenario}"),
-        }
-    }
 }
 
 /// Facts about one run.

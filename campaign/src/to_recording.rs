@@ -5,32 +5,43 @@ use std::path::Path;
 use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
 
-use super::{Campaign, CampaignError, Place, RobotFile, Row, Run, checks};
+use crate::checks;
+use crate::error::{CampaignError, Place};
+use crate::recorded::{Campaign, Run};
+use crate::robot_toml::RobotFile;
+use crate::row::Row;
 
-impl Campaign {
-    /// The campaign for `robot_model`. `folder` is only for the words of an error.
-    pub fn to_model(
-        &self,
+/// The runs of a campaign as `robot-model` takes them; not checked yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recordings {
+    pub(crate) robot: Robot,
+    pub(crate) runs: Vec<Recording>,
+}
+
+impl Recordings {
+    pub(crate) fn of(campaign: &Campaign) -> Self {
+        let robot = campaign.robot.to_model();
+        let runs = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
+        Self { robot, runs }
+    }
+
+    /// The campaign for `robot-model`, if it can be of one robot. `folder` is only for the words of an error.
+    pub fn into_model(
+        self,
+        campaign: &Campaign,
         folder: &Path,
     ) -> Result<robot_model::recording::Campaign, CampaignError> {
-        let robot = self.robot.to_model();
-        let runs = self
-            .runs
-            .iter()
-            .map(|run| {
-                let recording = run.to_model(&robot);
-                let file = folder.join("runs").join(format!("{}.csv", run.name));
-                recording.validate().map_err(|error| {
-                    let hint = "a run needs encoder counts of both wheels in at least two rows";
-                    CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
-                })?;
-                checks::check(&file, run, &robot, &recording)?;
-                Ok(recording)
-            })
-            .collect::<Result<Vec<_>, CampaignError>>()?;
-        checks::check_all(folder, &robot, &runs)?;
-        if self.runs.iter().all(|run| run.facts.held_out) {
-            let problem = match self.runs.len() {
+        for (run, recording) in campaign.runs.iter().zip(&self.runs) {
+            let file = folder.join("runs").join(format!("{}.csv", run.name));
+            recording.validate().map_err(|error| {
+                let hint = "a run needs encoder counts of both wheels in at least two rows";
+                CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
+            })?;
+            checks::check(&file, run, &self.robot, recording)?;
+        }
+        checks::check_all(folder, &self.robot, &self.runs)?;
+        if campaign.runs.iter().all(|run| run.facts.held_out) {
+            let problem = match campaign.runs.len() {
                 1 => "the only run is held out: none is left to be fitted to".to_owned(),
                 n => format!("all {n} runs are held out: none is left to be fitted to"),
             };
@@ -38,8 +49,8 @@ impl Campaign {
             let hint = "take held_out = true away from the runs that a model is to be fitted to";
             return Err(CampaignError::new(place, problem, hint));
         }
-        if !self.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
-            let headings = runs.iter().any(|run| !run.measured_poses.is_empty());
+        if !campaign.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
+            let headings = self.runs.iter().any(|run| !run.measured_poses.is_empty());
             let problem = match headings {
                 true => {
                     "no run of this campaign has measured positions: headings alone are too little"
@@ -50,7 +61,17 @@ impl Campaign {
                 "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
-        Ok(robot_model::recording::Campaign { robot, runs })
+        Ok(robot_model::recording::Campaign { robot: self.robot, runs: self.runs })
+    }
+}
+
+impl Campaign {
+    /// The campaign for `robot-model`. `folder` is only for the words of an error.
+    pub fn to_model(
+        &self,
+        folder: &Path,
+    ) -> Result<robot_model::recording::Campaign, CampaignError> {
+        Recordings::of(self).into_model(self, folder)
     }
 
     /// Poses are known of the beginning and the end of its runs alone, as a tape tells them.
@@ -94,7 +115,7 @@ impl Run {
         self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
     }
 
-    pub(super) fn to_model(&self, robot: &Robot) -> Recording {
+    fn to_model(&self, robot: &Robot) -> Recording {
         let mut recording = Recording {
             name: self.name.clone(),
             started_s: self.facts.started_s,

@@ -1,7 +1,8 @@
 //! `cargo xtask bench firmware`: what a control tick of the flashed image costs.
 
 use emulated_board::{Bench, Emulation, Spread, TickCost};
-use host_cli::calibrate::{Instrument, Settings, calibrate};
+use host_cli::calibrate::{Settings, calibrate};
+use host_cli::pose_source::camera::Camera;
 use sim_target::Scenario;
 
 /// The board's core \[Hz\].
@@ -22,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let ended = emulation.run(|mut bench: Bench| async move {
         bench.session.open().await.map_err(|error| error.to_string())?;
-        let mut instrument = Instrument::Camera(bench.lab.clone(), 0);
+        let mut instrument = Camera::new(bench.lab.clone());
         calibrate(&mut bench.session, &mut instrument, &Settings::default(), &mut |_| ())
             .await
             .map(drop)

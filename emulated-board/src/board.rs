@@ -1,4 +1,4 @@
-//! The board round the emulated chip: crystal, supply, serial line, and what the pins are wired to.
+//! The board around the emulated chip: crystal, supply, serial line, and the wiring of the pins.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -33,12 +33,12 @@ const PORT_F: usize = 5;
 /// The resistors before the converter's pin, as the board's wiring diagram has them.
 const DIVIDER: f64 = 10.0 / (47.0 + 10.0);
 
-/// The first bank, which the program is in.
+/// The first bank, which holds the program.
 pub(crate) const PROGRAM: Watch = Watch::Writes { address: 0x0800_0000, length: 1 << 20 };
 
-/// The memory as the core sees it. The first bank is memory that can be written, so that [`crate::bug`]
-/// can plant bugs; a store of the program's own is watched for, and reported. What the firmware stores
-/// in, the second bank's first four sectors, is kept by [`crate::flash_array`].
+/// The core's memory map. The first bank is writable, so that [`crate::bug`] can inject bugs; a store by the
+/// program itself is reported. [`crate::flash_array`] models the second bank's first four sectors, where the
+/// firmware keeps its configuration.
 static MEMORY: [Region; 6] = [
     Region::ram("flash", 0x0800_0000, 1 << 20).erased_to(0xFF),
     Region::ram("store", crate::flash_array::BASE, crate::flash_array::LEN),
@@ -52,7 +52,7 @@ static MEMORY: [Region; 6] = [
 #[derive(Debug)]
 pub struct Nucleo {
     mcu: Stm32f427,
-    /// Tells the core its memory, and nothing else.
+    /// Only the memory map.
     memory: Bare,
 }
 
@@ -70,7 +70,7 @@ impl Nucleo {
         mcu.usart[USART3].attach(UartPeer::default());
         let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
         let mut board = Self { mcu, memory };
-        // Released before the first instruction: the fault line is pulled up, the button down.
+        // Not asserted before the first instruction: the fault line is pulled up, the button down.
         board.set_safety_inputs(VirtualNanos(0), false, false);
         Ok(board)
     }
@@ -81,7 +81,7 @@ impl Nucleo {
 
     /// Mean voltages that the bridge puts on the motors, as shares of the supply, and its enable.
     ///
-    /// Sign-magnitude: TIM1's channels 1 and 3 pulse, PE11 and PE14 say where to, PF15 enables.
+    /// Sign-magnitude: PWM on TIM1's channels 1 and 3, direction on PE11 and PE14, enable on PF15.
     pub(crate) fn motors(&mut self) -> (WheelPair<f64>, bool) {
         let (port, registers) = self.mcu.port(PORT_F);
         let enabled = port.level(pin(15), registers) == Level::High;
@@ -100,8 +100,7 @@ impl Nucleo {
         (duty, enabled)
     }
 
-    /// Puts an encoder's edges on its timer's pins, one count after the other: line A leads where the
-    /// count rises.
+    /// Puts an encoder's edges on its timer's pins, one count at a time. Line A leads while the count rises.
     pub(crate) fn turn_encoder(&mut self, at: VirtualNanos, wheel: Wheel, from: i64, to: i64) {
         let timer = match wheel {
             Wheel::Left => 1,
@@ -123,7 +122,7 @@ impl Nucleo {
         }
     }
 
-    /// Puts the supply on the divider.
+    /// Applies the supply to the divider.
     pub(crate) fn set_supply_v(&mut self, supply_v: f64) {
         let channel = adc::Channel::new(3).expect("a pin's channel");
         self.mcu.adc[0].set_input(channel, (supply_v * DIVIDER * 1000.0).round().max(0.0) as u32);
@@ -137,14 +136,14 @@ impl Nucleo {
         });
         self.mcu.drive_port(at, PORT_F, |port, registers, context| {
             port.drive(pin(14), level(!fault), registers, context);
-            // The enable line's pull-down; where the pin drives, it wins.
+            // The enable line's pull-down; the chip's output overrides the pull-down.
             port.drive(pin(15), level(false), registers, context);
         });
     }
 }
 
-/// What RAM holds after the power was off: nothing that was there before. Of 192 KiB, the first 64 and the
-/// last 16: statics and stack.
+/// Overwrites RAM, as after a power-off: the first 64 KiB and the last 16 of 192, which hold statics and
+/// stack.
 pub(crate) fn forget_ram(host: &mut dyn Host) {
     for address in (0x2000_0000..0x2001_0000).chain(0x2002_C000..0x2003_0000).step_by(8) {
         host.write(address, Width::W64, 0xA5A5_A5A5_A5A5_A5A5).expect("it is memory");

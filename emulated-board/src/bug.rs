@@ -1,5 +1,5 @@
-//! Bugs that are planted in the running program: the flashed image itself, with a few instructions of its
-//! flash replaced at a chosen moment, so that no test code has to be in the image.
+//! Bugs that are injected into the running program: a few instructions of the flashed image are replaced at
+//! a chosen moment, so the image needs no test code.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use object::{Object, ObjectSymbol};
 use rigless::emulator::{Access, Host};
 use rigless::soc::Width;
 
-/// Flash behind the image, for instructions that do not fit where the bug is.
+/// Flash after the image, for instructions that do not fit at the bug's place.
 const SPARE: u64 = 0x080F_0000;
 
-/// What the program does wrong.
+/// A bug in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bug {
-    /// Where.
+    /// Where the bug is.
     pub place: Place,
-    /// What happens there.
+    /// What the program does there.
     pub effect: Effect,
 }
 
@@ -24,28 +24,28 @@ pub struct Bug {
 pub enum Place {
     /// At the beginning of a function.
     Function(&'static str),
-    /// At the instruction that accesses this register next; it is hit when the program comes there again.
+    /// At the next instruction that accesses this register; takes effect the second time the program gets there.
     Register(u64),
 }
 
 /// What happens where the bug is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// The program goes no farther.
+    /// The program hangs.
     Hang,
     /// The program panics.
     Panic,
-    /// The core meets an instruction that is none.
+    /// The core executes an invalid instruction.
     HardFault,
 }
 
-/// Knows the image's functions, and plants bugs.
+/// Injects bugs; knows the addresses of the image's functions.
 #[derive(Debug)]
 pub(crate) struct BugInjector {
     functions: Vec<(String, u64)>,
-    /// Those that wait for an access.
+    /// Bugs that wait for an access to their register.
     waiting: Vec<(u64, Effect)>,
-    /// What stood where they are now.
+    /// The replaced instructions, by address.
     replaced: Vec<(u64, u64)>,
 }
 
@@ -54,7 +54,7 @@ impl BugInjector {
         let bytes = std::fs::read(image)?;
         let file = object::File::parse(&*bytes)?;
         let functions = file.symbols().filter_map(|symbol| {
-            // The lowest bit says that it is in Thumb code.
+            // The lowest bit marks Thumb code.
             Some((symbol.name().ok()?.to_string(), symbol.address() & !1))
         });
         Ok(Self { functions: functions.collect(), waiting: Vec::new(), replaced: Vec::new() })
@@ -85,17 +85,17 @@ impl BugInjector {
         self.functions.iter().find(|(name, _)| is(name)).map(|(_, address)| *address)
     }
 
-    /// Puts back what was there before.
+    /// Restores the replaced instructions.
     pub fn clean_up(&mut self, host: &mut dyn Host) {
         for (address, half) in self.replaced.drain(..).rev() {
-            host.write(address, Width::W16, half).expect("it is flash");
+            host.write(address, Width::W16, half).expect("the address is in flash");
         }
         self.waiting.clear();
     }
 
     fn replace(&mut self, at: u64, effect: Effect, host: &mut dyn Host) {
         for address in [at, at + 2] {
-            let half = host.read(address, Width::W16).expect("it is flash");
+            let half = host.read(address, Width::W16).expect("the address is in flash");
             self.replaced.push((address, half));
         }
         match effect {
@@ -112,8 +112,7 @@ impl BugInjector {
         }
     }
 
-    /// Puts a call of a function that takes the place of the panic, a `core::panic::Location`, to
-    /// [`SPARE`].
+    /// Writes to [`SPARE`] a call of a function that takes a `core::panic::Location`.
     fn write_call(&self, function: u64, host: &mut dyn Host) {
         // ldr r0, [pc, #8]; mov r1, r0; ldr r3, [pc, #8]; mov r2, r0; bx r3; nop
         write(host, SPARE, &[0x4802, 0x4601, 0x4B02, 0x4602, 0x4718, 0xBF00]);
@@ -122,14 +121,16 @@ impl BugInjector {
         let words =
             [location, function | 1, name, 3, 1, 1, u64::from(u32::from_le_bytes(*b"bug\0"))];
         for (index, word) in words.into_iter().enumerate() {
-            host.write(SPARE + 12 + 4 * index as u64, Width::W32, word).expect("it is flash");
+            host.write(SPARE + 12 + 4 * index as u64, Width::W32, word)
+                .expect("the address is in flash");
         }
     }
 }
 
 fn write(host: &mut dyn Host, at: u64, halves: &[u16]) {
     for (index, &half) in halves.iter().enumerate() {
-        host.write(at + 2 * index as u64, Width::W16, half.into()).expect("it is flash");
+        host.write(at + 2 * index as u64, Width::W16, half.into())
+            .expect("the address is in flash");
     }
 }
 

@@ -1,11 +1,11 @@
-//! When the control ticks come: seen at the pins, not asked of the firmware.
+//! When each control tick reads the encoders and writes the motors, observed from outside the firmware.
 
 use rigless::emulator::{Access, AccessKind};
 
-/// The left encoder's counter, TIM3's: read once a control tick, and nowhere else.
+/// The left encoder's counter, in TIM3: read once in each control tick, and nowhere else.
 const ENCODER: u64 = 0x4000_0424;
 
-/// The right wheel's PWM, TIM1's third compare value: what a control tick writes last.
+/// The right wheel's PWM, TIM1's third compare value: the last write of each control tick.
 const PWM: u64 = 0x4001_003C;
 
 /// One control tick \[ns since power-on\].
@@ -17,7 +17,7 @@ pub struct TickTimes {
     pub written_ns: u64,
 }
 
-/// Notes the tick_times.
+/// Records the times of all control ticks.
 #[derive(Debug, Default)]
 pub(crate) struct TickRecorder {
     read_ns: Option<u64>,

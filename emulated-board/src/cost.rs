@@ -7,11 +7,10 @@
 //!                                              bare arithmetic, both wheels
 //! ```
 //!
-//! A whole tick is everything from the first instruction of the interrupt that finds the timer's flag set to
-//! the last instruction of the last interrupt that the tasks had themselves run in; what interrupts it
-//! is in it. The bare arithmetic is what is spent in three functions and in what they call: counts to travel
-//! and speed, the profile's step, the two PID steps. The first 50 ms are not counted: the board starts up in
-//! them.
+//! A whole tick runs from the first instruction of the interrupt that finds the timer's flag set to the last
+//! instruction of the last interrupt in which the tasks run; interrupts in between are included. The bare
+//! arithmetic is three functions and what they call: counts to travel and speed, the profile's step, the two
+//! PID steps. The first 50 ms, while the board starts, are not counted.
 
 use std::ops::Range;
 use std::path::Path;
@@ -20,32 +19,32 @@ use object::{Object, ObjectSymbol};
 use rigless::emulator::{Access, AccessKind, Hit, Watch};
 use rigless::time::VirtualNanos;
 
-/// Ticks before this time belong to the start \[us\].
+/// Ticks before this time are not counted \[us\].
 const START_US: u64 = 50_000;
 
-/// The register whose writing clears the timer's flag: TIM2's status.
+/// A write to this register, TIM2's status, clears the timer's flag.
 const TICK_FLAG: u64 = 0x4000_0010;
 
-/// The register whose writing ends a tick's way to the motors: TIM1's third compare value.
+/// A write to this register, TIM1's third compare value, completes the motors' update.
 const PWM_RIGHT: u64 = 0x4001_003C;
 
-/// The bare arithmetic's functions, as pieces of their mangled names.
+/// The bare arithmetic's functions, as parts of their mangled names.
 const ARITHMETIC: [&[&str]; 3] = [
     &["7control", "7capture7Capture", "4step"],
     &["7control", "7profile7Profile", "4step"],
     &["7control", "3pid", "9step_both"],
 ];
 
-/// What one control tick took.
+/// The cost of one control tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TickCost {
-    /// When it began \[us\].
+    /// When the tick began \[us\].
     pub t_us: u64,
     /// Instructions from begin to end.
     pub instructions: u64,
     /// Instructions from begin until the PWM was written.
     pub to_pwm: u64,
-    /// Instructions of the bare arithmetic: capture, profile, PID. Without a motion only the first one works.
+    /// Instructions of the bare arithmetic: capture, profile, PID. Without a motion only capture works.
     pub arithmetic: [u64; 3],
 }
 
@@ -55,25 +54,25 @@ impl TickCost {
         self.arithmetic.iter().sum()
     }
 
-    /// The wheels follow a profile in this tick: everything is at work.
+    /// True if the wheels follow a profile in this tick, so that all three parts run.
     pub fn drives(&self) -> bool {
         self.arithmetic.iter().all(|&part| part > 0)
     }
 }
 
-/// Least, median and most of something that was counted.
+/// Smallest, median and largest of a count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spread {
     /// The smallest.
     pub least: u64,
-    /// As many are above it as below it.
+    /// The median.
     pub median: u64,
     /// The largest: the worst case.
     pub worst: u64,
 }
 
 impl Spread {
-    /// Of something in every one of these ticks; `None` without any.
+    /// The spread of a count over these ticks; `None` without ticks.
     pub fn of(ticks: &[TickCost], count: impl Fn(&TickCost) -> u64) -> Option<Self> {
         let mut counts: Vec<u64> = ticks.iter().map(count).collect();
         counts.sort_unstable();
@@ -97,7 +96,7 @@ pub(crate) struct Counter {
     pub ticks: Vec<TickCost>,
 }
 
-/// A function, and what it took in this tick.
+/// A function, and its instructions in this tick.
 #[derive(Debug, Default)]
 struct Function {
     code: Range<u64>,
@@ -106,7 +105,7 @@ struct Function {
 }
 
 impl Counter {
-    /// A counter for this image, and what has to be watched for it.
+    /// A counter for this image, and the watches that it needs.
     pub fn new(image: &Path) -> Result<(Self, Vec<Watch>), Box<dyn std::error::Error>> {
         let bytes = std::fs::read(image)?;
         let file = object::File::parse(&*bytes)?;
@@ -131,7 +130,7 @@ impl Counter {
             if found.next().is_some() {
                 return Err(format!("the image has more than one {parts:?}"));
             }
-            // The lowest bit says that it is in Thumb code.
+            // The lowest bit marks Thumb code.
             let start = symbol.address() & !1;
             Ok(start..start + symbol.size())
         };

@@ -1,4 +1,4 @@
-//! One life of the board, from power-on to power-off, together with the plant and a host.
+//! One run of the board, from power-on to power-off, together with the plant and a host.
 
 use std::cell::RefCell;
 use std::future::Future;
@@ -21,7 +21,7 @@ use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 
-/// How often the plant and the chip meet \[us\]: a period of the PWM.
+/// How often plant and chip are synchronised \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
 
 /// What to emulate.
@@ -29,36 +29,36 @@ const STEP_US: u64 = 50;
 pub struct Emulation {
     /// The image's ELF.
     pub image: std::path::PathBuf,
-    /// The robot round it.
+    /// The robot around the board.
     pub scenario: Scenario,
-    /// What the flash holds at power-on; blank if it never was written.
+    /// The flash's content at power-on; blank if absent.
     pub flash: Option<Flash>,
-    /// The flash loses its power before the operation (erasure, word) with this number, counted from 0.
+    /// The flash's power fails before the operation (erasure, word) with this number, counted from 0.
     pub cut_before: Option<u64>,
     /// Count the instructions of every control tick.
     pub count: bool,
 }
 
-/// What a procedure on the emulated board has to work with.
+/// What a procedure on the emulated board works with.
 pub struct Bench {
-    /// The laboratory round the robot.
+    /// The laboratory around the robot.
     pub lab: Lab,
-    /// The host's conversation with it; not opened yet.
+    /// The host's session; not opened yet.
     pub session: Session,
-    /// The host's end of the serial line, for other conversations than this, or none.
+    /// The host's end of the serial line, for further sessions, or to use without a session.
     pub wire: HostWire,
-    /// What the board does.
+    /// Observes the board, and acts on it.
     pub monitor: BoardMonitor,
 }
 
 impl Bench {
-    /// Another conversation on the same line, not opened yet: after a restart, or another host.
+    /// Another session on the same line, not opened yet: after a restart, or of another host.
     pub fn session(&self, number: u32) -> Session {
         sim_link::session(&self.wire, number, "emulated")
     }
 }
 
-/// What the board does, seen from outside; and what is done to it.
+/// Observes the board from outside, and acts on it.
 #[derive(Clone, Default)]
 pub struct BoardMonitor(std::rc::Rc<RefCell<BoardState>>);
 
@@ -76,13 +76,13 @@ struct BoardState {
 }
 
 impl BoardMonitor {
-    /// What the bridge gives the motors now, as shares of the supply; zero while it is disabled.
+    /// The motors' present voltages, as shares of the supply; zero while the bridge is disabled.
     pub fn duty(&self) -> WheelPair<f64> {
         let outside = self.0.borrow();
         if outside.enabled { outside.duty } else { WheelPair::both(0.0) }
     }
 
-    /// When a motor was given a duty other than zero last, to a period of the PWM \[us\].
+    /// When a motor last had a duty other than zero, to within a period of the PWM \[us\].
     pub fn last_powered_us(&self) -> Option<u64> {
         self.0.borrow().last_powered_us
     }
@@ -102,46 +102,46 @@ impl BoardMonitor {
         self.0.borrow().flash_operations
     }
 
-    /// Switches the board off and on again, with this in its flash; its RAM forgets everything.
+    /// Switches the board off and on again, with this content in its flash; RAM loses its content.
     ///
-    /// To the chip it is a reset by its pin, and that is what it reports.
+    /// The chip sees a reset by its pin, and reports that as the cause.
     pub fn power_cycle(&self, flash: Flash) {
         self.0.borrow_mut().power_on = Some(flash);
     }
 
-    /// Plants a bug in the running program; a restart takes it out again.
+    /// Injects a bug into the running program; a restart removes the bug.
     pub fn plant(&self, bug: Bug) {
         self.0.borrow_mut().bugs.push(bug);
     }
 }
 
-/// What a life of the board leaves behind.
+/// The results of a run.
 #[derive(Debug)]
 pub struct RunResult<T> {
-    /// What the procedure found.
+    /// The procedure's result.
     pub found: T,
-    /// What the flash holds.
+    /// The flash's content.
     pub flash: Flash,
     /// What each control tick cost, if they were counted.
     pub ticks: Vec<TickCost>,
     /// Erasures and programmed words.
     pub flash_operations: u64,
-    /// The same, one by one; none after a power cut.
+    /// The same operations, one by one; none after a power cut.
     pub flash_journal: Vec<Operation>,
-    /// When each control tick came.
+    /// The times of each control tick.
     pub tick_times: Vec<TickTimes>,
-    /// Instructions that the core has carried out.
+    /// Instructions that the core has executed.
     pub instructions: u64,
-    /// How long it lived \[us\].
+    /// Duration of the run \[us\].
     pub lived_us: u64,
-    /// Restarts on the way, by whatever cause.
+    /// Restarts during the run, by any cause.
     pub resets: usize,
-    /// Accesses of the image that the emulator has no answer for; there should be none.
+    /// Accesses that the emulator does not model, and wrong flash writes; there should be none.
     pub unexpected: Vec<String>,
 }
 
 impl Emulation {
-    /// Switches the board on, carries the procedure out, and switches it off.
+    /// Switches the board on, runs the procedure, and switches the board off.
     ///
     /// The procedure runs in virtual time, as against the simulator.
     pub fn run<T, F, P>(&self, procedure: P) -> Result<RunResult<T>, Box<dyn std::error::Error>>
@@ -165,7 +165,7 @@ impl Emulation {
             let bench = Bench { lab: chassis.lab(), session, wire, monitor: monitor.clone() };
             let host = Box::pin(async move {
                 let output = procedure(bench).await;
-                *slot.lock().expect("nobody panicked") = Some(output);
+                *slot.lock().expect("no holder has panicked") = Some(output);
             });
             PlantAndHost { chassis, monitor, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
         });
@@ -187,25 +187,9 @@ impl Emulation {
             resets: 0,
         };
         let ended = emulator::run(machine, &Start::new(&images), lockstep)?;
-        let mut unexpected: Vec<String> = Vec::new();
-        unexpected
-            .extend(ended.session.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
-        unexpected
-            .extend(ended.session.refused().iter().map(|access| format!("refused: {access:?}")));
-        unexpected.extend(
-            ended.session.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")),
-        );
-        if ended.driver.array.overwritten > 0 {
-            unexpected.push(format!(
-                "{} words programmed but not erased",
-                ended.driver.array.overwritten
-            ));
-        }
-        if ended.driver.program_stores > 0 {
-            unexpected.push(format!("{} stores into the program", ended.driver.program_stores));
-        }
+        let unexpected = unexpected(&ended.session, &ended.driver);
         let stop = ended.stop;
-        let found = found.lock().expect("nobody panicked").take();
+        let found = found.lock().expect("no holder has panicked").take();
         Ok(RunResult {
             found: found.ok_or("the core stopped before the procedure was over")?,
             flash: ended.driver.array.content(),
@@ -221,7 +205,23 @@ impl Emulation {
     }
 }
 
-/// Plant and host, on the core's thread: their clock is that thread's.
+/// What the emulator could not model, and wrong writes to the flash.
+fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
+    let mut unexpected: Vec<String> = Vec::new();
+    unexpected.extend(machine.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
+    unexpected.extend(machine.refused().iter().map(|access| format!("refused: {access:?}")));
+    unexpected
+        .extend(machine.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+    if lockstep.array.overwritten > 0 {
+        unexpected.push(format!("{} words programmed but not erased", lockstep.array.overwritten));
+    }
+    if lockstep.program_stores > 0 {
+        unexpected.push(format!("{} stores into the program", lockstep.program_stores));
+    }
+    unexpected
+}
+
+/// Plant and host. They run on the core's thread, because their clock belongs to a thread.
 struct PlantAndHost {
     chassis: Chassis,
     monitor: BoardMonitor,
@@ -233,16 +233,16 @@ thread_local! {
     static PLANT_AND_HOST: RefCell<Option<PlantAndHost>> = const { RefCell::new(None) };
 }
 
-/// Keeps chip and around in step.
+/// Keeps the chip in step with plant and host.
 struct Lockstep {
     begin: Option<Box<dyn FnOnce() -> PlantAndHost + Send>>,
     array: FlashArray,
     counter: Option<Counter>,
     tick_recorder: TickRecorder,
     bug_injector: BugInjector,
-    /// Stores into the program.
+    /// Stores of the program into itself.
     program_stores: u64,
-    /// Restarts that have been noted.
+    /// Restarts that have been recorded.
     resets: usize,
 }
 
@@ -251,8 +251,8 @@ impl Driver<Nucleo> for Lockstep {
         if let Some(reset) = machine.resets().get(self.resets) {
             self.resets += 1;
             self.bug_injector.clean_up(host);
-            PLANT_AND_HOST.with_borrow(|around| {
-                if let Some(around) = around {
+            PLANT_AND_HOST.with_borrow(|slot| {
+                if let Some(around) = slot {
                     around.monitor.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
                 }
             });
@@ -288,15 +288,15 @@ impl Driver<Nucleo> for Lockstep {
         stop: Stop,
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
-        PLANT_AND_HOST.with_borrow_mut(|around| {
+        PLANT_AND_HOST.with_borrow_mut(|slot| {
             if let Some(begin) = self.begin.take() {
-                *around = Some(begin());
+                *slot = Some(begin());
                 self.array.show(host);
             }
-            let around = around.as_mut().expect("begun at the first stop");
+            let around = slot.as_mut().expect("begun at the first stop");
             around.meet(machine.board_mut(), stop.at);
             if around.poll_host() {
-                *around = None;
+                *slot = None;
                 return None;
             }
             around.hand_over(machine.board_mut());
@@ -318,7 +318,7 @@ impl Driver<Nucleo> for Lockstep {
 }
 
 impl PlantAndHost {
-    /// Brings the plant to the chip's time and each to know of the other.
+    /// Advances the plant to the chip's time and exchanges their signals.
     fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
         self.chassis.advance_to(at.0 / 1000);
         for wheel in Wheel::BOTH {
@@ -346,7 +346,7 @@ impl PlantAndHost {
         }
     }
 
-    /// Lets the host do what it can; true if it is done.
+    /// Runs the host until it waits; true if the host has finished.
     fn poll_host(&mut self) -> bool {
         let waker = Waker::from(self.awake.clone());
         while self.awake.0.swap(false, Ordering::Relaxed) {
@@ -357,7 +357,7 @@ impl PlantAndHost {
         false
     }
 
-    /// Puts what the host has said on the line.
+    /// Puts the host's bytes on the line.
     fn hand_over(&mut self, board: &mut Nucleo) {
         let mut buffer = [0; 512];
         loop {

@@ -1,8 +1,8 @@
 //! The flash array that the firmware stores in.
 //!
-//! The emulator models the flash interface (keys, busy times, interrupts) but not the array behind it:
-//! that is here, as NOR flash is. An erased word is all ones, programming only clears bits, and one
-//! that asks for more than that is noted: the chip would keep the old bits.
+//! The emulator models the flash interface (keys, busy times, interrupts) but not the array behind that
+//! interface. Here it is, as NOR flash: an erased word is all ones, and programming only clears bits. A
+//! write that would have to set bits is counted: the chip would keep the old bits.
 
 use rigless::emulator::{Access, AccessKind, Host, Watch};
 use rigless::soc::Width;
@@ -23,33 +23,33 @@ const STRT: u64 = 1 << 16;
 /// Number of the second bank's first sector in the control register.
 const FIRST_SECTOR: u64 = 0x10;
 
-/// What the firmware's part of the flash holds.
+/// The content of the firmware's part of the flash.
 pub type Flash = Vec<u8>;
 
-/// What a blank one holds.
+/// The content of a blank flash.
 pub fn blank() -> Flash {
     vec![0xFF; LEN as usize]
 }
 
-/// One thing that was done to the flash.
+/// An operation on the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
     /// A word was programmed.
     Program {
-        /// Which, from the beginning of the array.
+        /// Index of the word in the array.
         index: usize,
-        /// With what.
+        /// The programmed value.
         word: u32,
     },
     /// A sector was erased.
     Erase {
-        /// Which.
+        /// Index of the sector.
         sector: usize,
     },
 }
 
 impl Operation {
-    /// Carries it out on what the flash holds.
+    /// Applies the operation to a flash's content.
     pub fn apply(self, flash: &mut Flash) {
         match self {
             Operation::Program { index, word } => {
@@ -68,18 +68,18 @@ impl Operation {
 #[derive(Debug)]
 pub(crate) struct FlashArray {
     words: Vec<u32>,
-    /// What was done to it, in order.
+    /// All operations, in order.
     pub journal: Vec<Operation>,
     /// Erasures and programmed words so far.
     pub operations: u64,
-    /// The power goes before the operation with this number, counted from 0.
+    /// The power fails before the operation with this number, counted from 0.
     pub cut_before: Option<u64>,
-    /// Words that were programmed without an erasure that they needed.
+    /// Words that were programmed without the necessary erasure.
     pub overwritten: u64,
 }
 
 impl FlashArray {
-    /// What a flash held, or a blank one.
+    /// An array with this content, or a blank one.
     pub fn new(content: Option<&[u8]>) -> Self {
         let blank = blank();
         let words = content.unwrap_or(&blank).chunks_exact(4);
@@ -93,7 +93,7 @@ impl FlashArray {
         }
     }
 
-    /// Holds something else from now on.
+    /// Replaces the content.
     pub fn put(&mut self, content: &[u8], host: &mut dyn Host) {
         let words = Self::new(Some(content)).words;
         for (index, (old, new)) in self.words.iter_mut().zip(words).enumerate() {
@@ -104,7 +104,7 @@ impl FlashArray {
         }
     }
 
-    /// What has to be watched for [`Self::on_store`].
+    /// The watch that triggers [`Self::on_store`].
     pub fn watch() -> Watch {
         Watch::Writes { address: BASE, length: LEN }
     }
@@ -116,20 +116,22 @@ impl FlashArray {
         }
     }
 
-    /// What it holds.
+    /// The content.
     pub fn content(&self) -> Vec<u8> {
         self.words.iter().flat_map(|word| word.to_le_bytes()).collect()
     }
 
-    /// True once the power has gone.
+    /// True once the power has failed.
     pub fn is_cut(&self) -> bool {
         self.cut_before.is_some_and(|number| self.operations >= number)
     }
 
-    /// The core has stored into the array.
+    /// Handles a store into the array.
     pub fn on_store(&mut self, address: u64, host: &mut dyn Host) {
         let index = ((address - BASE) / 4) as usize;
-        let asked = host.read(BASE + 4 * index as u64, Width::W32).expect("it is memory") as u32;
+        let asked = host
+            .read(BASE + 4 * index as u64, Width::W32)
+            .expect("the array is mapped as memory") as u32;
         let before = self.words[index];
         if !self.is_cut() {
             self.overwritten += u64::from(asked & !before != 0);
@@ -140,7 +142,7 @@ impl FlashArray {
         write(host, index, self.words[index]);
     }
 
-    /// The core has accessed the flash interface, or something else.
+    /// Handles any access: an erasure may begin.
     pub fn on_access(&mut self, access: &Access, host: &mut dyn Host) {
         let starts = access.kind == AccessKind::Write
             && access.address == FLASH_CR
@@ -161,5 +163,6 @@ impl FlashArray {
 }
 
 fn write(host: &mut dyn Host, index: usize, word: u32) {
-    host.write(BASE + 4 * index as u64, Width::W32, word.into()).expect("it is memory");
+    host.write(BASE + 4 * index as u64, Width::W32, word.into())
+        .expect("the array is mapped as memory");
 }

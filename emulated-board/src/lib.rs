@@ -7,17 +7,17 @@
 //!                     sim-target's plant            USART3 <-> host's session
 //! ```
 //!
-//! All of it goes by one virtual clock: the same image, scenario and procedure give the same bytes.
+//! Everything runs on one virtual clock: the same image, scenario and procedure give the same bytes.
 //!
-//! # What the emulator does not represent
+//! # What the emulator does not model
 //!
 //! - Time: each instruction takes 8 ns, a fair mean for a Cortex-M4 at 168 MHz with its flash
 //!   accelerator. Counts of instructions are exact, times of short stretches of code are not.
 //! - The analog side: PWM reaches the plant as its mean, the supply as a voltage on the converter's
-//!   pin. No ringing, no noise but the plant's.
+//!   pin. No ringing, and no noise except the plant's.
 //! - Bounce, slow edges and cross-talk on the encoder lines.
-//! - Time that programming a word of flash takes; an erasure takes as long as the data sheet says.
-//! - External interrupts of pins (EXTI); the firmware looks at its inputs instead.
+//! - The time to program a word of flash; an erasure takes the data sheet's time.
+//! - External interrupts of pins (EXTI); the firmware polls its inputs.
 //! - The debug probe: logs go nowhere.
 
 mod board;

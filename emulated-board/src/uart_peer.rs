@@ -7,7 +7,7 @@ use rigless::chip::uart::Peer;
 use rigless::snapshot::store;
 use rigless::time::VirtualNanos;
 
-/// Bytes on their way. The controller at the other end gives them their time on the line.
+/// Bytes in transit. The emulated USART models their time on the line.
 #[derive(Debug, Default)]
 pub(crate) struct UartPeer {
     to_robot: VecDeque<u8>,
@@ -20,12 +20,12 @@ impl UartPeer {
         self.to_robot.extend(bytes);
     }
 
-    /// Bytes that have not begun their way yet.
+    /// Bytes that wait to be sent to the robot.
     pub fn waiting(&self) -> usize {
         self.to_robot.len()
     }
 
-    /// Takes what has come from the robot.
+    /// Takes the bytes that have arrived from the robot.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.to_host)
     }

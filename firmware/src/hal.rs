@@ -1,8 +1,8 @@
-//! The hardware seam: what a board, or the simulator, gives to the tasks.
+//! The hardware interface that a board, or the simulator, implements for the tasks.
 //!
 //! The emergency stop and the motor driver's fault line are `embedded_hal_async::digital::Wait`
-//! pins, and the link is an `embedded_io_async` reader and writer; the traits here are for what the
-//! ecosystem has no trait for.
+//! pins, and the link is an `embedded_io_async` reader and writer; the traits here cover
+//! what the ecosystem has no trait for.
 
 use core::future::Future;
 
@@ -10,17 +10,17 @@ use shared_proto::{Config, Name, ResetCause, WheelPair};
 
 use crate::units::Duty;
 
-/// What the control tick goes by.
+/// The timer behind the control tick.
 pub trait ControlTimer {
-    /// Waits for the next tick: [`CONTROL_HZ`](crate::units::CONTROL_HZ) times a second, and on time.
+    /// Waits for the next tick. Ticks come [`CONTROL_HZ`](crate::units::CONTROL_HZ) times a second, without drift.
     fn next(&mut self) -> impl Future<Output = ()>;
 }
 
 /// Both wheels' quadrature counters.
 pub trait Encoders {
-    /// Absolute counts since power-on, as wired: sign corrections are the configuration's.
+    /// Absolute counts since power-on, as wired: capture applies the configured signs.
     ///
-    /// A counter narrower than this is extended by [`crate::encoder::Extender`].
+    /// [`crate::encoder::Extender`] extends a narrower counter.
     fn counts(&mut self) -> WheelPair<i64>;
 }
 
@@ -28,7 +28,7 @@ pub trait Encoders {
 pub trait Motors {
     /// Sets the mean voltage of each motor as a share of the supply, as wired.
     fn set_duty(&mut self, duty: WheelPair<Duty>);
-    /// Switches the drivers on or off; off, the wheels roll freely.
+    /// Switches the drivers on or off. While they are off, the wheels roll freely.
     fn enable(&mut self, on: bool);
 }
 
@@ -42,27 +42,27 @@ pub trait Supply {
 pub trait Store {
     /// The configuration saved last; `Ok(None)` if none ever was.
     fn load(&mut self) -> impl Future<Output = Result<Option<Config>, StoreError>>;
-    /// Saves, reads back and compares. If this fails, the one saved before is still there.
+    /// Saves, reads back and compares. If this fails, the earlier configuration is still there.
     fn save(&mut self, config: &Config) -> impl Future<Output = Result<(), StoreError>>;
 }
 
-/// Why a store gave or took no configuration.
+/// Why a configuration could not be loaded or saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
     /// What is stored is damaged, or of an unknown layout.
     Damaged,
-    /// The memory refused to be written, or read back differently.
+    /// The memory could not be written, or read back differently.
     Write,
 }
 
-/// What the board knows about itself.
+/// Facts about the board.
 #[derive(Clone, Debug)]
 pub struct BoardInfo {
     /// The board's name, as in its user manual.
     pub board: Name,
     /// The chip's unique number.
     pub uid: [u8; 12],
-    /// Why it started.
+    /// Why the board started.
     pub reset_cause: ResetCause,
 }

@@ -1,15 +1,15 @@
-//! What a Beeline robot thinks: the control steps, and the Embassy tasks round them.
+//! A Beeline robot's firmware: the control steps, and the Embassy tasks around them.
 //!
-//! Start reading at [`shared`]: it draws which task hands what to which. The steps themselves
+//! Start reading at [`shared`], which draws what each task passes on to which. The steps themselves
 //! ([`encoder`], [`odometry`], [`profile`], [`pid`], [`probe`], [`protection`]) know nothing of tasks,
-//! clocks or hardware: state and inputs in, outputs out, in fixed point. All but the probe are in the package
-//! `control`, which the compiler makes quick where it makes the rest small.
+//! clocks or hardware: state and inputs in, outputs out, in fixed point. All but the probe are in the
+//! package `control`, which is compiled for speed; the rest is compiled for size.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! | --- | --- |
-//! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, input lines |
-//! | [`hal`] | the hardware seam: what a board, or the simulator, provides |
-//! | `board` | that seam on STM32 boards; only in an image |
+//! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, safety inputs |
+//! | [`hal`] | the hardware interface: what a board, or the simulator, implements |
+//! | `board` | that interface on STM32 boards; only in an image |
 //! | [`store`] | the configuration in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`units`] | physical quantities in fixed point, the control period |

@@ -1,12 +1,12 @@
-//! The encoders' signs, checked at low power before the loop closes.
+//! The encoder check: the encoders' signs, tested at low power before the loop closes.
 //!
-//! A reversed encoder turns feedback into a runaway, and a dead one into a lost robot. So before a
-//! motion each wheel that is about to turn is pushed, in the direction of the motion, with a duty
-//! that rises slowly from zero to `protection.probe_duty_max`, the loop open. A wheel passes when
-//! its count has gone the right way by 3 counts and 0.2 mm, in two changes at least; its duty then
-//! goes to zero while the other wheel goes on.
+//! With a reversed or a dead encoder, a closed loop runs away. So before a motion the check pushes each
+//! wheel that is about to turn, in the direction of the motion and with the loop open. The duty rises
+//! slowly from zero to `protection.probe_duty_max`. A wheel passes when its count has moved the right way
+//! by 3 counts and 0.2 mm, in at least two changes; its duty then goes to zero while the other wheel
+//! continues.
 //!
-//! # When it fails
+//! # When the check fails
 //!
 //! The distance that a wheel should have rolled follows from the feedforward model,
 //!
@@ -14,7 +14,7 @@
 //! s = sum of max(0, duty - ks) / kv dt                                    (1)
 //! ```
 //!
-//! and the probe gives up at s = 5 mm, or when the largest duty was held for 7 stall times. No count
+//! and the check gives up at s = 5 mm, or when the largest duty was held for 7 stall times. No count
 //! at all means a dead encoder, too few a stall, and counts the wrong way a reversed encoder.
 //! The duty takes 0.8 s to rise, so no probe takes more than 0.8 s + 7 * 0.09 s.
 
@@ -51,7 +51,7 @@ impl Direction {
     }
 }
 
-/// How the probe goes.
+/// What the check found at one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ProbeOutcome {
@@ -70,7 +70,7 @@ const HOLD_STALL_TIMES: f64 = 7.0;
 /// Expected travel without enough counts at which the probe gives up \[m\]: half of the 10 mm that a
 /// robot with an unplugged encoder may move, the rest being for rolling out and a weak model.
 const EXPECTED_M_MAX: f64 = 0.005;
-/// An encoder so coarse that this many counts take longer is given the distance of them.
+/// A coarse encoder is allowed the distance of this many counts, if that is longer.
 const EXPECTED_COUNTS_MAX: f64 = 6.0;
 /// Counts that tell a direction.
 const COUNTS_MIN: f64 = 3.0;
@@ -81,7 +81,7 @@ const CHANGES_MIN: u32 = 2;
 /// No wheel of a robot rolls faster at full duty \[m/s\]; bounds (1) where kv is not configured.
 const FULL_SPEED_MPS_MAX: f64 = 20.0;
 
-/// What is tuned: the limits of one wheel's probe.
+/// The limits of one wheel's check.
 #[derive(Clone, Copy, Debug)]
 struct ProbeLimits {
     duty_max: i32,
@@ -112,7 +112,7 @@ impl ProbeLimits {
     }
 }
 
-/// One wheel's probe as it goes.
+/// The state of one wheel's check.
 #[derive(Clone, Copy, Debug)]
 struct WheelProbe {
     limits: ProbeLimits,
@@ -146,7 +146,7 @@ impl WheelProbe {
         }
     }
 
-    /// One tick: what is wrong, if anything.
+    /// One tick; returns the fault, if there is one.
     fn step(&mut self, counts: i64) -> Option<fn(Wheel) -> Fault> {
         if self.sign == 0 {
             return None;

@@ -7,14 +7,14 @@
 //! 3       as 2, with geometry.heading_pull_rad_per_m in the configuration
 //! ```
 //!
-//! Layout 3 is written. The others are still read, and become layout 3 at the next save: they have no pull, so
-//! it is 0 (`decode_without_pull`). A layout whose configuration differs in more than an added number keeps a frozen
-//! copy of that type here, and a conversion.
+//! Layout 3 is written. The older ones are still read, with a pull of 0 (`decode_without_pull`), and
+//! become layout 3 at the next save. Should a layout ever differ in more than an added number, a frozen
+//! copy of its type and a conversion belong here.
 //!
-//! `sequential-storage` appends each record to the one before, so that the old record is whole until
-//! the new one is: a power cut leaves either. What a power cut in the middle of an erasure leaves, a
-//! sector of half-erased bits, is erased again before anything is read (`repair`). A record of a layout
-//! that this firmware does not know, or one that fails its checksum, is damage, and never guessed at.
+//! `sequential-storage` appends each record to the one before, so the old record stays whole until the
+//! new one is complete: a power cut leaves one of the two. A power cut during an erasure leaves a sector
+//! of half-erased bits, which is erased again before anything is read (`repair`). A record of an unknown
+//! layout, or with a wrong checksum, counts as damaged.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
@@ -24,8 +24,7 @@ use shared_proto::{Config, Crc32};
 
 use crate::hal::{Store, StoreError};
 
-/// The layout that is written. Raised when [`Config`] changes; `decode` goes on reading the older
-/// ones.
+/// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
 pub const LAYOUT: u16 = 3;
 
 /// The one record's key.
@@ -37,8 +36,8 @@ const RECORD_LEN_MAX: usize = 512;
 /// Layout and checksum.
 const HEADER_LEN: usize = 6;
 
-/// Remembers where the record is: looking for it means a checksum over every record of a sector, and
-/// before a sector is erased it is looked for once for each of them.
+/// Remembers where the record is. Without it, each lookup computes a checksum over every record of a
+/// sector, and erasing a sector takes a lookup for each of its records.
 type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
 /// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
@@ -51,7 +50,7 @@ impl<F: NorFlash> FlashStore<F> {
     /// Takes the whole of this flash.
     ///
     /// # Panics
-    /// If the flash has fewer than two sectors: that is a board file's mistake.
+    /// If the flash has fewer than two sectors, which is a mistake in the board's file.
     pub fn new(flash: F) -> Self {
         // `is_blank` reads whole buffers; `is_marked` single bytes.
         const { assert!(F::ERASE_SIZE.is_multiple_of(RECORD_LEN_MAX) && F::READ_SIZE == 1) };
@@ -72,14 +71,14 @@ impl<F: NorFlash> FlashStore<F> {
     }
 }
 
-/// A sector's two marks, by which `sequential-storage` knows what it is in use for.
+/// A sector's two marks, which tell `sequential-storage` the sector's state.
 ///
 /// ```text
 /// first byte   last byte    the sector
 /// blank        blank        is free
 /// marked       blank        takes records
 /// marked       marked       is full
-/// blank        marked       was being erased; the library erases it again by itself
+/// blank        marked       was being erased; the library erases this sector again by itself
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Marks {
@@ -93,11 +92,11 @@ impl Marks {
 }
 
 impl<F: NorFlash> FlashStore<F> {
-    /// Erases what an interrupted erasure has left, where the library would take it for something else.
+    /// Erases what an interrupted erasure has left, where the library would mistake its state.
     ///
-    /// Sectors are used in a ring, and the one after that which takes records is free. So one that looks
-    /// as if it took records, behind one that does, is a sector whose erasure was cut short; and so is a
-    /// free one that is not blank. Neither ever holds what is needed.
+    /// Sectors are used in a ring, and the one after the sector that takes records is free. So a second
+    /// sector that seems to take records, right after the first, is one whose erasure was interrupted; so
+    /// is a free sector that is not blank. Neither ever holds data that is needed.
     async fn repair(&mut self) -> Result<(), F::Error> {
         let sectors = (self.map.flash().capacity() / F::ERASE_SIZE) as u32;
         let mut before = self.marks(sectors - 1).await?;
@@ -156,7 +155,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let len = encode(config, &mut record)?;
         let record = &record[..len];
         if self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await.is_err() {
-            // What cannot be appended to cannot be read either; there is nothing to lose.
+            // Only where nothing can be read either is there nothing to lose by erasing.
             if self.load().await.is_ok() {
                 return Err(StoreError::Write);
             }
@@ -171,7 +170,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
     }
 }
 
-/// A configuration as a record; its length.
+/// Encodes a configuration as a record; returns the record's length.
 fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, StoreError> {
     let (header, body) = record.split_at_mut(HEADER_LEN);
     // `sequential-storage` needs room for its key in the same buffer.
@@ -183,7 +182,7 @@ fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, S
     Ok(HEADER_LEN + body.len())
 }
 
-/// The configuration in a record of any layout that ever was.
+/// Decodes the configuration in a record of any known layout.
 fn decode(record: &[u8]) -> Result<Config, StoreError> {
     let (header, body) = record.split_at_checked(HEADER_LEN).ok_or(StoreError::Damaged)?;
     let &[low, high, a, b, c, d] = header else { return Err(StoreError::Damaged) };
@@ -201,7 +200,7 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
     config.ok_or(StoreError::Damaged)
 }
 
-/// A configuration of before there was a pull: that is 0, which is eight bytes of 0 behind W_T.
+/// Decodes a configuration of layout 1 or 2. They had no pull, so eight zero bytes are inserted after W_T.
 fn decode_without_pull(body: &[u8]) -> Option<Config> {
     const PULL: usize = size_of::<f64>();
     // The name's length, in one byte; the name; radius, track and W_T.

@@ -9,6 +9,7 @@
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`undo`] | what was there before the last change |
 //! | [`wheels`] | counts of telemetry as angles of the wheels |
+//! | [`pose_source`] | what measures where the robot is |
 //! | [`survey`] | plans and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`picture`] | what a person sees at the end |
@@ -31,6 +32,7 @@ pub mod json;
 pub mod limits;
 pub mod picture;
 pub mod port;
+pub mod pose_source;
 pub mod quantity;
 pub mod report;
 pub mod survey;

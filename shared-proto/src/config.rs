@@ -1,4 +1,4 @@
-//! The robot's configuration, in SI units, and what values it may take.
+//! The robot's configuration, in SI units, and its permitted ranges.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -8,14 +8,14 @@ use crate::order::is_above;
 use crate::pair::{Wheel, WheelPair};
 use crate::readable::Readable;
 
-/// Everything about a robot that is not the same for every robot.
+/// Everything that differs from robot to robot.
 ///
-/// For people, as in TOML, each part has its name; in bytes the same values follow on one another.
+/// Formats for people, such as TOML, name each part; in bytes the same values follow one another.
 #[derive(Clone, Debug, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct Config {
-    /// What its owner calls it.
+    /// The robot's name, given by its owner.
     pub name: Name,
     /// Wheels and track.
     pub geometry: GeometryConfig,
@@ -44,8 +44,8 @@ pub struct GeometryConfig {
     pub track_width_m: f64,
     /// Right wheel's radius relative to the left one's, W_T = R_R / R_L.
     pub wheel_weight: f64,
-    /// How much the robot turns by itself on its way, c \[rad/m\]: to the left if positive, forwards and
-    /// backwards. Every motion steers against it; 0 steers against nothing.
+    /// Heading change per distance driven, with equal wheel travel, c \[rad/m\]: to the left if positive,
+    /// forwards and backwards. Every motion compensates for this; 0 means no compensation.
     #[serde(default)]
     pub heading_pull_rad_per_m: f64,
 }
@@ -122,7 +122,7 @@ pub struct LimitsConfig {
 pub struct ProtectionConfig {
     /// A wheel this far from its setpoint is a fault \[m\].
     pub following_error_m_max: f64,
-    /// A wheel that does not turn for this long while it is driven is a fault \[s\].
+    /// A driven wheel that does not turn for this long is a fault \[s\].
     pub stall_time_s: f64,
     /// Largest duty while the encoders' signs are checked, before the loop closes.
     pub probe_duty_max: f64,
@@ -170,7 +170,7 @@ macro_rules! fields {
             }
         }
 
-        /// The ends of their ranges: a board has no use for their names.
+        /// The ranges alone: a board does not need the names.
         static RANGES: [(f64, f64); NUMBERS] = [$(($min, $max)),*];
     };
 }
@@ -220,7 +220,7 @@ impl Config {
             / (encoder.counts_per_rev * encoder.gear_reduction)
     }
 
-    /// Refuses, by name, a value that no robot has.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ConfigError> {
         for (number, (&value, (min, max))) in self.numbers().into_iter().zip(&RANGES).enumerate() {
             if is_outside(value, *min, *max) {
@@ -237,7 +237,7 @@ impl Config {
     }
 }
 
-/// By IEEE 754's totalOrder: what is not a number is outside, whatever its sign. Both zeros are one.
+/// Compares by IEEE 754's totalOrder: NaN is outside, whatever its sign. Both zeros are equal.
 fn is_outside(value: f64, min: f64, max: f64) -> bool {
     let value = value + 0.0;
     is_above(min, value) || is_above(value, max)

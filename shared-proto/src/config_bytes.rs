@@ -1,8 +1,8 @@
-//! A configuration as bytes, by what all its numbers have in common.
+//! A configuration as bytes: one list of values.
 //!
-//! Serde's derived code goes through the structure part by part, which is right for people's formats and
-//! three kilobytes on a board. Where a format has no names it is one list of values in the same order: the
-//! bytes are the same, as the golden ones show.
+//! Serde's derived code handles each part of the structure separately. Formats for people need that, but on
+//! a board the code takes three kilobytes. A format without names gets one list of values in the same order
+//! instead: the same bytes, as the golden bytes show.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
@@ -11,13 +11,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::config::{Config, NUMBERS};
 use crate::name::Name;
 
-/// Truth values of a configuration.
+/// How many flags a configuration has.
 const FLAGS: usize = 4;
 
 /// Name, numbers, flags.
 const VALUES: usize = 1 + NUMBERS + FLAGS;
 
-/// How many flags stand behind this number.
+/// How many flags follow this number.
 const fn flags_behind(number: usize) -> usize {
     match number {
         // The left encoder's.
@@ -50,7 +50,7 @@ impl Config {
     }
 }
 
-/// Bit for bit, as a configuration is stored and read back.
+/// Compares bit for bit, as a configuration is stored and read back.
 impl PartialEq for Config {
     fn eq(&self, other: &Self) -> bool {
         let bits = |config: &Self| config.numbers().map(|number| number.to_bits());

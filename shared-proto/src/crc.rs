@@ -1,6 +1,6 @@
 //! CRC-32/ISO-HDLC, as in Ethernet and zlib, half a byte at a time.
 
-/// What each half byte makes of the remainder: 64 bytes of flash where whole bytes would take a kilobyte.
+/// The remainder of each half byte: 64 bytes of flash, where a table for whole bytes takes a kilobyte.
 static HALF_BYTES: [u32; 16] = {
     /// The polynomial, lowest power first.
     const POLYNOMIAL: u32 = 0xEDB8_8320;
@@ -19,17 +19,17 @@ static HALF_BYTES: [u32; 16] = {
     table
 };
 
-/// A checksum under way.
+/// A checksum being computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Crc32(u32);
 
 impl Crc32 {
-    /// Of no bytes yet.
+    /// The checksum before any byte.
     pub const fn new() -> Self {
         Self(u32::MAX)
     }
 
-    /// Goes on over these bytes.
+    /// Adds these bytes.
     #[inline(never)]
     #[must_use]
     pub fn over(self, bytes: &[u8]) -> Self {

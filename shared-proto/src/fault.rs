@@ -1,4 +1,4 @@
-//! Why a robot stopped by itself.
+//! Faults: why a robot stopped by itself.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -7,8 +7,8 @@ use crate::pair::Wheel;
 
 /// A condition under which the robot does not drive.
 ///
-/// A fault is latched: it stays until [`Command::ClearFault`](crate::Command::ClearFault), and is
-/// never cleared by itself.
+/// A fault is latched: only [`Command::ClearFault`](crate::Command::ClearFault), or holding the emergency
+/// stop's button, clears a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "snake_case")]
@@ -55,7 +55,7 @@ impl Fault {
         }
     }
 
-    /// The wheel in question, where it is about one.
+    /// The wheel in question, for a fault of one wheel.
     pub const fn wheel(self) -> Option<Wheel> {
         match self {
             Fault::FollowingError(w)
@@ -67,7 +67,7 @@ impl Fault {
         }
     }
 
-    /// What to look at first.
+    /// What to check first.
     pub const fn remedy(self) -> &'static str {
         match self {
             Fault::FollowingError(_) => {
@@ -96,7 +96,7 @@ impl Fault {
 
     /// Whether the wheels are braked along a ramp (true) or go to zero duty at once (false).
     ///
-    /// Only what leaves encoders and motors trustworthy allows a ramp.
+    /// Only a fault that leaves encoders and motors trustworthy allows a ramp.
     pub const fn allows_ramp(self) -> bool {
         matches!(self, Fault::LinkLost | Fault::TimeToLive)
     }
@@ -111,13 +111,13 @@ impl core::fmt::Display for Fault {
     }
 }
 
-/// A fault as it happened.
+/// A fault, and when it happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultReport {
-    /// What happened first; later ones, while this is latched, are only counted.
+    /// The first fault; later ones are only counted while this one is latched.
     pub fault: Fault,
-    /// Counts the faults since power-on, from 1. Names this one in a command to clear it.
+    /// Counts the faults since power-on, from 1; identifies this fault in the command that clears it.
     pub number: u32,
     /// When, since power-on \[us\].
     pub t_us: u64,

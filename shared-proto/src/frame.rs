@@ -1,4 +1,4 @@
-//! Framing: COBS and CRC-32 round a channel, a sequence number and a payload.
+//! Framing: COBS and CRC-32 around a channel, a sequence number and a payload.
 
 use postcard_schema::Schema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -59,7 +59,7 @@ impl Channel {
 pub trait Message: Serialize + DeserializeOwned + Schema {
     /// Its channel.
     const CHANNEL: Channel;
-    /// Longest payload that it can make \[bytes\].
+    /// Longest payload \[bytes\].
     const LEN_MAX: usize = postcard_len_max(Self::SCHEMA);
 }
 
@@ -106,7 +106,7 @@ impl Encoder {
         self.frame(Channel::Hello, raw, Hello::LEN)
     }
 
-    /// Puts the rest round a payload of this length.
+    /// Adds header and checksum to a payload of this length, and encodes the frame.
     #[inline(never)]
     fn frame(&mut self, channel: Channel, Raw(mut raw): Raw, payload_len: usize) -> Frame {
         raw[0] = channel as u8;
@@ -172,7 +172,7 @@ pub enum FrameError {
 /// A good frame as received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Received<'a> {
-    /// What it carries.
+    /// The kind of message.
     pub channel: Channel,
     /// Frames that the sequence numbers show to be missing before this one.
     pub lost: u16,
@@ -181,7 +181,7 @@ pub struct Received<'a> {
 }
 
 impl Received<'_> {
-    /// The message, if it is one of type `M` and nothing else follows it.
+    /// The message, if it has type `M` and no bytes are left over.
     pub fn message<M: Message>(&self) -> Option<M> {
         if self.channel != M::CHANNEL {
             return None;
@@ -192,7 +192,7 @@ impl Received<'_> {
         }
     }
 
-    /// The hello, if it is one.
+    /// The hello, if the frame carries one.
     pub fn hello(&self) -> Option<Hello> {
         if self.channel == Channel::Hello { Hello::from_bytes(self.payload) } else { None }
     }
@@ -219,7 +219,7 @@ impl Decoder {
         Self { buffer: [0; FRAME_LEN_MAX], len: 0, overlong: false, last_sequence: None }
     }
 
-    /// Takes the next byte; answers when it ends a frame.
+    /// Takes the next byte; returns a frame or an error when the byte ends a frame.
     ///
     /// A zero that follows another zero is no frame and no error.
     pub fn push(&mut self, byte: u8) -> Option<Result<Received<'_>, FrameError>> {
@@ -249,7 +249,7 @@ impl Decoder {
         if raw_len < HEADER_LEN + CRC_LEN {
             return Err(FrameError::Malformed);
         }
-        // Nobody need expect a payload above PAYLOAD_LEN_MAX, though the buffer may hold one.
+        // COBS leaves room for a few bytes more, but no payload may exceed PAYLOAD_LEN_MAX.
         if raw_len > RAW_LEN_MAX {
             return Err(FrameError::TooLong);
         }

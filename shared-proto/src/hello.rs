@@ -12,14 +12,14 @@ pub const PROTOCOL_VERSION: u16 = 1;
 /// A hash of the layout of every message: field names, types and order, the length of a name, and
 /// the numbers of the configuration's fields.
 ///
-/// A change that nobody thought to give a new [`PROTOCOL_VERSION`] changes this all the same.
+/// So a change of layout is noticed even if nobody raised [`PROTOCOL_VERSION`].
 pub const SCHEMA_HASH: u64 = {
     let mut hash = FNV_BASIS;
     hash = fnv1a(hash, &Key::for_path::<Request>("request").to_bytes());
     hash = fnv1a(hash, &Key::for_path::<Reply>("reply").to_bytes());
     hash = fnv1a(hash, &Key::for_path::<Telemetry>("telemetry").to_bytes());
     hash = fnv1a(hash, &Key::for_path::<Event>("event").to_bytes());
-    // What a schema leaves out.
+    // What the schemas do not contain.
     hash = fnv1a(hash, &[NAME_LEN_MAX as u8]);
     let mut i = 0;
     while i < Config::FIELDS.len() {
@@ -42,7 +42,7 @@ const fn fnv1a(mut hash: u64, bytes: &[u8]) -> u64 {
     hash
 }
 
-/// What each end says first, in both directions, on [`Channel::Hello`](crate::Channel::Hello).
+/// The first message in each direction, on [`Channel::Hello`](crate::Channel::Hello).
 ///
 /// ```text
 /// "BEEL" | protocol u16 LE | schema u64 LE | session u32 LE      18 bytes, for ever
@@ -83,7 +83,7 @@ impl Hello {
         bytes
     }
 
-    /// Reads a hello; `None` if these bytes are none.
+    /// Reads a hello; `None` if these bytes are not a hello.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         // A later version may append fields; the first 18 bytes keep their meaning.
         let bytes: &[u8; Self::LEN] = bytes.first_chunk()?;

@@ -1,4 +1,4 @@
-//! What crosses the wire between a robot and its host.
+//! The protocol between a robot and its host: messages, framing and configuration.
 //!
 //! # A frame
 //!
@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The CRC (ISO-HDLC, as in Ethernet and zlib) covers channel, sequence and payload. A zero byte
-//! never occurs inside a frame, so after any damage the receiver is in step again at the next zero.
+//! never occurs inside a frame, so after any damage the receiver synchronises at the next zero.
 //! Each direction counts its frames in `sequence`; a gap tells the receiver what was lost.
 //!
 //! # The messages
@@ -15,14 +15,14 @@
 //! | channel | direction | payload | |
 //! | --- | --- | --- | --- |
 //! | 0 `Hello` | both ways | [`Hello`], a layout that never changes | first of all, answered by the robot's own |
-//! | 1 `Request` | to the robot | [`Request`], postcard | answered once for each arrival, unless the line is full: the host asks again |
+//! | 1 `Request` | to the robot | [`Request`], postcard | answered each time it arrives, unless the line is full: then the host asks again |
 //! | 2 `Reply` | to the host | [`Reply`], postcard | carries the request's id |
 //! | 3 `Telemetry` | to the host | [`Telemetry`], postcard | as subscribed; the first to be dropped on a busy line |
 //! | 4 `Event` | to the host | [`Event`], postcard | may be lost; [`Status`] tells the same on request |
 //!
-//! # How long a frame gets
+//! # Longest frames
 //!
-//! In bytes, on the wire, the final zero included. A board can size its buffers by these.
+//! In bytes on the wire, the final zero included. A board can size its buffers by these.
 //!
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
@@ -32,7 +32,7 @@
 //! | 3 `Telemetry` | 110 | 119 |
 //! | 4 `Event` | 21 | 30 |
 //!
-//! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, so there is room for what comes.
+//! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, which leaves room for later messages.
 //!
 //! # Compatibility
 //!
@@ -46,7 +46,7 @@
 //! fault's number, and everything else sets a state rather than changes one. A host that hears no
 //! reply sends the same request again.
 //!
-//! `docs/protocol.md` has all of this for those who write a host in another language.
+//! `docs/protocol.md` describes the protocol for hosts in other languages.
 #![cfg_attr(not(test), no_std)]
 
 mod bound;

@@ -9,7 +9,7 @@ use crate::motion::{Drive, MotionError, MotionId};
 use crate::name::Name;
 use crate::pair::WheelPair;
 
-/// What the host asks. Every command may be repeated: the second time changes nothing more.
+/// A command from the host. Every command may be repeated without further effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Request {
     /// Returned in the [`Reply`]; a retry carries the same one.
@@ -18,12 +18,12 @@ pub struct Request {
     pub command: Command,
 }
 
-/// What the robot answers, once for each request that reached it.
+/// The robot's answer to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Reply {
-    /// That of the request; 0 with [`Refusal::HelloFirst`] and [`Refusal::Unreadable`].
+    /// The request's id; 0 with [`Refusal::HelloFirst`] and [`Refusal::Unreadable`].
     pub id: u32,
-    /// What came of it.
+    /// The answer, or why the robot refused.
     pub outcome: Result<Answer, Refusal>,
 }
 
@@ -37,7 +37,7 @@ pub enum Command {
     Status,
     /// The configuration in use. Answered by [`Answer::Config`].
     ReadConfig,
-    /// Use this configuration from now on; it is not saved. Refused while driving.
+    /// Use this configuration from now on, without saving. Refused while driving.
     WriteConfig(Config),
     /// Make the configuration in use survive power-off. Refused while armed.
     SaveConfig,
@@ -47,7 +47,7 @@ pub enum Command {
     Arm,
     /// Armed to idle: motors off. Stops first, where needed.
     Disarm,
-    /// Drive. A motion that is under way goes over into the new one without a jump.
+    /// Drive. A motion that is under way changes into the new one without a jump.
     Drive(Drive),
     /// The host is alive and still wants this motion.
     Renew {
@@ -70,7 +70,7 @@ pub enum Command {
         /// Milliseconds between two frames, 0 or 1 to 1000.
         period_ms: u16,
     },
-    /// Say again the telemetry with this number: it got lost. Answered by [`Answer::Telemetry`].
+    /// Send the telemetry frame with this number again, because it was lost. Answered by [`Answer::Telemetry`].
     Recall {
         /// [`Telemetry::number`].
         number: u32,
@@ -88,11 +88,11 @@ pub enum ConfigOrigin {
     Saved,
 }
 
-/// A good outcome.
+/// The answer to a request that was carried out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
 pub enum Answer {
-    /// It is done.
+    /// Done.
     Done,
     /// Who the robot is.
     Identity(Identity),
@@ -100,15 +100,15 @@ pub enum Answer {
     Status(Status),
     /// The configuration in use.
     Config(Config),
-    /// Telemetry of a moment ago, as it was.
+    /// An earlier telemetry frame, unchanged.
     Telemetry(Telemetry),
 }
 
-/// Why the robot did not do it.
+/// Why the robot refused a request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
-    /// Not in this state.
+    /// Not permitted in this state.
     State(State),
     /// A fault is latched.
     Faulted(FaultReport),
@@ -130,11 +130,11 @@ pub enum Refusal {
     HelloFirst,
     /// The request could not be read. The reply's id is 0.
     Unreadable,
-    /// The robot has no telemetry with this number any more; it keeps [`Telemetry::KEPT`] of them.
+    /// The robot no longer has the telemetry frame with this number: it keeps the last [`Telemetry::KEPT`].
     Forgotten,
 }
 
-/// Where the robot is in its life.
+/// The robot's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(rename_all = "snake_case")]
@@ -170,11 +170,11 @@ impl State {
 /// Who the robot is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Identity {
-    /// What its owner calls it.
+    /// The robot's name, given by its owner.
     pub name: Name,
     /// The board or target that the firmware was built for.
     pub board: Name,
-    /// Tells this one from others of its kind.
+    /// The chip's unique number.
     pub uid: [u8; 12],
     /// Firmware version: major, minor, patch.
     pub firmware: [u16; 3],
@@ -184,7 +184,7 @@ pub struct Identity {
     pub control_period_us: u32,
     /// What no motion may exceed.
     pub limits: LimitsConfig,
-    /// Why it started last.
+    /// Why the board started last.
     pub reset_cause: ResetCause,
     /// Where the configuration in use came from at start.
     pub config_origin: ConfigOrigin,
@@ -218,7 +218,7 @@ pub enum ResetCause {
 pub struct Status {
     /// Time since power-on \[us\].
     pub t_us: u64,
-    /// Where the robot is in its life.
+    /// The robot's state.
     pub state: State,
     /// The motion under way, or the last one.
     pub motion: Option<MotionId>,
@@ -228,7 +228,7 @@ pub struct Status {
     pub fault: Option<FaultReport>,
     /// Supply \[mV\].
     pub supply_mv: u16,
-    /// The link, as the robot sees it.
+    /// The link's counters on the robot's side.
     pub link: LinkStatistics,
     /// Control ticks so far.
     pub ticks: u32,
@@ -261,19 +261,19 @@ pub struct LinkStatistics {
     pub frames_lost: u32,
     /// Frames sent.
     pub frames_sent: u32,
-    /// Telemetry frames given up because the line was busy.
+    /// Telemetry frames dropped because the line was busy.
     pub telemetry_dropped: u32,
 }
 
-/// One look at everything that moves, taken at one control tick.
+/// The robot's state and both wheels at one control tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
-    /// Rises by one from frame to frame while the period stays the same, and wraps. A gap was lost, and
-    /// can be had again by [`Command::Recall`].
+    /// Rises by one from frame to frame while the period stays the same, and wraps. A frame that is missing
+    /// can be recalled by [`Command::Recall`].
     pub number: u32,
     /// Time of the control tick since power-on \[us\].
     pub t_us: u64,
-    /// Where the robot is in its life.
+    /// The robot's state.
     pub state: State,
     /// The encoder-sign check is under way; the loop is open.
     pub probing: bool,
@@ -284,7 +284,7 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
-    /// This many are kept by the robot, to be asked for again: a third of a second at 100 Hz.
+    /// The robot keeps this many frames for [`Command::Recall`]: a third of a second at 100 Hz.
     pub const KEPT: u32 = 32;
 }
 
@@ -295,7 +295,7 @@ pub struct WheelTelemetry {
     pub counts: i64,
     /// Where the wheel should be \[um of travel\].
     pub setpoint_um: i64,
-    /// Where it should be less where it is \[um\].
+    /// Setpoint minus measured travel \[um\].
     pub error_um: i32,
     /// Measured speed \[um/s\].
     pub speed_um_s: i32,
@@ -318,10 +318,10 @@ pub struct PidTerms {
     pub derivative: i16,
 }
 
-/// Something that the host should know without asking. May be lost: [`Status`] tells it again.
+/// News that the robot sends unasked. An event may be lost: [`Status`] gives the same information.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Event {
-    /// The robot went over to another state.
+    /// The robot's state changed.
     State {
         /// When, since power-on \[us\].
         t_us: u64,

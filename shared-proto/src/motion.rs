@@ -1,4 +1,4 @@
-//! What a robot can be told to do with its wheels.
+//! Motions that a robot can be told to make.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use crate::config::Config;
 use crate::order::is_above;
 use crate::pair::WheelPair;
 
-/// Names one motion, so that a repeated command is recognised and not driven twice.
+/// Identifies a motion, so that a repeated command is not driven twice.
 ///
-/// The host draws it; any number that none of the last nine motions had will do.
+/// The host chooses the number; none of the last nine motions may have had the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotionId(pub u32);
@@ -34,9 +34,9 @@ pub struct Drive {
     pub cruise: f64,
     /// Steepness of the ramps, positive \[unit/s^2\].
     pub acceleration: f64,
-    /// When to set off, from a stand, on the robot's clock \[us since power-on\]; at once if `None`.
+    /// When to start, from a standstill, on the robot's clock \[us since power-on\]; at once if `None`.
     ///
-    /// With it a command that had to be repeated sets off no later than one that came through at once.
+    /// So a command that had to be repeated starts no later than one that arrived at once.
     pub start_us: Option<u64>,
 }
 
@@ -54,8 +54,8 @@ impl Drive {
 
     /// The motion in SI units, if it keeps to the limits of a valid configuration.
     ///
-    /// Robot and host both ask this. Only the robot can tell how long the ramps take from its present
-    /// state, and whether the time to set off is still ahead.
+    /// Robot and host both check with this. Two more limits depend on the robot's present state, so only the
+    /// robot checks them: how long the ramps take, and whether the start time is still ahead.
     #[inline]
     pub fn to_si(&self, config: &Config) -> Result<DriveSi, MotionError> {
         let positive = |value: f64| value.is_finite() && is_above(value, 0.0);

@@ -1,4 +1,4 @@
-//! Short names.
+//! Names of robots and boards.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Longest [`Name`] in bytes.
 pub const NAME_LEN_MAX: usize = 24;
 
-/// What somebody or something is called: at most [`NAME_LEN_MAX`] bytes of UTF-8.
+/// The name of a robot or a board: at most [`NAME_LEN_MAX`] bytes of UTF-8.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[serde(transparent)]
 pub struct Name(heapless::String<NAME_LEN_MAX>);

@@ -1,4 +1,4 @@
-//! Comparison of floating-point numbers in one small routine.
+//! One small routine that compares floating-point numbers.
 
 /// a > b in the order of IEEE 754's totalOrder: of the two zeros the positive one is the larger, and a
 /// positive NaN is above infinity, a negative one below minus infinity.

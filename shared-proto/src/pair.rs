@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// One value for each driven wheel.
 ///
-/// Left and right are as seen by somebody who sits on the robot and looks ahead.
+/// Left and right as seen from the robot, looking forward.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(deny_unknown_fields)]

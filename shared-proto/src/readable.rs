@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A number as people read it: `1e300` and not a one with three hundred zeros.
+/// Formats a number for people: `1e300`, not a one with three hundred zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readable(pub f64);
 

@@ -1,8 +1,8 @@
-//! A robot's body without its controller: for a controller that runs elsewhere, such as an image on
-//! an emulated chip.
+//! A robot without its controller, for a controller that runs elsewhere, such as an image on an emulated
+//! chip.
 //!
-//! Time stands still until [`Chassis::advance_to`] moves it; what the controller drives holds until
-//! it drives something else.
+//! Time stands still until [`Chassis::advance_to`] advances the clock. The last duty holds until the
+//! controller sets another one.
 
 use core::cell::RefCell;
 use std::rc::Rc;
@@ -28,7 +28,7 @@ pub struct Chassis {
 impl Chassis {
     /// A robot on its start line. The thread's virtual clock starts at zero.
     ///
-    /// The line takes no time and loses nothing: baud rate and damage are the controller's UART's.
+    /// The line takes no time and loses nothing: the controller's UART models the baud rate.
     ///
     /// # Panics
     /// If the thread has a simulated robot already.
@@ -54,23 +54,23 @@ impl Chassis {
         HostWire { to_robot: self.to_robot.clone(), to_host: self.to_host.clone() }
     }
 
-    /// When something happens next that does not come from the controller \[us\].
+    /// When the next event is due that does not come from the controller \[us\].
     pub fn next_us(&self) -> u64 {
         let world = self.lab.world.borrow().next_event_us();
         clock::next_alarm_us().map_or(world, |alarm| alarm.min(world))
     }
 
-    /// Moves body and clock on. A time that has passed already changes nothing.
+    /// Advances plant and clock. A time in the past changes nothing.
     pub fn advance_to(&self, t_us: u64) {
         if t_us > clock::now_us() {
-            // The body first, so that the encoders' step is the whole of this one.
+            // The plant first, so that the encoders' step covers the whole advance.
             self.lab.world.borrow_mut().advance_plant_to(t_us);
             clock::advance_to(t_us);
             self.lab.world.borrow_mut().act();
         }
     }
 
-    /// What the motor drivers do from now on: mean voltages as shares of the supply.
+    /// Sets the motor drivers: mean voltages as shares of the supply.
     pub fn drive(&self, duty: WheelPair<f64>, enabled: bool) {
         let mut world = self.lab.world.borrow_mut();
         let plant = world.plant_now();
@@ -83,7 +83,7 @@ impl Chassis {
         self.lab.plant(|plant| plant.encoder_step(wheel))
     }
 
-    /// The supply as a voltmeter reads it, noise included \[V\].
+    /// The measured supply, noise included \[V\].
     pub fn supply_v(&self) -> f64 {
         self.lab.world.borrow_mut().plant_now().supply_v()
     }

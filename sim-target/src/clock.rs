@@ -1,7 +1,7 @@
-//! The virtual clock: this program's one embassy-time driver, with a time of its own per thread.
+//! The virtual clock: this program's one embassy-time driver, with a separate time for each thread.
 //!
-//! Time stands still until [`advance_to`] moves it. Each thread has its own time and its own
-//! alarms, so many simulated robots run side by side and none sees another's.
+//! Time stands still until [`advance_to`] is called. Each thread has its own time and its own alarms, so
+//! many simulated robots run side by side without affecting each other.
 
 use std::cell::RefCell;
 use std::task::Waker;
@@ -16,7 +16,7 @@ embassy_time_driver::time_driver_impl!(static CLOCK: VirtualClock = VirtualClock
 struct ThreadTime {
     claimed: bool,
     now_us: u64,
-    // A handful of tasks: looking through all is faster than keeping them sorted.
+    // Few tasks: a linear search is faster than keeping the alarms sorted.
     alarms: Vec<(u64, Waker)>,
 }
 
@@ -38,7 +38,7 @@ impl Driver for VirtualClock {
                 return;
             }
             match time.alarms.iter_mut().find(|(_, other)| other.will_wake(waker)) {
-                // A task that is woken too early asks again.
+                // A task that is woken too early schedules again.
                 Some((alarm, _)) => *alarm = at.min(*alarm),
                 None => time.alarms.push((at, waker.clone())),
             }
@@ -56,7 +56,7 @@ pub(crate) fn next_alarm_us() -> Option<u64> {
     TIME.with_borrow(|time| time.alarms.iter().map(|&(at, _)| at).min())
 }
 
-/// Moves this thread's time forward and wakes whoever waited for it.
+/// Advances this thread's time and wakes the tasks whose alarms are due.
 pub(crate) fn advance_to(t_us: u64) {
     TIME.with_borrow_mut(|time| {
         debug_assert!(t_us >= time.now_us, "time does not run backwards");
@@ -64,7 +64,7 @@ pub(crate) fn advance_to(t_us: u64) {
         let mut i = 0;
         while i < time.alarms.len() {
             if time.alarms[i].0 <= t_us {
-                // Order kept: which of two tasks wakes first must not depend on the past.
+                // `remove` keeps the order: which task wakes first must not depend on earlier alarms.
                 time.alarms.remove(i).1.wake();
             } else {
                 i += 1;
@@ -73,10 +73,10 @@ pub(crate) fn advance_to(t_us: u64) {
     });
 }
 
-/// Takes this thread's clock for one robot. Its time starts at zero, without alarms.
+/// Claims this thread's clock for one robot. Its time starts at zero, without alarms.
 ///
 /// # Panics
-/// If another robot has it.
+/// If another robot has claimed the clock.
 pub(crate) fn claim() {
     TIME.with_borrow_mut(|time| {
         assert!(!time.claimed, "a thread simulates one robot at a time");
@@ -84,8 +84,8 @@ pub(crate) fn claim() {
     });
 }
 
-/// Gives the clock back.
+/// Releases the clock.
 pub(crate) fn release() {
-    // A thread that ends by a panic may have given up its time before its robot.
+    // When a thread ends by a panic, its time may be dropped before its robot.
     let _ = TIME.try_with(|time| *time.borrow_mut() = ThreadTime::default());
 }

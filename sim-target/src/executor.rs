@@ -1,4 +1,4 @@
-//! An embassy executor that can be taken down again, so that one program simulates many robots.
+//! An embassy executor that can be shut down, so that one program simulates many robots.
 
 use core::cell::{Cell, RefCell};
 use core::future::{Future, poll_fn};
@@ -26,7 +26,7 @@ pub(crate) struct Executor {
     ending: Rc<Ending>,
 }
 
-/// Tells every task to end.
+/// Asks every task to end.
 #[derive(Default)]
 struct Ending {
     now: Cell<bool>,

@@ -8,7 +8,7 @@ use crate::instruments::{CameraParameters, CameraSample, EndReading, GyroSample}
 use crate::plant::{Plant, PlantFault, Pose};
 use crate::world::World;
 
-/// The laboratory round the robot: sees the truth, measures, breaks things.
+/// The laboratory around the robot: knows the true pose, measures, and injects faults.
 #[derive(Clone)]
 pub struct Lab {
     pub(crate) world: Rc<RefCell<World>>,
@@ -16,17 +16,17 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// Where the robot really is.
+    /// The robot's true pose.
     pub fn pose(&self) -> Pose {
         self.world.borrow_mut().plant_now().pose()
     }
 
-    /// Looks at the plant.
-    pub fn plant<T>(&self, look: impl FnOnce(&Plant) -> T) -> T {
-        look(self.world.borrow_mut().plant_now())
+    /// Reads something from the plant.
+    pub fn plant<T>(&self, read: impl FnOnce(&Plant) -> T) -> T {
+        read(self.world.borrow_mut().plant_now())
     }
 
-    /// What the overhead camera has seen so far.
+    /// The overhead camera's samples so far.
     pub fn camera_samples(&self) -> Vec<CameraSample> {
         self.world.borrow().camera_samples.clone()
     }
@@ -36,27 +36,27 @@ impl Lab {
         self.world.borrow().camera_samples.len()
     }
 
-    /// What the camera has seen since the sample with this number.
+    /// The camera's samples from this number on.
     pub fn camera_samples_from(&self, first: usize) -> Vec<CameraSample> {
         self.world.borrow().camera_samples[first..].to_vec()
     }
 
-    /// Has the camera take its next picture at this time, and all others at its rate after it.
+    /// Makes the camera take its next picture at this time, and further ones at its rate.
     pub fn trigger_camera(&self, t_us: u64) {
         self.world.borrow_mut().camera.trigger(t_us);
     }
 
-    /// What the camera's data sheet says.
+    /// The camera's parameters.
     pub fn camera_parameters(&self) -> CameraParameters {
         *self.world.borrow().camera.parameters()
     }
 
-    /// What the gyro has read since the sample with this number; nothing if there is none.
+    /// The gyro's samples from this number on; none without a gyro.
     pub fn gyro_samples_from(&self, first: usize) -> Vec<GyroSample> {
         self.world.borrow().gyro_samples[first..].to_vec()
     }
 
-    /// How often the gyro has been read so far.
+    /// How many samples the gyro has taken so far.
     pub fn gyro_len(&self) -> usize {
         self.world.borrow().gyro_samples.len()
     }
@@ -66,7 +66,7 @@ impl Lab {
         self.world.borrow_mut().plant_now().set_payload(payload_kg);
     }
 
-    /// Measures with the ruler how far the robot is along the start line, and off it.
+    /// Measures with the ruler the robot's distance along the start line and across.
     pub fn read_offset(&self) -> EndReading {
         let mut world = self.world.borrow_mut();
         let pose = world.plant_now().pose();
@@ -78,14 +78,14 @@ impl Lab {
         self.world.borrow().ruler.parameters().sigma_m()
     }
 
-    /// Picks the robot up and puts it on its start line, as well as the scenario's person can.
+    /// Puts the robot on its start line, with the scenario's placement error.
     ///
     /// The line is the x axis. The wheels stand still; the encoders count on.
     pub fn place_at_start(&self) {
         self.place_on(Pose::default());
     }
 
-    /// Picks the robot up and puts it on a line that begins here, as well as the scenario's person can.
+    /// Puts the robot on a line that begins at this pose, with the scenario's placement error.
     pub fn place_on(&self, line: Pose) {
         let mut world = self.world.borrow_mut();
         world.placements += 1;
@@ -98,22 +98,22 @@ impl Lab {
         }
     }
 
-    /// Breaks something, now.
+    /// Injects a fault, now.
     pub fn inject(&self, fault: PlantFault) {
         self.world.borrow_mut().set_fault(fault, true);
     }
 
-    /// Mends it.
+    /// Removes a fault.
     pub fn mend(&self, fault: PlantFault) {
         self.world.borrow_mut().set_fault(fault, false);
     }
 
-    /// Makes the next control tick late by this much: somebody held the CPU.
+    /// Delays the next control tick by this much, as a stalled CPU does.
     pub fn stall_cpu(&self, delay_us: u64) {
         self.world.borrow_mut().stall_us = delay_us;
     }
 
-    /// Makes the flash refuse to be written.
+    /// Makes every write to the flash fail, or ends that.
     pub fn write_protect_flash(&self, on: bool) {
         self.flash.set_write_protected(on);
     }

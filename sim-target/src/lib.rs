@@ -1,10 +1,9 @@
-//! What a Beeline robot is, on a desktop: a plant, a virtual clock and wires, running the firmware's
-//! own tasks.
+//! A simulated Beeline robot: a plant, a virtual clock and a serial line, running the firmware's own tasks.
 //!
 //! [`SimTarget`] puts everything together: the tasks of `firmware` on an embassy executor, the
-//! hardware seam on a [`plant`] of forces and torques, a serial line, and [`instruments`] that
-//! measure the robot as a laboratory would. A [`scenario`] says which robot it is. One seed draws
-//! everything that is random; the same seed gives the same bytes.
+//! hardware interface on a [`plant`] of forces and torques, a serial line, and [`instruments`] that
+//! measure the robot as a laboratory would. A [`scenario`] describes the robot. One seed draws everything
+//! that is random; the same seed gives the same bytes.
 
 mod chassis;
 mod clock;

@@ -27,12 +27,12 @@ use crate::uid::uid;
 use crate::wire::{HostWire, Wire};
 use crate::world::World;
 
-/// How to set a simulated robot up, beyond what its scenario says.
+/// A simulated robot's flash, which no scenario describes.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// A file that stands for the robot's flash; without one, nothing survives the simulation.
+    /// A file for the flash's content; without one, nothing survives the simulation.
     pub flash: Option<PathBuf>,
-    /// What the robot finds in its flash. Ignored if `flash` names a file that exists.
+    /// The configuration in the flash. Ignored if `flash` names a file that exists.
     pub config: Option<Config>,
 }
 
@@ -48,7 +48,7 @@ impl SimTarget {
     /// A robot at power-on. The thread's virtual clock starts at zero.
     ///
     /// # Errors
-    /// If the file that stands for the flash cannot be read.
+    /// If the flash's file cannot be read.
     ///
     /// # Panics
     /// If the thread has a simulated robot already.
@@ -111,7 +111,7 @@ impl SimTarget {
         self.lab.clone()
     }
 
-    /// Runs robot and host together, as fast as it goes, until the host is done.
+    /// Runs robot and host together, as fast as possible, until the host is done.
     ///
     /// The host may wait with [`sleep_until_us`] and on its [`HostWire`]; both follow the virtual clock.
     pub fn run<F: Future>(&mut self, host: F) -> F::Output {
@@ -142,7 +142,7 @@ impl SimTarget {
         }
     }
 
-    /// Moves the clock to whatever comes next, at the latest to `limit_us`.
+    /// Advances the clock to the next event or alarm, at most to `limit_us`.
     fn advance(&mut self, limit_us: u64) {
         let mut world = self.lab.world.borrow_mut();
         let next =
@@ -155,7 +155,7 @@ impl SimTarget {
 
 impl Drop for SimTarget {
     fn drop(&mut self) {
-        // Laboratory and wires may outlive the robot; its tasks are freed below.
+        // Laboratory and wires may outlive the robot, but the tasks that wait for them end now.
         self.to_robot.forget_reader();
         self.to_host.forget_reader();
         self.lab.world.borrow().emergency_stop.forget_waiter();

@@ -1,9 +1,8 @@
-//! The number that a simulated robot is known by.
+//! A simulated robot's unique number.
 
 use crate::scenario::Scenario;
 
-/// A number of its own for each seed and each robot, as a chip has. What goes wrong with a robot makes it no
-/// other one.
+/// A unique number, as a chip has, for each robot and each seed. Faults do not change the number.
 pub(crate) fn uid(scenario: &Scenario) -> [u8; 12] {
     let robot = Scenario { seed: 0, faults: Vec::new(), ..scenario.clone() };
     // FNV-1a of 64 bits: the same on every machine.

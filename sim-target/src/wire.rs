@@ -12,7 +12,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a line does to the bytes that pass.
+/// The properties of one direction of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WireParameters {
     /// Bits per second, ten to a byte; 0 for no delay at all.
@@ -33,8 +33,8 @@ pub struct Wire(Rc<RefCell<LineState>>);
 struct LineState {
     parameters: WireParameters,
     rng: ChaCha8Rng,
-    /// Bytes under way, each chunk with the time at which its last byte arrives \[us\].
-    under_way: VecDeque<(u64, Vec<u8>)>,
+    /// Bytes in transit, each chunk with the time at which its last byte arrives \[us\].
+    in_transit: VecDeque<(u64, Vec<u8>)>,
     /// How much of the first chunk has been read.
     read: usize,
     /// When the line has sent everything that was written \[us\].
@@ -49,7 +49,7 @@ impl Wire {
         Self(Rc::new(RefCell::new(LineState {
             parameters,
             rng: ChaCha8Rng::seed_from_u64(seed),
-            under_way: VecDeque::new(),
+            in_transit: VecDeque::new(),
             read: 0,
             idle_us: 0,
             reader: None,
@@ -57,17 +57,17 @@ impl Wire {
         })))
     }
 
-    /// Cuts the line, or mends it. What is written while it is cut is lost.
+    /// Cuts or restores the line. Bytes that are written while the line is cut are lost.
     pub fn set_cut(&self, cut: bool) {
         self.0.borrow_mut().cut = cut;
     }
 
-    /// Wakes nobody any more: the reader is about to be freed.
+    /// Drops the reader's waker: its task is about to be freed.
     pub(crate) fn forget_reader(&self) {
         self.0.borrow_mut().reader = None;
     }
 
-    /// Puts bytes on the line without waiting for it.
+    /// Puts bytes on the line without waiting.
     pub fn write_now(&self, bytes: &[u8]) {
         let mut state = self.0.borrow_mut();
         let state = &mut *state;
@@ -91,20 +91,20 @@ impl Wire {
                 }
             }
         }
-        state.under_way.push_back((state.idle_us, bytes));
+        state.in_transit.push_back((state.idle_us, bytes));
         if let Some(reader) = state.reader.take() {
             reader.wake();
         }
     }
 
-    /// Takes what has arrived by now, without waiting. Returns how many bytes that is.
+    /// Takes the bytes that have arrived, without waiting. Returns how many.
     pub fn read_now(&self, buffer: &mut [u8]) -> usize {
         let mut state = self.0.borrow_mut();
         let state = &mut *state;
         let now = crate::clock::now_us();
         let mut len = 0;
         while len < buffer.len()
-            && let Some((arrival, chunk)) = state.under_way.front()
+            && let Some((arrival, chunk)) = state.in_transit.front()
             && *arrival <= now
         {
             let rest = &chunk[state.read..];
@@ -113,7 +113,7 @@ impl Wire {
             len += take;
             state.read += take;
             if state.read == chunk.len() {
-                state.under_way.pop_front();
+                state.in_transit.pop_front();
                 state.read = 0;
             }
         }
@@ -128,7 +128,7 @@ impl Wire {
                 return Poll::Ready(len);
             }
             let mut state = self.0.borrow_mut();
-            match state.under_way.front() {
+            match state.in_transit.front() {
                 Some(&(arrival, _)) => embassy_time_driver::schedule_wake(arrival, context.waker()),
                 None => state.reader = Some(context.waker().clone()),
             }
@@ -178,12 +178,12 @@ impl HostWire {
         self.to_robot.write_now(bytes);
     }
 
-    /// Takes the bytes that have come from the robot, without waiting.
+    /// Takes the bytes that have arrived from the robot, without waiting.
     pub fn read_now(&self, buffer: &mut [u8]) -> usize {
         self.to_host.read_now(buffer)
     }
 
-    /// Pulls the plug, or puts it back in.
+    /// Unplugs the line, or plugs it in again.
     pub fn set_cut(&self, cut: bool) {
         self.to_robot.set_cut(cut);
         self.to_host.set_cut(cut);

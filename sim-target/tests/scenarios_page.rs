@@ -61,7 +61,9 @@ fn named() -> Vec<BTreeSet<&'static str>> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let words = |line: &'static str| {
         let code = line.split('`').skip(1).step_by(2);
-        code.flat_map(|it| it.split(move |c| !is_word(c))).filter(|it| !it.is_empty()).collect()
+        code.flat_map(|code| code.split(move |c| !is_word(c)))
+            .filter(|word| !word.is_empty())
+            .collect()
     };
     PAGE.lines().map(words).collect()
 }
@@ -118,7 +120,7 @@ fn the_parser_is_asked_for_all_of_its_keys() {
 
 #[test]
 fn what_the_page_shows_is_accepted() {
-    let shown = PAGE.split("```toml\n").skip(1).filter_map(|it| it.split("```").next());
+    let shown = PAGE.split("```toml\n").skip(1).filter_map(|block| block.split("```").next());
     let mut blocks = 0;
     for block in shown {
         let named = if block.starts_with("name") { "" } else { "name = 'x'\n" };

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::desk::Desk;
+use crate::schema::violation;
 
 /// Copies those runs of an example whose names contain one of these parts.
 fn runs_of(desk: &Desk, example: &str, parts: &[&str], to: &str) {
@@ -24,13 +25,9 @@ fn runs_of(desk: &Desk, example: &str, parts: &[&str], to: &str) {
 
 /// The answer; it keeps to the schema, and its exit code says whether something is missing.
 fn asked(desk: &Desk, campaign: &str) -> Value {
-    let schema: Value =
-        serde_json::from_str(include_str!("../../docs/explain.schema.json")).unwrap();
-    let schema = jsonschema::validator_for(&schema).unwrap();
     let outcome = desk.run(&format!("explain {campaign} --format json --exit-code"));
     let answer = outcome.json();
-    let errors: Vec<String> = schema.iter_errors(&answer).map(|it| format!("{it}")).collect();
-    assert!(errors.is_empty(), "{campaign}: {errors:#?}\n{answer:#}");
+    assert_eq!(violation(&answer), None, "{campaign}");
     let missing = steps(&answer) > 0 || answer["unexplained"]["structure"] == true;
     assert_eq!(outcome.code, Some(i32::from(missing)), "{campaign}");
     answer

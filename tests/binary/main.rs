@@ -13,12 +13,15 @@ mod files;
 mod first_run;
 mod gyro;
 mod help;
+
 mod insight;
+mod libraries;
 mod memory;
 mod outcome;
 mod pages;
 mod question;
 mod real_time;
+mod schema;
 mod served;
 mod tape;
 mod walkthrough;

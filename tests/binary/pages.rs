@@ -225,7 +225,7 @@ fn a_planted_command_line_flag_or_key_is_found() {
         assert_eq!(planted(page, refusal).len(), 1, "{page}");
     }
     for page in [
-        "`beeline calibrate`, `beeline config set`, `beeline report --model`, `beeline --json ...`, `beeline-like`",
+        "`beeline calibrate`, `beeline config set`, `beeline model add --custom`, `beeline --json ...`, `beeline-like`",
         "`beeline calibrate --measure track:FILE`, `beeline drive straight 1rev --port PORT`",
         "```sh\nbeeline explain my-robot --format json > answer.json   # for machines\n```",
     ] {

@@ -4,9 +4,10 @@ use campaign::plan::{CampaignPlan, PlanSettings};
 use campaign::{Campaign, CampaignWriter, Run, RunFacts};
 use futures_lite::future;
 use host_cli::error::Error;
-use host_cli::survey::measured::Go;
+use host_cli::pose_source::camera::Camera;
+use host_cli::pose_source::{Go, Mark, PoseSource};
 use host_cli::survey::samples::{columns, robot_file};
-use host_cli::survey::{Ran, Witness, record_run};
+use host_cli::survey::{Ran, record_run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::WheelPair;
@@ -100,16 +101,16 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
         async {
             session.open().await?;
             let config = session.read_config().await?;
-            let robot = robot_file(&config, Some(&lab));
-            let mut witness = Witness::camera(lab.clone());
+            let mut camera = Camera::new(lab);
+            let robot = robot_file(&config, camera.noise());
             let mut campaign = Campaign { robot, runs: Vec::new(), warnings: Vec::new() };
             for (index, run) in plan.runs.iter().enumerate() {
-                if witness.place(&mut session, run).await? == Go::Skip {
+                if camera.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
                     continue;
                 }
                 let ran = record_run(
                     &mut session,
-                    &mut witness,
+                    &mut camera,
                     &config,
                     plan,
                     run,

@@ -2,11 +2,23 @@
 //! that hosts can talk to.
 
 use crate::steps::cargo;
-use crate::{Outcome, firmware};
+use crate::{Outcome, firmware, target_folder};
 
-/// The emulator's crate is outside the workspace, and declares a newer compiler than it needs.
-const WHERE: [&str; 4] =
-    ["--manifest-path", "emulated-board/Cargo.toml", "--ignore-rust-version", "--locked"];
+/// The emulator's crate is outside the workspace, and declares a newer compiler than it needs. It is
+/// built in the workspace's folder all the same: most of what it depends on is there already.
+fn line(what: &str, args: &[&str]) -> Result<Vec<String>, String> {
+    let folder = target_folder();
+    let folder = folder.to_str().ok_or("the build folder's name is not UTF-8")?;
+    let place =
+        ["--manifest-path", "emulated-board/Cargo.toml", "--ignore-rust-version", "--locked"];
+    let line = [&[what][..], &place, &["--target-dir", folder], args].concat();
+    Ok(line.into_iter().map(String::from).collect())
+}
+
+/// Compiles the tests on the emulated board.
+pub fn build_tests() -> Outcome {
+    cargo(&line("test", &["--no-run"])?, &[], "mend the build")
+}
 
 /// Tests the flashed image on the emulated board.
 pub fn test() -> Outcome {
@@ -25,13 +37,13 @@ pub fn serve(args: &[&str]) -> Outcome {
 
 /// Checks the code of the emulated board's crate.
 pub fn clippy() -> Outcome {
-    let line = [&["clippy"][..], &WHERE, &["--all-targets", "--", "-D", "warnings"]].concat();
+    let line = line("clippy", &["--all-targets", "--", "-D", "warnings"])?;
     cargo(&line, &[], "mend what clippy says")
 }
 
 fn with_image(what: &str, args: &[&str]) -> Outcome {
     let image = firmware::reference_image()?;
     let image = image.to_str().ok_or("the build folder's name is not UTF-8")?;
-    let line = [&[what][..], &WHERE, args].concat();
-    cargo(&line, &[("BEELINE_IMAGE", image)], "what failed on the emulated board stands above")
+    let variables = [("BEELINE_IMAGE", image)];
+    cargo(&line(what, args)?, &variables, "what failed on the emulated board stands above")
 }

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use object::{Object, ObjectSection, SectionKind};
 
 use crate::steps::run as run_command;
-use crate::{Outcome, needs, root};
+use crate::{Outcome, needs, root, target_folder};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -114,7 +114,9 @@ pub fn clippy() -> Outcome {
     for board in &BOARDS {
         let mut command = Command::new("cargo");
         command
-            .args(["clippy", "--locked", "--no-default-features", "--features", board.features])
+            // Of the release build: its macros and build scripts are there already.
+            .args(["clippy", "--release", "--locked"])
+            .args(["--no-default-features", "--features", board.features])
             .args(["--bin", board.bin, "--target", TARGET, "--", "-D", "warnings"])
             .current_dir(root().join("firmware"))
             .env_remove("CARGO_ENCODED_RUSTFLAGS");
@@ -145,8 +147,7 @@ fn has_target() -> bool {
 }
 
 fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
-    let mut target = std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| root().join("target"), |folder| root().join(folder));
+    let mut target = target_folder();
     let mut command = match compiler {
         Compiler::Pinned => Command::new("cargo"),
         Compiler::Distribution => {

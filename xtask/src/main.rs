@@ -71,6 +71,12 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the root")
 }
 
+/// Where everything is built.
+fn target_folder() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| root().join("target"), |folder| root().join(folder))
+}
+
 /// The files that git tracks, or would track when everything is added; relative to the root.
 fn tracked_files() -> Result<Vec<PathBuf>, String> {
     let output = std::process::Command::new("git")

@@ -1,5 +1,6 @@
 //! Runs named steps, times them, and sums them up.
 
+use std::ffi::OsStr;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -23,12 +24,15 @@ impl Steps {
         outcome.map_err(|message| format!("{name} failed: {message}"))
     }
 
-    /// One line a step.
+    /// One line a step, and the total.
     pub fn print_summary(&self) {
         println!("\n{:<16} {:>8}  result", "step", "seconds");
         for (name, took, good) in &self.done {
             println!("{name:<16} {:>8.1}  {}", took.as_secs_f64(), verdict(*good));
         }
+        let total: Duration = self.done.iter().map(|(_, took, _)| took).sum();
+        let good = self.done.iter().all(|(_, _, good)| *good);
+        println!("{:<16} {:>8.1}  {}", "total", total.as_secs_f64(), verdict(good));
     }
 }
 
@@ -37,16 +41,12 @@ fn verdict(good: bool) -> &'static str {
 }
 
 /// Runs cargo in the root; `advice` is what to do if it fails.
-pub fn cargo(args: &[&str], variables: &[(&str, &str)], advice: &str) -> Outcome {
+pub fn cargo<S: AsRef<OsStr>>(args: &[S], variables: &[(&str, &str)], advice: &str) -> Outcome {
     let mut command = Command::new("cargo");
     command.args(args).envs(variables.iter().copied()).current_dir(root());
     if std::env::var_os("CI").is_some() {
-        // Nobody builds there twice or starts a debugger: half the time goes into neither.
-        for (name, value) in [
-            ("CARGO_INCREMENTAL", "0"),
-            ("CARGO_PROFILE_DEV_DEBUG", "line-tables-only"),
-            ("CARGO_TERM_COLOR", "never"),
-        ] {
+        // Nobody builds there twice.
+        for (name, value) in [("CARGO_INCREMENTAL", "0"), ("CARGO_TERM_COLOR", "never")] {
             if std::env::var_os(name).is_none() {
                 command.env(name, value);
             }

@@ -11,8 +11,10 @@ use robot_model::checks::{
 use robot_model::recording::{Recording, Robot};
 
 use crate::convention::{Convention, Meant};
+use crate::error::{CampaignError, Place, Warning};
+use crate::recorded::{Campaign, Run};
 use crate::robot_toml::place_of_key;
-use crate::{Campaign, CampaignError, Column, Place, Run, Warning};
+use crate::row::Column;
 
 /// Refuses a run that no robot can have driven; `file` is where it was read.
 pub(crate) fn check(
@@ -134,9 +136,12 @@ fn factor(times: f64) -> String {
 }
 
 /// What is odd about a campaign's runs, and no error.
-pub(crate) fn warnings(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
-    let robot = &campaign.robot.to_model();
-    let recordings: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(robot)).collect();
+pub(crate) fn warnings(
+    folder: &Path,
+    campaign: &Campaign,
+    robot: &Robot,
+    recordings: &[Recording],
+) -> Vec<Warning> {
     if recordings.iter().any(|it| it.validate().is_err()) {
         return Vec::new();
     }
@@ -145,9 +150,9 @@ pub(crate) fn warnings(folder: &Path, campaign: &Campaign) -> Vec<Warning> {
     let mut warnings = slow_clocks(folder, campaign, &suspected);
     // By other units nothing else means anything.
     if suspected.iter().all(Vec::is_empty) {
-        warnings.extend(glitches(folder, campaign, robot, &recordings));
-        if mismatch(robot, &recordings).is_none() {
-            warnings.extend(stray_runs(folder, campaign, robot, &recordings));
+        warnings.extend(glitches(folder, campaign, robot, recordings));
+        if mismatch(robot, recordings).is_none() {
+            warnings.extend(stray_runs(folder, campaign, robot, recordings));
         }
     }
     warnings

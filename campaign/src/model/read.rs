@@ -5,11 +5,11 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use robot_model::effect::Custom;
 use robot_model::effect::custom::{CustomError, Part, Per, Target};
+use robot_model::effect::{Custom, CustomEffect};
 use toml::Spanned;
 
-use super::raw::RawModel;
+use super::raw::{RawCustom, RawEffect, RawModel};
 use super::{EffectEntry, FitEntry, ModelFile, validate};
 use crate::{CampaignError, Place};
 
@@ -35,88 +35,12 @@ impl ModelFile {
             let problem = error.message().trim().replace('\n', "; ");
             CampaignError::new(place, problem, "compare with what `beeline model fit` writes")
         })?;
-        let fail = |byte: usize, problem: String, hint: String| {
-            Err(CampaignError::new(Place::of_byte(file, text, byte), problem, hint))
-        };
         let mut model = Self::default();
         for custom in &raw.custom {
-            let start = custom.id.span().start;
-            let (Some(target), Some(per)) = (
-                Target::ALL.into_iter().find(|it| it.name() == custom.target.get_ref()),
-                Per::ALL.into_iter().find(|it| it.name() == custom.per.get_ref()),
-            ) else {
-                let target = Target::ALL.iter().any(|it| it.name() == custom.target.get_ref());
-                let wrong = if target { &custom.per } else { &custom.target };
-                let names: Vec<&str> = if target {
-                    Per::ALL.map(Per::name).into()
-                } else {
-                    Target::ALL.map(Target::name).into()
-                };
-                let problem = format!("`{}` is not known here", wrong.get_ref());
-                return fail(wrong.span().start, problem, format!("one of {}", names.join(", ")));
-            };
-            let declared = Custom {
-                id: custom.id.get_ref().clone(),
-                target,
-                per,
-                expression: custom.expression.get_ref().clone(),
-                units: map(&custom.unit, String::clone),
-                ranges: map(&custom.range, |it| *it),
-            };
-            if model.customs.iter().any(|it| it.custom().id == declared.id) {
-                let problem = format!("the effect `{}` is declared twice", declared.id);
-                return fail(start, problem, "choose another id, or remove one".into());
-            }
-            match declared.build() {
-                Ok(effect) => model.customs.push(Arc::new(effect)),
-                Err(error) => {
-                    // The place in the file, as long as the string has no escapes before it.
-                    let inside = |it: &Spanned<String>| it.span().start + 1 + error.at.start;
-                    let byte = match &error.part {
-                        Part::Id => start,
-                        Part::Target => custom.target.span().start,
-                        Part::Expression => inside(&custom.expression),
-                        Part::Unit(name) => custom.unit.get(name).map_or(start, inside),
-                        Part::Range(name) => {
-                            custom.range.get(name).map_or(start, |it| it.span().start)
-                        }
-                    };
-                    let problem = match error.part {
-                        Part::Expression => {
-                            format!("{}{}", error.problem, caret(&declared.expression, &error))
-                        }
-                        _ => error.problem,
-                    };
-                    return fail(byte, problem, error.hint);
-                }
-            }
+            model.customs.push(Arc::new(custom_effect(custom, &model, file, text)?));
         }
         for entry in &raw.effect {
-            let id = entry.id.get_ref();
-            let Some(effect) = model.find(id) else {
-                let problem = format!("there is no effect `{id}`");
-                return fail(entry.id.span().start, problem, hint_for(id, &model));
-            };
-            if model.effects.iter().any(|it| it.effect.facts().id == id) {
-                let problem = format!("the effect `{id}` is there twice");
-                return fail(entry.id.span().start, problem, "remove one".into());
-            }
-            let known = effect.facts().parameters;
-            if let Some((name, it)) =
-                entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
-            {
-                let names: Vec<&str> = known.iter().map(|it| it.name.as_ref()).collect();
-                let problem = format!("{id} has no parameter `{name}`");
-                return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
-            }
-            let here =
-                known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
-            let parameters = here
-                .map(|(it, raw)| {
-                    validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text))
-                })
-                .collect::<Result<Vec<_>, _>>()?;
-            model.effects.push(EffectEntry { effect, parameters, in_use: entry.in_use });
+            model.effects.push(effect_entry(entry, &model, file, text)?);
         }
         let wrong = |wrong: validate::Invalid| wrong.at(file, text);
         let errors = raw.error.as_ref().map(validate::errors).transpose().map_err(wrong)?;
@@ -129,6 +53,100 @@ impl ModelFile {
         });
         Ok(model)
     }
+}
+
+/// An effect of the user's own, as declared.
+fn custom_effect(
+    custom: &RawCustom,
+    model: &ModelFile,
+    file: &Path,
+    text: &str,
+) -> Result<CustomEffect, CampaignError> {
+    let fail = |byte: usize, problem: String, hint: String| {
+        Err(CampaignError::new(Place::of_byte(file, text, byte), problem, hint))
+    };
+    let start = custom.id.span().start;
+    let (Some(target), Some(per)) = (
+        Target::ALL.into_iter().find(|it| it.name() == custom.target.get_ref()),
+        Per::ALL.into_iter().find(|it| it.name() == custom.per.get_ref()),
+    ) else {
+        let target = Target::ALL.iter().any(|it| it.name() == custom.target.get_ref());
+        let wrong = if target { &custom.per } else { &custom.target };
+        let names: Vec<&str> = if target {
+            Per::ALL.map(Per::name).into()
+        } else {
+            Target::ALL.map(Target::name).into()
+        };
+        let problem = format!("`{}` is not known here", wrong.get_ref());
+        return fail(wrong.span().start, problem, format!("one of {}", names.join(", ")));
+    };
+    let declared = Custom {
+        id: custom.id.get_ref().clone(),
+        target,
+        per,
+        expression: custom.expression.get_ref().clone(),
+        units: map(&custom.unit, String::clone),
+        ranges: map(&custom.range, |it| *it),
+    };
+    if model.customs.iter().any(|it| it.custom().id == declared.id) {
+        let problem = format!("the effect `{}` is declared twice", declared.id);
+        return fail(start, problem, "choose another id, or remove one".into());
+    }
+    match declared.build() {
+        Ok(effect) => Ok(effect),
+        Err(error) => {
+            // The place in the file, as long as the string has no escapes before it.
+            let inside = |it: &Spanned<String>| it.span().start + 1 + error.at.start;
+            let byte = match &error.part {
+                Part::Id => start,
+                Part::Target => custom.target.span().start,
+                Part::Expression => inside(&custom.expression),
+                Part::Unit(name) => custom.unit.get(name).map_or(start, inside),
+                Part::Range(name) => custom.range.get(name).map_or(start, |it| it.span().start),
+            };
+            let problem = match error.part {
+                Part::Expression => {
+                    format!("{}{}", error.problem, caret(&declared.expression, &error))
+                }
+                _ => error.problem,
+            };
+            fail(byte, problem, error.hint)
+        }
+    }
+}
+
+/// An effect of the model, with its values.
+fn effect_entry(
+    entry: &RawEffect,
+    model: &ModelFile,
+    file: &Path,
+    text: &str,
+) -> Result<EffectEntry, CampaignError> {
+    let fail = |byte: usize, problem: String, hint: String| {
+        Err(CampaignError::new(Place::of_byte(file, text, byte), problem, hint))
+    };
+    let id = entry.id.get_ref();
+    let Some(effect) = model.find(id) else {
+        let problem = format!("there is no effect `{id}`");
+        return fail(entry.id.span().start, problem, hint_for(id, model));
+    };
+    if model.effects.iter().any(|it| it.effect.facts().id == id) {
+        let problem = format!("the effect `{id}` is there twice");
+        return fail(entry.id.span().start, problem, "remove one".into());
+    }
+    let known = effect.facts().parameters;
+    if let Some((name, it)) =
+        entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
+    {
+        let names: Vec<&str> = known.iter().map(|it| it.name.as_ref()).collect();
+        let problem = format!("{id} has no parameter `{name}`");
+        return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
+    }
+    let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
+    let parameters = here
+        .map(|(it, raw)| validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text)))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(EffectEntry { effect, parameters, in_use: entry.in_use })
 }
 
 fn map<A, B>(from: &BTreeMap<String, Spanned<A>>, of: impl Fn(&A) -> B) -> BTreeMap<String, B> {

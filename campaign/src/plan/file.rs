@@ -98,60 +98,11 @@ impl CampaignPlan {
         }
         let mut runs: Vec<PlannedRun> = Vec::new();
         for raw in raw.run {
-            let (name, name_at) = (raw.name.get_ref().clone(), raw.name.span().start);
-            let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-            if name.is_empty() || !name.chars().all(sound) {
-                let problem = format!("`{name}` cannot be the name of a run");
-                return Err(fail(name_at, problem, "use letters, digits, - and _"));
-            }
-            if runs.iter().any(|run| run.name == name) {
-                let problem = format!("there are two runs named `{name}`");
+            let name_at = raw.name.span().start;
+            let run = planned(raw, acceleration_mps2, &fail)?;
+            if runs.iter().any(|other| other.name == run.name) {
+                let problem = format!("there are two runs named `{}`", run.name);
                 return Err(fail(name_at, problem, "give each a name of its own"));
-            }
-            let number = |it: &Option<Spanned<f64>>, what: &str, least: f64| match it {
-                None => Ok(0.0),
-                Some(it) if *it.get_ref() >= least && it.get_ref().is_finite() => Ok(*it.get_ref()),
-                Some(it) => {
-                    let problem = format!("{what} = {} cannot be", it.get_ref());
-                    Err(fail(
-                        it.span().start,
-                        problem,
-                        "it must be a finite number, a load not negative",
-                    ))
-                }
-            };
-            let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
-            let payload_kg = number(&raw.payload_kg, "payload_kg", 0.0)?;
-            if raw.pieces.get_ref().is_empty() {
-                let problem = format!("the run `{name}` does nothing");
-                return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
-            }
-            let pieces = raw.pieces.get_ref().iter().map(|it| {
-                piece(it.get_ref()).map_err(|problem| {
-                    let hint = "a piece is { straight_m, speed_mps }, { spin_deg, speed_mps }, { arc_deg, radius_m, speed_mps } or { rest_s }";
-                    fail(it.span().start, problem, hint)
-                })
-            });
-            let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
-            let run = PlannedRun {
-                kind: raw.kind.unwrap_or_else(|| "mixed".into()),
-                heading_rad: heading_deg.to_radians(),
-                payload_kg,
-                held_out: raw.held_out,
-                shows: raw.shows,
-                pieces,
-                name,
-            };
-            // A spin takes as long as the track is wide. Here it is not known: what is too long for the
-            // narrowest is for any, and `check_durations` knows more.
-            let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
-            if duration_s > DURATION_S_MAX {
-                let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
-                return Err(fail(
-                    name_at,
-                    problem,
-                    "an hour is the most: check speeds and distances",
-                ));
             }
             runs.push(run);
         }
@@ -195,6 +146,58 @@ impl CampaignPlan {
         }
         text
     }
+}
+
+/// One run of a plan; `fail` makes an error from a byte, a problem and what to try.
+fn planned(
+    raw: RawRun,
+    acceleration_mps2: f64,
+    fail: &dyn Fn(usize, String, &str) -> CampaignError,
+) -> Result<PlannedRun, CampaignError> {
+    let (name, name_at) = (raw.name.get_ref().clone(), raw.name.span().start);
+    let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    if name.is_empty() || !name.chars().all(sound) {
+        let problem = format!("`{name}` cannot be the name of a run");
+        return Err(fail(name_at, problem, "use letters, digits, - and _"));
+    }
+    let number = |it: &Option<Spanned<f64>>, what: &str, least: f64| match it {
+        None => Ok(0.0),
+        Some(it) if *it.get_ref() >= least && it.get_ref().is_finite() => Ok(*it.get_ref()),
+        Some(it) => {
+            let problem = format!("{what} = {} cannot be", it.get_ref());
+            Err(fail(it.span().start, problem, "it must be a finite number, a load not negative"))
+        }
+    };
+    let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
+    let payload_kg = number(&raw.payload_kg, "payload_kg", 0.0)?;
+    if raw.pieces.get_ref().is_empty() {
+        let problem = format!("the run `{name}` does nothing");
+        return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
+    }
+    let pieces = raw.pieces.get_ref().iter().map(|it| {
+        piece(it.get_ref()).map_err(|problem| {
+            let hint = "a piece is { straight_m, speed_mps }, { spin_deg, speed_mps }, { arc_deg, radius_m, speed_mps } or { rest_s }";
+            fail(it.span().start, problem, hint)
+        })
+    });
+    let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
+    let run = PlannedRun {
+        kind: raw.kind.unwrap_or_else(|| "mixed".into()),
+        heading_rad: heading_deg.to_radians(),
+        payload_kg,
+        held_out: raw.held_out,
+        shows: raw.shows,
+        pieces,
+        name,
+    };
+    // A spin takes as long as the track is wide. Here it is not known: what is too long for the
+    // narrowest is for any, and `check_durations` knows more.
+    let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
+    if duration_s > DURATION_S_MAX {
+        let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
+        return Err(fail(name_at, problem, "an hour is the most: check speeds and distances"));
+    }
+    Ok(run)
 }
 
 fn line(piece: &Piece) -> String {

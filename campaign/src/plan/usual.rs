@@ -86,16 +86,6 @@ impl CampaignPlan {
 /// Everything once.
 fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<PlannedRun> {
     let [slow_mps, fast_mps] = settings.speeds_mps;
-    let half_m = settings.track_width_m / 2.0;
-    let run = |name: String, kind: &str, heading_rad: f64, shows: &str, pieces| PlannedRun {
-        name,
-        kind: kind.into(),
-        heading_rad,
-        payload_kg: 0.0,
-        held_out: false,
-        shows: shows.into(),
-        pieces,
-    };
     let out_and_back = |speed_mps: f64| {
         vec![
             Piece::Straight { travel_m: straight_m, speed_mps },
@@ -124,6 +114,27 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
             out_and_back(speed_mps),
         ));
     }
+    runs.extend(turning(settings, straight_m, radii_m));
+    if settings.payload_kg > 0.0 {
+        runs.push(PlannedRun {
+            payload_kg: settings.payload_kg,
+            ..run(
+                "out_and_back_loaded".into(),
+                "out-and-back",
+                0.0,
+                "tyres that give under a load",
+                out_and_back(slow_mps),
+            )
+        });
+    }
+    runs
+}
+
+/// Spins, arcs and squares, both ways.
+fn turning(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<PlannedRun> {
+    let [slow_mps, fast_mps] = settings.speeds_mps;
+    let half_m = settings.track_width_m / 2.0;
+    let mut runs = Vec::new();
     let ways = [("left", 1.0), ("right", -1.0)];
     for (pace, speed_mps) in [("slow", slow_mps), ("fast", fast_mps)] {
         for (way, sign) in ways {
@@ -167,19 +178,20 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
         let square = run(format!("square_{way}"), "square", 0.0, shows, side.repeat(4));
         runs.push(PlannedRun { held_out: true, ..square });
     }
-    if settings.payload_kg > 0.0 {
-        runs.push(PlannedRun {
-            payload_kg: settings.payload_kg,
-            ..run(
-                "out_and_back_loaded".into(),
-                "out-and-back",
-                0.0,
-                "tyres that give under a load",
-                out_and_back(slow_mps),
-            )
-        });
-    }
     runs
+}
+
+/// A run without a load that a model is fitted to.
+fn run(name: String, kind: &str, heading_rad: f64, shows: &str, pieces: Vec<Piece>) -> PlannedRun {
+    PlannedRun {
+        name,
+        kind: kind.into(),
+        heading_rad,
+        payload_kg: 0.0,
+        held_out: false,
+        shows: shows.into(),
+        pieces,
+    }
 }
 
 #[cfg(test)]

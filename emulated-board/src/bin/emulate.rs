@@ -1,9 +1,9 @@
 //! `cargo xtask emulate`: the flashed image behind a TCP port, in real time.
 //!
-//! The chip's clock follows the world's. Where the emulator is too slow for that, the chip's clock falls
-//! behind and never hurries to catch up: for the robot a host then only talks more often, so that none of
-//! its timeouts comes early; what the host waits for takes longer. A host gives up when an answer, which takes
-//! the chip some milliseconds, has not come after 1.5 s: an emulator a hundred times too slow is no robot.
+//! The chip's clock follows real time. If the emulator is too slow, the chip's clock falls behind and does
+//! not catch up. For the robot the host then only sends more often, so no timeout of the robot comes early;
+//! for the host every answer takes longer. A host gives up after 1.5 s without an answer, which takes the
+//! chip a few milliseconds: so the emulator may be some hundred times too slow, but not more.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -16,10 +16,10 @@ use shared_proto::WheelPair;
 use sim_link::{ServeError, ServeEvent, ServeOptions, Server};
 use sim_target::{Scenario, now_us, sleep_until_us};
 
-/// Chip and client exchange what they have said this often, on the chip's clock \[us\].
+/// How often chip and client exchange bytes, on the chip's clock \[us\].
 const STEP_US: u64 = 1000;
 
-/// A lag beyond this is not made up for.
+/// A longer lag is not made up for.
 const LAG_MAX: Duration = Duration::from_millis(5);
 
 const USE: &str = "use: cargo xtask emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] \
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(path) => Scenario::load(path)?,
         None => Scenario::default(),
     };
-    // A file that is not there yet is a flash that was never written.
+    // Without the file, the flash is blank.
     let flash = options.flash.as_ref().and_then(|path| std::fs::read(path).ok());
     let cancel = Cancel::default();
     let asked = cancel.clone();
@@ -86,10 +86,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(ended.found?)
 }
 
-/// Says and drives a little of everything, there and back.
+/// Exercises requests and a drive there and back, before a host connects.
 ///
-/// The emulator translates the program's code where it comes to it first, which takes seconds in all: a
-/// host's patience, 1.5 s for an answer, is not for that.
+/// The emulator translates code when the program first reaches it, which takes seconds in all. A host would
+/// run into its timeout of 1.5 s.
 async fn warm_up(bench: &mut Bench) -> host_link::Result<()> {
     let session = &mut bench.session;
     session.open().await?;

@@ -3,8 +3,11 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use host_cli::calibrate::{Decision, Instrument, Settings, calibrate};
+use host_cli::calibrate::{Decision, Settings, calibrate};
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_cli::pose_source::Sigma;
+use host_cli::pose_source::track_file::TrackFile;
+use host_link::address::Address;
 use host_link::motion::Motion;
 use shared_proto::{ConfigOrigin, WheelPair};
 
@@ -47,7 +50,7 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
     let _program = Program(child);
     let address = line.trim().rsplit("tcp:").next().expect("it says where it listens").to_string();
 
-    let port = Port::Tcp(address);
+    let port = Port::At(Address::Tcp(address));
     let settings = Settings {
         motion: Motion {
             distance: WheelPair::both(1.0),
@@ -60,14 +63,9 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
     let (identity, outcome, config) =
         with_robot(&port, &SimOptions::default(), async |session, _| {
             let identity = session.identify().await?;
-            let mut instrument = Instrument::TrackFile {
-                path: desk.join("track.csv"),
-                position_sigma_m: 0.001,
-                heading_sigma_rad: 0.002,
-                confirm: false,
-                seen: 0,
-            };
-            let outcome = calibrate(session, &mut instrument, &settings, &mut |_| ()).await?;
+            let noise = Some(Sigma { position_m: 0.001, heading_rad: 0.002 });
+            let mut track = TrackFile { path: desk.join("track.csv"), noise, confirm: false };
+            let outcome = calibrate(session, &mut track, &settings, &mut |_| ()).await?;
             Ok((identity, outcome, session.read_config().await?))
         })
         .unwrap();

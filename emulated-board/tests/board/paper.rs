@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use emulated_board::{Bench, Emulation, RunResult, Spread, TickCost};
-use host_cli::calibrate::{Decision, Instrument, Outcome, Settings, calibrate};
+use host_cli::calibrate::{Decision, Outcome, Settings, calibrate};
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_cli::pose_source::camera::Camera;
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};
@@ -99,7 +100,7 @@ fn calibrated() -> &'static RunResult<(Outcome, Config)> {
         counted
             .run(|mut bench: Bench| async move {
                 bench.session.open().await.unwrap();
-                let mut instrument = Instrument::Camera(bench.lab.clone(), 0);
+                let mut instrument = Camera::new(bench.lab.clone());
                 let settings = Settings::default();
                 let outcome =
                     calibrate(&mut bench.session, &mut instrument, &settings, &mut |_| ()).await;
@@ -120,7 +121,7 @@ fn the_papers_calibration_finds_the_simulators_wheel_weight() {
     uneventful(ended);
     let port = Port::Sim(Some(scenario().0));
     let simulated = with_robot(&port, &SimOptions::default(), async |session, lab| {
-        let mut instrument = Instrument::Camera(lab.unwrap(), 0);
+        let mut instrument = Camera::new(lab.unwrap());
         calibrate(session, &mut instrument, &Settings::default(), &mut |_| ()).await
     })
     .unwrap();

@@ -1,4 +1,4 @@
-//! What is made of both counters at a control tick: counts forward, travel and speed.
+//! From both counters to signed counts, travel and speed, at each control tick.
 
 use shared_proto::{Config, WheelPair};
 
@@ -44,7 +44,7 @@ impl CaptureSettings {
         }
     }
 
-    /// Counts as wired, forward positive.
+    /// Turns counts as wired into counts that are positive forward.
     #[inline(always)]
     fn forward(&self, counts: WheelPair<i64>) -> WheelPair<i64> {
         counts
@@ -53,14 +53,14 @@ impl CaptureSettings {
     }
 }
 
-/// Counts as wired to counts forward, travel and speed.
+/// Turns counts as wired into signed counts, travel and speed.
 pub struct Capture {
     settings: CaptureSettings,
     estimators: WheelPair<SpeedEstimator>,
 }
 
 impl Capture {
-    /// Begins with the wheels at these counts, as wired.
+    /// Starts with the wheels at these counts, as wired.
     pub fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
         let estimators = settings.scales.map(|scale| SpeedEstimator::with(scale, 0));
         let mut capture = Self { settings: settings.clone(), estimators };
@@ -68,7 +68,7 @@ impl Capture {
         capture
     }
 
-    /// Takes other settings, with the wheels at these counts, as wired.
+    /// Adopts new settings, with the wheels at these counts, as wired.
     pub fn restart(&mut self, settings: CaptureSettings, counts: WheelPair<i64>) {
         let forward = settings.forward(counts);
         self.estimators.left.restart(settings.scales.left, forward.left);
@@ -76,7 +76,7 @@ impl Capture {
         self.settings = settings;
     }
 
-    /// Puts counts, travel and speed to the tick's number.
+    /// Fills in counts, travel and speed of the tick whose number `measured` holds.
     #[inline(never)]
     pub fn step(&mut self, counts: &WheelPair<i64>, measured: &mut Measured) {
         let counts = self.settings.forward(*counts);

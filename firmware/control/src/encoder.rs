@@ -1,4 +1,4 @@
-//! From the hardware's count to an absolute count, and from counts to speed.
+//! From the hardware counter to an absolute count, and from counts to speed.
 //!
 //! # Speed by time and count
 //!
@@ -13,35 +13,31 @@
 //!
 //! Each change is known to one tick, so v is known to 1 tick in t_n - t_o: 2.5 % over a full
 //! window of 40 ticks, better where a count takes longer than the window. The estimate is the
-//! mean over the window: it lags by half of it. Valid while Q (C_n - C_o) stays below 8 m.
+//! mean over the window, so it lags by half the window. Valid while Q (C_n - C_o) stays below 8 m.
 
 use fixed::types::I8F24;
 
 use crate::units::{CONTROL_HZ, MetersPerCount, Speed};
 
-/// Extends a 16-bit hardware count without end.
+/// Extends a 16-bit hardware counter to 64 bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Extender {
     hardware: u16,
     counts: i64,
-    reversed: bool,
 }
 
 impl Extender {
-    /// Starts at zero counts with what the hardware shows now.
-    ///
-    /// `reversed`: the hardware counts down when the wheel rolls forward.
-    pub const fn new(hardware: u16, reversed: bool) -> Self {
-        Self { hardware, counts: 0, reversed }
+    /// Starts at zero counts; `hardware` is the counter's present value.
+    pub const fn new(hardware: u16) -> Self {
+        Self { hardware, counts: 0 }
     }
 
-    /// The absolute count, forward positive. Between two calls the hardware may move by at most
-    /// 32767 counts either way.
+    /// The absolute count, as wired. Between two calls the counter may move by at most 32767 counts
+    /// either way.
     pub fn extend(&mut self, hardware: u16) -> i64 {
         let difference = hardware.wrapping_sub(self.hardware) as i16;
         self.hardware = hardware;
-        let forward = if self.reversed { -i64::from(difference) } else { i64::from(difference) };
-        self.counts = self.counts.wrapping_add(forward);
+        self.counts = self.counts.wrapping_add(i64::from(difference));
         self.counts
     }
 }
@@ -56,7 +52,7 @@ const WINDOW_TICKS: u32 = 40;
 const CHANGES_LEN: usize = 64;
 const _: () = assert!(CHANGES_LEN > WINDOW_TICKS as usize + 2 && CHANGES_LEN.is_power_of_two());
 
-/// After this long without a count the wheel stands \[ticks\].
+/// A wheel without a count for this long stands still \[ticks\].
 const STANDSTILL_TICKS: u32 = 20 * CONTROL_HZ;
 
 /// One change of the count: when it was seen, and the count's low bits after it.
@@ -66,7 +62,7 @@ struct Change {
     counts: u32,
 }
 
-/// A wheel's distance per count as (1) and (2) need it.
+/// A wheel's distance per count, scaled for (1) and (2).
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedScale {
     /// Speed of one count per tick [2^-40 m/s].
@@ -76,13 +72,13 @@ pub struct SpeedScale {
 }
 
 impl SpeedScale {
-    /// Of a wheel that rolls this far per count.
+    /// The scale of a wheel that rolls this far per count.
     pub const fn new(MetersPerCount(q): MetersPerCount) -> Self {
         let q = q.to_bits();
         let hz = CONTROL_HZ as u64;
         // Q below 1 m keeps this below 2^50.
         let speed_per_rate = (((q >> 32) * hz) << 8) + (((q & 0xFFFF_FFFF) * hz) >> 24);
-        // A power of two: it need not be sharp, and takes no division.
+        // A power of two: the bound need not be sharp, and a shift takes no division.
         let room = speed_per_rate.leading_zeros().saturating_sub(10);
         let counts_max = if room > 31 { i32::MAX as u32 } else { 1 << room };
         Self { speed_per_rate, counts_max }
@@ -121,7 +117,7 @@ impl SpeedEstimator {
         Self::with(SpeedScale::new(q), counts)
     }
 
-    /// The same, with the scale worked out before.
+    /// An estimator with a given scale.
     pub const fn with(scale: SpeedScale, counts: i64) -> Self {
         Self {
             scale,
@@ -134,7 +130,7 @@ impl SpeedEstimator {
         }
     }
 
-    /// Begins anew in place, with a wheel that stands at `counts`.
+    /// Restarts in place, with a wheel that stands at `counts`.
     pub const fn restart(&mut self, scale: SpeedScale, counts: i64) {
         self.scale = scale;
         self.len = 0;
@@ -143,7 +139,7 @@ impl SpeedEstimator {
         self.magnitude = 0;
     }
 
-    /// The speed after the count taken at `tick`; call it once a tick.
+    /// The speed after the count taken at `tick`. Call this once a tick.
     #[inline(always)]
     pub fn step(&mut self, tick: u32, counts: i64) -> Speed {
         let moved = counts.wrapping_sub(self.counts);
@@ -166,8 +162,8 @@ impl SpeedEstimator {
 
     #[inline(always)]
     fn record(&mut self, change: Change, forward: bool) {
-        // A wheel that turned round, or dithers on an edge, has no speed until it has gone two
-        // counts the same way.
+        // A wheel that changed direction, or dithers on an edge, has no speed until two counts in a
+        // row went the same way.
         if forward != self.forward {
             self.forward = forward;
             self.len = 0;
@@ -180,7 +176,7 @@ impl SpeedEstimator {
             return;
         }
         let mut oldest = self.change(self.len);
-        // One change comes in at a time, so two leave the window at most until it is right again.
+        // One change enters at a time, so at most two have to leave.
         for _ in 0..2 {
             if self.len > 2 && change.tick.wrapping_sub(oldest.tick) > WINDOW_TICKS {
                 self.len -= 1;

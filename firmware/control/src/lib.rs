@@ -1,19 +1,19 @@
-//! What a Beeline robot works out at every control tick, two wheels in a millisecond.
+//! The control steps of a Beeline robot: what is computed for both wheels at every control tick.
 //!
-//! Steps in fixed point that know nothing of tasks, clocks or hardware: state and inputs in, outputs out.
-//! A package of its own because an image wants these few steps quick and everything else small: the
-//! compiler is told so by package (`firmware/.cargo/config.toml`). What plans and configures, outside the tick,
-//! is marked `#[inline]`: not to be merged into its caller, but to be compiled with it, small.
+//! The steps work in fixed point and know nothing of tasks, clocks or hardware: state and inputs in,
+//! outputs out. They are a package of their own so that the compiler optimises them for speed and the rest
+//! of an image for size (`firmware/.cargo/config.toml` sets this per package). Planning and configuration,
+//! outside the tick, are marked `#[inline]`: then they are compiled with their caller, for size.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! | --- | --- |
-//! | [`capture`] | both counters to counts, travel and speed |
-//! | [`encoder`] | counts without end, and speed from counts |
+//! | [`capture`] | from both counters to counts, travel and speed |
+//! | [`encoder`] | 64-bit counts, and speed from counts |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`profile`] | trapezoids, exact for 10 km in integers |
 //! | [`pid`] | feedforward and PID on travel |
-//! | [`protection`] | what watches the wheels while the loop is closed |
-//! | [`soft_float`] | double precision for what is planned and configured |
+//! | [`protection`] | detects faults while the loop is closed |
+//! | [`soft_float`] | small double-precision routines for planning and configuration |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 

@@ -51,7 +51,7 @@ impl Odometry {
         }
     }
 
-    /// Distance per count of each wheel as used for its travel, the right one's with W_T in it.
+    /// Distance per count of each wheel; the right wheel's includes W_T.
     pub const fn meters_per_count(&self) -> WheelPair<MetersPerCount> {
         self.meters_per_count
     }

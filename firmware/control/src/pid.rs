@@ -2,7 +2,7 @@
 //!
 //! # Equations
 //!
-//! With the setpoint's travel s, speed v, acceleration a, the measured s_m, v_m, and e = s - s_m:
+//! With the setpoint's travel s, speed v and acceleration a, the measured s_m and v_m, and e = s - s_m:
 //!
 //! ```text
 //! u_ff = ks sign(v) + kv v + ka a                                               (1)
@@ -12,8 +12,8 @@
 //! u    = u_ff + u_p + u_i + u_d, within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
 //!
-//! Duty is a share of the supply; forward is positive everywhere. The sum (3) that a tick uses is
-//! the one up to the tick before. Ranges and steps:
+//! Duty is a share of the supply; forward is positive everywhere. A tick uses the sum (3)
+//! up to the tick before. Ranges and steps:
 //!
 //! | quantity | range | step |
 //! | --- | --- | --- |
@@ -23,8 +23,8 @@
 //! | kv, kd | 1000 s/m | 2^-20 s/m |
 //! | ka | 100 s^2/m | 2^-24 s^2/m |
 //!
-//! Products are 32 by 32 bits into 64; each term keeps 30 fractional bits and all its range, so
-//! that large terms of opposite sign cancel as they should.
+//! Products are 32 by 32 bits into 64; each term keeps 30 fractional bits and its full range, so
+//! that large terms of opposite sign cancel correctly.
 
 use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, WheelPair};
@@ -50,7 +50,7 @@ const SPEED_BITS: u32 = 24;
 /// Fractional bits of the integral: those of ki dt times an error, so that no sum is rounded.
 const INTEGRAL_BITS: u32 = KI_BITS + ERROR_BITS;
 
-/// What is tuned: gains and limits of the controller.
+/// The controller's gains and limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
     ks: i32,
@@ -88,21 +88,21 @@ fn scaled(value: f64, fractional_bits: u32) -> i32 {
     saturate_i32(nearest(value, fractional_bits))
 }
 
-/// What is remembered from tick to tick, each term by itself.
+/// The controller's state, each term kept separately for telemetry.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PidState {
     feedforward: i64,
     proportional: i64,
     /// In steps of 2^-57.
     integral: i64,
-    /// The integral as the last tick used it.
+    /// The integral that the last tick used.
     integral_used: i64,
     derivative: i64,
     duty: i32,
 }
 
 impl PidState {
-    /// Before the first tick.
+    /// The state before the first tick.
     pub const ZERO: Self = Self {
         feedforward: 0,
         proportional: 0,

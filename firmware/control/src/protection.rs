@@ -1,4 +1,4 @@
-//! Watches both wheels while the loop is closed.
+//! Detects wheel and encoder faults while the loop is closed.
 //!
 //! # Rules
 //!
@@ -9,15 +9,16 @@
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
 //! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm |
-//! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of it |
+//! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
 //! | `Stall` | the setpoint rests, and the wheel has stood for 10 stall times, 4 counts off, at a duty of 0.1 and more above ks |
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
 //!
-//! A standing count is a dead encoder if it ran at two thirds of the setpoint's speed or more through
-//! its last 2 counts and 4 ticks: a wheel has mass and slows down before it stands. Otherwise the
-//! wheel is stalled. (A jam that stops it within 2 counts cannot be told from a dead wire.) A count that never moved since the watch began is a dead encoder's too.
+//! A count that stops means a dead encoder if, through its last 2 counts and 4 ticks, the wheel ran at two
+//! thirds of the setpoint's speed or more: a wheel has mass and slows down before it stands. Otherwise the
+//! wheel is stalled. (A jam that stops a wheel within 2 counts looks like a dead wire.) A count that has
+//! never moved also means a dead encoder.
 //!
-//! A slow setpoint takes long for 2 mm, so starting from rest and turning round trip nothing.
+//! A slow setpoint takes long for 2 mm, so starting from rest and reversing raise no fault.
 
 use shared_proto::{Config, Fault, Wheel, WheelPair};
 
@@ -28,22 +29,22 @@ use crate::profile::Setpoint;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
 
-/// Everything about one wheel at one tick.
+/// One wheel at one tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WheelSample {
-    /// Where it should be.
+    /// The setpoint.
     pub setpoint: Setpoint,
-    /// Where it is.
+    /// The measured travel.
     pub travel: Travel,
-    /// Its absolute count.
+    /// The absolute count.
     pub counts: i64,
-    /// Its measured speed.
+    /// The measured speed.
     pub speed: Speed,
-    /// The duty that it is given.
+    /// The motor's duty.
     pub duty: Duty,
 }
 
-/// What is tuned: both wheels' thresholds.
+/// Both wheels' thresholds.
 #[derive(Clone, Debug)]
 pub struct Thresholds(WheelPair<WheelThresholds>);
 
@@ -55,7 +56,7 @@ impl Thresholds {
     }
 }
 
-/// The watch over both wheels.
+/// Monitors both wheels.
 #[derive(Clone, Debug)]
 pub struct Protection {
     thresholds: Thresholds,
@@ -65,29 +66,29 @@ pub struct Protection {
 }
 
 impl Protection {
-    /// A watch that begins with the first step.
+    /// A monitor that starts with the first step.
     #[inline]
     pub fn new(config: &Config) -> Self {
         Self::with(Thresholds::new(config))
     }
 
-    /// A watch with these thresholds that begins with the first step.
+    /// A monitor with these thresholds that starts with the first step.
     pub const fn with(thresholds: Thresholds) -> Self {
         Self { thresholds, monitors: WheelPair::both(WheelMonitor::BLANK), watching: false }
     }
 
-    /// Begins anew, with the next step.
+    /// Restarts with the next step.
     pub const fn restart(&mut self) {
         self.watching = false;
     }
 
-    /// Takes other thresholds, and begins anew.
+    /// Adopts new thresholds and restarts.
     pub fn adopt(&mut self, thresholds: Thresholds) {
         self.thresholds = thresholds;
         self.restart();
     }
 
-    /// One tick; the first fault seen, the left wheel's before the right one's.
+    /// One tick; returns the first fault found, the left wheel's before the right wheel's.
     pub fn step(&mut self, wheels: &WheelPair<WheelSample>) -> Option<Fault> {
         if !self.watching {
             self.watching = true;
@@ -104,7 +105,7 @@ impl Protection {
     }
 }
 
-/// A fault that wants a wheel.
+/// A kind of fault that needs a wheel.
 type WheelFault = fn(Wheel) -> Fault;
 
 /// Fractional bits of a [`Travel`].
@@ -149,7 +150,7 @@ impl WheelThresholds {
     }
 }
 
-/// Setpoint and wheel at one instant [2^-32 m].
+/// Setpoint and travel of a wheel at one instant [2^-32 m].
 #[derive(Clone, Copy, Debug, Default)]
 struct Positions {
     setpoint: i64,
@@ -161,7 +162,7 @@ impl Positions {
         Self { setpoint: view.setpoint.travel.0.to_bits(), travel: view.travel.0.to_bits() }
     }
 
-    /// The moved from an earlier positions to this one.
+    /// Both distances since an earlier instant.
     fn since(self, earlier: Positions) -> Positions {
         Positions {
             setpoint: self.setpoint.wrapping_sub(earlier.setpoint),
@@ -183,12 +184,12 @@ const CHECKPOINTS_LEN: usize = 8;
 const CHANGES_LEN: usize = 8;
 /// Counts and ticks over which the rate before a standstill is taken.
 ///
-/// Few, to see a wheel that slows down over some 4 counts; at 2 ms per count, as at the paper's
-/// cruise, a tick of quantisation is then a quarter, which two thirds leave room for.
+/// Few, to see a wheel slow down over about 4 counts. At 2 ms per count, as at the paper's cruise, one tick
+/// of quantisation is a quarter of the time; the factor of two thirds allows for that.
 const LAST_COUNTS: u64 = 2;
 const LAST_TICKS: u32 = 4;
 
-/// What is remembered about one wheel.
+/// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
 struct WheelMonitor {
     tick: u32,
@@ -197,14 +198,14 @@ struct WheelMonitor {
     /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
     changes: [Change; CHANGES_LEN],
     changed: usize,
-    /// Where the present run of changes against the setpoint began.
+    /// Where the present series of changes against the setpoint began.
     run: Option<Positions>,
-    /// Where it all began: what stands for the checkpoints that are not taken yet.
+    /// Where monitoring began; stands in for checkpoints that are not taken yet.
     start: Positions,
     checkpoints: [Positions; CHECKPOINTS_LEN],
-    /// The next one's place.
+    /// The index of the next checkpoint.
     checkpoint: usize,
-    /// All of them have been taken once.
+    /// Every checkpoint has been taken once.
     round_taken: bool,
     checkpoint_tick: u32,
 }
@@ -227,7 +228,7 @@ impl WheelMonitor {
         }
     };
 
-    /// In place, and only what will be read: this happens within a control tick.
+    /// Resets only what will be read: this runs within a control tick.
     fn begin(&mut self, view: &WheelSample) {
         self.tick = 0;
         self.start = Positions::of(view);
@@ -294,16 +295,16 @@ impl WheelMonitor {
         self.tick.wrapping_sub(self.last.tick)
     }
 
-    /// The count stands while the setpoint goes on.
+    /// The count stands still while the setpoint advances.
     ///
-    /// `too_far`: the error is above its limit already, so there is no time left to wait.
+    /// `too_far`: the error is above its limit already, so there is no time to wait.
     fn stands(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
         let advance = positions.since(self.last.positions).setpoint.abs();
         (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
-    /// The count stands although the wheel is pushed hard towards a setpoint at rest.
+    /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
     fn presses(&self, limits: &WheelThresholds, view: &WheelSample, positions: Positions) -> bool {
         view.setpoint.speed.0 == 0
             && self.standing_ticks() >= 10 * limits.stall_ticks
@@ -311,7 +312,7 @@ impl WheelMonitor {
             && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
     }
 
-    /// The wheel falls far behind although its count changes now and then.
+    /// The wheel falls far behind although its count still changes now and then.
     fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         if self.tick.wrapping_sub(self.checkpoint_tick) < limits.checkpoint_ticks {
             return false;
@@ -324,13 +325,13 @@ impl WheelMonitor {
         self.round_taken |= self.checkpoint == 0;
         let moved = positions.since(oldest);
         let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
-        // A run backward is left to the rule that names it.
+        // `EncoderReversed` has its own rule.
         self.run.is_none()
             && moved.setpoint.abs() >= limits.creeping_advance
             && along < moved.setpoint.abs() >> 3
     }
 
-    /// Whether the wheel or its encoder is to blame for a count that stands or creeps.
+    /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
     #[cold]
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
         let last = self.last;
@@ -348,7 +349,7 @@ impl WheelMonitor {
         }
         let moved = last.positions.since(self.change(age).positions);
         let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
-        // Two thirds, with room above.
+        // Two thirds; shifted first, so that nothing overflows.
         if along > 0 && 3 * (along >> 3) >= 2 * (moved.setpoint.abs() >> 3) {
             Fault::EncoderDead
         } else {
@@ -356,7 +357,7 @@ impl WheelMonitor {
         }
     }
 
-    /// Whether the time from the `age`-th newest change to the newest one tells the rate.
+    /// Whether the time from the `age`-th newest change to the newest is long enough to tell the rate.
     fn covers(&self, age: usize) -> bool {
         let (last, earlier) = (self.change(1), self.change(age));
         last.counts.abs_diff(earlier.counts) >= LAST_COUNTS

@@ -1,7 +1,7 @@
-//! Double precision on a core that has none: out of line, and no more of it than is needed.
+//! Small double-precision routines for a core without double-precision hardware.
 //!
-//! Configurations and commands come as `f64`, and motions are planned in it. The compiler's own conversions to
-//! integers take a hundred bytes wherever one stands, and there is no square root without `std`.
+//! Configurations and commands are in `f64`, and motions are planned in `f64`. Each of the compiler's own
+//! conversions to integers takes a hundred bytes, and `core` has no square root.
 
 pub use shared_proto::is_above;
 
@@ -17,7 +17,7 @@ pub fn nearest(value: f64, bits: u32) -> i64 {
     steps(value, bits, 1)
 }
 
-/// Towards zero after half a step was added, or none. What is not a number is taken for infinite.
+/// Rounds towards zero after adding `half` a step. NaN counts as infinite.
 #[inline(never)]
 fn steps(value: f64, bits: u32, half: u64) -> i64 {
     const MANTISSA_BITS: u32 = 52;
@@ -38,7 +38,7 @@ fn steps(value: f64, bits: u32, half: u64) -> i64 {
     if negative { -magnitude } else { magnitude }
 }
 
-/// A whole number, rounded where it has more than 53 bits.
+/// An integer as `f64`, rounded if it has more than 53 bits.
 #[inline(never)]
 pub fn to_f64(whole: i64) -> f64 {
     whole as f64
@@ -59,7 +59,7 @@ pub fn min(a: f64, b: f64) -> f64 {
 /// The square root, to the last bit or the one before; 0 of what is not above 2^-1022.
 #[inline]
 pub fn sqrt(value: f64) -> f64 {
-    // Half the exponent is right to 6 %, and each of Newton's steps doubles the digits.
+    // Halving the exponent gives 6 % accuracy, and each Newton step doubles the digits.
     const HALF_THE_BIAS: u64 = 1023 << 51;
     if value.is_sign_positive() && value.is_normal() {
         let mut root = f64::from_bits((value.to_bits() >> 1) + HALF_THE_BIAS);

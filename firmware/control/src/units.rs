@@ -42,7 +42,7 @@ macro_rules! quantity {
 }
 
 quantity! {
-    /// Distance that a wheel has rolled forward \[m\]: to 2^31 m either way, in steps of 0.23 nm.
+    /// Distance that a wheel has rolled, forward positive \[m\]: to 2^31 m either way, in steps of 0.23 nm.
     Travel(I32F32), "m"
 }
 
@@ -66,27 +66,22 @@ quantity! {
     Duty(I2F30), "of the supply"
 }
 
-/// Absolute encoder count of a wheel since power-on, forward positive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counts(pub i64);
-
 impl Travel {
     /// In micrometres, as telemetry sends it.
     #[inline]
     pub fn to_um(self) -> i64 {
-        // Whole metres and the rest apart: a product of more than 64 bits is not for a small core.
+        // Whole metres and the fraction separately, so that no product needs more than 64 bits.
         let (whole, rest) = (self.0.to_bits() >> 32, self.0.to_bits() & 0xFFFF_FFFF);
         whole * 1_000_000 + ((rest * 1_000_000) >> 32)
     }
 
-    /// The way from `origin` to here in micrometres, saturated to 2 m either way, as telemetry sends it.
+    /// Distance from `origin` in micrometres, saturated to 2 m either way, as telemetry sends it.
     #[inline]
     pub fn error_um_from(self, origin: Travel) -> i32 {
         ((i64::from(self.error_from(origin).to_bits()) * 1_000_000) >> 30) as i32
     }
 
-    /// The way from `origin` to here \[m\], saturated to 2 m either way in steps of 2^-30 m.
+    /// Distance from `origin` \[m\], saturated to 2 m either way in steps of 2^-30 m.
     ///
     /// Far more than any permitted following error, and narrow enough for 32-bit arithmetic.
     pub fn error_from(self, origin: Travel) -> I2F30 {
@@ -116,7 +111,7 @@ impl Speed {
 }
 
 impl Duty {
-    /// No drive.
+    /// Zero duty.
     pub const ZERO: Duty = Duty(I2F30::ZERO);
 
     /// In 1/32767, as telemetry sends it.

@@ -27,7 +27,7 @@ mod wiring {
         DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
     });
 
-    /// What comes in by DMA while nobody looks.
+    /// Received bytes: DMA writes them here until the link task reads them.
     static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
         ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
@@ -35,8 +35,8 @@ mod wiring {
     unsafe fn TIM2() {
         // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
         unsafe { control_timer::on_interrupt() };
-        // What was written is done before the interrupt ends (Arm erratum 838869); and the end is here,
-        // not in a tail call, so that the emulated board can count up to it.
+        // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
+        // not in a tail call, so that the emulated board can count its instructions.
         cortex_m::asm::dsb();
     }
 

@@ -6,7 +6,7 @@
 //! IN1/IN2          PWM  forward    PWM  backward     the motor coasts between the pulses
 //! ```
 //!
-//! Both modes use the same pins: which one, the driver board's data sheet says.
+//! Both modes use the same pins. The driver's data sheet says which mode it needs.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, OutputType, Pin, Speed};
@@ -21,7 +21,7 @@ use super::guard;
 use crate::hal::Motors;
 use crate::units::Duty;
 
-/// Above what people hear, below what a common driver can switch.
+/// Above the audible range, within what common drivers can switch.
 const PWM_KHZ: u32 = 20;
 
 /// The second line of one wheel.
@@ -34,7 +34,7 @@ enum LineB {
 struct Wheel {
     a: Channel,
     b: LineB,
-    /// What a direction line says.
+    /// The direction line's present level.
     backward: bool,
 }
 
@@ -64,7 +64,7 @@ where
     pub right_a: Peri<'static, A3>,
     /// The right wheel's line B.
     pub right_b: Peri<'static, A4>,
-    /// The driver's enable, active high. Give it a pull-down: at a reset every pin floats.
+    /// The driver's enable, active high. Add a pull-down: during a reset every pin floats.
     pub enable: Peri<'static, E>,
 }
 
@@ -82,7 +82,7 @@ impl Bridge {
         E: Pin,
     {
         let enable = Output::new(pins.enable, Level::Low, Speed::Low);
-        // The pins stay what they are now.
+        // Dropping the pins would reconfigure them.
         core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
         core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
         let wheel = |a, pin| Wheel { a, b: LineB::Direction(pin), backward: false };
@@ -121,7 +121,7 @@ impl Bridge {
     }
 }
 
-/// Starts the PWM with zero duty; tells the timer ticks of a whole period.
+/// Starts the PWM with zero duty; returns the timer ticks of a whole period.
 fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
     let timer = Timer::new(timer);
     let period = timer.get_clock_frequency().0 / (1000 * PWM_KHZ);
@@ -136,7 +136,7 @@ fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
     timer.generate_update_event();
     timer.enable_outputs();
     timer.start();
-    // It runs for ever.
+    // Dropping the timer would stop it.
     core::mem::forget(timer);
     period
 }
@@ -170,7 +170,7 @@ impl Wheel {
 
 impl Motors for Bridge {
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
-        // Once the guard has switched off, nothing but a restart switches on again.
+        // Once the guard has switched the motors off, only a restart switches them on again.
         let duty = if guard::tripped() { WheelPair::both(Duty::ZERO) } else { duty };
         self.wheels.left.set(duty.left, self.period);
         self.wheels.right.set(duty.right, self.period);

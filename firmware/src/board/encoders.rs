@@ -1,4 +1,4 @@
-//! Both wheels' encoders: two timers in encoder mode, four counts a line.
+//! Both wheels' encoders: two timers in encoder mode, four counts for each line of the disc.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::Pull;
@@ -10,7 +10,7 @@ use shared_proto::WheelPair;
 use crate::encoder::Extender;
 use crate::hal::Encoders;
 
-/// Left on TIM3, right on TIM4: 16 bits each, extended here.
+/// Left on TIM3, right on TIM4. Their 16-bit counters are extended to 64 bits here.
 pub struct TimerEncoders {
     left: Qei<'static, TIM3>,
     right: Qei<'static, TIM4>,
@@ -35,8 +35,8 @@ impl TimerEncoders {
         let left = Qei::new(left.0, left.1, left.2, config);
         let right = Qei::new(right.0, right.1, right.2, config);
         let hardware = WheelPair { left: left.count(), right: right.count() };
-        // Signs are the configuration's.
-        Self { left, right, extenders: hardware.map(|count| Extender::new(count, false)) }
+        // Capture applies the configured signs.
+        Self { left, right, extenders: hardware.map(Extender::new) }
     }
 }
 

@@ -1,6 +1,6 @@
-//! The part of the flash where the configuration lives.
+//! The flash sectors that hold the configuration.
 //!
-//! By registers (RM0090, chapter 3): of the chip's flash only these few sectors of one length are written.
+//! Uses the registers directly (RM0090, chapter 3): only a few sectors of one length are written.
 
 use core::ops::Range;
 
@@ -49,11 +49,11 @@ impl ReadNorFlash for StoreFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
-        // Reading is instant; whoever reads a whole sector lets the others go on in between.
+        // Reading takes no time, but a caller that reads a whole sector must let the other tasks run.
         embassy_futures::yield_now().await;
         assert_readable();
         let from = (FLASH_BASE + STORE.start + offset) as *const u8;
-        // SAFETY: flash can always be read, and nothing writes it while `self` is borrowed.
+        // SAFETY: flash can always be read, and nothing writes to this part while `self` is borrowed.
         bytes.copy_from_slice(unsafe { core::slice::from_raw_parts(from, bytes.len()) });
         Ok(())
     }
@@ -89,7 +89,7 @@ fn sectors(offsets: Range<u32>) -> Range<u8> {
     number(offsets.start)..number(offsets.end)
 }
 
-/// Programs whole words, 16 us each; the store's 60 are no reason to let others on.
+/// Programs whole words, 16 us each. A record has about 60 words: too few to yield in between.
 #[inline(never)]
 fn program(offset: u32, bytes: &[u8]) -> Result<(), Refused> {
     let mut what = Cr::default();
@@ -119,20 +119,20 @@ async fn erase_sector(sector: u8) -> Result<(), Refused> {
     unlocked.end()
 }
 
-/// The flash may be written until this ends.
+/// The flash can be written while this exists.
 struct Unlocked(());
 
 impl Unlocked {
     #[inline(never)]
     fn begin(mut what: Cr) -> Self {
         what.set_psize(Psize::PSIZE32);
-        // Writing back what is read clears old errors.
+        // The error flags are cleared by writing them back.
         REGISTERS.sr().modify(|_| {});
         if REGISTERS.cr().read().lock() {
             REGISTERS.keyr().write_value(0x4567_0123);
             REGISTERS.keyr().write_value(0xCDEF_89AB);
         }
-        // With two banks the data cache must be off meanwhile (ES0206, 2.2.12).
+        // On a chip with two banks the data cache must be off while writing (ES0206, 2.2.12).
         REGISTERS.acr().modify(|w| w.set_dcen(false));
         REGISTERS.cr().write_value(what);
         Self(())
@@ -142,7 +142,7 @@ impl Unlocked {
     fn end(self) -> Result<(), Refused> {
         let errors = REGISTERS.sr().read();
         REGISTERS.cr().write(|w| w.set_lock(true));
-        // What the cache holds may be of before.
+        // The cache may hold old content.
         REGISTERS.acr().modify(|w| w.set_dcrst(true));
         REGISTERS.acr().modify(|w| w.set_dcrst(false));
         REGISTERS.acr().modify(|w| w.set_dcen(true));
@@ -153,10 +153,10 @@ impl Unlocked {
     }
 }
 
-/// The second bank of a chip before revision 3 is read wrong unless PA12 is held low (ES0206, 2.2.14).
+/// Before revision 3, the chip's second bank reads wrongly unless PA12 is held low (ES0206, 2.2.14).
 ///
 /// # Panics
-/// If it would be.
+/// If the chip is that old and PA12 is not held low.
 fn assert_readable() {
     const REVISION_3: u16 = 0x2001;
     const PA12: usize = 12;

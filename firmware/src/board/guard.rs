@@ -1,18 +1,18 @@
-//! The guard: an interrupt above all tasks that feeds the watchdog while every task meets its
-//! deadline, and switches the motors off when one does not.
+//! The guard: an interrupt above all tasks. It feeds the watchdog while every task meets its deadline,
+//! and switches the motors off when one misses it.
 //!
 //! ```text
-//! part      says that it is alive            deadline
+//! part      checks in                        deadline
 //! capture   when the encoders are read       20 ms
 //! pid       when the motors are written      20 ms    (profile stands between the two)
 //! others    their executor's heartbeat       40 ms
-//!                                      then: motors off, no more food
+//!                                      then: motors off, the watchdog is not fed again
 //! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz)
 //! ```
 //!
-//! So a part that hangs has the motors off within 45 ms and the board restarted within 100 ms. What
-//! hangs with interrupts masked stops the guard too: then the restart itself takes the motors off, at
-//! most 59 ms after the last food. A hard fault takes the way of a panic: motors off at once.
+//! So when a part hangs, the motors are off within 45 ms and the board restarts within 100 ms. Code that
+//! hangs with interrupts masked stops the guard too: then the restart itself switches the motors off, at
+//! most 59 ms after the last feed. A hard fault switches the motors off at once, like a panic.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -25,16 +25,16 @@ use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 
-/// How often the guard looks \[Hz\].
+/// How often the guard checks the parts \[Hz\].
 const CHECK_HZ: u32 = 100;
 
-/// The watchdog's nominal time \[us\].
+/// The watchdog's nominal timeout \[us\].
 const WATCHDOG_US: u32 = 31_000;
 
-/// Looks granted to start up in: reading the store may have to mend it first.
+/// Checks until every part must have checked in once: the store may need repair before it can be read.
 const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
 
-/// What has to show that it is alive.
+/// A part that has to check in.
 #[derive(Clone, Copy)]
 pub enum Part {
     /// The encoders were read.
@@ -48,19 +48,19 @@ pub enum Part {
 /// Every [`Part`].
 const ALL: u32 = 0b111;
 
-/// Looks in a row that a part may miss, in the order of [`Part`].
+/// Checks in a row that a part may miss, in the order of [`Part`].
 const MISSES_MAX: [u32; 3] = [1, 1, 3];
 
-/// Bits of [`Part`] since the guard's last look.
+/// The parts that have checked in since the guard's last check, as bits of [`Part`].
 static ALIVE: AtomicU32 = AtomicU32::new(0);
-/// How often in a row each part was missed.
+/// How many checks in a row each part has missed.
 static MISSED: [AtomicU32; 3] = [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)];
-/// Looks that are left to start up in; 0 from then on.
+/// Checks that are left for the start; 0 after it.
 static BOOT: AtomicU32 = AtomicU32::new(BOOT_CHECKS);
-/// Somebody missed a deadline: the motors stay off until the watchdog bites.
+/// A part missed its deadline: the motors stay off until the watchdog resets the board.
 static TRIPPED: AtomicBool = AtomicBool::new(false);
 
-/// A part shows that it is alive.
+/// A part checks in.
 pub fn alive(part: Part) {
     ALIVE.fetch_or(part as u32, Ordering::Relaxed);
 }
@@ -72,11 +72,11 @@ pub fn tripped() -> bool {
 
 /// Starts the watchdog and the guard's own timer.
 pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
-    // A core that a debugger holds must not be reset by it.
+    // The watchdog must not reset a core that a debugger has stopped.
     pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
     watchdog.unleash();
-    // The clock's interrupt below the guard's: it may hang as well.
+    // The clock's interrupt gets a lower priority than the guard's: the clock may hang as well.
     interrupt::TIM5.set_priority(Priority::P1);
     systick.set_clock_source(SystClkSource::Core);
     systick.set_reload(super::CORE_HZ / CHECK_HZ - 1);
@@ -85,8 +85,8 @@ pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
     systick.enable_counter();
 }
 
-/// Runs something that stops the core for up to two seconds, such as the erasure of a flash that the
-/// program runs from. Only with the motors off.
+/// Runs work that stops the core for up to two seconds, such as erasing the flash that the program runs
+/// from. Only with the motors off.
 pub async fn stretched<T>(work: impl Future<Output = T>) -> T {
     const STRETCHED_US: u32 = 4_000_000;
     set_watchdog(STRETCHED_US);
@@ -95,10 +95,10 @@ pub async fn stretched<T>(work: impl Future<Output = T>) -> T {
     result
 }
 
-/// Gives the running watchdog another time.
+/// Gives the running watchdog another timeout.
 fn set_watchdog(us: u32) {
-    // SAFETY: the watchdog cannot be stopped or taken away; these are its own registers, and the guard
-    // only ever feeds it.
+    // SAFETY: nobody else uses the watchdog's registers, apart from the guard, which only feeds the
+    // watchdog.
     let _ = IndependentWatchdog::new(unsafe { IWDG::steal() }, us);
     feed();
 }
@@ -122,7 +122,7 @@ fn SysTick() {
     }
     let boot = BOOT.load(Ordering::Relaxed);
     if boot > 0 {
-        // Started when every part has shown up once.
+        // The start is over when every part has checked in.
         BOOT.store(if alive == ALL { 0 } else { boot - 1 }, Ordering::Relaxed);
         feed();
     } else if all_well && !tripped() {

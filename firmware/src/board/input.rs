@@ -1,5 +1,5 @@
-//! An input that is looked at, not interrupted by: a button that bounces or a line that hums costs
-//! the control tasks nothing, however fast.
+//! A polled input. An interrupt would cost the control tasks time whenever a button bounces or a line
+//! picks up noise; polling does not.
 
 use core::convert::Infallible;
 
@@ -9,22 +9,22 @@ use embassy_time::Timer;
 use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
 
-/// How often an input is looked at \[ms\].
+/// Polling period \[ms\].
 const POLL_MS: u64 = 2;
 
-/// Low where the pin is at its active level: the tasks want their inputs active low.
+/// Reads low while the pin is at its active level: the tasks expect active-low inputs.
 pub struct PolledInput {
     pin: Input<'static>,
     active: Level,
 }
 
 impl PolledInput {
-    /// An input that is high when it is active, and pulled down.
+    /// An active-high input with a pull-down.
     pub fn active_high(pin: Peri<'static, impl Pin>) -> Self {
         Self { pin: Input::new(pin, Pull::Down), active: Level::High }
     }
 
-    /// An input that is low when it is active, and pulled up.
+    /// An active-low input with a pull-up.
     pub fn active_low(pin: Peri<'static, impl Pin>) -> Self {
         Self { pin: Input::new(pin, Pull::Up), active: Level::Low }
     }

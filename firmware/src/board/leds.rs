@@ -1,4 +1,4 @@
-//! What the lights say: one pattern a state, and the log of what happens.
+//! The LEDs show the robot's state, one pattern for each; changes of state are logged.
 //!
 //! ```text
 //! boot      all on
@@ -8,7 +8,7 @@
 //! stopping  blue, fast
 //! faulted   red, fast
 //! ```
-//! A board with one light shows the same pattern on it, whatever its colour.
+//! A board with a single LED shows every pattern on that LED.
 
 use embassy_stm32::gpio::{Level, Output};
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -17,19 +17,19 @@ use shared_proto::State;
 
 use crate::shared::Shared;
 
-/// Twenty steps to a second.
+/// Twenty steps a second.
 const STEP: Duration = Duration::from_millis(50);
 
-/// A pattern is a bit a step.
+/// A pattern has one bit for each step.
 const STEPS: u32 = 20;
 const STEADY: u32 = 0xF_FFFF;
 const FLASH: u32 = 0b1;
 const FAST: u32 = 0b0011_0011_0011_0011_0011;
 const DARK: u32 = 0;
 
-/// The board's lights. A board with one light has all in it.
+/// The board's LEDs. A board with one LED has only the green one.
 pub struct Leds {
-    /// All is well.
+    /// No fault.
     pub green: Output<'static>,
     /// The robot moves.
     pub blue: Option<Output<'static>>,
@@ -49,7 +49,7 @@ const fn patterns(state: State) -> [u32; 3] {
     }
 }
 
-/// Shows the state, for ever, and logs its changes.
+/// Shows the state and logs its changes, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, mut leds: Leds) -> ! {
     let mut ticker = Ticker::every(STEP);
     let mut logged = (State::Boot, 0);

@@ -1,7 +1,7 @@
-//! The memory routines that the compiler calls, in 130 bytes: its own take 1.5 KiB, for copies longer than any
-//! that is made here.
+//! The memory routines that the compiler calls, in 130 bytes. The compiler's own take 1.5 KiB, to be fast
+//! for longer copies than the firmware makes.
 //!
-//! Words where there are four bytes left, then bytes; a Cortex-M4 reads and writes words at any address.
+//! Each copies words first, then the remaining bytes; a Cortex-M4 accesses words at any address.
 
 use core::arch::global_asm;
 

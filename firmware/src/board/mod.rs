@@ -1,20 +1,20 @@
-//! The boards: what [`crate::hal`] asks for, on real STM32 timers, converters and pins.
+//! The boards: [`crate::hal`] on STM32 timers, converters and pins.
 //!
-//! A board's binary (`src/bin/`) is its wiring diagram: it names the pins and puts the parts of this
-//! module together. What differs between boards in registers rather than pins is in one file each.
+//! A board's binary (`src/bin/`) is its wiring diagram: the binary names the pins and connects the parts
+//! of this module. Each board has a file here for what differs in registers rather than pins.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! | --- | --- |
-//! | [`control_timer`] | the timer that the control tick goes by |
+//! | [`control_timer`] | the timer behind the control tick |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
-//! | [`supply`] | the supply voltage, by way of a divider and the converter |
+//! | [`supply`] | the supply voltage, through a divider and an ADC |
 //! | [`input`] | emergency stop and driver fault |
-//! | [`guard`] | which task met its deadline; watchdog; motors off if one did not |
-//! | [`leds`] | what the lights say |
-//! | `memory` | copying and clearing, small |
-//! | [`flash`] | the part of the flash where the configuration lives |
-//! | [`reset`] | why the board started; what a panic leaves behind |
+//! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
+//! | [`leds`] | the state on the LEDs |
+//! | `memory` | small routines that copy and clear memory |
+//! | [`flash`] | the flash sectors that hold the configuration |
+//! | [`reset`] | why the board started; what happens at a panic |
 //! | `usb` | the link on the board's own USB connector |
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
@@ -50,8 +50,8 @@ compile_error!(
     "an image is for one board: with another board's feature, add --no-default-features"
 );
 
-/// Both motors without drive, at once and whatever the tasks are doing: the last thing before a
-/// restart. Only registers, no lock and no allocation: it may interrupt anything.
+/// Switches both motors off at once, whatever the tasks are doing: the last action before a restart.
+/// Writes registers only, without a lock, so that any interrupt can call it.
 pub fn motors_off() {
     let pwm = embassy_stm32::pac::TIM1;
     for channel in 0..4 {

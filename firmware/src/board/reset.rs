@@ -1,4 +1,4 @@
-//! Why the board started, and what a panic or a hard fault leaves behind.
+//! Why the board started, and what happens at a panic or a hard fault.
 
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
@@ -7,14 +7,14 @@ use cortex_m::peripheral::{DCB, SCB};
 use embassy_stm32::pac;
 use shared_proto::ResetCause;
 
-/// What [`PANICKED`] holds after a panic; any other value is what was in the memory at power-on.
+/// The value of [`PANICKED`] after a panic; any other value is random content from power-on.
 const MAGIC: u32 = 0x4250_414E;
 
-/// Four bytes that a reset leaves alone.
+/// Four bytes that keep their value over a reset.
 #[unsafe(link_section = ".uninit.PANICKED")]
 static mut PANICKED: MaybeUninit<u32> = MaybeUninit::uninit();
 
-/// Why the board started. Asked once: it forgets.
+/// Why the board started. Call once: reading clears the cause.
 pub fn cause() -> ResetCause {
     // SAFETY: called before any other task or interrupt could panic; every bit pattern is a u32.
     let panicked = unsafe {
@@ -25,7 +25,7 @@ pub fn cause() -> ResetCause {
     };
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // Power-on sets the flags of pin and brown-out too, and every reset that of the pin.
+    // Power-on also sets the pin and brown-out flags, and every reset sets the pin flag.
     if flags.porrstf() {
         ResetCause::PowerOn
     } else if panicked {
@@ -41,11 +41,11 @@ pub fn cause() -> ResetCause {
     }
 }
 
-/// Motors off first, then the log, then a restart that reports it.
+/// Motors off first, then the log, then a restart that reports the panic.
 ///
-/// What the panic says is not looked at, so that the linker drops every message, place and formatter from
-/// the image. A debugger stops here with the motors off and shows the whole way that led to it, which says
-/// more; `cargo run` does so.
+/// The panic's message is not used, so that the linker drops every message, location and formatter from
+/// the image. A debugger, as `cargo run` starts one, stops here with the motors off and shows the call
+/// stack, which says more.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
@@ -58,7 +58,7 @@ fn panic(_: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-/// What the core cannot carry out, an instruction or an access that is none: as a panic.
+/// An invalid instruction or memory access: handled like a panic.
 #[cortex_m_rt::exception(trampoline = false)]
 unsafe fn HardFault() -> ! {
     super::motors_off();
@@ -66,8 +66,8 @@ unsafe fn HardFault() -> ! {
     SCB::sys_reset()
 }
 
-/// Leaves word for the next start.
+/// Tells the next start of the panic.
 fn remember() {
-    // SAFETY: no task or other interrupt runs any more, and nobody returns from here.
+    // SAFETY: no task or other interrupt runs any more, and nothing returns from here.
     unsafe { (&raw mut PANICKED).cast::<u32>().write_volatile(MAGIC) };
 }

@@ -1,7 +1,7 @@
-//! The supply voltage, by way of a divider and the first converter.
+//! The supply voltage, through a divider and ADC1.
 //!
-//! A conversion is started at every look and read at the next one, so that nobody waits for it: a
-//! value is one control tick old.
+//! Each reading returns the conversion before and starts the next one. So no task waits for the
+//! converter, and a value is one control tick old.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Flex, Pin};
@@ -13,7 +13,7 @@ use embassy_stm32::rcc;
 
 use crate::hal::Supply;
 
-/// The converter's reference is the board's 3.3 V.
+/// The converter's reference: the board's 3.3 V.
 const REFERENCE_MV: u32 = 3300;
 
 /// Twelve bits.
@@ -38,7 +38,7 @@ pub struct DividedSupply {
 impl DividedSupply {
     /// Sets the converter up for a pin, one of its channels 0 to 9, and makes the first conversion.
     ///
-    /// By registers: these few are all that is asked of it.
+    /// The driver uses the registers directly: it needs only these few.
     pub fn new(
         _: Peri<'static, ADC1>,
         pin: Peri<'static, impl Pin>,
@@ -55,7 +55,7 @@ impl DividedSupply {
         adc.smpr2().write(|w| w.set_smp(channel.into(), SampleTime::CYCLES480));
         adc.sqr3().write(|w| w.set_sq(0, channel));
         adc.cr2().write(|w| w.set_adon(true));
-        // It is stable after 3 us.
+        // The converter is stable after 3 us.
         cortex_m::asm::delay(3 * (super::CORE_HZ / 1_000_000));
         adc.cr2().modify(|w| w.set_swstart(true));
         while !adc.sr().read().eoc() {}

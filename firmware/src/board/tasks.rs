@@ -5,7 +5,7 @@
 //! 0                    guard (SysTick)
 //! 2                    control: capture, profile, PID, in the interrupt of their timer (TIM2)
 //! 6                    embassy's clock (TIM5), link: their interrupts only copy and wake
-//! none                 supervisor, link, telemetry, inputs, lights
+//! none                 supervisor, link, telemetry, safety inputs, LEDs
 //! ```
 
 use embassy_executor::{SendSpawner, Spawner};
@@ -33,11 +33,11 @@ use crate::task;
 /// What the tasks share.
 pub(super) type BoardShared = Shared<CriticalSectionRawMutex>;
 
-/// What the tasks share: 3.5 KiB. One robot, one static; critical sections, because the control tasks
-/// interrupt the others. It is made at the start: ready-made it would take its size in flash too.
+/// What the tasks share: 3.5 KiB, one static for the one robot. Critical sections, because the control
+/// tasks interrupt the others. Initialised at run time: a static initialiser would take 3.5 KiB of flash.
 static SHARED: StaticCell<BoardShared> = StaticCell::new();
 
-/// Makes what the tasks share; once.
+/// Initialises what the tasks share. Call once.
 pub fn shared() -> &'static BoardShared {
     SHARED.init_with(Shared::new)
 }
@@ -48,8 +48,8 @@ pub const CONTROL_PRIORITY: Priority = Priority::P2;
 /// Priority of the interrupts that serve everything else.
 pub const SERVICE_PRIORITY: Priority = Priority::P6;
 
-/// Bytes of a UART's receive buffer: what comes in 5.5 ms at 921600 baud. DMA fills it: an interrupt a
-/// byte would come too late whenever the control tick has the core for longer than a byte takes, 11 us.
+/// Length of the UART's receive buffer \[bytes\]: 5.5 ms at 921600 baud. DMA fills the buffer. An interrupt
+/// for each byte would come too late, because a control tick takes longer than a byte (11 us).
 pub const LINK_BUFFER_LEN: usize = 512;
 
 /// Starts the three control tasks in the interrupt of their timer.
@@ -60,7 +60,7 @@ pub fn spawn_control(
     motors: Bridge,
     supply: DividedSupply,
 ) {
-    // The clock's queue of timers is none of control's: it can wait.
+    // Control does not use embassy's clock, so the clock's timer queue can wait.
     interrupt::TIM5.set_priority(SERVICE_PRIORITY);
     interrupt::TIM2.set_priority(CONTROL_PRIORITY);
     let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
@@ -69,7 +69,7 @@ pub fn spawn_control(
     spawner.spawn(once(pid(shared, motors, supply)));
 }
 
-/// Starts what keeps the robot company.
+/// Starts the tasks beside control: supervisor, telemetry, LEDs.
 pub fn spawn_others(
     spawner: Spawner,
     shared: &'static BoardShared,
@@ -100,7 +100,7 @@ pub fn spawn_link(
     spawner.spawn(once(receive(shared, reader)));
 }
 
-/// Starts the watch on the emergency stop and on the motor driver's fault output.
+/// Starts the tasks that watch the emergency stop and the motor driver's fault output.
 pub fn spawn_safety_inputs(
     spawner: Spawner,
     shared: &'static BoardShared,
@@ -111,7 +111,7 @@ pub fn spawn_safety_inputs(
     spawner.spawn(once(driver_fault(shared, fault)));
 }
 
-/// Each task is started once: its storage is free.
+/// Each task is started once, so its storage is free.
 pub(super) fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
     token.expect("a task is started once")
 }
@@ -166,7 +166,7 @@ async fn show(shared: &'static BoardShared, leds: Leds) {
     leds::run(shared, leds).await;
 }
 
-/// Shows the guard that the executor of the other tasks gets round.
+/// Shows the guard that the executor of the tasks beside control runs.
 #[embassy_executor::task]
 async fn heartbeat() {
     let mut ticker = Ticker::every(Duration::from_millis(5));

@@ -1,11 +1,11 @@
 //! The link over the board's own USB connector: a serial port (CDC-ACM) in place of the UART.
 //!
-//! The same link tasks run on it. A host that does not read makes frames wait, never the robot: the
-//! supervisor waits for no reply to be taken.
+//! The same link tasks run on this port. A host that does not read makes frames wait, never the robot:
+//! the supervisor does not wait until a reply is sent.
 //!
 //! On chips before revision 3 (`DBGMCU_IDCODE` below 0x2000) the second flash bank, where the
-//! configuration lives, cannot be read while PA12 carries D+ (ES0206, 2.2.14): embassy panics there rather
-//! than read wrong bytes.
+//! configuration lives, cannot be read while PA12 carries D+ (ES0206, 2.2.14). There the firmware panics
+//! rather than read wrong bytes.
 
 use core::fmt::Write as _;
 
@@ -28,10 +28,10 @@ type Otg = Driver<'static, USB_OTG_FS>;
 /// Longest packet at full speed.
 const PACKET_LEN: u16 = 64;
 
-/// Test numbers of pid.codes: whoever sells a robot gets numbers of their own.
+/// Test numbers of pid.codes. A product needs numbers of its own.
 const VENDOR_AND_PRODUCT: (u16, u16) = (0x1209, 0x0001);
 
-/// What the device and its class work in: 0.9 KiB.
+/// Buffers of the device and its class: 0.9 KiB.
 struct Memory {
     endpoint: [u8; 256],
     configuration: [u8; 128],
@@ -44,7 +44,7 @@ struct Memory {
 static MEMORY: StaticCell<Memory> = StaticCell::new();
 static STATE: StaticCell<State<'static>> = StaticCell::new();
 
-/// Starts the device and the link on it.
+/// Starts the USB device and the link tasks.
 pub fn spawn(
     spawner: Spawner,
     shared: &'static BoardShared,
@@ -66,7 +66,7 @@ pub fn spawn(
         let _ = write!(memory.serial, "{byte:02x}");
     }
     let mut line = usb::Config::default();
-    // The board is powered by the ST-LINK or by the robot: whether this cable is in does not matter.
+    // The ST-LINK or the robot powers the board, so the cable's supply says nothing.
     line.vbus_detection = false;
     let driver = Driver::new_fs(peripheral, irq, dp, dm, &mut memory.endpoint, line);
     let (vendor, product) = VENDOR_AND_PRODUCT;
@@ -105,7 +105,7 @@ async fn receive(shared: &'static BoardShared, reader: Reader) {
     link::receive(shared, reader).await;
 }
 
-/// Waits for a host where there is none.
+/// Reads from the host; waits while no host is connected.
 struct Reader(BufferedReceiver<'static, Otg>);
 
 impl ErrorType for Reader {
@@ -123,13 +123,13 @@ impl Read for Reader {
     }
 }
 
-/// Ends what was written by a packet that is not full: else the host waits for more.
+/// Writes to the host. A flush ends the data with a packet that is not full: otherwise the host waits for more.
 struct Writer {
     sender: Sender<'static, Otg>,
     full: bool,
 }
 
-/// There is no host.
+/// No host is connected.
 #[derive(Debug)]
 struct NotConnected;
 

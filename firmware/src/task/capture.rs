@@ -1,7 +1,7 @@
 //! Encoder capture: reads both counters at every control tick.
 //!
-//! This task answers the beat. It turns absolute counts into travel and speed and hands them to the
-//! profile task; a tick that comes too late is a fault.
+//! This task waits for the control timer, turns absolute counts into travel and speed, and hands them to
+//! the profile task. A tick that comes too late is a fault.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
@@ -12,7 +12,7 @@ use crate::hal::{ControlTimer, Encoders};
 use crate::shared::Shared;
 use crate::units::CONTROL_PERIOD_US;
 
-/// A control tick may start this late \[us\]: half a period, so that two never meet.
+/// Latest start of a control tick \[us\]: half a period, so that two ticks never run into each other.
 pub const TICK_DELAY_US_MAX: u64 = CONTROL_PERIOD_US as u64 / 2;
 
 /// Reads the encoders, for ever.
@@ -50,7 +50,7 @@ pub async fn run<M: RawMutex>(
 fn note_delay<M: RawMutex>(shared: &Shared<M>, delay_us: u64, t_us: u64) {
     let delay = u32::try_from(delay_us).unwrap_or(u32::MAX);
     shared.tick_delay_us_max.update(|max| *max = delay.max(*max));
-    // With the motors off nobody is hurt: an erasure of the flash may hold the core that long.
+    // Only with the motors on: erasing the flash, with the motors off, may stop the core that long.
     let motors_on = matches!(shared.state.get(), State::Armed | State::Driving | State::Stopping);
     if delay_us > TICK_DELAY_US_MAX && motors_on {
         shared.raise(Fault::DeadlineMissed, t_us);

@@ -1,8 +1,7 @@
 //! The link: frames in, frames out.
 //!
-//! Two halves, so that a reply never waits for a request. The receiver checks the handshake and
-//! passes requests to the supervisor; the transmitter sends what the others have to say, replies
-//! and events before telemetry.
+//! Two tasks, so that a reply never waits for a request. The receiver checks the handshake and passes
+//! requests to the supervisor; the transmitter sends replies and events first, then telemetry.
 
 use core::future::poll_fn;
 
@@ -25,7 +24,7 @@ pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> 
     loop {
         let len = match reader.read(&mut buffer).await {
             Ok(len) => len,
-            // An overrun or a line break: the frame under way fails its checksum.
+            // An overrun or a line break: the present frame will fail its checksum.
             Err(_) => {
                 embassy_futures::yield_now().await;
                 continue;
@@ -38,7 +37,7 @@ pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> 
     }
 }
 
-/// What the receiver remembers of the host.
+/// Whether host and robot have agreed on the protocol.
 struct Handshake {
     agreed: bool,
 }
@@ -65,12 +64,12 @@ impl Handshake {
                     }
                     Refusal::Unreadable
                 } else {
-                    // A request of another protocol version is not even looked into.
+                    // A request of another protocol version is not decoded.
                     Refusal::HelloFirst
                 };
                 Outgoing::Reply(Reply { id: 0, outcome: Err(refusal) })
             }
-            // What a robot says, not what it hears: another robot, or an echo.
+            // Only robots send these: another robot is on the line, or an echo.
             Channel::Reply | Channel::Telemetry | Channel::Event => return,
         };
         room(&shared.outgoing).await;
@@ -78,13 +77,13 @@ impl Handshake {
     }
 }
 
-/// Waits until a channel takes something. Nobody gets in between: tasks beside control do not interrupt one
-/// another. A message is not made before, and so kept nowhere while it waits.
+/// Waits until a channel has room. No other task can take that room in between, since tasks beside control
+/// do not interrupt one another. The message is made only then, so waiting takes no memory.
 async fn room<M: RawMutex, T, const N: usize>(channel: &Queue<M, T, N>) {
     poll_fn(|context| channel.poll_ready_to_send(context)).await;
 }
 
-/// The frame, if it is a good one.
+/// Counts a frame; returns the frame if it is good.
 #[inline(never)]
 fn count<'a, M: RawMutex>(
     shared: &Shared<M>,
@@ -100,7 +99,7 @@ fn count<'a, M: RawMutex>(
     outcome.ok()
 }
 
-/// Hands a request to the supervisor; false if it cannot be read.
+/// Hands a request to the supervisor; false if the request cannot be decoded.
 #[inline(never)]
 fn pass_on<M: RawMutex>(shared: &Shared<M>, frame: &Received<'_>) -> bool {
     let Some(request) = frame.message::<Request>() else { return false };
@@ -116,7 +115,7 @@ pub async fn transmit<M: RawMutex>(shared: &Shared<M>, mut writer: impl Write) -
         let _ =
             select(shared.outgoing.ready_to_receive(), shared.telemetry.ready_to_receive()).await;
         let Some(frame) = next_frame(shared, &mut encoder) else { continue };
-        // A line that takes nothing loses the frame; the host asks again.
+        // If the line fails, the frame is lost and the host asks again.
         let sent = writer.write_all(&frame).await.is_ok() && writer.flush().await.is_ok();
         if sent {
             shared.link.update(|link| link.frames_sent = link.frames_sent.wrapping_add(1));
@@ -124,7 +123,7 @@ pub async fn transmit<M: RawMutex>(shared: &Shared<M>, mut writer: impl Write) -
     }
 }
 
-/// What is to be sent next, if anything: telemetry when nothing else waits.
+/// The next frame to send, if any: telemetry only when nothing else waits.
 #[inline(never)]
 fn next_frame<M: RawMutex>(shared: &Shared<M>, encoder: &mut Encoder) -> Option<Frame> {
     Some(match shared.outgoing.try_receive() {

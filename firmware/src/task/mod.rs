@@ -1,7 +1,7 @@
-//! The tasks: short async loops round the steps of the other modules.
+//! The tasks: short async loops around the steps of the other modules.
 //!
-//! Each `run` is generic and never ends; a board's binary wraps it in an
-//! `#[embassy_executor::task]` of concrete types, the simulator spawns it as it is.
+//! Each `run` is generic and never ends. A board wraps `run` in an `#[embassy_executor::task]` with
+//! concrete types; the simulator spawns `run` directly.
 
 pub mod capture;
 pub mod link;

@@ -1,7 +1,7 @@
-//! PID: makes the wheels do what the profile task says.
+//! PID: makes the wheels follow the profile task's setpoints.
 //!
-//! The only task that touches the motors. Whatever latches a fault anywhere, zero duty is set here,
-//! at the next control tick at the latest.
+//! The only task that writes to the motors. Whichever task latches a fault, this one sets zero duty, at the
+//! next control tick at the latest.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use shared_proto::{Fault, WheelPair};
@@ -15,7 +15,7 @@ use crate::protection::{Protection, WheelSample};
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
 use crate::units::Duty;
 
-/// The supply may be below its bound this long \[ticks\]: a motor that starts makes it dip.
+/// The supply may stay below its limit this long \[ticks\]: a starting motor makes the voltage dip.
 const SUPPLY_LOW_TICKS_MAX: u32 = 20;
 
 /// Drives the motors, for ever.
@@ -35,7 +35,7 @@ pub async fn run<M: RawMutex>(
         shared.snapshot.with(|tick| {
             tick.supply_mv = supply_mv;
             let output = control.step(shared, tick);
-            // Off before zero is written: no order of the two lets a wheel jerk.
+            // Disable before writing zero, enable after writing the duty: neither order can jerk a wheel.
             if !output.enabled {
                 motors.enable(false);
             }
@@ -53,7 +53,7 @@ pub async fn run<M: RawMutex>(
     }
 }
 
-/// What the motors get at one tick.
+/// The motors' commands at one tick.
 #[derive(Clone, Copy)]
 struct Output {
     enabled: bool,
@@ -65,7 +65,7 @@ impl Output {
     const OFF: Self = Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO) };
 }
 
-/// Both wheels' loops and what watches them.
+/// Both wheels' control loops and their protection.
 struct Control {
     gains: Gains,
     /// Whether positive duty turns a wheel backwards.
@@ -73,7 +73,7 @@ struct Control {
     supply_mv_min: u16,
     protection: Protection,
     probe: Option<Probe>,
-    /// The check that was begun last.
+    /// The last encoder check that was started.
     probe_id: Option<u32>,
     tracking: bool,
     supply_low_ticks: u32,
@@ -93,7 +93,7 @@ impl Control {
         }
     }
 
-    /// Takes other settings; the loop opens.
+    /// Adopts new settings; the loop opens.
     fn adopt(&mut self, settings: LoopSettings) {
         self.gains = settings.gains;
         self.reversed = settings.reversed;
@@ -116,9 +116,9 @@ impl Control {
             shared.raise(fault, measured.t_us);
         }
         let output = self.act(shared, measured, action, loops);
-        // Asked last, so that a fault of this very tick counts.
+        // Checked last, so that a fault of this very tick counts.
         if shared.fault.forces_motors_off() {
-            self.forget(loops);
+            self.reset(loops);
             return Output::OFF;
         }
         output
@@ -133,16 +133,16 @@ impl Control {
     ) -> Output {
         match action {
             Action::Off => {
-                self.forget(loops);
+                self.reset(loops);
                 Output::OFF
             }
             Action::Rest => {
-                self.forget(loops);
+                self.reset(loops);
                 Output { enabled: true, ..Output::OFF }
             }
             Action::Probe { id } => {
                 if self.probe_id != Some(*id) {
-                    self.forget(loops);
+                    self.reset(loops);
                     self.probe = shared.probe.try_take();
                     self.probe_id = Some(*id);
                 }
@@ -166,7 +166,7 @@ impl Control {
                 let _ = shared.control_events.try_send(ControlEvent::Probed(id));
             }
             Some(ProbeOutcome::Failed(fault)) => shared.raise(fault, measured.t_us),
-            // Done; the supervisor's next order is on its way.
+            // The check is done and the supervisor's next order has not arrived yet.
             None => {}
         }
         output
@@ -180,7 +180,7 @@ impl Control {
         loops: &mut WheelPair<PidState>,
     ) -> Output {
         if !self.tracking {
-            self.forget(loops);
+            self.reset(loops);
             self.tracking = true;
         }
         let Measured { counts, travel, speed, .. } = measured;
@@ -207,8 +207,8 @@ impl Control {
         Output { enabled: true, probing: false, duty }
     }
 
-    /// A loop that opens forgets its sums, so that it does not jump when it closes again.
-    fn forget(&mut self, loops: &mut WheelPair<PidState>) {
+    /// Resets the controllers: a loop that closes again must not start from old integrals.
+    fn reset(&mut self, loops: &mut WheelPair<PidState>) {
         self.probe = None;
         self.tracking = false;
         self.protection.restart();

@@ -1,7 +1,7 @@
 //! Trapezoidal profile: what each wheel should do at this control tick.
 //!
-//! Takes the supervisor's orders over at a tick boundary, steps the plan, and says when a motion
-//! has come to its end.
+//! Takes the supervisor's orders at a tick boundary, steps the plan, and reports when a motion has
+//! settled.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use fixed::types::I2F30;
@@ -13,10 +13,10 @@ use crate::shared::{Action, ControlEvent, Order, Shared};
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
 const SETTLE_TICKS_MAX: u32 = 250;
 
-/// A wheel has arrived when it is this close to its target: what a count of a coarse encoder is.
+/// A wheel this close to its target has arrived: one count of a coarse encoder \[m\].
 const ARRIVED: I2F30 = I2F30::lit("0.000251");
 
-/// A wheel has arrived only after it was close for this long.
+/// How long both wheels must stay that close \[ticks\].
 const ARRIVED_TICKS: u32 = 50;
 
 /// Answers every measurement with an action, for ever.
@@ -58,7 +58,7 @@ impl ActiveOrder {
                     }
                     late
                 });
-                // The supervisor plans ahead. A plan that comes after its first tick would jump.
+                // The supervisor plans ahead. A plan that arrives after its first tick would make the wheels jump.
                 if late {
                     shared.raise(Fault::DeadlineMissed, measured.t_us);
                 } else {

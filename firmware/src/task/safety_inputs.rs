@@ -4,11 +4,11 @@
 //! emergency stop   pressed: zero duty, latched as a fault
 //!                  later pressed again, held for 2 s and released: that fault is cleared, the robot idle
 //! ```
-//! What was pressed when the fault was latched, and how long, does not count: a stop that is pressed for
-//! an hour and then released stays a stop. Nothing moves before a host arms the robot again.
+//! The press that latched the fault never clears it, however long it lasts: a stop that is pressed for an
+//! hour and then released stays latched. Nothing moves until a host arms the robot again.
 //!
-//! Both are active low: a driver's fault output is an open drain, and a loop that an emergency
-//! stop pulls to ground wants a pull-up. A board whose button works the other way round inverts it.
+//! Both are active low: a driver's fault output is an open drain, and an emergency stop that pulls to
+//! ground needs a pull-up. A board whose button is active high inverts the input.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant};
@@ -17,10 +17,10 @@ use shared_proto::Fault;
 
 use crate::shared::{ControlEvent, SafetyInputs, Shared};
 
-/// Held for this long, the emergency stop's button takes its own fault back.
+/// Holding the emergency stop's button for this long clears its own fault.
 const HOLD: Duration = Duration::from_secs(2);
 
-/// A press this soon after a release is a contact that bounces.
+/// A press this soon after a release is contact bounce.
 const BOUNCE: Duration = Duration::from_millis(200);
 
 /// Watches the emergency stop, for ever.
@@ -38,7 +38,7 @@ pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait)
         shared.safety_inputs.update(|inputs| inputs.emergency_stop = false);
         released = Some(Instant::now());
         if latched_before && anew && pressed.elapsed() >= HOLD {
-            // A full queue loses it: the button can be held again.
+            // If the queue is full, the request is lost; the user can hold the button again.
             let _ = shared.control_events.try_send(ControlEvent::ClearRequested);
         }
     }
@@ -65,7 +65,7 @@ async fn watch<M: RawMutex>(
     }
 }
 
-/// A pin that cannot be read stays asserted.
+/// Waits for the release. A pin that cannot be read stays asserted.
 async fn wait_until_released(pin: &mut impl Wait) {
     if pin.wait_for_high().await.is_err() {
         core::future::pending::<()>().await;

@@ -1,11 +1,11 @@
-//! Telemetry: hands the snapshots that are due to the link, and gives up what the line cannot take.
+//! Telemetry: hands the frames that are due to the link, and drops what the line cannot take.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 use crate::shared::Shared;
 
-/// Passes snapshots on, for ever. The first to suffer on a busy line: nothing waits for it. What is sent is also kept for a
-/// while, should the host ask for it again.
+/// Passes telemetry frames to the link, for ever. On a busy line they are dropped first: nothing waits for
+/// them. Frames that were sent are kept for a while, in case the host asks again.
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
     loop {
         shared.telemetry_due.wait().await;

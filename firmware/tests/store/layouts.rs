@@ -77,13 +77,13 @@ fn a_configuration_of_another_shape_needs_a_new_layout() {
     let golden = bytes(LAYOUT_3);
     assert_eq!(load(flash(&golden)).0, Ok(Some(stored(-0.0125))));
     let (_, flash) = save(Nor::blank(), &stored(-0.0125));
-    let written = flash.bytes[..golden.len()].iter().map(|it| format!("{it:02x}"));
+    let written = flash.bytes[..golden.len()].iter().map(|byte| format!("{byte:02x}"));
     assert_eq!(
         written.collect::<String>(),
-        golden.iter().map(|it| format!("{it:02x}")).collect::<String>(),
+        golden.iter().map(|byte| format!("{byte:02x}")).collect::<String>(),
         "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here"
     );
-    assert!(flash.bytes[golden.len()..][..64].iter().all(|it| *it == 0xFF), "and no more");
+    assert!(flash.bytes[golden.len()..][..64].iter().all(|byte| *byte == 0xFF), "and no more");
 }
 
 #[test]

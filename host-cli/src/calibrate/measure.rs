@@ -1,224 +1,28 @@
-//! How the robot's deviation is measured, and what a drive says once it is.
+//! A drive along a line, and what the poses or the reading of its end say about the wheels.
 
-use std::path::PathBuf;
-
-use robot_model::calibration::out_and_back::OutAndBackError;
+use host_link::Clock;
+use host_link::motion::Recording;
 use robot_model::calibration::{
-    Deviation, Experiment, FitOptions, Leg, OutAndBack, Shared, Track, TrackFit, TrackSample,
-    WheelAngles, WheelWeight, fit_track,
+    Deviation, Experiment, FitOptions, Leg, Track, TrackFit, TrackSample, WheelAngles, WheelWeight,
+    fit_track,
 };
 use robot_model::kinematics::{Geometry, Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, GeometryConfig, Telemetry};
-use sim_target::Lab;
 
-use super::reading::parse_reading;
+use super::measurement::{Measurement, OneWay};
 use crate::error::{Error, Result};
 use crate::picture::{EndReading, PathSource, RunReport};
-use crate::{ui, wheels};
-use campaign::growing::{check_header, track_so_far};
-use host_link::motion::Recording;
-use host_link::session::Session;
-
-/// What measures the robot.
-pub enum Instrument {
-    /// The simulator's overhead camera; the number of its samples before the drive.
-    Camera(Lab, usize),
-    /// The simulator's ruler.
-    Ruler(Lab),
-    /// A person with a ruler.
-    Person {
-        /// Resolution of the ruler \[m\].
-        resolution_m: f64,
-        /// Whether to ask that the robot be put at its line.
-        confirm: bool,
-    },
-    /// A tracking system that appends to a file.
-    TrackFile {
-        /// The file.
-        path: PathBuf,
-        /// Noise of its positions \[m\].
-        position_sigma_m: f64,
-        /// Noise of its headings \[rad\].
-        heading_sigma_rad: f64,
-        /// Whether to ask that the robot be put at its line.
-        confirm: bool,
-        /// Samples in the file before the drive.
-        seen: usize,
-    },
-}
+use crate::pose_source::{PoseClock, PoseSource, Sigma};
+use crate::wheels;
 
 /// A drive that is to be measured.
-pub(super) struct Run<'a> {
+pub(super) struct DrivenLine<'a> {
     pub(super) recording: &'a Recording,
     pub(super) config: &'a Config,
     pub(super) geometry: &'a Geometry,
     pub(super) start_heading_sigma_rad: f64,
     /// What the way out was read by, if this is the way back.
     pub(super) way_out: Option<Deviation>,
-}
-
-/// What a drive says.
-#[derive(Clone, Debug)]
-pub struct Measurement {
-    /// W_T, if the deviation is the radius alone.
-    pub wheel_weight: WheelWeight,
-    /// The drive, for the picture.
-    pub run: RunReport,
-    /// What this drive is good for as a way of an out-and-back.
-    pub way: Way,
-}
-
-/// A drive as one way of an out-and-back.
-#[derive(Clone, Copy, Debug)]
-pub enum Way {
-    /// From a track, without its first decimetres, in which a caster swings round and kicks.
-    Track(Leg),
-    /// From what a person or the simulator's ruler read, which cannot leave them out.
-    Reading(Experiment),
-}
-
-impl Measurement {
-    /// What was read, unless it was a track.
-    pub(super) fn deviation(&self) -> Option<Deviation> {
-        match &self.way {
-            Way::Track(_) => None,
-            Way::Reading(experiment) => Some(experiment.deviation),
-        }
-    }
-
-    /// Separates radius from pull by this drive and `back`, the same one backwards from where it ended.
-    pub(super) fn and_back(
-        &self,
-        back: &Measurement,
-        geometry: &Geometry,
-    ) -> std::result::Result<OutAndBack, OutAndBackError> {
-        match (&self.way, &back.way) {
-            (Way::Track(out), Way::Track(back)) => {
-                OutAndBack::new(*out, *back, Shared::TRACKS, geometry)
-            }
-            (Way::Reading(out), Way::Reading(back)) => OutAndBack::by_readings(out, back),
-            _ => Err(OutAndBackError::Mixed),
-        }
-    }
-}
-
-impl Instrument {
-    /// Has the robot put where a drive begins.
-    pub(super) async fn prepare(&mut self, session: &mut Session, place: &str) -> Result<()> {
-        match self {
-            Instrument::Camera(lab, _) | Instrument::Ruler(lab) => {
-                lab.place_at_start();
-                Ok(())
-            }
-            Instrument::Person { confirm: true, .. }
-            | Instrument::TrackFile { confirm: true, .. } => {
-                let question = format!("Put the robot {place}, with room ahead, and press Enter:");
-                match ui::ask(&question, &session.clock()).await?.to_lowercase().as_str() {
-                    "" | "y" | "yes" => Ok(()),
-                    _ => Err(Error::interrupted("not driven")),
-                }
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Refuses what cannot measure anything, before the robot moves.
-    pub(super) fn check(&self) -> Result<()> {
-        if let Instrument::TrackFile { path, .. } = self {
-            check_header(path)?.iter().for_each(ui::warn);
-            track_so_far(path)?;
-        }
-        Ok(())
-    }
-
-    /// Notes where the track stands before a drive.
-    pub(super) fn begin(&mut self) -> Result<()> {
-        match self {
-            Instrument::Camera(lab, seen) => *seen = lab.camera_len(),
-            Instrument::TrackFile { path, seen, .. } => *seen = track_so_far(path)?.len(),
-            Instrument::Ruler(_) | Instrument::Person { .. } => {}
-        }
-        Ok(())
-    }
-
-    /// The simulator's camera.
-    pub(super) fn camera(&self) -> Option<Lab> {
-        match self {
-            Instrument::Camera(lab, _) => Some(lab.clone()),
-            _ => None,
-        }
-    }
-
-    /// Measures the drive that has just ended.
-    pub(super) async fn measure(
-        &mut self,
-        session: &mut Session,
-        run: &Run<'_>,
-    ) -> Result<Measurement> {
-        match self {
-            Instrument::Camera(lab, seen) => {
-                let parameters = lab.camera_parameters();
-                let origin_us = run.origin_us();
-                let end_us = run.recording.telemetry.last().map_or(0, |frame| frame.t_us);
-                let end_s = end_us.saturating_sub(origin_us) as f64 * 1e-6;
-                let samples =
-                    lab.camera_samples_from(*seen).into_iter().map(|sample| TrackSample {
-                        t_s: sample.s_since(origin_us),
-                        x_m: sample.x_m,
-                        y_m: sample.y_m,
-                        heading_rad: Some(sample.heading_rad),
-                    });
-                // The camera runs on before and after; the recording is what is the same every time.
-                let samples = samples.filter(|sample| (0.0..=end_s).contains(&sample.t_s));
-                let track = Track {
-                    samples: samples.collect(),
-                    position_sigma_m: parameters.position_sigma_m,
-                    heading_sigma_rad: parameters.heading_sigma_rad,
-                };
-                let options = FitOptions { delay: !parameters.delay_known };
-                run.by_track(&track, options)
-            }
-            Instrument::TrackFile { path, position_sigma_m, heading_sigma_rad, seen, .. } => {
-                let samples = track_so_far(path)?;
-                let samples = samples.get(*seen..).unwrap_or_default().to_vec();
-                if samples.len() < 10 {
-                    return Err(Error::new(format_args!(
-                        "{} got {} samples during the drive",
-                        path.display(),
-                        samples.len()
-                    ))
-                    .hint("is the tracking system running, and does it append to this file?"));
-                }
-                let track = Track {
-                    samples: run.on_robot_clock(samples),
-                    position_sigma_m: *position_sigma_m,
-                    heading_sigma_rad: *heading_sigma_rad,
-                };
-                run.by_track(&track, FitOptions { delay: true })
-            }
-            Instrument::Ruler(lab) => {
-                let reading = lab.read_offset();
-                let sigma_m = lab.ruler_sigma_m();
-                run.by_reading(Deviation::LateralOffset { y_m: reading.left_m, sigma_m })
-            }
-            Instrument::Person { resolution_m, .. } => {
-                // Rounded to the nearest mark, and the eye that reads it.
-                let sigma_m = *resolution_m / 2.0;
-                loop {
-                    let question = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
-                    let answer = ui::ask(question, &session.clock()).await?;
-                    let measured = parse_reading(&answer, sigma_m).and_then(|deviation| {
-                        run.check_kind(&deviation)?;
-                        run.by_reading(deviation).map_err(|error| error.to_string())
-                    });
-                    match measured {
-                        Ok(measurement) => return Ok(measurement),
-                        Err(why) => ui::warn(why),
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Takes off what wheels were steered against a pull, c \[rad/m\], so that it does not pass for their radii:
@@ -240,7 +44,53 @@ fn unsteer(angles: &mut [WheelAngles], geometry: &GeometryConfig) {
     }
 }
 
-impl Run<'_> {
+impl DrivenLine<'_> {
+    /// Has this drive, which has just ended, measured; its poses are those from `first` on.
+    pub(super) async fn measure(
+        &self,
+        source: &mut dyn PoseSource,
+        clock: &Clock,
+        first: usize,
+    ) -> Result<Measurement> {
+        if !source.sees() {
+            let mut measured = None;
+            source
+                .read_deviation(clock, &mut |deviation| {
+                    self.check_kind(&deviation)?;
+                    measured = Some(self.by_reading(deviation)?);
+                    Ok(())
+                })
+                .await?;
+            return measured.ok_or_else(|| Error::new("the end of the drive was not read"));
+        }
+        let poses = source.poses_during(first, "drive")?;
+        let (samples, delay) = match source.pose_clock() {
+            PoseClock::Robot { delay_known } => (self.during(poses), !delay_known),
+            PoseClock::Own => (self.on_robot_clock(poses), true),
+        };
+        let Some(Sigma { position_m, heading_rad }) = source.noise() else {
+            return Err(Error::new("nobody says how well the track was measured")
+                .hint("--position-sigma and --heading-sigma say it"));
+        };
+        let track = Track { samples, position_sigma_m: position_m, heading_sigma_rad: heading_rad };
+        self.by_track(&track, FitOptions { delay })
+    }
+
+    /// Poses by the robot's clock, on that of the recording. The camera runs on before and after; the recording
+    /// is what is the same every time.
+    fn during(&self, mut poses: Vec<TrackSample>) -> Vec<TrackSample> {
+        let origin_us = self.origin_us();
+        let end_us = self.recording.telemetry.last().map_or(0, |frame| frame.t_us);
+        let end_s = end_us.saturating_sub(origin_us) as f64 * 1e-6;
+        for pose in &mut poses {
+            // In whole microseconds: the same instants of two recordings have the same bits, however long the
+            // robot had been on.
+            pose.t_s = ((pose.t_s * 1e6).round() - origin_us as f64) * 1e-6;
+        }
+        poses.retain(|pose| (0.0..=end_s).contains(&pose.t_s));
+        poses
+    }
+
     /// When the recording begins, on the robot's clock \[us\]; times of this drive count from here.
     fn origin_us(&self) -> u64 {
         self.recording.telemetry.first().map_or(0, |frame| frame.t_us)
@@ -282,7 +132,7 @@ impl Run<'_> {
         };
         // A drive too short to lose its run-in is taken whole.
         let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
-        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: Way::Track(leg) })
+        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: OneWay::Track(leg) })
     }
 
     /// The drive without its run-in. What turned the robot there becomes part of its free start pose.
@@ -308,16 +158,15 @@ impl Run<'_> {
     }
 
     /// Both ways must be read in the same way: an offset and an angle do not subtract.
-    fn check_kind(&self, deviation: &Deviation) -> std::result::Result<(), String> {
+    fn check_kind(&self, deviation: &Deviation) -> Result<()> {
         let is_offset = |it: &Deviation| matches!(it, Deviation::LateralOffset { .. });
         match self.way_out {
-            Some(out) if is_offset(&out) && !is_offset(deviation) => {
-                Err("the way out was read by its offset: read the way back by its offset too"
-                    .into())
-            }
-            Some(out) if !is_offset(&out) && is_offset(deviation) => {
-                Err("the way out was read by dx and dy: read the way back by dx and dy too".into())
-            }
+            Some(out) if is_offset(&out) && !is_offset(deviation) => Err(Error::new(
+                "the way out was read by its offset: read the way back by its offset too",
+            )),
+            Some(out) if !is_offset(&out) && is_offset(deviation) => Err(Error::new(
+                "the way out was read by dx and dy: read the way back by dx and dy too",
+            )),
             _ => Ok(()),
         }
     }
@@ -359,7 +208,7 @@ impl Run<'_> {
             },
             wheel_weight: wheel_weight.clone(),
         };
-        Ok(Measurement { wheel_weight, run, way: Way::Reading(experiment) })
+        Ok(Measurement { wheel_weight, run, way: OneWay::Reading(experiment) })
     }
 
     /// A tracking system's clock starts when it likes: the robot's first movement is the same in both.

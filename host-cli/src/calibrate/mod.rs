@@ -12,12 +12,12 @@
 mod checks;
 mod decide;
 mod measure;
+mod measurement;
 pub mod plausibility;
-mod reading;
 pub mod umbmark;
 
 pub use checks::Checks;
-pub use measure::{Instrument, Measurement, Way};
+pub use measurement::{Measurement, OneWay};
 
 use std::path::PathBuf;
 
@@ -29,8 +29,10 @@ use shared_proto::{Config, ConfigOrigin, Identity};
 
 use self::checks::check;
 use self::decide::{is_straight_within, mean};
+use self::measure::DrivenLine;
 use crate::error::{Error, Result};
 use crate::picture::Basis;
+use crate::pose_source::{Mark, PoseSource};
 use crate::undo::{self, Undo};
 use crate::wheels::geometry;
 use host_link::motion::{self, Motion, RecordOptions};
@@ -68,13 +70,13 @@ impl Default for Settings {
 
 /// Where the procedure is; told to whoever looks on.
 #[derive(Debug)]
-pub enum Step<'a> {
+pub enum CalibrateStep<'a> {
     /// Link, supply and state are good.
     Checked(&'a Checks),
     /// A drive is under way; the share that is done.
-    Driving(Drive, f64),
+    Driving(Pass, f64),
     /// A drive has been measured.
-    Measured(Drive, &'a Measurement),
+    Measured(Pass, &'a Measurement),
     /// The way back said what kind of deviation it is.
     OutAndBack(&'a OutAndBack),
     /// The new W_T is in use and was read back.
@@ -85,7 +87,7 @@ pub enum Step<'a> {
 
 /// Which drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drive {
+pub enum Pass {
     /// With the W_T that was there.
     Before,
     /// The same, backwards.
@@ -134,18 +136,18 @@ pub enum Decision {
 /// Calibrates the robot.
 pub async fn calibrate(
     session: &mut Session,
-    instrument: &mut Instrument,
+    source: &mut dyn PoseSource,
     settings: &Settings,
-    tell: &mut dyn FnMut(Step<'_>),
+    tell: &mut dyn FnMut(CalibrateStep<'_>),
 ) -> Result<Outcome> {
-    instrument.check()?;
+    source.check()?;
     let checks = check(session).await?;
     if let Some(folder) = &settings.undo_folder {
         undo::check::<undo::WheelWeight>(folder, &checks.identity)?;
     }
-    tell(Step::Checked(&checks));
+    tell(CalibrateStep::Checked(&checks));
     let config = checks.config.clone();
-    let outcome = experiment(session, instrument, settings, checks, tell).await;
+    let outcome = experiment(session, source, settings, checks, tell).await;
     if matches!(&outcome, Ok(Outcome { decision: Decision::Corrected(_), .. })) {
         return outcome;
     }
@@ -169,22 +171,21 @@ async fn put_back(session: &mut Session, saved: &Config) -> Result<()> {
 
 async fn experiment(
     session: &mut Session,
-    instrument: &mut Instrument,
+    source: &mut dyn PoseSource,
     settings: &Settings,
     checks: Checks,
-    tell: &mut dyn FnMut(Step<'_>),
+    tell: &mut dyn FnMut(CalibrateStep<'_>),
 ) -> Result<Outcome> {
     let config = checks.config.clone();
     let geometry = geometry(&config, settings.tolerance_share);
-    let mut bench =
-        Bench { session, instrument, settings, geometry, tell, way_out: None, drives: 0 };
+    let mut bench = Bench { session, source, settings, geometry, tell, way_out: None, drives: 0 };
 
-    bench.instrument.prepare(bench.session, "at its start line").await?;
-    let before = bench.drive(&config, Drive::Before).await?;
+    bench.place("at its start line").await?;
+    let before = bench.drive(&config, Pass::Before).await?;
     let mut said = vec![before.wheel_weight.clone()];
     for _ in 1..settings.runs {
-        bench.instrument.prepare(bench.session, "back at its start line").await?;
-        said.push(bench.drive(&config, Drive::Before).await?.wheel_weight);
+        bench.place("back at its start line").await?;
+        said.push(bench.drive(&config, Pass::Before).await?.wheel_weight);
     }
     let mut wheel_weight = mean(&said);
     let mut basis = match settings.runs {
@@ -194,9 +195,9 @@ async fn experiment(
     let mut out_and_back = None;
     if settings.out_and_back {
         bench.way_out = before.deviation();
-        let back = bench.drive(&config, Drive::Back).await?;
+        let back = bench.drive(&config, Pass::Back).await?;
         let both = before.and_back(&back, &geometry).map_err(Error::new)?;
-        (bench.tell)(Step::OutAndBack(&both));
+        (bench.tell)(CalibrateStep::OutAndBack(&both));
         wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
         basis = Basis::BothWays;
         out_and_back = Some(both);
@@ -228,32 +229,10 @@ async fn experiment(
     corrected.geometry.wheel_weight = wheel_weight.value;
     plausibility::check(corrected.geometry)?;
     bench.session.write_config(&corrected).await?;
-    (bench.tell)(Step::Written(wheel_weight.value));
+    (bench.tell)(CalibrateStep::Written(wheel_weight.value));
 
-    bench.instrument.prepare(bench.session, "back at its start line").await?;
-    let after = bench.drive(&corrected, Drive::After).await?;
-    // A pull bends both runs alike, and no W_T mends it.
-    let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
-    let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
-    if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
-        return Ok(outcome(before, bench.drives, Decision::NotBetter(after)));
-    }
-    if bench.session.is_cancelled() {
-        return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
-    }
-    let undo = Undo {
-        robot: checks.identity.name.as_str().into(),
-        before: undo::WheelWeight(before.run.driven_with),
-        after: undo::WheelWeight(after.run.driven_with),
-    };
-    let undo_folder = settings.undo_folder.as_deref();
-    save(bench.session, undo_folder, &checks.identity, &undo).await?;
-    if bench.session.restore_config(ConfigOrigin::Saved).await? != corrected {
-        return Err(Error::new("the robot saved another configuration than it was told to")
-            .hint("`beeline config get` shows what is there"));
-    }
-    (bench.tell)(Step::Saved);
-    Ok(outcome(before, bench.drives, Decision::Corrected(after)))
+    let decision = bench.drive_again(&corrected, &before, out_and_back, &checks).await?;
+    Ok(outcome(before, bench.drives, decision))
 }
 
 /// Saves what is in use, and remembers what was there: first the second, as a robot that was changed
@@ -276,10 +255,10 @@ async fn save<T: undo::Undoable>(
 /// What every drive of the experiment needs.
 struct Bench<'a> {
     session: &'a mut Session,
-    instrument: &'a mut Instrument,
+    source: &'a mut dyn PoseSource,
     settings: &'a Settings,
     geometry: Geometry,
-    tell: &'a mut dyn FnMut(Step<'_>),
+    tell: &'a mut dyn FnMut(CalibrateStep<'_>),
     /// What the way out was read by, once it is.
     way_out: Option<Deviation>,
     /// Drives so far.
@@ -287,31 +266,66 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    async fn drive(&mut self, config: &Config, which: Drive) -> Result<Measurement> {
+    async fn place(&mut self, words: &str) -> Result<()> {
+        self.source.place(&self.session.clock(), Mark::Line(words)).await.map(drop)
+    }
+
+    async fn drive(&mut self, config: &Config, which: Pass) -> Result<Measurement> {
         let motion = match which {
-            Drive::Back => self.settings.motion.reversed(),
-            Drive::Before | Drive::After => self.settings.motion,
+            Pass::Back => self.settings.motion.reversed(),
+            Pass::Before | Pass::After => self.settings.motion,
         };
-        self.instrument.begin()?;
-        let options = RecordOptions {
-            trigger: self.instrument.camera().map(sim_link::camera_trigger),
-            ..RecordOptions::default()
-        };
+        let first = self.source.begin()?;
+        let options = RecordOptions { trigger: self.source.trigger(), ..RecordOptions::default() };
         let tell = &mut self.tell;
         let recording = motion::drive(self.session, &motion, options, &mut |share| {
-            tell(Step::Driving(which, share));
+            tell(CalibrateStep::Driving(which, share));
         })
         .await?;
-        let run = measure::Run {
+        let line = DrivenLine {
             recording: &recording,
             config,
             geometry: &self.geometry,
             start_heading_sigma_rad: self.settings.start_heading_sigma_rad,
-            way_out: self.way_out.filter(|_| which == Drive::Back),
+            way_out: self.way_out.filter(|_| which == Pass::Back),
         };
         self.drives += 1;
-        let measurement = self.instrument.measure(self.session, &run).await?;
-        (self.tell)(Step::Measured(which, &measurement));
+        let measurement = line.measure(self.source, &self.session.clock(), first).await?;
+        (self.tell)(CalibrateStep::Measured(which, &measurement));
         Ok(measurement)
+    }
+
+    /// Drives once more with the new W_T, and saves it if the robot went straighter.
+    async fn drive_again(
+        &mut self,
+        corrected: &Config,
+        before: &Measurement,
+        out_and_back: Option<OutAndBack>,
+        checks: &Checks,
+    ) -> Result<Decision> {
+        self.place("back at its start line").await?;
+        let after = self.drive(corrected, Pass::After).await?;
+        // A pull bends both runs alike, and no W_T mends it.
+        let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
+        let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
+        if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
+            return Ok(Decision::NotBetter(after));
+        }
+        if self.session.is_cancelled() {
+            return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
+        }
+        let undo = Undo {
+            robot: checks.identity.name.as_str().into(),
+            before: undo::WheelWeight(before.run.driven_with),
+            after: undo::WheelWeight(after.run.driven_with),
+        };
+        let undo_folder = self.settings.undo_folder.as_deref();
+        save(self.session, undo_folder, &checks.identity, &undo).await?;
+        if self.session.restore_config(ConfigOrigin::Saved).await? != *corrected {
+            return Err(Error::new("the robot saved another configuration than it was told to")
+                .hint("`beeline config get` shows what is there"));
+        }
+        (self.tell)(CalibrateStep::Saved);
+        Ok(Decision::Corrected(after))
     }
 }

@@ -16,7 +16,7 @@ pub const DIFFERENCE_USUAL: f64 = 0.03;
 pub fn check(geometry: GeometryConfig) -> Result<()> {
     let config = Config { geometry, ..Config::default() };
     config.validate().map_err(|error| {
-        Error::new(format_args!("the measured W_T is not plausibility: {error}"))
+        Error::new(format_args!("the measured W_T is not believable: {error}"))
             .hint("check the readings, the track width and the counts per revolution")
     })
 }

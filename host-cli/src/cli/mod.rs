@@ -1,15 +1,19 @@
 //! The command line.
 
+mod calibrate;
 mod campaign;
 mod check;
 mod choice;
+mod drive;
 mod insight;
 
 pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
+pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use check::period_ms;
 pub use choice::{Measure, Method};
+pub use drive::{DriveCommand, ProfileArgs};
 pub use host_link::listen::Listen;
 pub use insight::{
     AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
@@ -18,13 +22,11 @@ pub use insight::{
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
-use clap::{ArgGroup, Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
-use self::check::{
-    above_zero, acceleration, angle, distance, length, not_negative, percent, rate, speed, time,
-};
+use self::check::{above_zero, rate, time};
 use crate::port::{Port, SimOptions};
-use crate::quantity::{Acceleration, Angle, Distance, Length, Speed, Time};
+use crate::quantity::Time;
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -199,62 +201,6 @@ pub enum ConfigCommand {
     },
 }
 
-/// Shape of a motion, shared by all of them.
-#[derive(Args, Clone, Copy, Debug)]
-pub struct ProfileArgs {
-    /// Speed between the ramps, of the farther wheel: 0.2m/s, 0.523rev/s.
-    #[arg(long, value_name = "SPEED", default_value = "0.523rev/s", allow_hyphen_values = true, value_parser = above_zero(speed))]
-    pub cruise: Speed,
-    /// Steepness of the ramps: 0.05m/s^2, 0.101rev/s^2.
-    #[arg(long, value_name = "ACCELERATION", default_value = "0.101rev/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
-    pub acceleration: Acceleration,
-    /// Drive it even if it takes longer than ten minutes.
-    #[arg(long)]
-    pub long: bool,
-}
-
-/// `beeline drive ...`
-#[derive(Clone, Debug, Subcommand)]
-pub enum DriveCommand {
-    /// Drive straight; a negative distance goes backwards.
-    #[command(
-        allow_negative_numbers = true,
-        after_help = "Examples:\n  beeline drive straight 8rev\n  beeline drive straight -50cm --cruise 0.3m/s"
-    )]
-    Straight {
-        /// How far: 1.8m, 8rev (turns of a wheel).
-        #[arg(allow_hyphen_values = true)]
-        distance: Distance,
-        /// Shape of the motion.
-        #[command(flatten)]
-        profile: ProfileArgs,
-    },
-    /// Turn on the spot; positive is counter-clockwise.
-    #[command(after_help = "Example:\n  beeline drive spin -360deg --cruise 0.2m/s")]
-    Spin {
-        /// How far: 90deg, -1rev (turns of the robot).
-        #[arg(allow_hyphen_values = true)]
-        angle: Angle,
-        /// Shape of the motion.
-        #[command(flatten)]
-        profile: ProfileArgs,
-    },
-    /// Drive an arc; positive angles turn left, a negative radius drives the same circle backwards,
-    /// so that the robot turns the other way.
-    #[command(after_help = "Example:\n  beeline drive arc 1m 90deg")]
-    Arc {
-        /// Radius of the circle that the robot's centre drives.
-        #[arg(allow_hyphen_values = true)]
-        radius: Length,
-        /// How far the robot turns.
-        #[arg(allow_hyphen_values = true)]
-        angle: Angle,
-        /// Shape of the motion.
-        #[command(flatten)]
-        profile: ProfileArgs,
-    },
-}
-
 /// `beeline watch`
 #[derive(Args, Clone, Debug)]
 pub struct WatchArgs {
@@ -283,123 +229,6 @@ pub struct RecordArgs {
     /// The motion.
     #[command(subcommand)]
     pub motion: DriveCommand,
-}
-
-/// `beeline calibrate`
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "\
-How the deviation is measured (--measure):
-  camera      the simulator's overhead camera (default on the simulator)
-  ruler       the simulator's ruler: lateral offset at the end
-  ask         you are asked for the lateral offset, or dx and dy (default elsewhere)
-  track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
-
-Examples:
-  beeline calibrate
-  beeline calibrate --measure ruler --out-and-back
-  beeline calibrate --port /dev/ttyACM0 --ruler 1mm
-  beeline calibrate --method umbmark --side 2m --port /dev/ttyACM0
-  beeline calibrate --undo --port /dev/ttyACM0")]
-pub struct CalibrateArgs {
-    /// straight: the paper's, W_T from a straight line; umbmark: squares both ways, W_T and track width.
-    #[arg(long, value_name = "METHOD", default_value = "straight")]
-    pub method: Method,
-    /// Side of the squares of UMBmark.
-    #[arg(long, value_name = "LENGTH", default_value = "1m", allow_hyphen_values = true, value_parser = above_zero(length))]
-    pub side: Length,
-    /// How far to drive: 8rev, 2m.
-    #[arg(long, value_name = "DISTANCE", default_value = "8rev", allow_hyphen_values = true, value_parser = above_zero(distance))]
-    pub distance: Distance,
-    /// Shape of the motion.
-    #[command(flatten)]
-    pub profile: ProfileArgs,
-    /// camera, ruler, ask or track:FILE.
-    #[arg(long, value_name = "HOW")]
-    pub measure: Option<Measure>,
-    /// Resolution of the ruler: a reading is good to half of it.
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", allow_hyphen_values = true, value_parser = above_zero(length))]
-    pub ruler: Length,
-    /// How well the robot is lined up with its start line, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = not_negative(angle))]
-    pub start_heading: Angle,
-    /// How well wheel radius and track width are known, one sigma, in percent.
-    #[arg(long = "tolerance", value_name = "PERCENT", default_value_t = 0.5, allow_hyphen_values = true, value_parser = percent)]
-    pub tolerance_percent: f64,
-    /// Noise of the measured track's positions, one sigma.
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", allow_hyphen_values = true, value_parser = above_zero(length))]
-    pub position_sigma: Length,
-    /// Noise of the measured track's headings, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = above_zero(angle))]
-    pub heading_sigma: Angle,
-    /// Also drive back once, so that a pull is not taken for a radius. Not with --runs: the way back
-    /// begins where the way out ended, each of several runs at the start line.
-    #[arg(long)]
-    pub out_and_back: bool,
-    /// Drive this many runs before deciding, each from the start line, and take their mean; not with
-    /// --out-and-back [default: 1; umbmark: 5 each way].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
-    pub runs: Option<u16>,
-    /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
-    #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
-    pub output: PathBuf,
-    /// No questions: start without asking whether the robot stands at its line.
-    #[arg(long, short)]
-    pub yes: bool,
-    /// Put back the W_T that was there before the last calibration.
-    #[arg(long)]
-    pub undo: bool,
-}
-
-/// `beeline wheel-weight`
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "\
-Give either the tangent of the trace at its end (--dx and --dy, dy to the RIGHT positive, as in the
-paper) or the lateral offset of the end from the start line (--lateral, to the LEFT positive).
-
-Examples:
-  beeline wheel-weight --dx 2.525cm --dy 1mm
-  beeline wheel-weight --lateral -36mm --start-heading 2mrad")]
-#[command(group(ArgGroup::new("deviation").required(true)))]
-pub struct WheelWeightArgs {
-    /// Base of the tangent, along the line.
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        allow_hyphen_values = true,
-        requires = "dy",
-        group = "deviation"
-    )]
-    pub dx: Option<Length>,
-    /// Rise of the tangent over that base, to the right positive.
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, requires = "dx")]
-    pub dy: Option<Length>,
-    /// Offset of the end from the start line, to the left positive.
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, group = "deviation")]
-    pub lateral: Option<Length>,
-    /// Uncertainty of a reading, one sigma.
-    #[arg(long, value_name = "LENGTH", default_value = "0.5mm", allow_hyphen_values = true, value_parser = not_negative(length))]
-    pub sigma: Length,
-    /// Wheel radius, R_L.
-    #[arg(long, value_name = "LENGTH", default_value = "3.6cm", allow_hyphen_values = true, value_parser = above_zero(length))]
-    pub radius: Length,
-    /// Track width, b.
-    #[arg(long, value_name = "LENGTH", default_value = "37.2cm", allow_hyphen_values = true, value_parser = above_zero(length))]
-    pub track_width: Length,
-    /// Encoder counts per wheel revolution, N / g.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 900.0)]
-    pub counts_per_rev: f64,
-    /// Wheel revolutions driven (both wheels).
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 8.0)]
-    pub revolutions: f64,
-    /// Counts of the left wheel, if the wheels turned differently.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "right_counts")]
-    pub left_counts: Option<f64>,
-    /// Counts of the right wheel.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "left_counts")]
-    pub right_counts: Option<f64>,
-    /// How well the robot was lined up with its start line, one sigma.
-    #[arg(long, value_name = "ANGLE", default_value = "0rad", allow_hyphen_values = true, value_parser = not_negative(angle))]
-    pub start_heading: Angle,
 }
 
 /// `beeline sim`

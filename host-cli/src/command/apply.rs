@@ -1,11 +1,12 @@
 //! `beeline apply`
 
+use host_link::Session;
 use robot_model::effect::{Effect, KnownEffect};
 use robot_model::explain::explain_beyond;
 use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
 use serde_json::json;
-use shared_proto::{ConfigOrigin, GeometryConfig};
+use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
 use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
@@ -18,8 +19,8 @@ use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
 use crate::undo::{Undo, state_folder};
-use campaign::Campaign;
 use campaign::model::{EffectEntry, ModelFile};
+use campaign::{Campaign, Recordings};
 
 pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     if args.undo {
@@ -28,12 +29,12 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     let Some(folder) = &args.campaign else {
         return Err(Error::new("which campaign?").hint("beeline apply FOLDER --port PORT"));
     };
-    let campaign = Campaign::read(folder)?;
+    let (campaign, recordings) = Campaign::read_both(folder)?;
     for warning in &campaign.warnings {
         warn(warning);
     }
     warn_of_blind_runs(&campaign);
-    let effects = effects_of(folder, &campaign)?;
+    let effects = effects_of(folder, &campaign, recordings)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
@@ -69,35 +70,47 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign says is not plausibility: {error}"))
+            Error::new(format_args!("what the campaign says is not believable: {error}"))
                 .hint("check robot.toml, and what `explain` says")
         })?;
-        // First the undo: a robot that was changed can then always be changed back.
-        let remembered = if !common.port.is_sim() || common.flash.is_some() {
-            let undo = Undo {
-                robot: display_name(&identity),
-                before: config.geometry,
-                after: new.geometry,
-            };
-            Some(undo.remember(&state_folder()?, &identity)?)
-        } else {
-            None
-        };
-        session.write_config(&new).await?;
-        if let Err(error) = session.save_config().await {
-            if let Some(remembered) = remembered {
-                remembered.take_back()?;
-            }
-            return Err(error.into());
-        }
+        write(common, session, &identity, &config, &new).await?;
         Ok((change, true))
     })?;
     finish(common, &change, written);
     Ok(())
 }
 
+/// Writes and saves a configuration. First the undo: a robot that was changed can then always be changed back.
+async fn write(
+    common: &Common,
+    session: &mut Session,
+    identity: &Identity,
+    config: &Config,
+    new: &Config,
+) -> Result<()> {
+    let remembered = if !common.port.is_sim() || common.flash.is_some() {
+        let undo =
+            Undo { robot: display_name(identity), before: config.geometry, after: new.geometry };
+        Some(undo.remember(&state_folder()?, identity)?)
+    } else {
+        None
+    };
+    session.write_config(new).await?;
+    if let Err(error) = session.save_config().await {
+        if let Some(remembered) = remembered {
+            remembered.take_back()?;
+        }
+        return Err(error.into());
+    }
+    Ok(())
+}
+
 /// What is believed of the robot: the campaign's model, or without one what the explanation names.
-fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Believed>> {
+fn effects_of(
+    folder: &std::path::Path,
+    campaign: &Campaign,
+    recordings: Recordings,
+) -> Result<Vec<Believed>> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
     if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
@@ -113,7 +126,7 @@ fn effects_of(folder: &std::path::Path, campaign: &Campaign) -> Result<Vec<Belie
     let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
-    let campaign = campaign.to_model(folder)?;
+    let campaign = recordings.into_model(campaign, folder)?;
     let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = believed(&answer);
     // What is compensated and not there: only a value shows whether that is sure.

@@ -4,14 +4,12 @@ use std::path::Path;
 
 use serde_json::json;
 use shared_proto::Config;
-use sim_target::Lab;
 
-use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, Measure, PlanArgs, PlanCommandArgs};
+use super::pose_source;
+use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, PlanArgs, PlanCommandArgs};
 use crate::error::{Error, Result};
 use crate::port::with_robot;
-use crate::survey::{
-    GyroLog, Person, RecordSettings, Sigma, Step, Summary, Witness, record_campaign,
-};
+use crate::survey::{RecordSettings, RecordStep, Summary, record_campaign};
 use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, warn};
 use campaign::Campaign;
 use campaign::file::{check_writable, write_whole};
@@ -184,12 +182,12 @@ fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
     let folder = args.campaign.as_path();
     let summary = with_robot(&common.port, &common.sim(), async |session, lab| {
         let config = session.read_config().await?;
-        let mut witness = witness(args, lab)?;
+        let mut source = pose_source::of_campaign(args, lab)?;
         let (plan, settings) = what_to_record(args, &config, folder)?;
         let simulated = common.sim().kept(&common.port);
         let settings = RecordSettings { simulated, ..settings };
         let mut teller = Teller { quiet: common.json, progress: None };
-        record_campaign(session, &mut witness, &plan, folder, &settings, &mut |step| {
+        record_campaign(session, &mut *source, &plan, folder, &settings, &mut |step| {
             teller.tell(step);
         })
         .await
@@ -245,48 +243,6 @@ fn what_to_record(
     Ok((plan, settings))
 }
 
-fn witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> {
-    match &args.gyro {
-        None => pose_witness(args, lab),
-        Some(_) if lab.is_some() => {
-            Err(Error::new("the simulated robot has a gyro of its own, if its scenario says so")
-                .hint("leave --gyro out, and put a section [gyro] into the scenario"))
-        }
-        Some(path) => {
-            let other = Box::new(pose_witness(args, lab)?);
-            Ok(Witness::WithGyro { other, log: GyroLog::new(path) })
-        }
-    }
-}
-
-fn pose_witness(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Witness> {
-    let measure = args.measure.clone().unwrap_or(match lab {
-        Some(_) => Measure::Camera,
-        None => Measure::Ask,
-    });
-    let confirm = !args.yes;
-    match (measure, lab) {
-        (Measure::Camera, Some(lab)) => Ok(Witness::camera(lab)),
-        (Measure::Camera, None) => {
-            Err(Error::new("the camera belongs to the simulator in this process (--port sim)")
-                .hint("--measure track:FILE, ask or none"))
-        }
-        (Measure::Ruler, _) => {
-            Err(Error::new("a ruler at the end of a run is too little for a campaign")
-                .hint("--measure camera, track:FILE, ask or none"))
-        }
-        (Measure::Ask, lab) => {
-            let sigma = Sigma {
-                position_m: args.position_sigma.map_or(Sigma::TAPE.position_m, |it| it.m),
-                heading_rad: args.heading_sigma.map_or(Sigma::TAPE.heading_rad, |it| it.rad),
-            };
-            Ok(Witness::Person(Person::new(confirm, sigma, lab)))
-        }
-        (Measure::Nobody, _) => Ok(Witness::Nobody { confirm }),
-        (Measure::Track(path), _) => Ok(Witness::TrackFile { path, confirm, seen: 0 }),
-    }
-}
-
 /// Tells the user what is going on.
 struct Teller {
     quiet: bool,
@@ -294,21 +250,21 @@ struct Teller {
 }
 
 impl Teller {
-    fn tell(&mut self, step: Step<'_>) {
+    fn tell(&mut self, step: RecordStep<'_>) {
         match step {
-            Step::GoesOn(runs) if !self.quiet => {
+            RecordStep::GoesOn(runs) if !self.quiet => {
                 note(format_args!("there already: {} of the plan", ui::runs(runs)));
             }
-            Step::Begins(index, of, run) => {
+            RecordStep::Begins(index, of, run) => {
                 let title = format!("{index:>2}/{of} {}", run.name);
                 self.progress = Some((title.clone(), Progress::new(title, self.quiet)));
             }
-            Step::Driving(share) => {
+            RecordStep::Driving(share) => {
                 if let Some((_, progress)) = &self.progress {
                     progress.set(share);
                 }
             }
-            Step::Recorded { samples, poses, dropped, .. } => {
+            RecordStep::Recorded { samples, poses, dropped, .. } => {
                 let title = self.progress.take().map(|(title, _)| title).unwrap_or_default();
                 if !self.quiet {
                     note(format_args!("  {title:<32} {samples:>6} samples, {poses:>5} poses"));
@@ -319,23 +275,23 @@ impl Teller {
                     ));
                 }
             }
-            Step::Skipped(run) => {
+            RecordStep::Skipped(run) => {
                 self.progress = None;
                 if !self.quiet {
                     note(format_args!("  {} skipped", run.name));
                 }
             }
-            Step::Warning(warning) => warn(warning),
-            Step::Compensated(effects) if !self.quiet => {
+            RecordStep::Warning(warning) => warn(warning),
+            RecordStep::Compensated(effects) if !self.quiet => {
                 let effects = effects.join(", ");
                 note(format_args!(
                     "the robot compensates {effects} already: known in model.toml, not missing"
                 ));
             }
-            Step::CompensatedAnew(effect) => warn(format_args!(
+            RecordStep::CompensatedAnew(effect) => warn(format_args!(
                 "the robot compensates another {effect} by now than model.toml says; counts are raw, so the runs go together"
             )),
-            Step::GoesOn(_) | Step::Compensated(_) => {}
+            RecordStep::GoesOn(_) | RecordStep::Compensated(_) => {}
         }
     }
 }

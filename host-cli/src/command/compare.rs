@@ -56,9 +56,9 @@ pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
 
 /// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
-    let read = Campaign::read(folder)?;
+    let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
-    let campaign = read.to_model(folder)?;
+    let campaign = recordings.into_model(&read, folder)?;
     warn_of_blind_runs(&read);
     Ok((read, campaign))
 }

@@ -10,7 +10,7 @@ use robot_model::recording::Campaign;
 use serde_json::json;
 
 use super::compare::{read, warn_if_lone};
-use crate::cli::{Common, ModelCommand};
+use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
 use crate::explain::{parameters, text};
@@ -24,57 +24,8 @@ use campaign::model::{
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
         ModelCommand::Show { campaign } => show(common, campaign),
-        ModelCommand::Add(args) => {
-            let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add")?;
-            let mut task = Task::new(campaign, args.model.as_deref())?;
-            let customs = customs(&args.custom, &args.unit, &args.range)?;
-            for (index, mut custom) in customs.into_iter().enumerate() {
-                if let Some(name) = args.name.get(index) {
-                    custom.id.clone_from(name);
-                }
-                if let Some(per) = args.per {
-                    custom.per = per;
-                }
-                let effect = task
-                    .model
-                    .declare(&custom)
-                    .map_err(|error| equation_error(&custom.expression, &error))?;
-                task.model.effects.push(EffectEntry::unfitted(effect));
-            }
-            for id in &effects {
-                let effect = task.find(id)?;
-                if task.model.effects.iter().any(|it| it.effect.facts().id == id) {
-                    return Err(Error::new(format_args!("{id} is in the model already")).hint(
-                        format_args!("`beeline model fit {}` fits it again", campaign.display()),
-                    ));
-                }
-                task.model.effects.push(EffectEntry::unfitted(effect));
-            }
-            task.change(common)
-        }
-        ModelCommand::Remove(args) => {
-            let (effects, campaign) = split(&args.what, true, "remove")?;
-            let mut task = Task::new(campaign, args.model.as_deref())?;
-            for id in &effects {
-                if task.model.in_use().iter().any(|it| it.id() == id) {
-                    warn(format_args!(
-                        "{id} was compensated when these runs were recorded: without it `explain` names it as missing"
-                    ));
-                }
-                let before = task.model.effects.len();
-                task.model.effects.retain(|it| it.effect.facts().id != id);
-                let declared = task.model.customs.len();
-                task.model.customs.retain(|it| it.facts().id != id);
-                if task.model.effects.len() == before && task.model.customs.len() == declared {
-                    let there: Vec<&str> = task.before.iter().map(|it| it.facts().id).collect();
-                    let there =
-                        if there.is_empty() { "no effects".into() } else { there.join(", ") };
-                    return Err(Error::new(format_args!("{id} is not in the model"))
-                        .hint(format_args!("it has {there}")));
-                }
-            }
-            task.change(common)
-        }
+        ModelCommand::Add(args) => add(common, args),
+        ModelCommand::Remove(args) => remove(common, args),
         ModelCommand::Fit { campaign, model } => {
             let mut task = Task::new(campaign, model.as_deref())?;
             task.before.clear();
@@ -91,6 +42,57 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
             task.change(common)
         }
     }
+}
+
+fn add(common: &Common, args: &AddArgs) -> Result<()> {
+    let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add")?;
+    let mut task = Task::new(campaign, args.model.as_deref())?;
+    let customs = customs(&args.custom, &args.unit, &args.range)?;
+    for (index, mut custom) in customs.into_iter().enumerate() {
+        if let Some(name) = args.name.get(index) {
+            custom.id.clone_from(name);
+        }
+        if let Some(per) = args.per {
+            custom.per = per;
+        }
+        let effect = task
+            .model
+            .declare(&custom)
+            .map_err(|error| equation_error(&custom.expression, &error))?;
+        task.model.effects.push(EffectEntry::unfitted(effect));
+    }
+    for id in &effects {
+        let effect = task.find(id)?;
+        if task.model.effects.iter().any(|it| it.effect.facts().id == id) {
+            return Err(Error::new(format_args!("{id} is in the model already"))
+                .hint(format_args!("`beeline model fit {}` fits it again", campaign.display())));
+        }
+        task.model.effects.push(EffectEntry::unfitted(effect));
+    }
+    task.change(common)
+}
+
+fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
+    let (effects, campaign) = split(&args.what, true, "remove")?;
+    let mut task = Task::new(campaign, args.model.as_deref())?;
+    for id in &effects {
+        if task.model.in_use().iter().any(|it| it.id() == id) {
+            warn(format_args!(
+                "{id} was compensated when these runs were recorded: without it `explain` names it as missing"
+            ));
+        }
+        let before = task.model.effects.len();
+        task.model.effects.retain(|it| it.effect.facts().id != id);
+        let declared = task.model.customs.len();
+        task.model.customs.retain(|it| it.facts().id != id);
+        if task.model.effects.len() == before && task.model.customs.len() == declared {
+            let there: Vec<&str> = task.before.iter().map(|it| it.facts().id).collect();
+            let there = if there.is_empty() { "no effects".into() } else { there.join(", ") };
+            return Err(Error::new(format_args!("{id} is not in the model"))
+                .hint(format_args!("it has {there}")));
+        }
+    }
+    task.change(common)
 }
 
 /// Equations, each with the units and ranges of its own parameters.

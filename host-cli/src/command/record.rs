@@ -1,21 +1,20 @@
 //! `beeline record`
 
 use serde_json::json;
-use sim_target::Lab;
 
 use super::drive::{kind, motion_of, profile_of};
+use super::pose_source;
 use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::limits;
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
-use crate::survey::samples::{
-    camera_track, columns, gyro_readings, on_one_encoder, robot_file, rows,
-};
+use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
 use campaign::{Campaign, CampaignWriter, RunFacts};
+use host_link::Session;
 use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
@@ -23,10 +22,12 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         limits::check(&motion, &config, profile_of(&args.motion).long)?;
+        let is_simulated = lab.is_some();
+        let mut source = pose_source::of_run(lab);
         // Before the robot moves: a folder that cannot be written must not cost a run.
-        let mut robot = robot_file(&config, lab.as_ref());
+        let mut robot = robot_file(&config, source.noise());
         // In the simulator, whoever asks for other noise asks for another seed, and so for another uid.
-        if lab.is_none() {
+        if !is_simulated {
             robot.uid = Some(hex(&session.identify().await?.uid));
         }
         robot.simulated = common.sim().kept(&common.port);
@@ -37,16 +38,15 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         in_use::keep(&args.campaign, writer.robot(), &config, there.is_some())?;
         let last = there.and_then(|campaign| LastRun::of(&args.campaign, &campaign));
         let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
-        let started_s = lab.is_none().then_some((now_s * 1e3).round() / 1e3);
+        let started_s = (!is_simulated).then_some((now_s * 1e3).round() / 1e3);
         let name = args.name.as_deref().unwrap_or(kind(&args.motion));
         drop(writer.start_run(name, &[])?);
 
         let progress = Progress::new(format!("recording {name}"), common.json);
         let period_ms = period_ms(args.rate);
-        let trigger = lab.clone().map(sim_link::camera_trigger);
+        let trigger = source.trigger();
         let options = RecordOptions { period_ms, trigger, ..RecordOptions::default() };
-        let seen = lab.as_ref().map_or(0, Lab::camera_len);
-        let gyro_seen = lab.as_ref().map_or(0, Lab::gyro_len);
+        let first = source.begin()?;
         let dropped = session.status().await?.link.telemetry_dropped;
         let mut telemetry = Vec::new();
         let driven = motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
@@ -54,14 +54,14 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         })
         .await;
         drop(progress);
-        let track = lab.as_ref().map(|lab| camera_track(lab, seen)).unwrap_or_default();
-        let gyro = lab.as_ref().map(|lab| gyro_readings(lab, gyro_seen)).unwrap_or_default();
+        let track = source.poses_from(first)?;
+        let gyro = source.yaw_rates(name, &[])?;
         let rows = rows(&telemetry, &track, &gyro);
         if rows.len() < 2 {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));
         }
-        let mut run = writer.start_run(name, &columns(lab.is_some(), !gyro.is_empty()))?;
+        let mut run = writer.start_run(name, &columns(source.sees(), !gyro.is_empty()))?;
         for row in &rows {
             run.push(&on_one_encoder(row, &config))?;
         }
@@ -74,16 +74,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             ));
             return Err(error.into());
         }
-        let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped);
-        let lost = session.statistics().telemetry_lost;
-        if lost > u64::from(dropped) {
-            warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
-        }
-        if dropped > 0 {
-            warn(format_args!(
-                "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
-            ));
-        }
+        warn_of_gaps(session, dropped).await?;
         Ok((path, rows))
     })?;
     if !rows.iter().any(|row| row.x_m.is_some()) {
@@ -93,6 +84,21 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         say(json!({"run": path, "samples": rows.len()}));
     } else {
         say(format_args!("{}: {} samples", path.display(), rows.len()));
+    }
+    Ok(())
+}
+
+/// Says how many samples are missing; `dropped_before` is what the robot had dropped before the run.
+async fn warn_of_gaps(session: &mut Session, dropped_before: u32) -> Result<()> {
+    let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
+    let lost = session.statistics().telemetry_lost;
+    if lost > u64::from(dropped) {
+        warn(format_args!("{} samples were lost on the line", lost - u64::from(dropped)));
+    }
+    if dropped > 0 {
+        warn(format_args!(
+            "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+        ));
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use serde_json::json;
 use shared_proto::GeometryConfig;
 
 use super::identify::display_name;
-use super::instrument::instrument;
+use super::pose_source;
 use crate::calibrate::umbmark::{
     Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
@@ -42,10 +42,10 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         {
             limits::check(&motion, &config, args.profile.long)?;
         }
-        let mut instrument = instrument(args, lab)?;
+        let mut source = pose_source::of_calibration(args, lab)?;
         let mut progress = None;
         let quiet = common.json;
-        umbmark(session, &mut instrument, &settings, &mut |step| match step {
+        umbmark(session, &mut *source, &settings, &mut |step| match step {
             UmbmarkStep::Checked(checks) if !quiet => {
                 note(paint(BOLD, format_args!("UMBmark of {}", display_name(&checks.identity))));
                 note(format_args!(

@@ -3,7 +3,7 @@
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
-use super::Subject;
+use super::headline::Subject;
 use crate::cli::Common;
 use crate::port::Port;
 use campaign::{Campaign, RobotFile};

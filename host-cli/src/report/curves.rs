@@ -72,29 +72,7 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         Px(X.0),
         unit(curve.aspect)
     );
-    let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
-    for level in levels {
-        let at = y.at(level);
-        let class = if level == 0.0 { "zero" } else { "g" };
-        let _ = write!(
-            html,
-            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            Px(X.0),
-            Px(X.1),
-            Px(X.0 - 8.0),
-            Px(at.0 + 4.0),
-            number(level, places)
-        );
-    }
-    let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
-    for stop in stops {
-        let _ = write!(
-            html,
-            "<text class=\"tick\" x=\"{}\" y=\"186\" text-anchor=\"middle\">{}</text>",
-            x.at(stop),
-            number(stop, places)
-        );
-    }
+    axes(html, (&x, span), (&y, range));
     let line = |points: &[(f64, f64, f64)]| {
         let mut data = String::new();
         for (at, value, _) in points {
@@ -123,4 +101,31 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         );
     }
     html.push_str("</svg></figure>");
+}
+
+/// Lines and numbers of both axes, each with its ends.
+fn axes(html: &mut String, (x, span): (&Scale, (f64, f64)), (y, range): (&Scale, (f64, f64))) {
+    let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
+    for level in levels {
+        let at = y.at(level);
+        let class = if level == 0.0 { "zero" } else { "g" };
+        let _ = write!(
+            html,
+            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+            Px(X.0),
+            Px(X.1),
+            Px(X.0 - 8.0),
+            Px(at.0 + 4.0),
+            number(level, places)
+        );
+    }
+    let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
+    for stop in stops {
+        let _ = write!(
+            html,
+            "<text class=\"tick\" x=\"{}\" y=\"186\" text-anchor=\"middle\">{}</text>",
+            x.at(stop),
+            number(stop, places)
+        );
+    }
 }

@@ -8,6 +8,10 @@ use std::path::Path;
 use std::time::SystemTime;
 
 use campaign::Campaign;
+use host_link::Session;
+
+use crate::error::{Error, Result};
+use crate::pose_source::PoseSource;
 
 /// The clock of a campaign.
 #[derive(Clone, Copy, Debug)]
@@ -51,4 +55,37 @@ impl CampaignClock {
     pub fn at(&self, t_us: u64) -> f64 {
         self.shown_s + (t_us as f64 - self.since_us as f64) * 1e-6
     }
+}
+
+/// A run that is to start so soon after another may start at once \[s\].
+const SOON_S: f64 = 300.0;
+
+/// The clock that goes on where the campaign's last run left it.
+///
+/// A simulated robot is a new one in each process, at time zero: it waits until it is as old as the
+/// campaign, so that clock and noise go on as if nobody had stopped.
+pub(super) async fn start_clock(
+    session: &mut Session,
+    source: &dyn PoseSource,
+    last: Option<LastRun>,
+    later_s: f64,
+) -> Result<CampaignClock> {
+    let clock = session.clock();
+    let Some(last) = last else { return Ok(CampaignClock::new(0.0, clock.now_us())) };
+    if source.is_simulated() {
+        let until_us = ((last.ended_s + later_s) * 1e6) as u64;
+        clock.sleep_until_us(until_us.max(clock.now_us())).await;
+        return Ok(CampaignClock::new(last.ended_s + later_s, clock.now_us()));
+    }
+    let missing_s = later_s - last.ago_s;
+    // Whoever puts the robot back to its mark takes that little while anyway.
+    if later_s > SOON_S && missing_s > 0.0 {
+        return Err(Error::new(format_args!(
+            "this run is to start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",
+            later_s / 60.0,
+            last.ago_s / 60.0
+        ))
+        .hint(format_args!("come back in {:.0} minutes", (missing_s / 60.0).ceil())));
+    }
+    Ok(CampaignClock::new(last.ended_s + last.ago_s, clock.now_us()))
 }

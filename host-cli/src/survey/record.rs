@@ -6,13 +6,13 @@ use std::time::Duration;
 use robot_model::recording::Piece;
 use shared_proto::{Command, Config, Telemetry};
 
-use super::clock::{CampaignClock, LastRun};
-use super::measured::{Go, Seen};
+use super::clock::{LastRun, start_clock};
 use super::piece;
-use super::pose_source::Witness;
 use super::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::error::{Error, Result};
 use crate::hex::hex;
+use crate::pose_source::align::reckoned;
+use crate::pose_source::{Go, Mark, PoseSource, Seen};
 use campaign::file::write_whole;
 use campaign::model::in_use::{self, Kept};
 use campaign::plan::{CampaignPlan, PAUSE_S, PlannedRun, plan_path};
@@ -53,7 +53,7 @@ impl Default for RecordSettings {
 
 /// Where the procedure is; told to whoever looks on.
 #[derive(Debug)]
-pub enum Step<'a> {
+pub enum RecordStep<'a> {
     /// The new campaign's model has these effects: the robot compensates them already.
     Compensated(&'a [String]),
     /// The robot compensates this effect by another value than when the campaign was begun.
@@ -132,41 +132,15 @@ pub struct Summary {
 /// complete. An error leaves all complete runs; the same call goes on with the rest.
 pub async fn record_campaign(
     session: &mut Session,
-    witness: &mut Witness,
+    source: &mut dyn PoseSource,
     plan: &CampaignPlan,
     folder: &Path,
     settings: &RecordSettings,
-    tell: &mut dyn FnMut(Step<'_>),
+    tell: &mut dyn FnMut(RecordStep<'_>),
 ) -> Result<Summary> {
     let config = session.read_config().await?;
     check_limits(plan, &config)?;
-    let lab = match witness {
-        Witness::Camera { lab, .. } => Some(&*lab),
-        _ => None,
-    };
-    let mut robot = robot_file(&config, lab);
-    robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
-    robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
-    robot.simulated.clone_from(&settings.simulated);
-    // A simulated robot is another one with each seed, and it is the same campaign all the same.
-    if !matches!(witness, Witness::Camera { .. }) {
-        robot.uid = Some(hex(&session.identify().await?.uid));
-    }
-    let writer = CampaignWriter::open(folder, &robot)?;
-    let there = Campaign::read_if_any(folder)?;
-    if let (Some(_), Some(before), Some(now)) =
-        (&there, &writer.robot().simulated, &settings.simulated)
-        && before != now
-    {
-        let place = Place::whole(&folder.join("robot.toml"));
-        let (before, now) = (before.clone(), now.clone());
-        tell(Step::Warning(&Warning::OtherRobot { place, before, now }));
-    }
-    match in_use::keep(folder, writer.robot(), &config, there.is_some())? {
-        Kept::Nothing => {}
-        Kept::Written(ids) => tell(Step::Compensated(&ids)),
-        Kept::Changed(id) => tell(Step::CompensatedAnew(&id)),
-    }
+    let (writer, there) = open_folder(session, source, &config, folder, settings, tell).await?;
     if settings.whole {
         keep_plan(folder, plan, there.is_some())?;
     }
@@ -175,37 +149,26 @@ pub async fn record_campaign(
     let is_there = |run: &PlannedRun| names.contains(&run.name);
     summary.before = plan.runs.iter().filter(|run| is_there(run)).count();
     if summary.before > 0 {
-        tell(Step::GoesOn(summary.before));
+        tell(RecordStep::GoesOn(summary.before));
     }
     let last = there.as_ref().and_then(|there| LastRun::of(folder, there));
-    let clock = start_clock(session, witness, last, settings.later_s).await?;
+    let clock = start_clock(session, source, last, settings.later_s).await?;
     for (index, run) in plan.runs.iter().enumerate() {
         if is_there(run) {
             continue;
         }
-        tell(Step::Begins(index + 1, plan.runs.len(), run));
+        tell(RecordStep::Begins(index + 1, plan.runs.len(), run));
         // Before the robot moves: a folder that cannot be written must not cost a run.
         drop(writer.start_run(&run.name, &[])?);
-        let ran = loop {
-            if witness.place(session, run).await? == Go::Skip {
-                break Ran::Skip;
-            }
-            let mut progress = |share| tell(Step::Driving(share));
-            let period_ms = settings.period_ms;
-            match record_run(session, witness, &config, plan, run, period_ms, &mut progress).await?
-            {
-                Ran::Repeat => {}
-                other => break other,
-            }
-        };
+        let ran = ask_and_record(session, source, &config, plan, run, settings, tell).await?;
         let Ran::Recorded(recorded) = ran else {
-            tell(Step::Skipped(run));
+            tell(RecordStep::Skipped(run));
             summary.skipped.push(run.name.clone());
             continue;
         };
-        if let Some(sigma) = witness.sigma() {
+        if let Some(sigma) = source.read_with() {
             let other = writer.keep_sigmas(sigma.position_m, sigma.heading_rad)?;
-            other.iter().for_each(|warning| tell(Step::Warning(warning)));
+            other.iter().for_each(|warning| tell(RecordStep::Warning(warning)));
         }
         let poses = recorded.poses();
         let mut file = writer.start_run(&run.name, &columns(poses > 0, recorded.has_gyro()))?;
@@ -217,17 +180,77 @@ pub async fn record_campaign(
             ..RunFacts::default()
         })?;
         let (samples, dropped) = (recorded.rows.len(), recorded.dropped);
-        tell(Step::Recorded { path: &path, samples, poses, dropped });
+        tell(RecordStep::Recorded { path: &path, samples, poses, dropped });
         summary.without_poses += usize::from(poses == 0);
         summary.recorded.push(path);
     }
     Ok(summary)
 }
 
+/// Opens the folder for this robot, and says what is odd about going on with it; with the campaign that is
+/// there, if it has a run.
+async fn open_folder(
+    session: &mut Session,
+    source: &dyn PoseSource,
+    config: &Config,
+    folder: &Path,
+    settings: &RecordSettings,
+    tell: &mut dyn FnMut(RecordStep<'_>),
+) -> Result<(CampaignWriter, Option<Campaign>)> {
+    let noise = source.noise().filter(|_| source.is_simulated());
+    let mut robot = robot_file(config, noise);
+    robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
+    robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
+    robot.simulated.clone_from(&settings.simulated);
+    // A simulated robot is another one with each seed, and it is the same campaign all the same.
+    if !source.is_simulated() {
+        robot.uid = Some(hex(&session.identify().await?.uid));
+    }
+    let writer = CampaignWriter::open(folder, &robot)?;
+    let there = Campaign::read_if_any(folder)?;
+    if let (Some(_), Some(before), Some(now)) =
+        (&there, &writer.robot().simulated, &settings.simulated)
+        && before != now
+    {
+        let place = Place::whole(&folder.join("robot.toml"));
+        let (before, now) = (before.clone(), now.clone());
+        tell(RecordStep::Warning(&Warning::OtherRobot { place, before, now }));
+    }
+    match in_use::keep(folder, writer.robot(), config, there.is_some())? {
+        Kept::Nothing => {}
+        Kept::Written(ids) => tell(RecordStep::Compensated(&ids)),
+        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(&id)),
+    }
+    Ok((writer, there))
+}
+
+/// Has the robot put at the mark of a run and records it, again and again until nobody wants it repeated.
+async fn ask_and_record(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    config: &Config,
+    plan: &CampaignPlan,
+    run: &PlannedRun,
+    settings: &RecordSettings,
+    tell: &mut dyn FnMut(RecordStep<'_>),
+) -> Result<Ran> {
+    loop {
+        if source.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
+            return Ok(Ran::Skip);
+        }
+        let mut progress = |share| tell(RecordStep::Driving(share));
+        let period_ms = settings.period_ms;
+        match record_run(session, source, config, plan, run, period_ms, &mut progress).await? {
+            Ran::Repeat => {}
+            other => return Ok(other),
+        }
+    }
+}
+
 /// Drives one run, has it measured, and leaves the robot standing still with its motors off.
 pub async fn record_run(
     session: &mut Session,
-    witness: &mut Witness,
+    source: &mut dyn PoseSource,
     config: &Config,
     plan: &CampaignPlan,
     run: &PlannedRun,
@@ -235,7 +258,8 @@ pub async fn record_run(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Ran> {
     let dropped_before = session.status().await?.link.telemetry_dropped;
-    witness.begin()?;
+    source.check()?;
+    let first = source.begin()?;
     let started_us = session.clock().now_us();
     let track_m = config.geometry.track_width_m;
     let options = RecordOptions {
@@ -263,12 +287,13 @@ pub async fn record_run(
         done_s += piece_s + 2.0 * PAUSE_S;
     }
     telemetry.sort_by_key(|frame| frame.t_us);
-    let track = match witness.track(session, run, config, &telemetry).await? {
+    let reckoned = reckoned(config, &telemetry);
+    let track = match source.measure(&session.clock(), first, run, &reckoned).await? {
         Seen::Track(track) => track,
         Seen::Repeat => return Ok(Ran::Repeat),
         Seen::Skip => return Ok(Ran::Skip),
     };
-    let rows = rows(&telemetry, &track, &witness.gyro(run, config, &telemetry)?);
+    let rows = rows(&telemetry, &track, &source.yaw_rates(&run.name, &reckoned)?);
     if rows.len() < 2 {
         return Err(Error::new("the robot sent no telemetry during the run")
             .hint("`beeline watch` shows whether it sends any"));
@@ -355,37 +380,4 @@ fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
         Error::new(format_args!("cannot write {}: {error}", path.display()))
             .hint("check who may write there")
     })
-}
-
-/// A run that is to start so soon after another may start at once \[s\].
-const SOON_S: f64 = 300.0;
-
-/// The clock that goes on where the campaign's last run left it.
-///
-/// A simulated robot is a new one in each process, at time zero: it waits until it is as old as the
-/// campaign, so that clock and noise go on as if nobody had stopped.
-async fn start_clock(
-    session: &mut Session,
-    witness: &Witness,
-    last: Option<LastRun>,
-    later_s: f64,
-) -> Result<CampaignClock> {
-    let clock = session.clock();
-    let Some(last) = last else { return Ok(CampaignClock::new(0.0, clock.now_us())) };
-    if let Witness::Camera { .. } = witness {
-        let until_us = ((last.ended_s + later_s) * 1e6) as u64;
-        clock.sleep_until_us(until_us.max(clock.now_us())).await;
-        return Ok(CampaignClock::new(last.ended_s + later_s, clock.now_us()));
-    }
-    let missing_s = later_s - last.ago_s;
-    // Whoever puts the robot back to its mark takes that little while anyway.
-    if later_s > SOON_S && missing_s > 0.0 {
-        return Err(Error::new(format_args!(
-            "this run is to start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",
-            later_s / 60.0,
-            last.ago_s / 60.0
-        ))
-        .hint(format_args!("come back in {:.0} minutes", (missing_s / 60.0).ceil())));
-    }
-    Ok(CampaignClock::new(last.ended_s + last.ago_s, clock.now_us()))
 }

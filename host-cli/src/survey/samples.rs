@@ -2,17 +2,18 @@
 
 use robot_model::calibration::TrackSample;
 use shared_proto::{Config, Telemetry};
-use sim_target::Lab;
+
+use crate::pose_source::Sigma;
 
 use campaign::{Column, RobotFile, Row};
 
-/// What `robot.toml` says of a robot with this configuration; a simulated camera's noise is known.
+/// What `robot.toml` says of a robot with this configuration, whose poses have this noise if it is known.
 ///
 /// It has one encoder for both wheels, the left one: see [`on_one_encoder`].
-pub fn robot_file(config: &Config, lab: Option<&Lab>) -> RobotFile {
+pub fn robot_file(config: &Config, noise: Option<Sigma>) -> RobotFile {
     RobotFile {
-        position_sigma_m: lab.map(|lab| lab.camera_parameters().position_sigma_m),
-        heading_sigma_rad: lab.map(|lab| lab.camera_parameters().heading_sigma_rad),
+        position_sigma_m: noise.map(|noise| noise.position_m),
+        heading_sigma_rad: noise.map(|noise| noise.heading_rad),
         ..RobotFile::of(config)
     }
 }
@@ -27,25 +28,6 @@ pub fn columns(poses: bool, gyro: bool) -> Vec<Column> {
         columns.push(Column::GyroZ);
     }
     columns
-}
-
-/// What the simulator's camera has seen since the sample with this number, on the robot's clock.
-pub fn camera_track(lab: &Lab, seen: usize) -> Vec<TrackSample> {
-    let samples = lab.camera_samples_from(seen).into_iter();
-    let sample = samples.map(|sample| TrackSample {
-        t_s: sample.t_s,
-        x_m: sample.x_m,
-        y_m: sample.y_m,
-        heading_rad: Some(sample.heading_rad),
-    });
-    sample.collect()
-}
-
-/// What the simulator's gyro has read since the reading with this number: time on the robot's clock, rate
-/// \[s, rad/s\]; nothing if its robot has none.
-pub fn gyro_readings(lab: &Lab, seen: usize) -> Vec<(f64, f64)> {
-    let readings = lab.gyro_samples_from(seen).into_iter();
-    readings.map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect()
 }
 
 /// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose gets a row

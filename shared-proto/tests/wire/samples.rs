@@ -164,13 +164,24 @@ pub fn telemetry() -> Telemetry {
 
 /// Every message by name; a later line of the same kind adds a variant of an inner enum.
 pub fn all() -> Vec<(String, Any)> {
-    use Wheel::{Left, Right};
     let mut all = vec![(
         "hello".to_string(),
-        // Not this build's hash, so that the layout of the hello is pinned apart from it.
+        // Not this build's hash, so that the hello's layout is pinned independently of the hash.
         Any::Hello(Hello { protocol: 1, schema: 0x1122_3344_5566_7788, session: 0xA1B2_C3D4 }),
     )];
+    all.extend(requests());
+    all.extend(replies());
+    all.push(("telemetry".to_string(), Any::Telemetry(telemetry())));
+    all.push((
+        "telemetry.probing".to_string(),
+        Any::Telemetry(Telemetry { probing: true, ..telemetry() }),
+    ));
+    all.extend(events());
+    all
+}
 
+fn requests() -> Vec<(String, Any)> {
+    let mut all = Vec::new();
     let mut request = |name: &str, command| {
         all.push((format!("request.{name}"), Any::Request(Request { id: 7, command })));
     };
@@ -193,7 +204,11 @@ pub fn all() -> Vec<(String, Any)> {
     request("clear_fault", Command::ClearFault { number: 3 });
     request("subscribe", Command::Subscribe { period_ms: 20 });
     request("recall", Command::Recall { number: 517 });
+    all
+}
 
+fn replies() -> Vec<(String, Any)> {
+    let mut all = Vec::new();
     let mut reply = |name: &str, outcome| {
         all.push((format!("reply.{name}"), Any::Reply(Reply { id: 7, outcome })));
     };
@@ -222,10 +237,16 @@ pub fn all() -> Vec<(String, Any)> {
     reply("status.never_moved", Ok(Answer::Status(never_moved)));
     reply("config", Ok(Answer::Config(config())));
     reply("telemetry", Ok(Answer::Telemetry(telemetry())));
+    for (name, refusal) in refusals() {
+        reply(&format!("refusal.{name}"), Err(refusal));
+    }
+    all
+}
 
+fn refusals() -> Vec<(&'static str, Refusal)> {
     let out_of_range = ConfigError::OutOfRange { field: 2, value: 1.5 };
-    let per_count = ConfigError::DistancePerCount { wheel: Right, meters: 0.25 };
-    for (name, refusal) in [
+    let per_count = ConfigError::DistancePerCount { wheel: Wheel::Right, meters: 0.25 };
+    vec![
         ("state", Refusal::State(State::Driving)),
         ("faulted", Refusal::Faulted(report(Fault::SupplyLow))),
         ("config.out_of_range", Refusal::Config(out_of_range)),
@@ -246,16 +267,12 @@ pub fn all() -> Vec<(String, Any)> {
         ("hello_first", Refusal::HelloFirst),
         ("unreadable", Refusal::Unreadable),
         ("forgotten", Refusal::Forgotten),
-    ] {
-        reply(&format!("refusal.{name}"), Err(refusal));
-    }
+    ]
+}
 
-    all.push(("telemetry".to_string(), Any::Telemetry(telemetry())));
-    all.push((
-        "telemetry.probing".to_string(),
-        Any::Telemetry(Telemetry { probing: true, ..telemetry() }),
-    ));
-
+fn events() -> Vec<(String, Any)> {
+    use Wheel::{Left, Right};
+    let mut all = Vec::new();
     let mut event = |name: &str, event| all.push((format!("event.{name}"), Any::Event(event)));
     event("state", Event::State { t_us: 5_178_000, state: State::Stopping });
     let motion_ended =

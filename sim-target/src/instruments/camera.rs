@@ -22,13 +22,13 @@ pub struct CameraParameters {
     pub heading_sigma_rad: f64,
     /// From exposure to the pose's arrival \[s\].
     pub delay_s: f64,
-    /// True if the camera knows its delay and stamps the exposure; otherwise it stamps the arrival.
+    /// True if the camera stamps the exposure, because its delay is known; otherwise the arrival.
     pub delay_known: bool,
-    /// Where the marker is; on the axle's midpoint if nothing is said.
+    /// Where the marker is; on the axle's midpoint by default.
     pub marker: MarkerParameters,
-    /// The lens; true to scale if nothing is said.
+    /// The lens; without distortion by default.
     pub lens: LensParameters,
-    /// Pictures that it drops.
+    /// Dropped pictures.
     pub stale: StaleParameters,
 }
 
@@ -49,7 +49,7 @@ impl Default for CameraParameters {
 }
 
 impl CameraParameters {
-    /// Refuses, by name, a value that no camera has.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         check.within("rate_hz", self.rate_hz, 0.1, 1000.0)?;
@@ -83,10 +83,10 @@ impl Camera {
         Self { parameters, seed, rng, origin_us: 0, pictures: 0, triggers: 0, stale }
     }
 
-    /// Takes its next picture at this time, and all others at the rate after it.
+    /// Takes the next picture at this time, and further ones at the camera's rate.
     ///
-    /// Noise and dropped pictures are those of this trigger, whatever was seen before: the n-th recording
-    /// of a seed has the same ones, whenever it begins.
+    /// Noise and dropped pictures depend only on the seed and on how many triggers came before, not on when
+    /// a recording begins.
     pub fn trigger(&mut self, t_us: u64) {
         self.triggers += 1;
         self.rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -96,15 +96,15 @@ impl Camera {
         self.pictures = 0;
     }
 
-    /// When it takes its next picture \[us\].
+    /// When the next picture is due \[us\].
     pub fn next_t_us(&self) -> u64 {
         self.origin_us + (self.pictures as f64 * 1e6 / self.parameters.rate_hz).round() as u64
     }
 
     /// Takes a picture of the robot if one is due, and sets the time of the next one.
     ///
-    /// To be called when the plant stands at [`next_t_us`](Self::next_t_us); whoever comes late gets a
-    /// picture of that moment, and those that were missed stay missed.
+    /// Call this when the plant is at [`next_t_us`](Self::next_t_us). A late call gets a picture of its own
+    /// moment; missed pictures are not made up for.
     pub fn observe(&mut self, plant: &Plant) -> Option<CameraSample> {
         (plant.t_us() >= self.next_t_us()).then(|| self.expose(plant.t_us(), plant.pose()))
     }
@@ -127,7 +127,7 @@ impl Camera {
         self.stale.pass(sample)
     }
 
-    /// How good it is.
+    /// The camera's parameters.
     pub fn parameters(&self) -> &CameraParameters {
         &self.parameters
     }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_look_skips_the_pictures_that_were_missed() {
+    fn a_late_call_skips_the_pictures_that_were_missed() {
         let mut camera =
             Camera::new(CameraParameters { rate_hz: 10.0, ..CameraParameters::default() }, 1);
         camera.expose(250_000, POSE);

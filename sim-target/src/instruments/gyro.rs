@@ -17,7 +17,7 @@ use crate::plant::{ParameterError, Plant, RangeCheck};
 pub struct GyroParameters {
     /// Readings per second \[Hz\].
     pub rate_hz: f64,
-    /// What it reads at rest \[rad/s\].
+    /// Reading at rest \[rad/s\].
     pub bias_rad_s: f64,
     /// Error of its scale, s: 0.01 reads a hundredth too much.
     pub scale: f64,
@@ -33,7 +33,7 @@ impl Default for GyroParameters {
 }
 
 impl GyroParameters {
-    /// Refuses, by name, a value that no gyro has.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         check.within("rate_hz", self.rate_hz, 0.1, 2000.0)?;
@@ -66,12 +66,12 @@ impl Gyro {
         Self { parameters, rng: ChaCha8Rng::seed_from_u64(seed), readings: 0 }
     }
 
-    /// When it is read next \[us\].
+    /// When the next reading is due \[us\].
     pub fn next_t_us(&self) -> u64 {
         (self.readings as f64 * 1e6 / self.parameters.rate_hz).round() as u64
     }
 
-    /// Reads the plant's yaw rate if a reading is due; who comes late misses those between.
+    /// Reads the plant's yaw rate if a reading is due; a late call skips the missed readings.
     pub fn observe(&mut self, plant: &Plant) -> Option<GyroSample> {
         let t_us = plant.t_us();
         (t_us >= self.next_t_us()).then(|| self.read(t_us, plant.twist().yaw_rate_rad_s))
@@ -90,7 +90,7 @@ impl Gyro {
         }
     }
 
-    /// How good it is.
+    /// The gyro's parameters.
     pub fn parameters(&self) -> &GyroParameters {
         &self.parameters
     }

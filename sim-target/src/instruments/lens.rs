@@ -1,4 +1,4 @@
-//! What stands between the marker and the camera's picture of it: where it is stuck on, and the lens.
+//! What distorts the camera's measurement: the marker's place on the robot, and the lens.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,11 +10,11 @@ use crate::plant::{ParameterError, Pose, RangeCheck};
 pub struct MarkerParameters {
     /// In front of the axle's midpoint \[m\].
     pub forward_m: f64,
-    /// To the left of it \[m\].
+    /// To the left of the axle's midpoint \[m\].
     pub left_m: f64,
 }
 
-/// What the lens does to straight lines.
+/// The lens's radial distortion.
 ///
 /// ```text
 /// seen = c + (p - c)(1 + k |p - c|^2)             (1)
@@ -54,7 +54,7 @@ impl LensParameters {
         check.within("center_y_m", self.center_y_m, -100.0, 100.0)
     }
 
-    /// Where a marker seems to be (1). Its heading is the direction of its picture's own edge.
+    /// The measured pose of a marker (1). Its heading is the direction of an edge in the picture.
     pub(super) fn bend(&self, pose: Pose) -> Pose {
         let k = self.distortion_per_m2;
         if k == 0.0 {
@@ -99,7 +99,7 @@ mod tests {
         let direction_rad = (ahead.y_m - seen.y_m).atan2(ahead.x_m - seen.x_m);
         // A finite difference over a micrometre, of a curve with a radius of metres.
         assert!((seen.heading_rad - direction_rad).abs() < 1e-6, "{seen:?} {direction_rad}");
-        assert!((seen.heading_rad - 0.4).abs() > 1e-3, "and it is seen to turn");
+        assert!((seen.heading_rad - 0.4).abs() > 1e-3, "and its heading changes");
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! What measures the robot: an overhead camera, a ruler, and a gyro on board.
+//! Instruments that measure the robot: an overhead camera, a ruler, and a gyro on board.
 //!
-//! The start line is the line that somebody put the robot on, the x axis unless a run begins elsewhere. The
-//! robot's own start heading differs from it by what the placement drew, and no instrument tells by how
-//! much. The camera sees the floor's frame; the ruler measures from a line.
+//! The start line is the x axis unless a run begins elsewhere. The robot's start heading differs from the
+//! start line by a random placement error, which no instrument measures. The camera measures in the floor's
+//! frame; the ruler measures from a line.
 
 mod camera;
 mod camera_sample;

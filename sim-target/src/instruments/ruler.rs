@@ -1,4 +1,4 @@
-//! A ruler in a steady hand, laid from the start line to the robot, or along the trace that it drew.
+//! A ruler, laid from the start line to the robot, or along the robot's trace.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,7 @@ impl Default for RulerParameters {
 }
 
 impl RulerParameters {
-    /// Refuses, by name, a value that no ruler has.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         check.within("resolution_m", self.resolution_m, 0.0, 0.1)?;
@@ -57,7 +57,7 @@ pub struct TangentReading {
     pub dy_m: f64,
 }
 
-/// The ruler and the hand that holds it.
+/// A ruler and its reader.
 #[derive(Clone, Debug)]
 pub struct Ruler {
     parameters: RulerParameters,
@@ -70,7 +70,7 @@ impl Ruler {
         Self { parameters, rng: ChaCha8Rng::seed_from_u64(seed) }
     }
 
-    /// Reads how far the robot came along a start line, and how far it is off that line.
+    /// Reads the robot's distance along a start line and across.
     pub fn read(&mut self, line: Pose, end: Pose) -> EndReading {
         let end = end.relative_to(line);
         EndReading { forward_m: self.mark(end.x_m), left_m: self.mark(end.y_m) }
@@ -87,7 +87,7 @@ impl Ruler {
         }
     }
 
-    /// How good it is.
+    /// The ruler's parameters.
     pub fn parameters(&self) -> &RulerParameters {
         &self.parameters
     }
@@ -124,7 +124,7 @@ mod tests {
     fn the_spread_of_readings_is_the_declared_sigma() {
         let mut ruler = Ruler::new(RulerParameters::default(), 5);
         let n = 20_000;
-        // Spread over a mark's width, so that the rounding error is as random as sigma_m() takes it.
+        // Spread over a mark's width: sigma_m() assumes a uniform rounding error.
         let square: f64 = (0..n)
             .map(|i| {
                 let y_m = -0.03 + 0.0005 * f64::from(i) / 137.0;

@@ -1,4 +1,4 @@
-//! Pictures that a camera drops without saying so.
+//! Pictures that a camera drops without notice.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -31,7 +31,7 @@ impl StaleParameters {
     }
 }
 
-/// Which pictures are dropped; draws from numbers of its own.
+/// Decides which pictures are dropped, with a random stream of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Stale {
     parameters: StaleParameters,

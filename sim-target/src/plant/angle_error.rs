@@ -1,5 +1,5 @@
-//! What lies between the wheel's angle and the angle that the encoder reads: discs off their centre,
-//! magnets that are no dipoles, teeth that are not evenly spaced.
+//! Errors of the angle that an encoder reads: an eccentric disc, a magnet that is not a dipole, uneven gear
+//! teeth.
 
 use core::f64::consts::TAU;
 
@@ -21,7 +21,7 @@ pub struct AngleErrorParameters {
     pub two_per_turn_phase_rad: f64,
     /// Amplitude of the error of a gear between encoder and wheel, as wheel angle \[rad\].
     pub mesh_rad: f64,
-    /// How often that comes per turn of the wheel: teeth of its gear.
+    /// Periods of that error per turn of the wheel: the gear's teeth.
     pub mesh_teeth: f64,
 }
 
@@ -49,11 +49,11 @@ impl AngleErrorParameters {
     }
 }
 
-/// With the encoder's angle psi = g phi, the head of a disc whose centre is off by e radii reads
+/// With the encoder's angle psi = r phi, r the gear reduction, the head of a disc whose centre is off by e radii reads
 ///
 /// ```text
 /// psi + e sin(psi - psi_1)                        (1)  to first order in e
-///     + A sin(2 (psi - psi_2))                    (2)  a magnet with a second pole pair in it
+///     + A sin(2 (psi - psi_2))                    (2)  a magnet with a second pole pair
 /// phi + M sin(n phi)                              (3)  n teeth
 /// ```
 ///
@@ -66,7 +66,7 @@ pub(super) struct AngleError {
 }
 
 impl AngleError {
-    /// None if the encoder reads what is there.
+    /// None for an encoder without angle error.
     pub fn new(parameters: &AngleErrorParameters, gear_reduction: f64) -> Option<Self> {
         let AngleErrorParameters { eccentricity, two_per_turn_rad, mesh_rad, .. } = *parameters;
         if eccentricity == 0.0 && two_per_turn_rad == 0.0 && mesh_rad == 0.0 {

@@ -20,7 +20,7 @@ pub struct BodyParameters {
     pub center_of_mass_left_m: f64,
     /// Centre of mass above the floor, h \[m\].
     pub center_of_mass_height_m: f64,
-    /// What it carries, set down on the centre of mass; adds no yaw inertia \[kg\].
+    /// Payload at the centre of mass; adds no yaw inertia \[kg\].
     pub payload_kg: f64,
 }
 
@@ -47,7 +47,7 @@ impl BodyParameters {
         check.within("payload_kg", self.payload_kg, 0.0, 500.0)
     }
 
-    /// Mass with what it carries \[kg\].
+    /// Mass including the payload \[kg\].
     pub(super) fn laden_mass_kg(&self) -> f64 {
         self.mass_kg + self.payload_kg
     }
@@ -64,10 +64,10 @@ pub(super) struct Wrench {
     pub yaw_nm: f64,
 }
 
-/// Momentum and place of the body.
+/// The body's position and momentum.
 ///
 /// The state is that of the centre of mass G: its place in the fixed frame, its velocity (u, v) in the
-/// body's axes. The axle's midpoint M, from which everybody else measures, lies at -c from it:
+/// body's axes. All other modules use the axle's midpoint M, which lies at -c from G:
 ///
 /// ```text
 /// x_M = x_G - Rot(theta) c,   u_M = u + omega c_y,   v_M = v - omega c_x
@@ -111,12 +111,12 @@ impl Body {
         }
     }
 
-    /// Carries another load from now on, and goes on as it moved.
+    /// Adopts a new mass; the velocity does not change.
     pub fn set_mass(&mut self, parameters: &BodyParameters) {
         self.mass_inverse = 1.0 / parameters.laden_mass_kg();
     }
 
-    /// How the body's axes stand in the fixed frame.
+    /// The orientation of the body's axes in the fixed frame.
     #[inline]
     pub fn rotation(&self) -> Rotation {
         self.rotation
@@ -161,10 +161,10 @@ impl Body {
         self.yaw_rate_rad_s += wrench.yaw_nm * self.inertia_inverse * h_s;
     }
 
-    /// Stops a body that moves by less than an atom's width per second.
+    /// Stops a body that moves by less than 1e-10 m/s.
     ///
-    /// The last vibration in the tyres dies out exponentially, and would otherwise go on for ever,
-    /// through numbers too small for the processor to handle at speed.
+    /// The last vibration in the tyres decays exponentially. Without this, the numbers would become
+    /// subnormal, which slows the processor down.
     #[inline]
     pub fn settle(&mut self) {
         const STILL: f64 = 1e-10;

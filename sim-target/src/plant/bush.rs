@@ -8,11 +8,11 @@ use super::range_check::{ParameterError, RangeCheck};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BushParameters {
-    /// Torque at which it slides, T_b; 0 is a pivot without one \[N m\].
+    /// Torque at which the bush slides, T_b; 0 for a pivot without a bush \[N m\].
     pub torque_nm: f64,
-    /// Twist at which it begins to slide, psi_b \[rad\].
+    /// Twist at which the bush begins to slide, psi_b \[rad\].
     pub windup_rad: f64,
-    /// Way that the caster's wheel rolls while shaking takes the twist down to 1/e, L \[m\].
+    /// Distance that the caster's wheel rolls while vibration reduces the twist to 1/e, L \[m\].
     pub relaxation_m: f64,
 }
 
@@ -43,10 +43,10 @@ impl BushParameters {
 /// T = k psi                                               (2)  on the body; -T on the fork
 /// ```
 ///
-/// Dry friction with the elastic give before it slides (Dahl), under vibration: at rest it holds what it
-/// has, and every knock of the rolling wheel lets it creep back a little, so that it has let go a few L
-/// after the fork came to rest. A swing's twist therefore outlasts the swing, and its torque is held off
-/// by a side force T/e of the caster's wheel meanwhile.
+/// Dry friction with elastic deflection before it slides (Dahl), under vibration. At rest the bush holds its
+/// twist; every knock of the rolling wheel lets the twist creep back a little, so the bush has relaxed a few L
+/// after the fork comes to rest. The twist therefore outlasts the swing, and meanwhile a side force T/e of
+/// the caster's wheel balances the torque.
 ///
 /// Sources: Dahl, A solid friction model (1968); on friction that vibration turns into creep,
 /// Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), 1083.
@@ -57,12 +57,12 @@ pub(super) struct Bush {
 }
 
 impl Bush {
-    /// None for a pivot without one.
+    /// None for a pivot without a bush.
     pub fn new(parameters: &BushParameters) -> Option<Self> {
         (parameters.torque_nm > 0.0).then_some(Self { parameters: *parameters, twist_rad: 0.0 })
     }
 
-    /// Forgets its twist.
+    /// Resets the twist.
     pub fn lift(&mut self) {
         self.twist_rad = 0.0;
     }
@@ -104,23 +104,23 @@ mod tests {
     }
 
     #[test]
-    fn it_gives_like_a_spring_and_slides_at_its_torque_either_way() {
+    fn a_bush_gives_like_a_spring_and_slides_at_its_torque_either_way() {
         for sign in [1.0, -1.0] {
-            let mut bush = bush(0.4).expect("it has a torque");
+            let mut bush = bush(0.4).expect("a bush with torque");
             bush.advance(sign * 0.05, 0.0);
             assert!((bush.torque_nm() - sign * 0.2).abs() < 1e-12, "{}", bush.torque_nm());
             assert!((bush.energy_j() - 0.5 * 0.2 * 0.05).abs() < 1e-12);
             bush.advance(sign * 1.0, 0.0);
             assert!((bush.torque_nm() - sign * 0.4).abs() < 1e-12, "{}", bush.torque_nm());
-            // Back by twice the twist at which it slides, and it slides the other way.
+            // Back by twice the sliding twist: the bush slides the other way.
             bush.advance(-sign * 0.2, 0.0);
             assert!((bush.torque_nm() + sign * 0.4).abs() < 1e-12, "{}", bush.torque_nm());
         }
     }
 
     #[test]
-    fn at_rest_it_holds_and_rolling_lets_it_go_over_its_way_of_relaxation() {
-        let mut bush = bush(0.4).expect("it has a torque");
+    fn a_bush_holds_at_rest_and_relaxes_over_its_length_while_rolling() {
+        let mut bush = bush(0.4).expect("a bush with torque");
         bush.advance(0.1, 0.0);
         (0..1000).for_each(|_| bush.advance(0.0, 0.0));
         assert_eq!(bush.torque_nm(), 0.4);

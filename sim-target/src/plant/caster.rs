@@ -12,9 +12,9 @@ use super::wheel::less_friction;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CasterParameters {
-    /// Its pivot behind the axle, l \[m\].
+    /// Distance of the pivot behind the axle, l \[m\].
     pub pivot_behind_m: f64,
-    /// Its contact behind its pivot, when it trails, e \[m\].
+    /// Distance of the contact behind the pivot, when trailing, e \[m\].
     pub trail_m: f64,
     /// Swivel angle at the start: 0 trails forward travel \[rad\], counter-clockwise positive.
     pub start_angle_rad: f64,
@@ -30,10 +30,10 @@ pub struct CasterParameters {
     pub relaxation_length_m: f64,
     /// Rolling resistance as a share of the load.
     pub rolling_resistance: f64,
-    /// Side force of a wheel that leans or is a cone, whichever way it rolls, as the slip angle that
-    /// would make as much; positive to the left of its rolling direction \[rad\].
+    /// Side force of a leaning or conical wheel in either rolling direction, as the equivalent slip angle;
+    /// positive to the left of the rolling direction \[rad\].
     pub conicity_rad: f64,
-    /// What holds the fork besides its dry friction.
+    /// A bush that holds the fork besides dry friction.
     pub bush: BushParameters,
 }
 
@@ -89,12 +89,12 @@ impl CasterParameters {
 /// rolling resistance:   F_d = -f N v_d / (|v_d| + v_0)                                   (4)
 /// ```
 ///
-/// With delta = 0 and forward travel (3) is stable, backwards it is not: after a reversal the caster
-/// swings round, once something disturbs it by more than the pivot's friction, and kicks the robot.
+/// At delta = 0, (3) is stable forwards and unstable backwards. After a reversal the caster swings round as
+/// soon as a disturbance exceeds the pivot's friction, and kicks the robot.
 ///
-/// A wheel that leans by gamma, or is a cone, pushes to one side of its own whichever way it rolls, so
-/// its fork trails at -gamma; backwards it would balance at +gamma. After a reversal the fork therefore
-/// stands 2 gamma beside its balance, and swings at once, always the same way round.
+/// A wheel that leans by gamma, or is conical, pushes to the same side in both rolling directions. So its
+/// fork trails at -gamma, and backwards its equilibrium is at +gamma. After a reversal the fork is 2 gamma
+/// away from equilibrium and swings at once, always the same way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Caster {
     direction: Rotation,
@@ -109,7 +109,7 @@ pub(super) struct Caster {
     bush: Option<Bush>,
 }
 
-/// Speed below which rolling resistance fades out, so that it never pushes: v_0 in (4).
+/// Speed below which rolling resistance fades out, so that the force never drives the wheel: v_0 in (4).
 const ROLLING_MPS: f64 = 5e-4;
 
 impl Caster {
@@ -126,7 +126,7 @@ impl Caster {
         }
     }
 
-    /// Forgets contact and motion, not the angle.
+    /// Resets contact and motion, but not the angle.
     pub fn lift(&mut self) {
         if let Some(bush) = &mut self.bush {
             bush.lift();

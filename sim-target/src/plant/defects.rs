@@ -1,7 +1,8 @@
-//! The long way through a step: for a robot with worn parts, or a floor that is not the same everywhere.
+//! The additional state of a robot with defects, or on an uneven floor.
 //!
-//! A plain robot has none of this state and takes the short way in `step`. Both use the same tyres, body
-//! and caster; with every oddity at zero they give the same bits.
+//! An ideal robot has none of this state and takes the short step in `step`; any other takes the one in
+//! `defects_step`. Both use the same tyres, body and caster, and give the same bits where every defect is
+//! zero.
 
 use shared_proto::WheelPair;
 
@@ -14,10 +15,10 @@ use super::ribs::Ribs;
 use super::wheel::DrivenWheel;
 use super::wheel_defects::WheelParameters;
 
-/// How often the wheels' warmth is looked up \[us\].
+/// How often the wheels' warming is updated \[us\].
 pub(super) const WARMTH_EVERY_US: u64 = 100_000;
 
-/// What is odd about a robot.
+/// The state of a robot's defects.
 #[derive(Clone, Debug)]
 pub(super) struct Defects {
     pub wheel: WheelPair<DefectiveWheel>,
@@ -27,7 +28,7 @@ pub(super) struct Defects {
     pub extra: Wrench,
 }
 
-/// What is odd about one wheel.
+/// The state of one wheel's defects.
 #[derive(Clone, Debug)]
 pub(super) struct DefectiveWheel {
     pub parameters: WheelParameters,
@@ -41,7 +42,7 @@ pub(super) struct DefectiveWheel {
 }
 
 impl Defects {
-    /// None for a plain robot.
+    /// None for an ideal robot.
     pub fn new(parameters: &PlantParameters) -> Option<Box<Self>> {
         if parameters.is_ideal() {
             return None;
@@ -89,7 +90,7 @@ impl Defects {
         }))
     }
 
-    /// Forgets contact and motion.
+    /// Resets contact and motion.
     pub fn lift(&mut self) {
         self.extra = Wrench::default();
         let WheelPair { left, right } = self.wheel.as_mut();
@@ -114,7 +115,7 @@ impl Defects {
         self.extra
     }
 
-    /// Both wheels' oddities, to be changed.
+    /// Both wheels' defects.
     #[inline]
     pub fn wheels(&mut self) -> WheelPair<&mut DefectiveWheel> {
         self.wheel.as_mut()

@@ -10,8 +10,7 @@ use super::pose::Twist;
 use super::wheel::DrivenWheel;
 
 impl Plant {
-    /// Positions, angles and deflections of an odd robot; its new deflections give the next kick's
-    /// forces.
+    /// Advances positions, angles and deflections; the new deflections give the next kick's forces.
     pub(super) fn drift_with_defects(&mut self, defects: &mut Defects, h_s: f64) {
         let twist = self.body.drift(h_s);
         self.loads = self.load_model.loads(self.body.acceleration_mps2);
@@ -31,7 +30,7 @@ impl Plant {
         self.caster.drift(&self.parameters.caster, twist, self.loads.caster_n, friction, h_s);
     }
 
-    /// Gravity on a slope, the tether, and what drags.
+    /// Forces of slope, tether and drag.
     ///
     /// ```text
     /// gravity: m g sin(slope) downhill, at the centre of mass       (1)
@@ -62,7 +61,7 @@ impl Plant {
     }
 }
 
-/// One step, as its wheels see it.
+/// What both wheels need to know in one step.
 struct DefectiveStep<'a> {
     parameters: &'a PlantParameters,
     body: &'a Body,
@@ -74,7 +73,7 @@ struct DefectiveStep<'a> {
 impl DefectiveStep<'_> {
     /// Rolls one wheel for h, and finds its contact's force for the next kick.
     ///
-    /// Slip of the tread over what it touches, with the wheel's plane turned by its toe:
+    /// Slip of the tread over the floor, with the wheel's plane turned by its toe:
     ///
     /// ```text
     /// s_x = R w cos(toe) - (u - omega y) + pile_x       (1)
@@ -82,8 +81,8 @@ impl DefectiveStep<'_> {
     /// pile = d |R w| in its direction                   (3)  speed of the floor's surface
     /// ```
     ///
-    /// Over a bump the tread climbs: it gets R w / sqrt(1 + g^2) forward, and the load pushes it back
-    /// by N g, g being the gradient along the way.
+    /// Over a bump the tread climbs: the forward speed is R w / sqrt(1 + g^2), and the load N pushes back by
+    /// N g, where g is the gradient along the path.
     #[inline]
     fn roll(
         &self,
@@ -117,15 +116,9 @@ impl DefectiveStep<'_> {
             (along_mps, across_mps) = (tread_mps * cos, tread_mps * sin);
         }
         let place_m = self.body.point_m(ahead_m, wheel.left_m);
-        let (gx, gy) = floor.gradient_at(place_m);
-        if gx != 0.0 || gy != 0.0 {
-            let (uphill, aside) = self.body.rotation().undo(gx, gy);
-            along_mps /= (1.0 + uphill * uphill).sqrt();
-            let (back_n, aside_n) = (-load_n * uphill, -load_n * aside);
-            extra.forward_n += back_n;
-            extra.left_n += aside_n;
-            extra.yaw_nm += (ahead_m - self.body.center_x_m) * aside_n
-                - (wheel.left_m - self.body.center_y_m) * back_n;
+        let gradient = floor.gradient_at(place_m);
+        if gradient != (0.0, 0.0) {
+            along_mps /= self.climb(gradient, (ahead_m, wheel.left_m), load_n, extra);
         }
         // (1), (2)
         let mut slip_x = along_mps - (twist.forward_mps - twist.yaw_rate_rad_s * wheel.left_m);
@@ -138,7 +131,7 @@ impl DefectiveStep<'_> {
             slip_y += y;
         }
         if worn.parameters.end_float_m != 0.0 {
-            // The floor holds the contact, and the wheel slides along its axle until it comes to a stop.
+            // The floor holds the contact while the wheel slides along its axle to the end of its float.
             let half_m = 0.5 * worn.parameters.end_float_m;
             let before_m = worn.float_m;
             worn.float_m = (before_m + slip_y * h_s).clamp(-half_m, half_m);
@@ -159,5 +152,21 @@ impl DefectiveStep<'_> {
         // The body's sum takes all contacts to be on the axle's line.
         extra.yaw_nm += ahead_m * wheel.contact.force_n.1;
         wheel.set_load(tyre.rolling_resistance, load_n);
+    }
+    /// Adds the force of a slope under a wheel at a point of the body; returns sqrt(1 + g^2).
+    fn climb(
+        &self,
+        gradient: (f64, f64),
+        at_m: (f64, f64),
+        load_n: f64,
+        extra: &mut Wrench,
+    ) -> f64 {
+        let (uphill, aside) = self.body.rotation().undo(gradient.0, gradient.1);
+        let (back_n, aside_n) = (-load_n * uphill, -load_n * aside);
+        extra.forward_n += back_n;
+        extra.left_n += aside_n;
+        extra.yaw_nm +=
+            (at_m.0 - self.body.center_x_m) * aside_n - (at_m.1 - self.body.center_y_m) * back_n;
+        (1.0 + uphill * uphill).sqrt()
     }
 }

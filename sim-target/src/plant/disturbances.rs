@@ -1,33 +1,33 @@
-//! What hangs on the robot, and the warmth round it.
+//! External disturbances: a tether, a dragging object, warming wheels.
 
 use serde::{Deserialize, Serialize};
 
 use super::pose::Twist;
 use super::range_check::{ParameterError, RangeCheck};
 
-/// A cable from above that pulls and twists the robot, however it moves.
+/// A cable from above that pulls and twists the robot, independent of its motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TetherParameters {
-    /// Its twist, counter-clockwise positive \[N m\].
+    /// Torque, counter-clockwise positive \[N m\].
     pub twist_nm: f64,
-    /// Its pull to the robot's left \[N\].
+    /// Force to the robot's left \[N\].
     pub left_n: f64,
-    /// Where it holds the robot, behind the axle \[m\].
+    /// Distance of the attachment behind the axle \[m\].
     pub behind_m: f64,
 }
 
 /// Something under the robot that drags over the floor: a rag, a cable tie, a brush.
 ///
-/// With its speed s over the floor: F = -F_0 s/(|s| + v_0), so that it fades out at rest.
+/// With its speed s over the floor: F = -F_0 s/(|s| + v_0), so that the force fades out at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DragParameters {
     /// Its friction, F_0 \[N\].
     pub force_n: f64,
-    /// Where it touches the floor, to the left of the midline \[m\].
+    /// Distance of the contact to the left of the midline \[m\].
     pub left_m: f64,
-    /// Where it touches the floor, behind the axle \[m\].
+    /// Distance of the contact behind the axle \[m\].
     pub behind_m: f64,
 }
 
@@ -44,11 +44,11 @@ const DRAGGING_MPS: f64 = 5e-4;
 pub struct WarmingParameters {
     /// Expansion of the tyres, a \[1/K\].
     pub expansion_per_k: f64,
-    /// How much warmer than the wheels the room is when they come into it, D; negative if colder \[K\].
+    /// Initial temperature difference, room minus wheels, D \[K\].
     pub difference_k: f64,
     /// Time in which the difference falls to 1/e, tau \[s\].
     pub time_constant_s: f64,
-    /// How long before the simulation begins they came, t_0 \[s\].
+    /// How long the wheels have been in the room when the simulation begins, t_0 \[s\].
     pub age_s: f64,
 }
 

@@ -17,14 +17,14 @@ use super::range_check::{ParameterError, RangeCheck};
 pub struct EncoderParameters {
     /// Counts (all four edges) per turn of the encoder, N; may be fractional.
     pub counts_per_rev: f64,
-    /// Turns of the encoder per turn of the wheel, the paper's 1/g; may be fractional.
+    /// Turns of the encoder per turn of the wheel, r, the paper's 1/g; may be fractional.
     pub gear_reduction: f64,
     /// True if the count falls when the wheel rolls forward.
     pub reversed: bool,
-    /// Where between two edges the wheel stands at the start, 0 to 1; drawn if absent.
+    /// Position between two edges at the start, 0 to 1; drawn if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase: Option<f64>,
-    /// What its disc, its magnet and its gear do to the angle.
+    /// Angle errors of disc, magnet and gear.
     pub error: AngleErrorParameters,
     /// Shortest level that the counter's input filter lets pass; 0 for no filter \[s\].
     pub filter_s: f64,
@@ -61,7 +61,7 @@ impl EncoderParameters {
 /// The encoder's state.
 ///
 /// ```text
-/// position p = phi N g / 2 pi + phase             (1)  in counts, not quantised
+/// position p = phi N r / 2 pi + phase             (1)  in counts, not quantised
 /// count = offset + sign * floor(p)                (2)
 /// ```
 ///
@@ -81,7 +81,7 @@ pub(super) struct Encoder {
     step: EncoderStep,
 }
 
-/// Counts that no wheel made: a disturbed wire that the counter takes for edges, always to one side.
+/// False counts from interference on a wire, always in one direction.
 #[derive(Clone, Copy, Debug)]
 struct FalseCounts {
     per_us: Exp<f64>,
@@ -91,7 +91,7 @@ struct FalseCounts {
 
 impl Encoder {
     pub fn new(parameters: &EncoderParameters, rng: &mut ChaCha8Rng) -> Self {
-        // Drawn even if it is given, so that giving one encoder's phase leaves the other's alone.
+        // Drawn in any case, so that setting one encoder's phase does not change the other's.
         let drawn: f64 = rng.random();
         let phase = parameters.phase.unwrap_or(drawn);
         let step = EncoderStep {
@@ -140,7 +140,7 @@ impl Encoder {
         if self.swapped { -self.wired } else { self.wired }
     }
 
-    /// Goes on from the present count, however the wires are now.
+    /// Continues from the present count with the present wiring.
     fn rewire(&mut self) {
         self.offset = self.count - self.sign() * self.step.position_after.floor() as i64;
     }
@@ -185,7 +185,7 @@ impl Encoder {
         if let Some(lost) = &self.lost_lines
             && !self.unplugged
         {
-            // What the filter swallows is missing in the direction of travel.
+            // Counts that the filter drops are missing in the direction of travel.
             let span_s = (end_us - start_us) as f64 * 1e-6;
             false_counts -= sign * lost.between(self.step.position_after, position, span_s);
         }
@@ -222,11 +222,11 @@ impl Encoder {
 pub struct EncoderStep {
     /// When the step began \[us\].
     pub start_us: u64,
-    /// When it ended \[us\].
+    /// When the step ended \[us\].
     pub end_us: u64,
-    /// The count when it began.
+    /// The count at its beginning.
     pub count_before: i64,
-    /// The count when it ended.
+    /// The count at its end.
     pub count_after: i64,
     position_before: f64,
     position_after: f64,
@@ -241,7 +241,7 @@ pub struct EncoderStep {
 pub struct EncoderEdge {
     /// When \[us\], not rounded.
     pub t_us: f64,
-    /// The count after it.
+    /// The count after the edge.
     pub count: i64,
 }
 

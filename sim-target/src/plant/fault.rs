@@ -1,4 +1,4 @@
-//! What can go wrong with wires, encoders and motors.
+//! Faults of wires, encoders, motors and supply.
 
 use shared_proto::{Wheel, WheelPair};
 

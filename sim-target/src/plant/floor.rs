@@ -1,10 +1,10 @@
-//! What the robot stands on.
+//! The floor.
 
 use serde::{Deserialize, Serialize};
 
 use super::range_check::{ParameterError, RangeCheck};
 
-/// The floor.
+/// The floor's slope, friction, pile, wet patch and bump.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FloorParameters {
@@ -12,13 +12,13 @@ pub struct FloorParameters {
     pub gravity_mps2: f64,
     /// Grip of every wheel, mu: the largest contact force as a share of the load.
     pub friction: f64,
-    /// How far it leans \[rad\].
+    /// Slope \[rad\].
     pub slope_rad: f64,
-    /// Where downhill is, counter-clockwise from the x axis \[rad\].
+    /// Downhill direction, counter-clockwise from the x axis \[rad\].
     pub downhill_rad: f64,
-    /// How far a carpet's pile, leaning over under a tyre, carries it per distance rolled.
+    /// How far a carpet's leaning pile carries a tyre per distance rolled.
     pub pile_drift: f64,
-    /// Where the pile leans to, counter-clockwise from the x axis \[rad\].
+    /// Direction in which the pile leans, counter-clockwise from the x axis \[rad\].
     pub pile_direction_rad: f64,
     /// A wet patch.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,7 +38,7 @@ pub struct WetPatch {
     pub y_m: f64,
     /// Its radius \[m\].
     pub radius_m: f64,
-    /// Grip on it, mu.
+    /// Grip within the patch, mu.
     pub friction: f64,
 }
 
@@ -94,13 +94,13 @@ impl FloorParameters {
             check.within("bump.x_m", bump.x_m, -1e3, 1e3)?;
             check.within("bump.y_m", bump.y_m, -1e3, 1e3)?;
             check.within("bump.radius_m", bump.radius_m, 0.005, 10.0)?;
-            // Its steepest slope is 1.54 h/a, and a wheel rolls up no more than half of it here.
+            // The steepest slope is 1.54 h/a: below 0.5 with this bound.
             check.within("bump.height_m", bump.height_m, 0.0, 0.3 * bump.radius_m)?;
         }
         Ok(())
     }
 
-    /// True if every place and direction is like every other.
+    /// True for a floor that is level and uniform.
     pub(super) fn is_ideal(&self) -> bool {
         self.slope_rad == 0.0
             && self.pile_drift == 0.0

@@ -1,4 +1,4 @@
-//! What joins motor and wheel: a gear with play, and a set screw.
+//! The joint between motor and wheel: a gear with play, and a set screw.
 
 use serde::{Deserialize, Serialize};
 
@@ -87,9 +87,23 @@ impl Joint {
         self.play_rad + self.slipped_rad
     }
 
-    /// Forgets motion.
+    /// Resets the motion.
     pub fn lift(&mut self) {
         (self.motor_spin_rad_s, self.slipping) = (0.0, false);
+    }
+
+    /// The flank that carries torque: 1 or -1, 0 in a joint without play, NaN between the flanks.
+    #[inline]
+    fn flank(&self) -> f64 {
+        if self.half_play_rad == 0.0 {
+            0.0
+        } else if self.play_rad >= self.half_play_rad {
+            1.0
+        } else if self.play_rad <= -self.half_play_rad {
+            -1.0
+        } else {
+            f64::NAN
+        }
     }
 
     /// Advances both sides by h; the wheel's spin goes in and out. Returns the current \[A\].
@@ -111,15 +125,7 @@ impl Joint {
             less_friction(free, friction_nm * per_torque)
         };
         let (wheel_before, motor_before) = (*wheel_spin_rad_s, self.motor_spin_rad_s);
-        let flank = if self.half_play_rad == 0.0 {
-            0.0
-        } else if self.play_rad >= self.half_play_rad {
-            1.0
-        } else if self.play_rad <= -self.half_play_rad {
-            -1.0
-        } else {
-            f64::NAN
-        };
+        let flank = self.flank();
         let touching = !flank.is_nan();
         let mut carried_nm = 0.0;
         if touching && !self.slipping {
@@ -170,7 +176,7 @@ impl Joint {
         conductance * (voltage_v - k * 0.5 * (motor_before + motor))
     }
 
-    /// Turns the sides against each other for h.
+    /// Advances play and slip by h.
     #[inline]
     pub fn drift(&mut self, wheel_spin_rad_s: f64, h_s: f64) {
         let apart_rad = (self.motor_spin_rad_s - wheel_spin_rad_s) * h_s;

@@ -1,4 +1,4 @@
-//! How the weight spreads over the three wheels.
+//! Distribution of the weight over the three wheels.
 
 use shared_proto::WheelPair;
 
@@ -38,7 +38,7 @@ impl LoadModel {
         Self::of_mass(parameters, parameters.body.laden_mass_kg())
     }
 
-    /// The robot without it.
+    /// The robot without its payload.
     pub fn unladen(parameters: &PlantParameters) -> Self {
         Self::of_mass(parameters, parameters.body.mass_kg)
     }

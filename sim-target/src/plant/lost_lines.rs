@@ -1,6 +1,6 @@
 //! Lines of a disc that are too thin for the counter's input filter.
 
-/// How much a thin line may lack of its width.
+/// The largest share of its width that a thin line may lack.
 const THINNEST: f64 = 0.8;
 
 /// Each line j has a width w_j as a share of the pitch's: 1 for a good line, and 1 - 0.8 u for a thin one,
@@ -10,7 +10,7 @@ const THINNEST: f64 = 0.8;
 /// w_j / p < T_filter                              (1)
 /// ```
 ///
-/// is swallowed. So nothing is lost below p = 0.2 / T_filter, and from there on a share that grows in
+/// is lost. So nothing is lost below p = 0.2 / T_filter, and from there on a share that grows in
 /// proportion to the excess: share of thin lines x (p T_filter - 0.2) / 0.8.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LostLines {
@@ -29,7 +29,7 @@ impl LostLines {
         })
     }
 
-    /// How many of the counts between two positions get lost, with the sign of the way.
+    /// How many counts between two positions are lost, with the sign of the motion.
     #[inline]
     pub fn between(&self, from: f64, to: f64, span_s: f64) -> i64 {
         let filtered_width = self.filter_s * (to - from).abs() / span_s;
@@ -49,7 +49,7 @@ impl LostLines {
     }
 }
 
-/// A number from 0 to 1 that belongs to a line: bits stirred well (splitmix64, Steele et al. 2014).
+/// A pseudo-random number from 0 to 1 for each line (splitmix64, Steele et al. 2014).
 fn scattered(line: u64) -> f64 {
     let mut z = line.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

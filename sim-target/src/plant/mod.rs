@@ -1,8 +1,8 @@
 //! The physical robot: forces and torques on a planar body with two driven wheels and a caster.
 //!
-//! [`Plant`] is advanced in time with a duty for each motor; it answers with what sensors could see
-//! (encoder counts, supply voltage, currents) and what only an observer could (pose, twist). It knows
-//! nothing of firmware, messages or instruments.
+//! [`Plant`] advances in time with a duty for each motor. Its outputs are what sensors measure (encoder
+//! counts, supply voltage, currents) and what only an observer knows (pose, twist). The plant knows nothing
+//! of firmware, messages or instruments.
 //!
 //! # What acts on what
 //!
@@ -11,13 +11,13 @@
 //!    ^--current--'  ^---spin--------'  ^----force----'   ^------velocity----'  ^-- caster
 //! ```
 //!
-//! Every arrow is a force, a torque or a velocity: the path follows from the wheels' true radii only as
-//! far as the tyres grip. One noun a file; the equations stand next to the code.
+//! Every arrow is a force, a torque or a velocity: the path follows the wheels' true radii only as far as
+//! the tyres grip. Each file has one part and its equations.
 //!
-//! What can be wrong with a robot is a mechanism of its own: its wheels (`wheel_defects`), what joins them to
-//! their motors (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread
-//! (`angle_error`, `lost_lines`), cables and warmth (`disturbances`), the floor. `defects` puts them
-//! together. All are off unless their parameters say otherwise, and then cost nothing and change no bit.
+//! Each defect is a mechanism of its own: imperfect wheels (`wheel_defects`), play between motor and wheel
+//! (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
+//! `lost_lines`), cables and warming (`disturbances`), the floor. `defects` combines them. A robot without
+//! any is ideal: it takes a shorter step, which gives the same bits.
 //!
 //! # Integration
 //!
@@ -25,7 +25,7 @@
 //! positions, angles and deflections by the new velocities. It is of second order for what vibrates,
 //! exact for steady motion, and costs one evaluation of forces a step. Dry friction acts as an impulse
 //! limited to what stops the part exactly (Moreau), so that a robot at rest stays at rest.
-//! Steps end on multiples of [`PlantParameters::substep_us`] and wherever the caller wants to look.
+//! Steps end on multiples of [`PlantParameters::substep_us`] and at the times that the caller asks for.
 
 mod angle_error;
 mod body;
@@ -100,13 +100,13 @@ pub struct Plant {
     body: Body,
     wheel: WheelPair<DrivenWheel>,
     caster: Caster,
-    /// None for a robot with sound parts on an even floor.
+    /// None for an ideal robot on an even floor.
     defects: Option<Box<Defects>>,
     load_model: LoadModel,
     loads: Loads,
     bus_v: f64,
     encoder: WheelPair<Encoder>,
-    /// What the voltmeter's noise is drawn from; apart, so that looking more often changes nothing else.
+    /// For the measured supply's noise; separate, so that reading more often changes nothing else.
     supply_rng: ChaCha8Rng,
     encoder_rng: ChaCha8Rng,
 }
@@ -163,7 +163,7 @@ impl Plant {
         self.note_first_drive();
     }
 
-    /// Switches the motor driver on, or off: then the terminals are open and no current flows.
+    /// Switches the motor driver on or off. Off, the terminals are open and no current flows.
     pub fn set_enabled(&mut self, on: bool) {
         self.enabled = on;
         self.note_first_drive();
@@ -180,7 +180,7 @@ impl Plant {
         }
     }
 
-    /// Picks the robot up and puts it down somewhere else, at rest. Wheels and caster stay as they stand.
+    /// Moves the robot to another pose, at rest. Wheels and caster keep their angles.
     pub fn place(&mut self, pose: Pose) {
         self.body = Body::new(&self.parameters.body, pose);
         self.loads = self.load_model.loads((0.0, 0.0));
@@ -193,7 +193,7 @@ impl Plant {
         }
     }
 
-    /// Turns the caster by hand until it trails forward travel.
+    /// Turns the caster to trail forward travel.
     pub fn trail_caster(&mut self) {
         self.caster =
             Caster::new(&CasterParameters { start_angle_rad: 0.0, ..self.parameters.caster });
@@ -203,7 +203,7 @@ impl Plant {
     ///
     /// # Panics
     ///
-    /// If no robot can carry it: less than nothing, or more than half a ton.
+    /// If the load is negative or above 500 kg.
     pub fn set_payload(&mut self, payload_kg: f64) {
         self.parameters.body.payload_kg = payload_kg;
         if let Err(error) = self.parameters.validate() {
@@ -217,7 +217,7 @@ impl Plant {
         }
     }
 
-    /// Advances from the present time to `t_us`; a time that has passed already changes nothing.
+    /// Advances from the present time to `t_us`. A time in the past changes nothing.
     pub fn advance_to(&mut self, t_us: u64) {
         let start_us = self.t_us;
         if t_us <= start_us {
@@ -242,12 +242,12 @@ impl Plant {
         self.t_us
     }
 
-    /// Where the robot truly is: the midpoint of the driven wheels' axle; heading not wrapped.
+    /// The true pose: the midpoint of the driven wheels' axle; heading not wrapped.
     pub fn pose(&self) -> Pose {
         self.body.pose()
     }
 
-    /// How it truly moves.
+    /// The true motion.
     pub fn twist(&self) -> Twist {
         self.body.twist()
     }
@@ -268,7 +268,7 @@ impl Plant {
         self.bus_v + self.parameters.supply.noise_sigma_v * noise
     }
 
-    /// The supply voltage as it is \[V\].
+    /// The true supply voltage \[V\].
     pub fn bus_v(&self) -> f64 {
         self.bus_v
     }
@@ -317,7 +317,7 @@ impl Plant {
         self.body.energy_j() + wheels.left + wheels.right + caster + ribs_j
     }
 
-    /// What the robot is made of.
+    /// The robot's parameters.
     pub fn parameters(&self) -> &PlantParameters {
         &self.parameters
     }
@@ -332,12 +332,12 @@ impl Plant {
         self.faults.estop
     }
 
-    /// Makes something go wrong, from now on.
+    /// Injects a fault, from now on.
     pub fn inject(&mut self, fault: PlantFault) {
         self.set_fault(fault, true);
     }
 
-    /// Puts it right again, whatever values the fault was injected with.
+    /// Removes a fault, whatever values it was injected with.
     pub fn remove(&mut self, fault: PlantFault) {
         self.set_fault(fault, false);
     }

@@ -60,12 +60,12 @@ impl MotorParameters {
     }
 }
 
-/// What the motor's terminals are connected to.
+/// How the motor's terminals are connected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Terminals {
-    /// To nothing: no current flows.
+    /// Open: no current flows.
     Open,
-    /// To the supply for this share of the time, shorted for the rest: a mean voltage of duty x bus.
+    /// Connected to the supply for this share of the time, shorted for the rest: mean voltage duty x bus.
     Driven(f64),
 }
 
@@ -95,7 +95,7 @@ impl Motor {
         }
     }
 
-    /// What the bus sees, as (d^2/R, d K w/R): it gives d i = V d^2/R - d K w/R.
+    /// The motor's load on the bus, as (d^2/R, d K w/R): d i = V d^2/R - d K w/R.
     #[inline]
     pub fn bus_load(&self, terminals: Terminals, spin_rad_s: f64) -> (f64, f64) {
         match terminals {

@@ -1,4 +1,4 @@
-//! Everything that makes one robot different from another.
+//! All parameters of a robot and its floor.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use shared_proto::WheelPair;
@@ -33,10 +33,10 @@ pub struct PlantParameters {
     /// Encoders.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub encoder: WheelPair<EncoderParameters>,
-    /// What joins motors and wheels.
+    /// The joints between motors and wheels.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub gear: WheelPair<GearParameters>,
-    /// What is wrong with the driven wheels.
+    /// Defects of the driven wheels.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub wheel: WheelPair<WheelParameters>,
     /// Tyres of the driven wheels.
@@ -77,7 +77,7 @@ impl Default for PlantParameters {
 }
 
 impl PlantParameters {
-    /// Refuses, by name, a value that no robot has, or one that the integration cannot follow.
+    /// Refuses a value outside its range, or one that the integration cannot follow, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         RangeCheck("").within("substep_us", self.substep_us.into(), 10.0, 1000.0)?;
         self.geometry.check(&RangeCheck("geometry."))?;
@@ -101,7 +101,7 @@ impl PlantParameters {
         self.check_substep()
     }
 
-    /// True for a robot with sound parts on an even floor: it takes the short way through a step.
+    /// True for an ideal robot on an even floor, which takes the short integration step.
     pub(super) fn is_ideal(&self) -> bool {
         self.gear.all(|gear| gear.is_ideal())
             && self.wheel.all(|wheel| wheel.is_ideal())
@@ -159,7 +159,7 @@ impl PlantParameters {
     }
 }
 
-/// Reads a pair of which either wheel may be left out, and takes the default then.
+/// Reads a pair in which either wheel may be left out; a wheel that is left out gets the default.
 fn pair_of_overrides<'de, T, D>(deserializer: D) -> Result<WheelPair<T>, D::Error>
 where
     T: Deserialize<'de> + Default,

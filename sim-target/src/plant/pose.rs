@@ -1,14 +1,14 @@
-//! Where the robot is and how it moves.
+//! The robot's pose and motion.
 
 use serde::{Deserialize, Serialize};
 
 use super::rotation::Rotation;
 
-/// Where the midpoint of the driven wheels' axle is, and where the robot points.
+/// Position of the driven wheels' axle midpoint, and heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pose {
-    /// Along the start line, where nothing else is said, \[m\].
+    /// Along the start line, unless another frame is given \[m\].
     pub x_m: f64,
     /// To the left of the start line \[m\].
     pub y_m: f64,
@@ -17,14 +17,15 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// This pose as seen from `line`: forward along it, to the left of it, turned from it.
+    /// This pose in the frame of `line`.
     pub fn relative_to(self, line: Pose) -> Pose {
         let (x_m, y_m) = (self.x_m - line.x_m, self.y_m - line.y_m);
         let (x_m, y_m) = Rotation::new(line.heading_rad).undo(x_m, y_m);
         Pose { x_m, y_m, heading_rad: self.heading_rad - line.heading_rad }
     }
 
-    /// The pose that is seen from this one as `seen`: the inverse of [`relative_to`](Self::relative_to).
+    /// The pose that has the coordinates `seen` in this pose's frame: the inverse of
+    /// [`relative_to`](Self::relative_to).
     pub fn then(self, seen: Pose) -> Pose {
         let (x_m, y_m) = Rotation::new(self.heading_rad).apply(seen.x_m, seen.y_m);
         Pose {
@@ -35,7 +36,7 @@ impl Pose {
     }
 }
 
-/// How the midpoint of the axle moves, in the robot's own axes.
+/// Motion of the axle's midpoint, in the robot's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
     /// Forward speed \[m/s\].

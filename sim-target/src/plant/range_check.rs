@@ -1,4 +1,4 @@
-//! Refusing values that no robot has.
+//! Range checks of parameters.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ pub struct ParameterError {
     pub field: String,
     /// Its value.
     pub value: f64,
-    /// What it must be instead.
+    /// The permitted values.
     pub expected: String,
 }
 
@@ -27,7 +27,7 @@ impl core::error::Error for ParameterError {}
 pub(crate) struct RangeCheck<'a>(pub &'a str);
 
 impl RangeCheck<'_> {
-    /// Refuses a value outside a range, both ends included, and one that is not a number.
+    /// Refuses NaN, and a value outside a range; both ends are permitted.
     pub fn within(
         &self,
         field: &str,

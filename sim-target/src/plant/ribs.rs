@@ -14,8 +14,8 @@ const RIBS: usize = 5;
 /// ```
 ///
 /// As long as all ribs hold, a turn costs the share w^2/(2 b^2), whatever its radius: the track seems
-/// wider. In tight turns the outer ribs slide, the inner ones alone hold the wheel against their
-/// moment, and it costs more.
+/// wider. In tight turns the outer ribs slide, only the inner ones hold the wheel against their moment, and
+/// the turn loses a larger share.
 #[derive(Clone, Debug)]
 pub(super) struct Ribs {
     tyre: TyreParameters,
@@ -40,7 +40,7 @@ impl Ribs {
         })
     }
 
-    /// Forgets contact.
+    /// Resets contact.
     pub fn lift(&mut self) {
         self.contact = [Contact::default(); RIBS];
     }

@@ -1,4 +1,4 @@
-//! One integration step: what acts on what, in order.
+//! One integration step, for an ideal robot; `defects_step` has the other one.
 
 use shared_proto::WheelPair;
 
@@ -14,7 +14,7 @@ impl Plant {
     /// Advances everything but the encoders by h.
     #[inline]
     pub(super) fn step(&mut self, h_s: f64) {
-        // Out and in again: what is odd about the robot looks at the robot.
+        // Taken out for the step, because the defects' step borrows the whole plant.
         match self.defects.take() {
             None => {
                 self.kick(h_s);
@@ -52,7 +52,7 @@ impl Plant {
         (WheelPair { left, right }, bus_v)
     }
 
-    /// Momenta: wheels by motor, tyre and friction; body by tyres and caster; caster by its tyre.
+    /// Changes the momenta: wheels by motor, tyre and friction; body by tyres and caster; caster by its tyre.
     #[inline]
     fn kick(&mut self, h_s: f64) {
         let (terminals, bus_v) = self.power();
@@ -68,7 +68,7 @@ impl Plant {
         self.kick_body(wrench, h_s);
     }
 
-    /// As [`kick`](Self::kick), for a robot that is not plain.
+    /// As [`kick`](Self::kick), for a robot with defects.
     fn kick_with_defects(&mut self, defects: &mut Defects, h_s: f64) {
         let (terminals, bus_v) = self.power();
         self.bus_v = bus_v;
@@ -112,7 +112,7 @@ impl Plant {
         }
     }
 
-    /// Positions, angles and deflections; the new deflections give the next kick's forces.
+    /// Advances positions, angles and deflections; the new deflections give the next kick's forces.
     #[inline]
     fn drift(&mut self, h_s: f64) {
         let twist = self.body.drift(h_s);

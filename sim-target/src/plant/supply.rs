@@ -12,7 +12,7 @@ pub struct SupplyParameters {
     pub open_circuit_v: f64,
     /// Resistance of cells and wires \[ohm\].
     pub resistance_ohm: f64,
-    /// What the electronics draw \[A\].
+    /// Current of the electronics \[A\].
     pub standby_current_a: f64,
     /// Noise of the measured voltage, standard deviation \[V\].
     pub noise_sigma_v: f64,

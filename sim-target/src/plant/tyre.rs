@@ -10,7 +10,7 @@ use super::range_check::{ParameterError, RangeCheck};
 pub struct TyreParameters {
     /// Force per deflection along the rolling direction, k_x \[N/m\].
     pub longitudinal_stiffness_n_per_m: f64,
-    /// Force per deflection across it, k_y \[N/m\].
+    /// Force per deflection across the rolling direction, k_y \[N/m\].
     pub lateral_stiffness_n_per_m: f64,
     /// Distance rolled in which a deflection fades to 1/e: about the contact's length, sigma \[m\].
     pub relaxation_length_m: f64,
@@ -65,11 +65,11 @@ impl TyreParameters {
 /// ```text
 /// dz/dt = s - |R w| z / sigma                     (1)  fresh bristles enter as the wheel rolls
 /// F     = k z + c dz/dt,  |F| <= mu N             (2)  on the robot, along the slip
-/// |k z| <= mu N                                   (3)  beyond it they slide
+/// |k z| <= mu N                                   (3)  beyond that they slide
 /// ```
 ///
 /// At a steady slip ratio kappa = s/|R w| this is F = k sigma kappa, the usual slip stiffness. At zero
-/// speed it is a spring, so a robot at rest stays where it is: nothing in it divides by a speed.
+/// speed the contact is a spring, so a robot at rest stays in place: no equation divides by a speed.
 /// Source: the stretched-string single contact point model, Pacejka, Tire and Vehicle Dynamics, ch. 7.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Contact {

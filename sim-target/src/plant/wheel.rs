@@ -7,7 +7,7 @@ use super::motor::{Motor, MotorParameters, Terminals};
 use super::range_check::{ParameterError, RangeCheck};
 use super::tyre::Contact;
 
-/// The driven wheels and where they stand.
+/// Radii, track and inertia of the driven wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GeometryParameters {
@@ -78,8 +78,8 @@ impl DrivenWheel {
         }
     }
 
-    /// Advances the spin by h: (1) by the trapezoidal rule, friction (2) as the impulse that it can at
-    /// most give, so that a wheel which it can stop is stopped exactly, and stays so.
+    /// Advances the spin by h: (1) by the trapezoidal rule, friction (2) as a bounded impulse. A wheel that
+    /// friction can stop is stopped exactly, and stays at rest.
     #[inline]
     pub fn kick(&mut self, terminals: Terminals, bus_v: f64, clamp_nm: f64, h_s: f64) {
         let k = self.motor.torque_constant;
@@ -105,7 +105,7 @@ impl DrivenWheel {
         self.angle_rad += self.spin_rad_s * h_s;
     }
 
-    /// Forgets contact and motion.
+    /// Resets contact and motion.
     pub fn lift(&mut self) {
         self.contact = Contact::default();
         self.spin_rad_s = 0.0;
@@ -123,7 +123,7 @@ impl DrivenWheel {
     }
 }
 
-/// A speed after dry friction that can change it by at most `limit` towards zero.
+/// A speed after dry friction, which reduces the speed towards zero by at most `limit`.
 #[inline]
 pub(super) fn less_friction(free: f64, limit: f64) -> f64 {
     free - free.clamp(-limit, limit)

@@ -1,4 +1,4 @@
-//! A wheel that is not a rigid, centred, upright disc: what its tread does as it turns, warms and bears.
+//! Defects of a driven wheel: eccentricity, growth with speed, compliance, a flat spot, a bent axle.
 
 use core::f64::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::range_check::{ParameterError, RangeCheck};
 
-/// What is wrong with one driven wheel. Zero is a perfect one.
+/// The defects of one driven wheel. All zero is a perfect wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WheelParameters {
@@ -26,9 +26,9 @@ pub struct WheelParameters {
     pub bend_phase_rad: f64,
     /// How far the wheel can slide along its axle, from stop to stop \[m\].
     pub end_float_m: f64,
-    /// How far its contact stands in front of the axle \[m\].
+    /// Distance of the contact in front of the axle \[m\].
     pub contact_ahead_m: f64,
-    /// Dry friction of its bearing, on the wheel's side of the gear \[N m\].
+    /// Dry friction of the bearing, on the wheel's side of the gear \[N m\].
     pub hub_friction_nm: f64,
 }
 
@@ -63,7 +63,7 @@ pub(super) struct ContactGeometry {
     pub radius_m: f64,
     /// Direction of the wheel's plane, to the left of the body's \[rad\].
     pub toe_rad: f64,
-    /// Where the contact is, to the left of where it would be \[m\].
+    /// Lateral shift of the contact, to the left \[m\].
     pub aside_m: f64,
 }
 
@@ -98,7 +98,7 @@ impl WheelParameters {
                 share += self.flat_half_angle_rad.cos() / psi.cos() - 1.0; // (4)
             }
         }
-        // A tyre is pressed flat as far as its rim.
+        // A tyre can be compressed no further than its rim.
         let rim_m = 0.5 * radius_m;
         let radius_m = radius_m * share - self.radial_compliance_m_per_n * extra_n; // (3)
         let radius_m = radius_m.max(rim_m);

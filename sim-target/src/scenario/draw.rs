@@ -1,4 +1,4 @@
-//! Robots drawn at random, for a benchmark.
+//! Random robots, for a benchmark.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -9,7 +9,7 @@ use super::{PlacementParameters, Scenario};
 use crate::plant::MotorParameters;
 
 impl Scenario {
-    /// A random robot round the paper's: the same seed gives the same robot.
+    /// A random robot similar to the paper's. The same seed gives the same robot.
     ///
     /// | what | drawn from |
     /// | --- | --- |

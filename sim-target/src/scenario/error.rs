@@ -70,7 +70,7 @@ impl ScenarioError {
     }
 }
 
-/// Where the text gives the field at this dotted path, or the innermost table of it that it has.
+/// Where the text has the field at this dotted path, or the innermost table on that path.
 fn locate(text: &str, path: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let mut table = document.get_ref();

@@ -1,4 +1,4 @@
-//! What goes wrong, and when.
+//! Faults and their times.
 
 use serde::{Deserialize, Serialize};
 use shared_proto::Wheel;
@@ -18,18 +18,18 @@ pub enum FaultClock {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub struct ScheduledFault {
-    /// What goes wrong.
+    /// The fault.
     pub fault: PlantFault,
     /// Which clock the times are on.
     pub clock: FaultClock,
     /// When \[s\].
     pub at_s: f64,
-    /// When it is put right again, if ever \[s\].
+    /// When the fault ends, if ever \[s\].
     pub until_s: Option<f64>,
 }
 
 impl ScheduledFault {
-    /// Refuses, by name, a time before the start, or an end before the beginning.
+    /// Refuses a negative time, or an end before the beginning, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         let at = match self.clock {
@@ -48,10 +48,10 @@ impl ScheduledFault {
     }
 }
 
-/// A year: nobody simulates longer, and in microseconds it is exact.
+/// A year: longer than any simulation, and exact in microseconds.
 const TIME_S_MAX: f64 = 3.2e7;
 
-/// How a fault stands in the file: flat, with the fields that its kind needs.
+/// A fault as in the file: flat, with the fields that its kind needs.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
@@ -101,7 +101,7 @@ impl TryFrom<Raw> for ScheduledFault {
 }
 
 impl Raw {
-    /// The fault with what its kind needs, and nothing else.
+    /// The fault; refuses a field that its kind needs and lacks, or has no use for.
     fn fault(&self) -> Result<PlantFault, String> {
         let Self { kind, wheel, counts_per_s, volts, .. } = *self;
         let of_wheel = !matches!(kind, Kind::DriverFault | Kind::SupplyDip | Kind::EmergencyStop);

@@ -5,15 +5,15 @@ use serde::{Deserialize, Serialize};
 use crate::plant::{ParameterError, RangeCheck};
 use crate::wire::WireParameters;
 
-/// What the line does to frames and bits.
+/// The line's speed, lost frames and flipped bits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LinkParameters {
     /// Bits per second, ten to a byte; 0 for no delay at all.
     pub baud: u32,
-    /// Share of the host's frames that vanish.
+    /// Share of the host's frames that are lost.
     pub frame_loss_to_robot: f64,
-    /// Share of the robot's frames that vanish.
+    /// Share of the robot's frames that are lost.
     pub frame_loss_to_host: f64,
     /// Share of bits that flip, either way.
     pub bit_error: f64,
@@ -27,7 +27,7 @@ impl Default for LinkParameters {
 }
 
 impl LinkParameters {
-    /// Refuses, by name, a share that is none and a line too slow to serve.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         if self.baud != 0 {

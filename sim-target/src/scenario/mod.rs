@@ -1,4 +1,4 @@
-//! A scenario: one simulated robot, its surroundings and what will go wrong, as TOML data.
+//! A scenario: one simulated robot, its surroundings and its faults, as TOML data.
 //!
 //! ```toml
 //! name = "unequal motors"
@@ -8,12 +8,12 @@
 //! geometry.wheel_radius_m = { left = 0.036, right = 0.0357 }
 //! motor.left.coulomb_torque_nm = 0.07
 //!
-//! [placement]                    # how it is put on the start line
+//! [placement]                    # how the robot is put on the start line
 //! heading_sigma_rad = 0.002
 //!
 //! [camera]                       # crate::instruments::CameraParameters
 //! [ruler]                        # crate::instruments::RulerParameters
-//! [gyro]                         # crate::instruments::GyroParameters; without it there is none
+//! [gyro]                         # crate::instruments::GyroParameters; without this table there is none
 //! [link]                         # the serial line
 //!
 //! [[fault]]
@@ -23,8 +23,8 @@
 //! until_s = 9.0                  # optional, on the same clock
 //! ```
 //!
-//! What is left out keeps the default of its own type. What the robot *believes* about itself is no part
-//! of a scenario: that is its configuration.
+//! A field that is left out keeps its type's default. What the robot assumes about itself is its
+//! configuration, not part of a scenario.
 
 mod draw;
 mod error;
@@ -52,7 +52,7 @@ use crate::plant::{ParameterError, PlantParameters};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// What it is called.
+    /// The scenario's name.
     pub name: String,
     /// Draws everything that is random.
     #[serde(default)]
@@ -60,7 +60,7 @@ pub struct Scenario {
     /// The robot and its floor, as they truly are.
     #[serde(default)]
     pub plant: PlantParameters,
-    /// How it is put on the start line.
+    /// How the robot is put on the start line.
     #[serde(default)]
     pub placement: PlacementParameters,
     /// The overhead camera.
@@ -75,7 +75,7 @@ pub struct Scenario {
     /// The serial line.
     #[serde(default)]
     pub link: LinkParameters,
-    /// What goes wrong, and when.
+    /// Faults and their times.
     #[serde(default, rename = "fault", skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<ScheduledFault>,
 }
@@ -98,7 +98,7 @@ impl Scenario {
         }
     }
 
-    /// Reads TOML text; `origin` is what errors call it.
+    /// Reads TOML text; errors name `origin`.
     pub fn parse(origin: &str, text: &str) -> Result<Self, ScenarioError> {
         let scenario: Self =
             toml::from_str(text).map_err(|error| ScenarioError::syntax(origin, text, &error))?;
@@ -111,7 +111,7 @@ impl Scenario {
         toml::to_string(self).expect("a scenario holds nothing that TOML cannot")
     }
 
-    /// Refuses, by name, a value that nothing physical has.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let within = |section: &str, result: Result<(), ParameterError>| {
             result.map_err(|error| ParameterError {

@@ -1,4 +1,4 @@
-//! How somebody puts the robot on the start line.
+//! How precisely the robot is put on the start line.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::plant::{ParameterError, Pose, RangeCheck};
 
-/// How well the robot is put on its line.
+/// The errors of placing the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlacementParameters {
-    /// Crookedness, standard deviation \[rad\].
+    /// Heading error, standard deviation \[rad\].
     pub heading_sigma_rad: f64,
-    /// Distance from the line's beginning, along it and across, standard deviation of each \[m\].
+    /// Position error along and across the line, standard deviation of each \[m\].
     pub position_sigma_m: f64,
-    /// True if the robot is rolled forward onto its mark, so that its caster trails; else the caster
-    /// stays as it stood when the robot was picked up.
+    /// True if the robot is rolled forward onto its mark, so that its caster trails. Otherwise the caster
+    /// keeps its angle.
     pub caster_trails: bool,
 }
 
@@ -28,7 +28,7 @@ impl Default for PlacementParameters {
 }
 
 impl PlacementParameters {
-    /// Refuses, by name, what is no standard deviation of a careful person.
+    /// Refuses a value outside its range, and names the field.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = RangeCheck("");
         check.within("heading_sigma_rad", self.heading_sigma_rad, 0.0, 1.0)?;

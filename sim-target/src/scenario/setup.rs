@@ -1,4 +1,4 @@
-//! A scenario brought to life: the parts that a simulation starts from.
+//! From a scenario to the parts that a simulation starts from.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,9 +11,9 @@ use crate::wire::WireParameters;
 /// The parts of one simulation, each with random numbers of its own.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// The robot, on its start line, with the crookedness of its first placement.
+    /// The robot on its start line, with the error of its first placement.
     pub plant: Plant,
-    /// Where it truly starts.
+    /// The robot's true start pose.
     pub start: Pose,
     /// The overhead camera.
     pub camera: Camera,
@@ -25,9 +25,9 @@ pub struct Setup {
     pub to_robot: WireParameters,
     /// The line from robot to host.
     pub to_host: WireParameters,
-    /// What goes wrong, in simulated time.
+    /// Faults, in simulated time.
     pub faults: Vec<FaultEvent>,
-    /// What goes wrong, in time from [`Plant::first_driven_us`].
+    /// Faults, in time from [`Plant::first_driven_us`].
     pub motion_faults: Vec<FaultEvent>,
     /// The scenario's seed.
     pub seed: u64,
@@ -36,15 +36,15 @@ pub struct Setup {
 /// A fault and its times in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultEvent {
-    /// What goes wrong.
+    /// The fault.
     pub fault: PlantFault,
     /// When \[us\].
     pub at_us: u64,
-    /// When it is put right again, if ever \[us\].
+    /// When the fault ends, if ever \[us\].
     pub until_us: Option<u64>,
 }
 
-/// What draws from the scenario's seed, each a stream of its own.
+/// The random streams that are drawn from the scenario's seed.
 enum Stream {
     Plant = 1,
     Camera = 2,
@@ -75,7 +75,7 @@ impl Scenario {
         }
     }
 
-    /// Where the robot truly stands when it is put on a line for the `run`-th time, 0 the first.
+    /// The true pose after putting the robot on a line for the `run`-th time, counted from 0.
     pub fn placement(&self, line: Pose, run: u64) -> Pose {
         self.placement.place(line, self.seed_of(Stream::Placement), run)
     }

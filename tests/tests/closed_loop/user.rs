@@ -7,11 +7,11 @@ use campaign::plan::run_kinds::{fastest_mps, runs_of};
 use campaign::plan::{CampaignPlan, PlanSettings};
 use campaign::{Campaign, CampaignWriter, Run};
 use futures_lite::future;
-use host_cli::calibrate::Instrument;
 use host_cli::calibrate::umbmark::{UmbmarkSettings, umbmark};
 use host_cli::error::Result;
+use host_cli::pose_source::camera::Camera;
 use host_cli::survey::samples::columns;
-use host_cli::survey::{RecordSettings, Step, Witness, record_campaign};
+use host_cli::survey::{RecordSettings, RecordStep, record_campaign};
 use host_link::session::Session;
 use robot_model::explain::Answer;
 use robot_model::explain::explain;
@@ -62,9 +62,9 @@ impl User {
         let settings =
             RecordSettings { period_ms: PERIOD_MS, whole, later_s, ..RecordSettings::default() };
         let (session, folder) = (&mut self.session, self.desk.path().join("robot"));
-        let mut witness = Witness::camera(self.lab.clone());
-        let mut tell = |_: Step<'_>| ();
-        let procedure = record_campaign(session, &mut witness, plan, &folder, &settings, &mut tell);
+        let mut camera = Camera::new(self.lab.clone());
+        let mut tell = |_: RecordStep<'_>| ();
+        let procedure = record_campaign(session, &mut camera, plan, &folder, &settings, &mut tell);
         let summary = self.target.run(future::or(procedure, std::future::pending()));
         assert_eq!(summary.expect("it drives").recorded.len(), plan.runs.len());
     }
@@ -80,10 +80,10 @@ impl User {
             undo_folder: None,
         };
         let session = &mut self.session;
-        let mut instrument = Instrument::Camera(self.lab.clone(), self.lab.camera_len());
+        let mut camera = Camera::new(self.lab.clone());
         let procedure = async {
             let before = session.read_config().await?;
-            let outcome = umbmark(session, &mut instrument, &settings, &mut |_| ()).await?;
+            let outcome = umbmark(session, &mut camera, &settings, &mut |_| ()).await?;
             session.write_config(&before).await?;
             session.save_config().await?;
             Result::Ok(outcome)

@@ -2,7 +2,8 @@
 
 use beeline_tests::judge::{Eye, Verdict, judge_all, judge_scenario, quartiles};
 use beeline_tests::robot::on_robot;
-use host_cli::calibrate::{Instrument, Settings, Step, calibrate};
+use host_cli::calibrate::{CalibrateStep, Settings, calibrate};
+use host_cli::pose_source::camera::Camera;
 use host_link::address::BAUD_MIN;
 use sim_target::Scenario;
 
@@ -64,9 +65,9 @@ fn a_robot_that_cannot_save_keeps_its_wheel_weight_and_the_host_remembers_nothin
         Settings { undo_folder: Some(folder.path().join("state")), ..Settings::default() };
     on_robot(&Scenario::draw(1), async |robot| {
         let lab = robot.lab.clone();
-        let mut instrument = Instrument::Camera(lab.clone(), 0);
-        let mut tell = |step: Step<'_>| {
-            if let Step::Written(_) = step {
+        let mut instrument = Camera::new(lab.clone());
+        let mut tell = |step: CalibrateStep<'_>| {
+            if let CalibrateStep::Written(_) = step {
                 lab.write_protect_flash(true);
             }
         };

@@ -43,9 +43,10 @@ fn paths_in<'a>(base: &Path, code: &'a str) -> Vec<&'a str> {
         let Some((first, _)) = word.split_once('/') else {
             return word.ends_with(".rs") || word.ends_with(".md");
         };
-        // One whose first part is no folder here is something else: `2/s`, `embedded-hal/1`.
-        !first.is_empty() && base.join(first).is_dir()
-            || (word.ends_with(".rs") || word.ends_with(".md")) && !first.is_empty()
+        // One whose first part is no folder here is something else: `2/s`, `embedded-hal/1`; `..`
+        // leads to the folder of another program.
+        let is_source = word.ends_with(".rs") || word.ends_with(".md");
+        !["", ".", ".."].contains(&first) && (is_source || base.join(first).is_dir())
     };
     words.filter(is_ours).collect()
 }

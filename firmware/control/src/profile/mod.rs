@@ -2,10 +2,10 @@
 //!
 //! # Accounting
 //!
-//! A [`Plan`] is made once, outside the control tick: ramp to a cruise speed, cruise, ramp to zero,
-//! for each wheel in continuous time and double precision, so that phases begin between ticks and neither
-//! distance nor duration is rounded to whole ticks. Of each phase it keeps position and velocity, in closed form,
-//! at the first tick inside. From there on a tick is exact integer arithmetic:
+//! A [`Plan`] is made once, outside the control tick: ramp to a cruise speed, cruise, ramp to zero, for each
+//! wheel in continuous time and double precision. Phases may begin between ticks, so neither distance nor
+//! duration is rounded to whole ticks. For each phase the plan keeps position and velocity at the first tick
+//! inside, in closed form. From there a tick is exact integer arithmetic:
 //!
 //! ```text
 //! s(n) = s(0) + n v(0) + n^2 h,   v(n) = v(0) + 2 n h,   h half the acceleration    (1)
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! with s in 2^-64 m, v in 2^-64 m per tick and h in 2^-64 m per tick^2. Nothing is rounded inside a
-//! phase, so nothing drifts, and the end of a plan is its target to the last bit. Where two phases
+//! phase, so nothing drifts, and a plan ends at its target to the last bit. Where two phases
 //! meet, the rounding of h shows as n^2 2^-64 m at most: 1.5 pm for the paper's ramps of 5178 ticks,
 //! 54 nm for the longest ramp of 1000 s; and double precision as some 2^-52 of the distance, 10 pm in 20 km.
 
@@ -29,21 +29,21 @@ use shared_proto::WheelPair;
 
 use trajectory::Cursor;
 
-/// Follows one plan after the other, tick by tick.
+/// Follows one plan after another, tick by tick.
 ///
-/// Two plans have their places here and are never moved: the one that is followed, and the one that waits.
+/// Two slots hold the plan that is followed and the next plan. Neither is moved.
 #[derive(Clone, Debug)]
 pub struct Profile {
     slots: [Slot; 2],
-    /// The second seat's plan is followed, not the first one's.
+    /// The second slot's plan is followed, not the first slot's.
     second: bool,
-    /// The other seat's plan waits for its start.
+    /// The other slot's plan waits for its start.
     waiting: bool,
-    /// The plan that is followed has come to its end, and its wheels stand for ever.
+    /// The plan that is followed has ended: its wheels stand still for ever.
     ended: bool,
 }
 
-/// A plan, and how far the wheels have come on it.
+/// A plan, and the wheels' present points on their trajectories.
 #[derive(Clone, Debug)]
 struct Slot {
     plan: Plan,
@@ -68,7 +68,7 @@ impl Profile {
         Self { slots: [SLOT; 2], second: false, waiting: false, ended: false }
     };
 
-    /// Follows `plan`; before its start it stands at the plan's first point.
+    /// Follows `plan`, and stands at the plan's first point before its start.
     pub fn new(plan: Plan) -> Self {
         let mut profile = Self::ORIGIN;
         profile.replace(&plan);
@@ -76,18 +76,18 @@ impl Profile {
         profile
     }
 
-    /// Goes over to `plan` at its start tick, or at once to a [`Plan::hold`]; until then the present
-    /// one is followed.
+    /// Switches to `plan` at its start tick, or at once to a [`Plan::hold`]. Until then the present plan is
+    /// followed.
     ///
-    /// For a motion without a jump, plan from [`Profile::at`] the start tick. A plan that waits
-    /// already is dropped.
+    /// For a motion without a jump, plan from [`Profile::at`] the start tick. A plan that is
+    /// already waiting is dropped.
     #[inline]
     pub fn replace(&mut self, plan: &Plan) {
         self.slots[usize::from(!self.second)].take(plan);
         self.waiting = true;
     }
 
-    /// Goes over to the plan that waits, before its start: the wheels stand at its first point.
+    /// Switches to the waiting plan before its start: the wheels stand at its first point.
     pub const fn switch(&mut self) {
         if self.waiting {
             self.second = !self.second;
@@ -96,7 +96,7 @@ impl Profile {
         }
     }
 
-    /// Drops the plan that waits if its start is past: the wheels would jump. True if it did.
+    /// Drops the waiting plan if its start has passed, because the wheels would jump. True if it was dropped.
     pub fn drop_late(&mut self, tick: u32) -> bool {
         let next = &self.slots[usize::from(!self.second)].plan;
         let late = self.waiting && tick.wrapping_sub(next.start_tick()) as i32 > 0;
@@ -104,7 +104,7 @@ impl Profile {
         late
     }
 
-    /// State of both wheels at `tick`, now or later, as the plan that is followed now has it.
+    /// State of both wheels at `tick`, now or later, by the plan that is followed now.
     #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let plan = &self.slots[usize::from(self.second)].plan;
@@ -122,7 +122,7 @@ impl Profile {
         }
         let Slot { plan, cursors } = &mut self.slots[usize::from(self.second)];
         let elapsed = if self.ended { plan.len_ticks() } else { plan.elapsed(tick) };
-        // A plan is told from one that has not begun for 2^31 ticks only; standing still is for ever.
+        // Tick numbers tell before from after for 2^31 ticks only; an ended plan must stay ended.
         self.ended = elapsed >= plan.len_ticks();
         cursors.left.advance_to(&plan.trajectories.left, elapsed);
         cursors.right.advance_to(&plan.trajectories.right, elapsed);

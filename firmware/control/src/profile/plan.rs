@@ -16,18 +16,18 @@ const STEP_BITS: u32 = 64;
 
 const HZ: f64 = CONTROL_HZ as f64;
 
-/// Farthest from the origin that travel can be told [2^-64 m]: 2^31 m.
+/// Limit of travel from the origin [2^-64 m]: 2^31 m.
 const POSITION_MAX: u128 = 1 << 95;
 
 /// A planned motion of both wheels, from its start tick to a standstill at its target.
 ///
-/// Ticks count on through the end of `u32`; a tick is taken as before the start if it is less
-/// than 2^31 ticks before it (24 days), and as after it otherwise.
+/// Tick numbers wrap around. A tick counts as before the start if the start is less than 2^31 ticks (24 days)
+/// ahead, and as after the start otherwise.
 #[derive(Clone, Debug)]
 pub struct Plan {
     start_tick: u32,
     len_ticks: u32,
-    /// False if there is no start to wait for: a blank plan is all zeros, and takes no flash.
+    /// False if the plan holds at once. Inverted so that a blank plan is all zeros and takes no flash.
     pub(super) has_start: bool,
     pub(super) trajectories: WheelPair<Trajectory>,
 }
@@ -61,8 +61,8 @@ impl Plan {
     /// acceleration allow, and the quicker one then takes a lower cruise speed so that both end
     /// together. A wheel goes beyond its target only where it cannot brake in time.
     ///
-    /// A robot that is pulled to one side is steered against it: see `steered`. As that is part of the
-    /// distances, a stop on the way, which keeps the wheels' proportion, keeps it too.
+    /// The distances compensate a heading pull, see `steered`. A stop on the way keeps the wheels'
+    /// proportion, and with that the compensation.
     #[inline]
     pub fn drive(
         start_tick: u32,
@@ -106,7 +106,7 @@ impl Plan {
     /// curvature; the faster one brakes with `deceleration_mps2`, above zero.
     #[inline]
     pub fn stop(start_tick: u32, from: WheelPair<ProfileState>, deceleration_mps2: f64) -> Plan {
-        /// Longer than any `Drive` takes: only a deceleration that no configuration has asks for it.
+        /// Longer than any `Drive`: reached only by a deceleration that no configuration permits.
         const DURATION_MAX: f64 = (u32::MAX / 2) as f64;
         let velocities = from.as_ref().map(velocity_m_per_tick);
         let fastest = max(velocities.left.abs(), velocities.right.abs());
@@ -124,7 +124,7 @@ impl Plan {
         Plan::new(start_tick, trajectories)
     }
 
-    /// State of both wheels at `tick`: that at the start before it, that at the target after the end.
+    /// State of both wheels at `tick`: the start's before the start, the target's after the end.
     #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
         let elapsed = self.elapsed(tick);
@@ -182,16 +182,16 @@ impl DriveInTicks {
     }
 }
 
-/// Distances of the wheels that take a pulled robot where these take one that is not:
+/// Wheel distances that compensate the robot's heading pull:
 ///
 /// ```text
-/// dtheta = (d_R - d_L) / b + c |s|,   s = (d_L + d_R) / 2      what it does by itself
-/// d_L' = d_L + b c |s| / 2,   d_R' = d_R - b c |s| / 2         so that dtheta is (d_R - d_L) / b again
+/// dtheta = (d_R - d_L) / b + c |s|,   s = (d_L + d_R) / 2      heading change with the pull
+/// d_L' = d_L + b c |s| / 2,   d_R' = d_R - b c |s| / 2         so dtheta is (d_R - d_L) / b again
 /// ```
 ///
-/// b is the track width \[m\], c the pull \[rad/m\], to the left if positive. s stays as it is. Without a pull,
-/// and on the spot, the distances are the same bits. A way that turns round before its target, as a new
-/// motion from a moving state may, is longer than |s|: there less is steered than needed.
+/// b is the track width \[m\], c the pull \[rad/m\], to the left if positive. s does not change.
+/// Without a pull, and in a turn on the spot, the distances keep their bits. A motion that reverses before
+/// its target, as one from a moving state may, travels more than |s|: the compensation is then too small.
 #[inline]
 fn steered(distances_m: WheelPair<f64>, geometry: &GeometryConfig) -> WheelPair<f64> {
     let WheelPair { left, right } = distances_m;
@@ -205,7 +205,7 @@ fn velocity_m_per_tick(state: &ProfileState) -> f64 {
     to_f64(state.velocity.0.to_bits()) * STEP_M
 }
 
-/// From rest: the wheel that goes farther as quickly as it may, the other one in proportion.
+/// From rest: the wheel that goes farther takes the quickest motion, the other one follows in proportion.
 #[inline]
 fn proportionate(moves: &WheelPair<WheelMove>) -> WheelPair<Ramps> {
     if !is_above(moves.right.distance.abs(), moves.left.distance.abs()) {

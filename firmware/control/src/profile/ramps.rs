@@ -24,7 +24,7 @@ use crate::soft_float::{is_above, max, min, nearest, sqrt, to_f64, truncate};
 /// Fractional bits of positions, velocities and accelerations in a [`Phase`].
 const STEP_BITS: u32 = 64;
 
-/// What one wheel has to do, and what it may use for it.
+/// One wheel's distance, initial velocity and limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelMove {
     /// Signed distance \[m\].
@@ -40,7 +40,7 @@ pub(super) struct WheelMove {
 /// A wheel's motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ramps {
-    /// -1 where the wheel goes backward, else 1: the frame of the wheel_move, which has its own cruise speed.
+    /// -1 where the wheel goes backward, else 1. The frame in which `wheel_move` is given.
     sign: f64,
     wheel_move: WheelMove,
     /// End of the first ramp, of the cruise, and of the last ramp \[ticks\].
@@ -61,7 +61,7 @@ impl Ramps {
         let cruise = if is_above(velocity, limit) {
             limit
         } else {
-            // (3), unless that is too fast
+            // (3), up to the limit
             min(max(sqrt(a * distance + 0.5 * v0_squared), velocity), limit)
         };
         // (2)
@@ -76,7 +76,7 @@ impl Ramps {
         Self { sign, wheel_move: WheelMove { distance, velocity, half, cruise }, ends }
     }
 
-    /// Takes a longer time for the same distance, by a lower cruise speed.
+    /// Stretches the motion to a longer duration, by a lower cruise speed.
     #[inline]
     pub fn stretch(&mut self, duration: f64) {
         if is_above(duration, self.duration()) {
@@ -164,7 +164,7 @@ impl Ramps {
     }
 }
 
-/// A distance in steps of 2^-64 m, exactly but for what is less than a step.
+/// A distance in whole steps of 2^-64 m.
 #[inline(never)]
 pub(super) fn position_steps(metres: f64) -> i128 {
     const HALF: f64 = 4_294_967_296.0;

@@ -1,4 +1,4 @@
-//! A wheel's planned state: exact for the planner, rounded for the controller.
+//! A wheel's planned state: exact for planning, rounded for the controller.
 
 use fixed::types::{I0F64, I32F32, I64F64};
 
@@ -25,7 +25,7 @@ impl From<Position> for Travel {
     }
 }
 
-/// Where a plan has a wheel at one tick: what the next plan starts from.
+/// A wheel's planned state at one tick, which the next plan starts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ProfileState {
     /// Planned travel.
@@ -34,7 +34,7 @@ pub struct ProfileState {
     pub velocity: Velocity,
 }
 
-/// What the controller of a wheel has to follow at one tick.
+/// A wheel's setpoint at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setpoint {
     /// Planned travel.

@@ -1,11 +1,11 @@
-//! One wheel's motion sampled at ticks: what the control tick walks along.
+//! One wheel's motion, sampled at ticks, and a cursor that moves along the samples.
 
 use fixed::types::{I0F64, I8F24, I32F32, I64F64};
 
 use super::state::{Position, ProfileState, Setpoint, Velocity};
 use crate::units::{Acceleration, CONTROL_HZ, Speed, Travel};
 
-/// A stretch of constant acceleration, from its first tick on.
+/// A phase of constant acceleration, from its first tick on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Phase {
     /// Ticks from the plan's start.
@@ -50,7 +50,7 @@ impl Phase {
     }
 }
 
-/// Position and velocity as bare steps.
+/// Position and velocity as raw steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Point {
     position: i128,
@@ -69,7 +69,7 @@ impl Point {
 
 const PHASES_LEN: usize = 4;
 
-/// Up to three phases of motion, and standing still at the end.
+/// Up to three phases of motion, then standing still.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trajectory {
     phases: [Phase; PHASES_LEN],
@@ -111,7 +111,7 @@ impl Trajectory {
         Position(I64F64::from_bits(self.phases[PHASES_LEN - 1].position))
     }
 
-    /// Where the wheel is `elapsed` ticks after the start.
+    /// The wheel's point `elapsed` ticks after the start.
     #[inline]
     pub fn at(&self, elapsed: u32) -> Point {
         self.phases[self.phase_at(elapsed, 0)].at(elapsed)
@@ -129,7 +129,7 @@ impl Trajectory {
     }
 }
 
-/// A wheel's place on its trajectory.
+/// A wheel's present point on its trajectory.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cursor {
     phase: usize,
@@ -154,7 +154,7 @@ impl Cursor {
         Self { phase, elapsed: 0, point: Point { position, velocity }, acceleration }
     }
 
-    /// Goes on to `elapsed`, which never goes back.
+    /// Moves on to `elapsed`, which never decreases.
     #[inline(always)]
     pub fn advance_to(&mut self, trajectory: &Trajectory, elapsed: u32) {
         let phase = trajectory.phase_at(elapsed, self.phase);
@@ -173,7 +173,7 @@ impl Cursor {
         self.elapsed = elapsed;
     }
 
-    /// What the controller has to follow here.
+    /// The setpoint at this point.
     #[inline(always)]
     pub fn setpoint(&self) -> Setpoint {
         // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step.

@@ -1,4 +1,4 @@
-//! Supervisor: the robot's state machine, and the only one that answers requests.
+//! Supervisor: the robot's state machine. Only this task executes requests.
 //!
 //! ```text
 //!  boot --> idle <--> armed <--> driving --> stopping --> armed, idle or faulted
@@ -6,8 +6,12 @@
 //!             +--------------------- clear fault ----------------------+      any state --> faulted
 //! ```
 //!
-//! It plans motions (slow arithmetic, outside the control tick) and hands them to the profile task
-//! a few ticks ahead, so that a new plan takes over exactly where the old one will be.
+//! The supervisor plans motions outside the control tick, because planning is slow, and hands a plan to the
+//! profile task a few ticks ahead: the new plan starts exactly where the old one will be then.
+//!
+//! It never waits for the link: a reply or an event that does not fit in the queue is dropped. It does wait
+//! for the store, at boot and when a configuration is saved, and for two control ticks after a change of
+//! configuration; the motors stand still then.
 
 mod requests;
 mod transitions;
@@ -28,13 +32,13 @@ use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
 
-/// A plan starts this many ticks after it was made: planning may take most of that on a slow MCU.
+/// A plan starts this many ticks ahead: planning may take most of that time on a slow MCU.
 const PLAN_AHEAD_TICKS: u32 = 10;
 
-/// An armed robot that stands still and hears nothing for this long switches its motors off.
+/// An armed robot that stands still and receives nothing for this long switches its motors off.
 const ARMED_SILENCE: Duration = Duration::from_secs(60);
 
-/// Motions that are remembered after the last one; a power of two, so that the place wraps with the count.
+/// How many motions before the last one are remembered; a power of two, so that the index can wrap.
 const EARLIER_MOTIONS: usize = 8;
 
 /// Runs the robot, for ever.
@@ -62,7 +66,7 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: Boar
     }
 }
 
-/// The state, and what belongs to it.
+/// The state machine's state.
 struct Supervisor<'a, M: RawMutex, S> {
     shared: &'a Shared<M>,
     store: S,
@@ -70,9 +74,9 @@ struct Supervisor<'a, M: RawMutex, S> {
     config: Config,
     config_origin: ConfigOrigin,
     store_damaged: bool,
-    /// What the store holds; the factory configuration if it holds none.
+    /// The saved configuration; the factory configuration if none was saved.
     saved: Config,
-    /// It does hold one.
+    /// The store holds a configuration.
     is_saved: bool,
     state: State,
     /// The encoders' signs have been checked since the motors were switched on.
@@ -80,26 +84,26 @@ struct Supervisor<'a, M: RawMutex, S> {
     /// The motion under way, or the last one.
     motion: Option<MotionId>,
     motion_end: Option<MotionEnd>,
-    /// The motions before: a copy of an old command that comes late drives nothing.
+    /// The motions before that: an old command that arrives late must not start a motion.
     earlier_motions: [Option<MotionId>; EARLIER_MOTIONS],
-    /// How many there have been: the place of the next one.
+    /// How many motions there have been: the index of the next one.
     motions: usize,
     /// When the motion's time to live ends.
     alive_until: Instant,
-    /// A motion that waits for its time or for the end of the encoder check, and where the wheels were before it.
+    /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
     waiting: Option<(Drive, WheelPair<ProfileState>)>,
-    /// When that motion begins, if it does not begin at once.
+    /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
-    /// The order given last.
+    /// The id of the last order.
     order_id: u32,
-    /// Where a controlled stop ends.
+    /// The state that follows a controlled stop.
     after_stop: State,
 }
 
 impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
-    /// At power-on, with the factory's configuration.
+    /// The state at power-on, with the factory configuration.
     fn new(shared: &'a Shared<M>, store: S, board: BoardInfo) -> Self {
         Self {
             shared,
@@ -135,7 +139,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 self.config_origin = ConfigOrigin::Saved;
                 self.config.clone_from(&self.saved);
             }
-            // What is readable but unphysical was not written by this firmware.
+            // This firmware does not save an invalid configuration.
             Ok(Some(_)) | Err(_) => self.store_damaged = true,
         }
         self.configure().await;
@@ -147,7 +151,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             ControlEvent::Probed(id) if id == self.order_id => {
                 let Some((drive, from)) = self.waiting.take() else { return };
                 self.probed = true;
-                // Where the wheels were before the check moved them: the motion includes it.
+                // Planned from before the check: the motion includes the check's travel.
                 self.follow_drive(&drive, from);
             }
             ControlEvent::Settled(id) if id == self.order_id => {
@@ -162,11 +166,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 if let Some(report) = self.shared.fault.report()
                     && report.fault == Fault::EmergencyStop
                 {
-                    // Refused where the host would be refused.
+                    // The same conditions apply as to a host's command.
                     let _ = self.execute_clear(report.number);
                 }
             }
-            // Of an order that another has replaced; faults are looked at below, every time.
+            // These belong to a replaced order; `on_fault` runs after every event.
             ControlEvent::Probed(_) | ControlEvent::Settled(_) | ControlEvent::Faulted => {}
         }
     }
@@ -188,7 +192,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         }
     }
 
-    /// When to look again although nothing happened.
+    /// When `on_deadline` is due, if no event comes first.
     fn deadline(&self) -> Option<Instant> {
         match self.state {
             State::Driving => {
@@ -233,7 +237,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         }
     }
 
-    /// Tells the host, if the line is not busy: events repeat what [`Status`] says.
+    /// Sends an event, unless the line is busy: [`Status`](shared_proto::Status) gives the same information.
     fn tell(&self, event: Event) {
         let _ = self.shared.outgoing.try_send(Outgoing::Event(event));
     }
@@ -259,12 +263,12 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         truncate(self.config.protection.supply_v_min * 1000.0, 0) as u16
     }
 
-    /// Hands the configuration to the control tasks, and waits until they have measured with it:
-    /// nothing is armed before the supply is known, nor planned from travel in the old scale.
+    /// Hands the configuration to the control tasks and waits for their first measurement with it. So the
+    /// supply is known before arming, and no motion is planned from travel in the old scale.
     async fn configure(&mut self) {
         self.probed = false;
         self.publish_settings();
-        // The tick that is under way may still be one of before.
+        // The present tick may still use the old configuration.
         let before = self.shared.snapshot.get().measured.tick;
         while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
             Timer::after_micros(CONTROL_PERIOD_US.into()).await;

@@ -1,4 +1,4 @@
-//! What the host may ask, and what comes of it.
+//! The host's requests, and how each is answered.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant};
@@ -20,7 +20,7 @@ const FIRMWARE: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_PATCH")),
 ];
 
-/// Cargo's digits, while compiling.
+/// Parses a version number at compile time.
 const fn number(digits: &str) -> u16 {
     match u16::from_str_radix(digits, 10) {
         Ok(number) => number,
@@ -39,12 +39,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.reply(&request, waited);
     }
 
-    /// Does what takes no waiting, and answers.
+    /// Executes what needs no waiting, and replies.
     #[inline(never)]
     fn reply(&mut self, request: &Request, waited: Result<(), Refusal>) {
         let outcome = waited.and_then(|()| self.execute(&request.command));
-        // Never waits for the line: a host that floods it, or does not listen, must not keep the robot
-        // from hearing a renewal or from missing one. Whoever gets no reply asks again.
+        // Never waits for the line. A host that floods the line, or does not read, must not stop the robot
+        // from receiving a renewal, or from noticing that one is missing. The host repeats a request that
+        // got no reply.
         let reply = Reply { id: request.id, outcome };
         let _ = self.shared.outgoing.try_send(Outgoing::Reply(reply));
     }
@@ -53,7 +54,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         match *command {
             Command::Identify => Ok(Answer::Identity(self.identity())),
             Command::Status => Ok(Answer::Status(self.status())),
-            // Done by now.
+            // `on_request` has done this already.
             Command::WriteConfig(_) | Command::SaveConfig => Ok(Answer::Done),
             Command::ReadConfig | Command::RestoreConfig(_) => {
                 Ok(Answer::Config(self.config.clone()))
@@ -125,7 +126,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     fn execute_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
         self.not_faulted()?;
         if self.motion == Some(drive.motion) {
-            // Heard before. If it still drives, this counts as a renewal.
+            // A repeated command. If the motion is still under way, this renews it.
             if self.motion_end.is_none() {
                 self.renew(drive.ttl_ms)?;
             }
@@ -167,7 +168,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(Answer::Done)
     }
 
-    /// When to begin a motion so that `start_us` is its first control tick: half a tick before.
+    /// When to start a motion so that `start_us` is its first control tick: half a tick before.
     fn start_instant(&self, start_us: u64) -> Result<Instant, Refusal> {
         if self.state != State::Armed {
             return Err(Refusal::State(self.state));
@@ -220,11 +221,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     async fn save(&mut self) -> Result<(), Refusal> {
-        // Erasing flash can stall the CPU; the motors are off then.
+        // Erasing flash can stall the CPU, so the motors must be off.
         if !matches!(self.state, State::Idle | State::Faulted) {
             return Err(Refusal::State(self.state));
         }
-        // A host that asks again, because an erasure takes its time, wears no flash out.
+        // A host that repeats the request, because erasing takes long, must not wear out the flash.
         if self.is_saved && self.saved == self.config {
             return Ok(());
         }

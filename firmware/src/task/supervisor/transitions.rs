@@ -24,7 +24,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.enter(State::Idle);
     }
 
-    /// Armed to driving, by way of the encoder check.
+    /// Armed to driving; the encoder check comes first.
     pub(super) fn begin_probe(&mut self, drive: Drive, from: WheelPair<ProfileState>) {
         let id = self.next_order();
         let counts = self.shared.snapshot.get().measured.counts;
@@ -36,7 +36,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.enter(State::Driving);
     }
 
-    /// Armed to driving; the wheels rest until it is time.
+    /// Armed to driving; the wheels rest until the start time.
     pub(super) fn begin_wait(
         &mut self,
         drive: Drive,
@@ -48,7 +48,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.enter(State::Driving);
     }
 
-    /// Driving to driving: it is time.
+    /// Driving to driving: the start time has come.
     pub(super) fn end_wait(&mut self) {
         self.start_at = None;
         let Some((drive, from)) = self.waiting.take() else { return };
@@ -63,7 +63,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) fn follow_drive(&mut self, drive: &Drive, from: WheelPair<ProfileState>) {
         match Plan::drive(self.plan_start_tick(), from, drive, &self.config) {
             Ok(plan) => self.follow(plan),
-            // It was planned once before; the configuration is the same.
+            // The same motion was planned when the command came; the configuration has not changed.
             Err(_) => self.begin_stop(State::Armed),
         }
     }
@@ -78,7 +78,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.enter(State::Driving);
     }
 
-    /// Driving to stopping; `then` is where it ends.
+    /// Driving to stopping; `then` is the state after the stop.
     pub(super) fn begin_stop(&mut self, then: State) {
         self.after_stop = then;
         match self.plan.take() {
@@ -91,7 +91,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 self.plan = Some(stop);
                 self.enter(State::Stopping);
             }
-            // Only the encoder check or a wait was under way: nothing moves that needs a ramp.
+            // Only the encoder check or a wait was under way: no wheel needs a ramp to stop.
             None => {
                 self.waiting = None;
                 self.start_at = None;

@@ -11,7 +11,7 @@ use serde_json::json;
 use self::outcome::finish;
 use self::teller::Teller;
 use super::drive::straight;
-use super::instrument::instrument;
+use super::pose_source;
 use crate::calibrate::{Settings, calibrate};
 use crate::cli::{CalibrateArgs, Common, Method};
 use crate::error::{Error, Result};
@@ -37,7 +37,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
     // Connecting takes a robot from whoever drives it: what cannot be is refused before.
     if !common.port.is_sim() {
-        instrument(args, None)?;
+        pose_source::of_calibration(args, None)?;
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let undo_folder = if forgets { None } else { Some(state_folder()?) };
@@ -54,9 +54,9 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             runs: args.runs.unwrap_or(1),
             undo_folder,
         };
-        let mut instrument = instrument(args, lab)?;
+        let mut source = pose_source::of_calibration(args, lab)?;
         let mut teller = Teller::new(common, &settings, args);
-        calibrate(session, &mut instrument, &settings, &mut |step| teller.tell(step)).await
+        calibrate(session, &mut *source, &settings, &mut |step| teller.tell(step)).await
     })?;
     finish(common, args, outcome)
 }

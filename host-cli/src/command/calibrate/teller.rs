@@ -1,6 +1,6 @@
 //! What the user is told while a calibration goes on.
 
-use crate::calibrate::{Checks, Drive, Measurement, Settings, Step, plausibility};
+use crate::calibrate::{CalibrateStep, Checks, Measurement, Pass, Settings, plausibility};
 use crate::cli::{CalibrateArgs, Common};
 use crate::command::identify::display_name;
 use crate::quantity::{LengthUnit, plus_minus};
@@ -24,26 +24,26 @@ impl Teller {
         Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
     }
 
-    pub(super) fn tell(&mut self, step: Step<'_>) {
+    pub(super) fn tell(&mut self, step: CalibrateStep<'_>) {
         if self.quiet {
             return;
         }
         match step {
-            Step::Checked(checks) => self.checked(checks),
-            Step::Driving(which, share) => {
+            CalibrateStep::Checked(checks) => self.checked(checks),
+            CalibrateStep::Driving(which, share) => {
                 let title = match which {
-                    Drive::Before => "driving",
-                    Drive::Back => "driving back",
-                    Drive::After => "driving with the new W_T",
+                    Pass::Before => "driving",
+                    Pass::Back => "driving back",
+                    Pass::After => "driving with the new W_T",
                 };
                 self.progress.get_or_insert_with(|| Progress::new(title, false)).set(share);
             }
-            Step::Measured(which, measurement) => {
+            CalibrateStep::Measured(which, measurement) => {
                 self.progress = None;
-                self.drives += u32::from(which == Drive::Before);
+                self.drives += u32::from(which == Pass::Before);
                 self.measured(which, measurement);
             }
-            Step::OutAndBack(both) => {
+            CalibrateStep::OutAndBack(both) => {
                 note(format_args!(
                     "  way back   turned by {:+.1} mrad",
                     -both.back_alpha_rad * 1e3
@@ -54,16 +54,16 @@ impl Teller {
                     plus_minus(both.wheel_weight, both.wheel_weight_sigma)
                 ));
             }
-            Step::Written(value) => {
+            CalibrateStep::Written(value) => {
                 note(format_args!("  written    W_T {value:.6}, read back"));
                 note(paint(BOLD, "Driving again"));
             }
-            Step::Saved if self.forgets => {
+            CalibrateStep::Saved if self.forgets => {
                 note(
                     "  saved      (a simulated robot without --flash FILE forgets when this ends)",
                 );
             }
-            Step::Saved => note("  saved      survives power-off"),
+            CalibrateStep::Saved => note("  saved      survives power-off"),
         }
     }
 
@@ -89,13 +89,13 @@ impl Teller {
         note(paint(BOLD, format_args!("Driving {}", self.distance)));
     }
 
-    fn measured(&self, which: Drive, measurement: &Measurement) {
+    fn measured(&self, which: Pass, measurement: &Measurement) {
         let end = measurement.run.end;
         let side = if end.lateral_offset_m < 0.0 { "right" } else { "left" };
         let off = LengthUnit::Mm.format(end.lateral_offset_m.abs(), 1);
         let heading_mrad = end.heading_rad * 1e3;
         match which {
-            Drive::Before => {
+            Pass::Before => {
                 if self.drives == 1 {
                     note("  encoders   run with their motors");
                 }
@@ -109,8 +109,8 @@ impl Teller {
                 }
             }
             // What it says takes both ways: see the verdict.
-            Drive::Back => {}
-            Drive::After => {
+            Pass::Back => {}
+            Pass::After => {
                 note(format_args!(
                     "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"
                 ));

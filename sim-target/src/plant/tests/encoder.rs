@@ -65,7 +65,7 @@ fn every_edge_comes_when_a_finer_look_sees_it() {
         assert_eq!(seen.len(), edges.len());
         for (edge, (t_us, count)) in edges.iter().zip(seen) {
             assert_eq!(edge.count, count);
-            // The finer look is late by up to a microsecond.
+            // The finer sampling is late by up to a microsecond.
             assert!((t_us - edge.t_us - 0.5).abs() < 0.8, "{edge:?} seen at {t_us}");
         }
     }

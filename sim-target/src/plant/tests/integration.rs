@@ -84,15 +84,15 @@ fn how_often_one_looks_changes_nothing() {
 }
 
 #[test]
-fn looking_between_steps_is_the_same_as_taking_shorter_ones() {
-    let mut looked_at = robot(PlantParameters::default());
+fn stopping_between_steps_is_the_same_as_taking_shorter_ones() {
+    let mut stopped = robot(PlantParameters::default());
     let shorter = PlantParameters { substep_us: 100, ..PlantParameters::default() };
     let mut shorter = robot(shorter);
     for (left, right, duration_us) in [(0.5, 0.4, 2_000_000), (0.0, 0.0, 1_000_000)] {
         drive(&mut shorter, left, right, duration_us);
         for _ in 0..duration_us / 100 {
-            drive(&mut looked_at, left, right, 100);
+            drive(&mut stopped, left, right, 100);
         }
     }
-    assert_eq!(looked_at.pose(), shorter.pose());
+    assert_eq!(stopped.pose(), shorter.pose());
 }

@@ -63,7 +63,7 @@ impl HiddenEffect {
             }
             Self::TrackWidth => plant.geometry.track_width_m *= 1.0 + 0.02 * s * draw.sign(),
             Self::Scrub => {
-                // The track as gentle arcs show it stays: there, all ribs hold and cost w^2/(2 b^2).
+                // Keep the track that gentle arcs show: there all ribs hold, which adds w^2/(2 b^2).
                 let share = 0.06 * s / plant.geometry.track_width_m;
                 plant.tyre.contact_width_m = 0.06 * s;
                 plant.geometry.track_width_m /= 1.0 + 0.5 * share * share;
@@ -92,6 +92,18 @@ impl HiddenEffect {
                     wheel.eccentricity_phase_rad = draw.angle_rad();
                 }
             }
+            other => other.apply_to_drive_or_floor(plant, s, &mut draw),
+        }
+    }
+
+    /// Effects of encoders, gears, caster, floor and load.
+    fn apply_to_drive_or_floor<R: Rng>(
+        self,
+        plant: &mut PlantParameters,
+        s: f64,
+        draw: &mut Draw<'_, R>,
+    ) {
+        match self {
             Self::EncoderEccentricity => {
                 for encoder in both(&mut plant.encoder) {
                     encoder.error.eccentricity = draw.between(0.01, 0.02) * s;
@@ -150,7 +162,7 @@ impl HiddenEffect {
                     wheel.radial_compliance_m_per_n = 5e-6 * s;
                 }
             }
-            other => other.apply_from_outside(plant, s, &mut draw),
+            other => other.apply_from_outside(plant, s, draw),
         }
     }
 
@@ -193,7 +205,7 @@ impl HiddenEffect {
         true
     }
 
-    /// What no catalogue lists.
+    /// Effects that are in no catalogue.
     fn apply_from_outside<R: Rng>(
         self,
         plant: &mut PlantParameters,
@@ -202,19 +214,7 @@ impl HiddenEffect {
     ) {
         let half_track_m = 0.5 * plant.geometry.track_width_m;
         match self {
-            Self::RelaxationLength => {
-                // Balloons: they give by a millimetre where the robot accelerates, and take most of a
-                // metre to give it back. Along the way k sigma stays near 400 N, so that little slips.
-                const GIVES_N_PER_M: f64 = 500.0;
-                const LATER_M: f64 = 0.7;
-                let tyre = &mut plant.tyre;
-                for stiffness in
-                    [&mut tyre.longitudinal_stiffness_n_per_m, &mut tyre.lateral_stiffness_n_per_m]
-                {
-                    *stiffness /= 1.0 + s * *stiffness / GIVES_N_PER_M;
-                }
-                tyre.relaxation_length_m = (tyre.relaxation_length_m + LATER_M * s).min(1.0);
-            }
+            Self::RelaxationLength => soften_tyres(plant, s),
             Self::SetScrewSlip => {
                 // A cruise takes 10 mN m of the standard robot, 0.3 m/s^2 another 22.
                 let gear = draw.one(&mut plant.gear);
@@ -273,16 +273,30 @@ impl HiddenEffect {
     }
 }
 
+/// Tyres that take a long distance to build up a force.
+fn soften_tyres(plant: &mut PlantParameters, s: f64) {
+    // Soft as balloons: they deflect by a millimetre when the robot accelerates, and recover over
+    // most of a metre. The product k sigma stays near 400 N, so that they slip little.
+    const GIVES_N_PER_M: f64 = 500.0;
+    const LATER_M: f64 = 0.7;
+    let tyre = &mut plant.tyre;
+    for stiffness in [&mut tyre.longitudinal_stiffness_n_per_m, &mut tyre.lateral_stiffness_n_per_m]
+    {
+        *stiffness /= 1.0 + s * *stiffness / GIVES_N_PER_M;
+    }
+    tyre.relaxation_length_m = (tyre.relaxation_length_m + LATER_M * s).min(1.0);
+}
+
 /// A caster with a long fork, close to the axle, on a stiff pivot.
 ///
-/// Its wheel leans a little, so that it swings at once after a reversal, and its bush turns the body along with
-/// the fork meanwhile: by the torque T_b, as long as it swings, a few trails e of way. The tyres carry that by
-/// their slip, 2 T_b/(b^2 k sigma) rad/m. That is why the bush is as stiff as the caster's grip on the
-/// floor can turn with something to spare (share of mu N e), and why tyres that hardly slip are softer here.
-/// With the fork as long as the way from pivot to axle, the side force that turns a stiff fork acts
-/// half a swing at twice that lever and half a swing at none: otherwise it would turn the robot there and back.
+/// The wheel leans a little, so the caster swings at once after a reversal. Meanwhile the bush turns the body
+/// with the fork, by the torque T_b over a few trails e of travel. The tyres take up this torque by slip,
+/// 2 T_b/(b^2 k sigma) rad/m. So the bush is as stiff as the caster's grip on the floor can still turn (a share
+/// of mu N e), and stiff tyres are made softer here. The fork is as long as the distance from pivot to axle:
+/// then the side force that turns a stiff fork acts with twice that lever over one half of the swing, and
+/// with none over the other half. Otherwise this force would turn the robot there and back.
 ///
-/// What makes the swing is all there at a third of the typical strength; the torque goes on growing.
+/// At a third of the typical strength the swing is complete; above that only the torque grows.
 fn kick(plant: &mut PlantParameters, s: f64) {
     /// Share of what the caster's grip can turn: typical, and before wheels slide.
     const TORQUE: f64 = 0.4;

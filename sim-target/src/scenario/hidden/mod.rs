@@ -1,8 +1,7 @@
-//! Effects hidden in a robot, for a blind test: something is wrong with it, and somebody else has to
-//! find out what.
+//! Effects hidden in a robot, for a blind test: the tested program has to find the effect.
 //!
-//! An effect is a mechanism of the plant or of an instrument, never an equation of a model. The
-//! catalogue's ids are those of `robot-model`; the others are what no catalogue lists.
+//! An effect is a mechanism of the plant or of an instrument, never an equation of a model. Ids in the
+//! catalogue are those of `robot-model`; the other effects are in no catalogue.
 
 mod apply;
 #[cfg(test)]
@@ -18,7 +17,7 @@ pub enum ShownBy {
     OutAndBack,
     /// A turn on the spot.
     Spin,
-    /// A circle's part.
+    /// Part of a circle.
     Arc,
     /// Four sides and four turns on the spot.
     Square,
@@ -41,12 +40,12 @@ macro_rules! effects {
                 match self { $(Self::$name => $id,)* }
             }
 
-            /// True if the catalogue of model effects lists it.
+            /// True if the catalogue of model effects lists this effect.
             pub fn is_in_catalogue(self) -> bool {
                 match self { $(Self::$name => $catalogue,)* }
             }
 
-            /// A run that shows it.
+            /// A run that shows the effect.
             pub fn shown_by(self) -> ShownBy {
                 match self { $(Self::$name => ShownBy::$shown,)* }
             }
@@ -59,7 +58,7 @@ effects! {
     WheelRadiusRatio = "wheel_radius_ratio", true, OutAndBack;
     /// Both radii off.
     WheelRadiusScale = "wheel_radius_scale", true, OutAndBack;
-    /// Contacts closer or farther apart.
+    /// A narrower or wider track.
     TrackWidth = "track_width", true, Spin;
     /// Wide tyres that scrub in a turn, and a caster that drags.
     Scrub = "scrub", true, Spin;
@@ -85,7 +84,7 @@ effects! {
     HeadingPull = "heading_pull", true, OutAndBack;
     /// A wheel that slides along its axle to one side in left turns, to the other in right ones.
     TurnAsymmetry = "turn_asymmetry", true, Spin;
-    /// A leaning floor.
+    /// A sloping floor.
     Slope = "slope", true, OutAndBack;
     /// A carpet whose pile leans over under the tyres.
     CarpetDrift = "carpet_drift", true, OutAndBack;
@@ -102,11 +101,11 @@ effects! {
     /// A gyro that reads too much or too little.
     GyroScale = "gyro_scale", true, Spin;
 
-    /// Tyres that take decimetres of way to build up a force.
+    /// Tyres that roll decimetres before a force has built up.
     RelaxationLength = "relaxation_length", false, Square;
-    /// One wheel slips on its shaft when it is pushed hard.
+    /// One wheel slips on its shaft under a high torque.
     SetScrewSlip = "set_screw_slip", false, OutAndBack;
-    /// One wheel's way leads over oil.
+    /// Oil on one wheel's path.
     WetPatch = "wet_patch", false, OutAndBack;
     /// Both wheels wobble on bent axle ends.
     BentAxle = "bent_axle", false, OutAndBack;
@@ -120,7 +119,7 @@ effects! {
     LensDistortion = "lens_distortion", false, OutAndBack;
     /// Dropped pictures, replaced by old ones under fresh stamps.
     StaleFrames = "stale_frames", false, OutAndBack;
-    /// A cable under the carpet, in one wheel's way.
+    /// A cable under the carpet, on one wheel's path.
     FloorBump = "floor_bump", false, OutAndBack;
     /// A caster whose pivot is nearly stuck.
     StickyCaster = "sticky_caster", false, Square;

@@ -216,8 +216,8 @@ fn heading_rad(sight: &Sight, from_s: f64, to_s: f64) -> f64 {
     let seen: Vec<f64> = sight
         .camera
         .iter()
-        .filter(|it| (from_s..to_s).contains(&it.t_s))
-        .map(|it| it.heading_rad)
+        .filter(|sample| (from_s..to_s).contains(&sample.t_s))
+        .map(|sample| sample.heading_rad)
         .collect();
     seen.iter().sum::<f64>() / seen.len() as f64
 }
@@ -263,7 +263,7 @@ fn late_tyres_show_even_on_a_robot_that_grips_the_more_the_stronger() {
     };
     let (plain, _) = far(0.0);
     let (half, whole, more) = (far(0.5), far(1.0), far(2.0));
-    let [half_m, whole_m, more_m] = [&half, &whole, &more].map(|it| apart(&it.0, &plain).0);
+    let [half_m, whole_m, more_m] = [&half, &whole, &more].map(|run| apart(&run.0, &plain).0);
     println!("{half_m} {whole_m} {more_m} m; {} N", whole.1);
     // Half of 1.2 N on 500 N/m gives by 1.2 mm; between two pictures there are some tenths more.
     assert!((0.8e-3..4e-3).contains(&whole_m), "{whole_m} m");

@@ -39,6 +39,28 @@ pub fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
     times.zip(poses).map(|(t_s, pose)| Reckoned { t_s, pose }).collect()
 }
 
+/// A track by another clock, on the robot's. A track of a robot that stood still is put over the
+/// telemetry as it is: there is no motion to go by, and none is needed.
+pub fn on_robot_clock(
+    mut samples: Vec<TrackSample>,
+    reckoned: &[Reckoned],
+) -> Option<Vec<TrackSample>> {
+    let moved = |poses: &[Reckoned]| {
+        poses.iter().any(|it| {
+            let (a, b) = (it.pose, poses[0].pose);
+            (a.x_m - b.x_m).hypot(a.y_m - b.y_m) > 0.02
+                || (a.heading_rad - b.heading_rad).abs() > 0.05
+        })
+    };
+    let shift_s = if moved(reckoned) {
+        shift_s(&samples, reckoned)?
+    } else {
+        reckoned.first()?.t_s - samples.first()?.t_s
+    };
+    samples.iter_mut().for_each(|it| it.t_s += shift_s);
+    Some(samples)
+}
+
 /// Beyond any tracking noise, early in the first ramp \[m, rad\].
 const MOVED: (f64, f64) = (0.02, 0.05);
 /// What counts alike.

@@ -1,28 +1,32 @@
-//! A person with a tape measure: where the robot stands before a run, and where after it.
+//! A person with a ruler or a tape measure: where the robot stands before a run, and where after it.
 //!
-//! Two poses a run, the first at its first sample, the last at its last one: the robot stands still at
+//! After a line: how far it is off it. After a run of a campaign two poses, the first at its first sample, the last at its last one: the robot stands still at
 //! both. Between the pieces of a run it stands for a blink, which nobody can measure.
-
-use std::path::{Path, PathBuf};
 
 use campaign::how_far;
 use campaign::plan::PlannedRun;
 use campaign::track::read_track;
 use host_link::Clock;
-use robot_model::calibration::TrackSample;
+use host_link::wire::Waiting;
+use robot_model::calibration::{Deviation, TrackSample};
 use robot_model::checks::doubtful;
 use robot_model::kinematics::Pose;
 use robot_model::recording::PoseMeasurement;
 use sim_target::Lab;
 
-use super::align::Reckoned;
-use super::measured::{Go, Seen, Sigma, no_shift, on_robot_clock, stopped};
+use super::align::{Reckoned, on_robot_clock};
+use super::confirm::confirm;
+use super::reading::{
+    Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
+};
+use super::track_file::no_shift;
+use super::{Go, Mark, PoseSource, Seen, Sigma, ask_for, stopped};
 use crate::error::Result;
-use crate::quantity::{Angle, Length, join_units};
+use crate::quantity::{Length, join_units};
 use crate::ui;
 
 /// A person who measures.
-pub struct Person {
+pub struct Tape {
     /// Whether to ask before each run.
     confirm: bool,
     /// Where the robot is a simulated one.
@@ -37,37 +41,25 @@ pub struct Person {
     told: bool,
 }
 
-/// A pose as typed: in metres and radians, the heading if it was read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Reading {
-    x_m: f64,
-    y_m: f64,
-    heading_rad: Option<f64>,
+impl Sigma {
+    /// A tape to the mark under the axle, and the robot's side against a line.
+    pub const TAPE: Self = Self { position_m: 0.002, heading_rad: 0.01 };
+
+    /// A ruler whose marks are this far apart \[m\]: rounded to the nearest, and the eye that reads it.
+    pub fn of_ruler(resolution_m: f64) -> Self {
+        Self { position_m: resolution_m / 2.0, ..Self::TAPE }
+    }
 }
 
-/// What was answered after a run.
-enum Answer {
-    Pose(Reading),
-    Track(PathBuf),
-    Nothing,
-    Repeat,
-    Skip,
-    Quit,
-}
-
-impl Person {
+impl Tape {
     /// Somebody who reads a tape this well; `lab` is that of a simulated robot.
     pub fn new(confirm: bool, sigma: Sigma, lab: Option<Lab>) -> Self {
         Self { confirm, lab, sigma, start: Pose::ORIGIN, by_tape: false, told: false }
     }
 
-    /// How well the last run was measured, if it was with the tape.
-    pub fn sigma(&self) -> Option<Sigma> {
-        self.by_tape.then_some(self.sigma)
-    }
-
     /// Has the robot put at the mark of a run, or hears where it stands instead.
-    pub async fn place(&mut self, clock: &Clock, run: &PlannedRun, place: &str) -> Result<Go> {
+    async fn put_at_its_mark(&mut self, clock: &Clock, run: &PlannedRun) -> Result<Go> {
+        let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
         if !self.told && (self.confirm || self.lab.is_some()) {
@@ -111,7 +103,7 @@ impl Person {
     }
 
     /// Asks where the robot stands after a run; `reckoned` is the run by its wheels.
-    pub async fn track(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
+    async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
         if let Some(lab) = &self.lab {
             ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
         }
@@ -119,8 +111,8 @@ impl Person {
         loop {
             self.by_tape = false;
             let question = "Where it stands now (1.795m -12mm 3deg), its track's file, Enter for neither, repeat, skip, or q:";
-            match parse_answer(&ui::ask(question, clock).await?) {
-                Ok(Answer::Pose(read)) => match self.ends(read, reckoned) {
+            match parse_reply(&ui::ask(question, clock).await?) {
+                Ok(Reply::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(mut track) => {
                         if read.heading_rad.is_none() {
                             match ask_heading(clock).await? {
@@ -138,17 +130,17 @@ impl Person {
                     }
                     Err(why) => ui::warn(why),
                 },
-                Ok(Answer::Track(path)) => match read_track(&path) {
+                Ok(Reply::Track(path)) => match read_track(&path) {
                     Ok((samples, _)) => match on_robot_clock(samples, reckoned) {
                         Some(track) => return Ok(Seen::Track(track)),
                         None => ui::warn(no_shift(&path)),
                     },
                     Err(error) => ui::warn(error),
                 },
-                Ok(Answer::Nothing) => return Ok(Seen::Track(Vec::new())),
-                Ok(Answer::Repeat) => return Ok(Seen::Repeat),
-                Ok(Answer::Skip) => return Ok(Seen::Skip),
-                Ok(Answer::Quit) => return Err(stopped()),
+                Ok(Reply::Nothing) => return Ok(Seen::Track(Vec::new())),
+                Ok(Reply::Repeat) => return Ok(Seen::Repeat),
+                Ok(Reply::Skip) => return Ok(Seen::Skip),
+                Ok(Reply::Quit) => return Err(stopped()),
                 Err(why) => ui::warn(why),
             }
         }
@@ -189,6 +181,67 @@ impl Person {
     }
 }
 
+impl PoseSource for Tape {
+    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        Box::pin(async move {
+            match mark {
+                Mark::Run(run) => self.put_at_its_mark(clock, run).await,
+                Mark::Line(_) if self.confirm => confirm(clock, mark).await,
+                Mark::Line(_) => Ok(Go::Drive),
+            }
+        })
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        const QUESTION: &str = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
+        Box::pin(async move {
+            loop {
+                let answer = ui::ask(QUESTION, clock).await?;
+                let accepted = parse_deviation(&answer, self.sigma.position_m)
+                    .and_then(|read| accept(read).map_err(|error| error.to_string()));
+                match accepted {
+                    Ok(()) => return Ok(()),
+                    Err(why) => ui::warn(why),
+                }
+            }
+        })
+    }
+
+    fn read_offset<'a>(&'a mut self, clock: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        const QUESTION: &str =
+            "How far is it ahead of its mark, and to the left of it (-12mm 5mm)?";
+        Box::pin(async move {
+            loop {
+                let answer = ui::ask(QUESTION, clock).await?;
+                let lengths: std::result::Result<Vec<Length>, _> =
+                    join_units(&answer).iter().map(|length| length.parse()).collect();
+                match lengths.as_deref() {
+                    Ok([ahead, left]) => return Ok([ahead.m, left.m]),
+                    _ => ui::warn("give two lengths with their units: ahead and left, -12mm 5mm"),
+                }
+            }
+        })
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        _: usize,
+        _: &'a PlannedRun,
+        reckoned: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        Box::pin(self.ask_where(clock, reckoned))
+    }
+
+    fn read_with(&self) -> Option<Sigma> {
+        self.by_tape.then_some(self.sigma)
+    }
+}
+
 /// Why both ends of a run, as read, cannot well be those of the wheels: a digit, a sign.
 fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
     let sight = |it: &TrackSample| PoseMeasurement {
@@ -204,15 +257,6 @@ fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
     ))
 }
 
-/// What was answered when the heading alone was asked for.
-enum Heading {
-    /// \[rad\], if it was read.
-    Read(Option<f64>),
-    Repeat,
-    Skip,
-    Quit,
-}
-
 /// Asks for the heading alone.
 async fn ask_heading(clock: &Clock) -> Result<Heading> {
     loop {
@@ -224,133 +268,25 @@ async fn ask_heading(clock: &Clock) -> Result<Heading> {
     }
 }
 
-fn parse_heading(text: &str) -> std::result::Result<Heading, String> {
-    Ok(match text.to_lowercase().as_str() {
-        "" => Heading::Read(None),
-        "r" | "repeat" => Heading::Repeat,
-        "s" | "skip" => Heading::Skip,
-        "q" | "quit" => Heading::Quit,
-        angle => {
-            no_decimal_comma(angle)?;
-            let angle = angle.parse::<Angle>().map_err(|it| it.to_string())?;
-            Heading::Read(Some(angle.rad))
-        }
-    })
-}
-
-/// Refuses `1,795m`, as some write it: elsewhere a comma ends a number.
-fn no_decimal_comma(text: &str) -> std::result::Result<(), String> {
-    let digits = text
-        .as_bytes()
-        .windows(3)
-        .any(|it| it[1] == b',' && it[0].is_ascii_digit() && it[2].is_ascii_digit());
-    if digits { Err(format!("`{text}`: write 1.8m, with a point, not 1,8m")) } else { Ok(()) }
-}
-
-fn parse_answer(text: &str) -> std::result::Result<Answer, String> {
-    match text.to_lowercase().as_str() {
-        "" => return Ok(Answer::Nothing),
-        "r" | "repeat" => return Ok(Answer::Repeat),
-        "s" | "skip" => return Ok(Answer::Skip),
-        "q" | "quit" => return Ok(Answer::Quit),
-        _ => {}
-    }
-    let number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-    if number && !Path::new(text).exists() && !text.ends_with(".csv") {
-        return parse_pose(text).map(Answer::Pose);
-    }
-    Ok(Answer::Track(text.into()))
-}
-
-/// `1.795m -12mm`, `1.795m -12mm 3deg`.
-fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
-    no_decimal_comma(text)?;
-    let parts = join_units(text);
-    let length = |text: &str| text.parse::<Length>().map(|it| it.m).map_err(|it| it.to_string());
-    let angle = |text: &str| text.parse::<Angle>().map(|it| it.rad).map_err(|it| it.to_string());
-    let (x, y, heading) = match parts.as_slice() {
-        [x, y] => (x, y, None),
-        [x, y, heading] => (x, y, Some(heading)),
-        _ => {
-            return Err(format!(
-                "`{text}` is no pose: give x and y, and the heading if you can: 1.795m -12mm 3deg"
-            ));
-        }
-    };
-    Ok(Reading {
-        x_m: length(x)?,
-        y_m: length(y)?,
-        heading_rad: heading.map(|it| angle(it)).transpose()?,
-    })
-}
-
-/// A pose to the millimetre and the tenth of a degree.
-fn as_read(pose: sim_target::plant::Pose) -> String {
-    let deg = (pose.heading_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
-    // Adding zero makes -0 a 0.
-    let mm = |m: f64| (m * 1e3).round() + 0.0;
-    let tenth = (deg * 10.0).round() / 10.0 + 0.0;
-    format!("{}mm {}mm {tenth}deg", mm(pose.x_m), mm(pose.y_m))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_pose_takes_units_and_leaves_its_heading_out() {
-        let read = parse_pose("1.795 m, -12mm 3deg").unwrap();
-        assert!((read.x_m - 1.795).abs() < 1e-12 && (read.y_m + 0.012).abs() < 1e-12);
-        assert!((read.heading_rad.unwrap() - 3f64.to_radians()).abs() < 1e-12);
-        assert_eq!(parse_pose("1in 0mm").unwrap().heading_rad, None);
-        for (bad, why) in [
-            ("1.8m", "no pose"),
-            ("1mm 2mm 3deg 4deg", "no pose"),
-            ("1.8 2", "unit"),
-            ("1m 2deg", "unit"),
-            ("1m 2m 3m", "unit"),
-            ("1,795m 2mm", "with a point"),
-        ] {
-            let said = parse_pose(bad).unwrap_err();
-            assert!(said.contains(why) && !said.contains('\n'), "{bad}: {said}");
-        }
-    }
-
-    #[test]
-    fn whoever_is_asked_for_the_heading_may_as_well_leave() {
-        assert!(matches!(parse_heading("3deg"), Ok(Heading::Read(Some(rad))) if rad > 0.05));
-        assert!(matches!(parse_heading(""), Ok(Heading::Read(None))));
-        assert!(matches!(parse_heading("Q"), Ok(Heading::Quit)));
-        assert!(matches!(parse_heading("skip"), Ok(Heading::Skip)));
-        assert!(matches!(parse_heading("r"), Ok(Heading::Repeat)));
-        for bad in ["3", "3,5deg", "quite"] {
-            assert!(parse_heading(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn what_a_tape_would_read_is_what_is_understood() {
-        let pose = sim_target::plant::Pose { x_m: 1.7949, y_m: -0.0002, heading_rad: 12.5 };
-        assert_eq!(as_read(pose), "1795mm 0mm -3.8deg");
-        let read = parse_pose(&as_read(pose)).unwrap();
-        assert!((read.heading_rad.unwrap() + 3.8f64.to_radians()).abs() < 1e-12);
-    }
 
     #[test]
     fn an_end_that_the_wheels_cannot_have_reached_is_refused() {
         let at = |t_s: f64, x_m: f64| Reckoned { t_s, pose: Pose::new(x_m, 0.0, 0.0) };
         // Out and back: where it stands is near, however far it rolled.
         let reckoned = [at(5.0, 0.0), at(6.0, 0.9), at(8.0, 0.0)];
-        let mut person = Person::new(true, Sigma::TAPE, None);
+        let mut person = Tape::new(true, Sigma::TAPE, None);
         let end = |x_m: f64| Reading { x_m, y_m: 0.0, heading_rad: None };
         let said = person.ends(end(18.0), &reckoned).unwrap_err();
         assert!(
             said.contains("18.00 m from where it started") && said.contains("1.80 m"),
             "{said}"
         );
-        assert_eq!(person.sigma(), None);
+        assert_eq!(person.read_with(), None);
         let track = person.ends(end(1.8), &reckoned).unwrap();
         assert_eq!(track.iter().map(|it| it.t_s).collect::<Vec<_>>(), [5.0, 8.0]);
-        assert_eq!(person.sigma(), Some(Sigma::TAPE));
+        assert_eq!(person.read_with(), Some(Sigma::TAPE));
     }
 }

@@ -1,0 +1,39 @@
+//! A campaign as its files say.
+
+use crate::error::Warning;
+use crate::robot_toml::{RobotFile, RunFacts};
+use crate::row::Row;
+
+/// A campaign as read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Campaign {
+    /// The robot.
+    pub robot: RobotFile,
+    /// Its runs, in the order of their names.
+    pub runs: Vec<Run>,
+    /// What was passed over.
+    pub warnings: Vec<Warning>,
+}
+
+/// One recorded run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// File name without `.csv`.
+    pub name: String,
+    /// What `robot.toml` says about it.
+    pub facts: RunFacts,
+    /// Its samples, at least two.
+    pub rows: Vec<Row>,
+}
+
+impl Campaign {
+    /// The names of its runs, without their numbers.
+    pub fn plain_names(&self) -> Vec<String> {
+        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
+    }
+}
+
+/// A run's name without its number.
+fn plain(name: &str) -> &str {
+    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
+}

@@ -1,0 +1,139 @@
+//! UMBmark: squares driven both ways, and what their ends say about wheels and track.
+//!
+mod square;
+pub mod systematic;
+
+pub use square::UmbmarkSettings;
+pub use systematic::Systematic;
+
+use campaign::{Campaign, Run};
+use host_link::Session;
+use shared_proto::{Config, ConfigOrigin, GeometryConfig};
+
+use self::square::{Turning, square};
+use super::checks::{Checks, check};
+use super::save;
+use crate::error::{Error, Result};
+use crate::pose_source::{Mark, PoseSource};
+use crate::survey::samples::robot_file;
+use crate::undo::{self, Undo};
+
+/// Where the procedure is.
+#[derive(Debug)]
+pub enum UmbmarkStep<'a> {
+    /// Link, supply and state are good.
+    Checked(&'a Checks),
+    /// A square is under way: after the correction or before, its number from 1, of how many; the share.
+    Driving(bool, u16, u16, f64),
+    /// All squares of a set are measured.
+    Measured(bool, &'a Systematic),
+    /// The correction is in use and was read back.
+    Written(&'a GeometryConfig),
+    /// It survives power-off.
+    Saved,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct UmbmarkOutcome {
+    /// Before.
+    pub before: Systematic,
+    /// With the correction.
+    pub after: Systematic,
+    /// The geometry before and as corrected.
+    pub geometry: [GeometryConfig; 2],
+    /// Whether the correction is saved; if not it made it no better, and the old one is back.
+    pub saved: bool,
+    /// The first set as a campaign, where tracks were measured.
+    pub campaign: Option<Campaign>,
+}
+
+/// Drives squares both ways, corrects radii and track, drives them again, and keeps what is better.
+pub async fn umbmark(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    settings: &UmbmarkSettings,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<UmbmarkOutcome> {
+    source.begin()?;
+    let checks = check(session).await?;
+    if let Some(folder) = &settings.undo_folder {
+        undo::check::<GeometryConfig>(folder, &checks.identity)?;
+    }
+    tell(UmbmarkStep::Checked(&checks));
+    let config = &checks.config;
+    let outcome = experiment(session, source, settings, &checks, tell).await;
+    let saved = matches!(&outcome, Ok(outcome) if outcome.saved);
+    if !saved && session.read_config().await.is_ok_and(|now| now != *config) {
+        // Without a link this fails; what is saved is untouched all the same.
+        let _ = session.restore_config(ConfigOrigin::Saved).await;
+    }
+    outcome
+}
+
+async fn experiment(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    settings: &UmbmarkSettings,
+    checks: &Checks,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<UmbmarkOutcome> {
+    let config = &checks.config;
+    let (before, runs) = squares(session, source, settings, config, false, tell).await?;
+    tell(UmbmarkStep::Measured(false, &before));
+    let mut new = config.clone();
+    new.geometry = before.corrected(&config.geometry);
+    new.validate().map_err(|error| {
+        Error::new(format_args!("the measured geometry is not believable: {error}"))
+            .hint("check the readings and their signs")
+    })?;
+    session.write_config(&new).await?;
+    tell(UmbmarkStep::Written(&new.geometry));
+    let (after, _) = squares(session, source, settings, &new, true, tell).await?;
+    tell(UmbmarkStep::Measured(true, &after));
+    let saved = after.error_m < before.error_m;
+    if saved {
+        let undo = Undo {
+            robot: checks.identity.name.as_str().into(),
+            before: config.geometry,
+            after: new.geometry,
+        };
+        save(session, settings.undo_folder.as_deref(), &checks.identity, &undo).await?;
+        tell(UmbmarkStep::Saved);
+    }
+    let robot = robot_file(config, source.noise().filter(|_| source.is_simulated()));
+    let campaign = (!runs.is_empty()).then_some(Campaign { robot, runs, warnings: Vec::new() });
+    let geometry = [config.geometry, new.geometry];
+    Ok(UmbmarkOutcome { before, after, geometry, saved, campaign })
+}
+
+async fn squares(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    settings: &UmbmarkSettings,
+    config: &Config,
+    again: bool,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<(Systematic, Vec<Run>)> {
+    let (mut left_m, mut right_m, mut runs) = (Vec::new(), Vec::new(), Vec::new());
+    let all = 2 * settings.runs;
+    for number in 0..all {
+        let way = if number < settings.runs { Turning::Left } else { Turning::Right };
+        source.place(&session.clock(), Mark::Line("at its mark, along its line")).await?;
+        let square = square(session, source, settings, config, way, &mut |share| {
+            tell(UmbmarkStep::Driving(again, number + 1, all, share));
+        })
+        .await?;
+        match way {
+            Turning::Left => left_m.push(square.error_m),
+            Turning::Right => right_m.push(square.error_m),
+        }
+        if let Some(mut run) = square.run {
+            run.name = format!("{:02}_square_{way:?}", number + 1).to_lowercase();
+            run.facts.name.clone_from(&run.name);
+            runs.push(run);
+        }
+    }
+    let track_m = config.geometry.track_width_m;
+    Ok((Systematic::new(left_m, right_m, settings.side_m, track_m), runs))
+}

@@ -1,0 +1,97 @@
+//! What measures the robot, by the options of a calibration, a run or a campaign.
+
+use sim_target::Lab;
+
+use crate::cli::{CalibrateArgs, CampaignRecordArgs, Measure};
+use crate::error::{Error, Result};
+use crate::pose_source::camera::Camera;
+use crate::pose_source::gyro_log::GyroLog;
+use crate::pose_source::nobody::Nobody;
+use crate::pose_source::ruler::Ruler;
+use crate::pose_source::tape::Tape;
+use crate::pose_source::track_file::TrackFile;
+use crate::pose_source::with_gyro::WithGyro;
+use crate::pose_source::{PoseSource, Sigma};
+
+/// What measures unless somebody says otherwise.
+fn usual(lab: Option<&Lab>) -> Measure {
+    match lab {
+        Some(_) => Measure::Camera,
+        None => Measure::Ask,
+    }
+}
+
+/// What measures a calibration.
+pub(super) fn of_calibration(
+    args: &CalibrateArgs,
+    lab: Option<Lab>,
+) -> Result<Box<dyn PoseSource>> {
+    let measure = args.measure.clone().unwrap_or(usual(lab.as_ref()));
+    let confirm = !args.yes;
+    match (measure, lab) {
+        (Measure::Camera, Some(lab)) => Ok(Box::new(Camera::new(lab))),
+        (Measure::Ruler, Some(lab)) => Ok(Box::new(Ruler::new(lab))),
+        (Measure::Camera | Measure::Ruler, None) => {
+            Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
+                .hint("--measure ask, or --measure track:FILE"))
+        }
+        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
+            .hint("--measure ask, or --measure track:FILE")),
+        (Measure::Ask, _) => Ok(Box::new(Tape::new(confirm, Sigma::of_ruler(args.ruler.m), None))),
+        (Measure::Track(path), _) => {
+            let (position_m, heading_rad) = (args.position_sigma.m, args.heading_sigma.rad);
+            let noise = Some(Sigma { position_m, heading_rad });
+            Ok(Box::new(TrackFile { path, noise, confirm }))
+        }
+    }
+}
+
+/// What measures a single run: the simulator's camera, or nobody.
+pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
+    match lab {
+        Some(lab) => Box::new(Camera::new(lab)),
+        None => Box::new(Nobody { confirm: false }),
+    }
+}
+
+/// What measures the runs of a campaign.
+pub(super) fn of_campaign(
+    args: &CampaignRecordArgs,
+    lab: Option<Lab>,
+) -> Result<Box<dyn PoseSource>> {
+    match &args.gyro {
+        None => poses_of_campaign(args, lab),
+        Some(_) if lab.is_some() => {
+            Err(Error::new("the simulated robot has a gyro of its own, if its scenario says so")
+                .hint("leave --gyro out, and put a section [gyro] into the scenario"))
+        }
+        Some(path) => {
+            Ok(Box::new(WithGyro::new(poses_of_campaign(args, lab)?, GyroLog::new(path))))
+        }
+    }
+}
+
+fn poses_of_campaign(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Box<dyn PoseSource>> {
+    let measure = args.measure.clone().unwrap_or(usual(lab.as_ref()));
+    let confirm = !args.yes;
+    match (measure, lab) {
+        (Measure::Camera, Some(lab)) => Ok(Box::new(Camera::new(lab))),
+        (Measure::Camera, None) => {
+            Err(Error::new("the camera belongs to the simulator in this process (--port sim)")
+                .hint("--measure track:FILE, ask or none"))
+        }
+        (Measure::Ruler, _) => {
+            Err(Error::new("a ruler at the end of a run is too little for a campaign")
+                .hint("--measure camera, track:FILE, ask or none"))
+        }
+        (Measure::Ask, lab) => {
+            let sigma = Sigma {
+                position_m: args.position_sigma.map_or(Sigma::TAPE.position_m, |sigma| sigma.m),
+                heading_rad: args.heading_sigma.map_or(Sigma::TAPE.heading_rad, |sigma| sigma.rad),
+            };
+            Ok(Box::new(Tape::new(confirm, sigma, lab)))
+        }
+        (Measure::Nobody, _) => Ok(Box::new(Nobody { confirm })),
+        (Measure::Track(path), _) => Ok(Box::new(TrackFile { path, noise: None, confirm })),
+    }
+}

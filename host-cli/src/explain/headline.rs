@@ -1,0 +1,225 @@
+//! An answer in sentences, for the terminal and for a page alike.
+
+use campaign::model::EffectEntry;
+use robot_model::compare::Assumed;
+use robot_model::effect::{Effect, Facts};
+use robot_model::estimation::Errors;
+use robot_model::explain::{Answer, HeldOut, StepFound};
+
+use crate::words;
+
+/// Effects of an answer at the values found; the catalogue has all that were asked about.
+pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
+    let step = |step: &StepFound| {
+        let values = step.parameters.iter().map(|parameter| parameter.value).collect();
+        let effect = catalogue.iter().find(|effect| effect.facts().id == step.effect)?;
+        Some(Assumed { effect: *effect, values })
+    };
+    steps.iter().filter_map(step).collect()
+}
+
+/// What an answer's effects are added to.
+pub fn before(answer: &Answer) -> &'static str {
+    if answer.known.is_empty() { "nominal robot" } else { "the model" }
+}
+
+/// What was asked, for the words of the answer.
+pub struct Subject<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// The folder, as the user wrote it.
+    pub campaign: &'a str,
+    /// The options that reach the robot for the next run, as the user would write them.
+    pub reached: &'a str,
+    /// How many runs a model is fitted to.
+    pub runs: usize,
+    /// All effects that were asked about.
+    pub catalogue: &'a [&'a dyn Effect],
+    /// The effects that the user's model has already.
+    pub in_model: &'a [EffectEntry],
+    /// What each step comes to in one plain number, where one says it.
+    pub combinations: &'a [Option<String>],
+}
+
+impl Subject<'_> {
+    pub(crate) fn facts(&self, id: &str) -> Option<Facts<'_>> {
+        self.catalogue.iter().map(|effect| effect.facts()).find(|facts| facts.id == id)
+    }
+
+    /// The plain name of an effect.
+    pub fn name<'b>(&'b self, id: &'b str) -> &'b str {
+        self.facts(id).map_or(id, |facts| facts.name)
+    }
+}
+
+/// The main finding, in a sentence or two.
+pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
+    let last =
+        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
+    let of_what = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
+    let error = format!("the error {of_what} {}", goes(&answer.baseline.cross_validated, last));
+    let more = if answer.unexplained.structure {
+        format!(
+            ". Something is still unexplained: it depends on {}",
+            words::depends_on(&answer.unexplained)
+        )
+    } else {
+        String::new()
+    };
+    match answer.steps.as_slice() {
+        [] if answer.unexplained.structure => format!(
+            "No known effect explains what {} {}, but something is there: it depends on {}.",
+            these(subject.runs),
+            if subject.runs == 1 { "shows" } else { "show" },
+            words::depends_on(&answer.unexplained)
+        ),
+        [] => format!(
+            "Nothing is missing{} that {} could show: what is left is noise.",
+            if answer.known.is_empty() { "" } else { " beside the model" },
+            these(subject.runs)
+        ),
+        [one] if answer.known.is_empty() => {
+            format!("One effect is missing: {}. With it {error}{more}.", says(one, subject))
+        }
+        [one] => {
+            format!("One more effect is missing: {}. With it {error}{more}.", says(one, subject))
+        }
+        steps => {
+            let names: Vec<String> = steps.iter().map(|it| says(it, subject)).collect();
+            format!(
+                "{}{} effects are missing: {}. With them {error}{more}.",
+                count(steps.len()),
+                if answer.known.is_empty() { "" } else { " more" },
+                names.join("; ")
+            )
+        }
+    }
+}
+
+/// `this run`, `these 21 runs`.
+fn these(runs: usize) -> String {
+    if runs == 1 { "this run".into() } else { format!("these {runs} runs") }
+}
+
+/// `falls from 25.8 mm, 61.2 mrad to 5.0 mm, 9.1 mrad`, or whatever it does, as far as the digits show.
+fn goes(from: &Errors, to: &Errors) -> String {
+    let (before, after) = (text(from), text(to));
+    let tenths = |it: f64| (it * 1e4).round();
+    let position = tenths(to.position_rms_m) - tenths(from.position_rms_m);
+    let heading = tenths(to.heading_rms_rad) - tenths(from.heading_rms_rad);
+    let verb = match (position, heading) {
+        _ if before == after => return format!("stays at {before}"),
+        (p, h) if p <= 0.0 && h <= 0.0 => "falls",
+        (p, h) if p >= 0.0 && h >= 0.0 => "rises",
+        _ => "goes",
+    };
+    format!("{verb} from {before} to {after}")
+}
+
+/// A small number in words.
+pub(crate) fn count(n: usize) -> String {
+    let words = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
+    words.get(n).map_or_else(|| n.to_string(), |it| (*it).to_owned())
+}
+
+/// An effect by its name; or by all that it cannot be told from.
+pub(crate) fn says(step: &StepFound, subject: &Subject<'_>) -> String {
+    let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
+    names.join(" or ")
+}
+
+/// `25.8 mm, 61.2 mrad`.
+pub fn text(errors: &Errors) -> String {
+    if errors.heading_rms_rad > 0.0 {
+        format!("{:.1} mm, {:.1} mrad", errors.position_rms_m * 1e3, errors.heading_rms_rad * 1e3)
+    } else {
+        format!("{:.1} mm", errors.position_rms_m * 1e3)
+    }
+}
+
+/// `on the 2 runs kept aside (square)`.
+pub fn where_aside(aside: &HeldOut) -> String {
+    let kinds: Vec<&str> = aside.kinds.iter().map(|kind| kind.name()).collect();
+    let kinds = kinds.join(", ");
+    match aside.runs {
+        1 => format!("on the run kept aside ({kinds})"),
+        runs => format!("on the {runs} runs kept aside ({kinds})"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use robot_model::estimation::ErrorPair;
+    use robot_model::explain::Why;
+    use robot_model::residuals::Unexplained;
+
+    use super::*;
+    use crate::explain::next::no_next_run;
+
+    fn errors(mm: f64, mrad: f64) -> Errors {
+        Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
+    }
+
+    fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
+        let step = StepFound {
+            effect: class[0].into(),
+            class: class.iter().map(|it| (*it).to_owned()).collect(),
+            parameters: Vec::new(),
+            train: to,
+            cross_validated: to,
+            p_value: 1e-9,
+            why: Why::default(),
+        };
+        Answer {
+            known: Vec::new(),
+            baseline: ErrorPair { train: from, cross_validated: from },
+            steps: vec![step],
+            rejected: Vec::new(),
+            unexplained: Unexplained {
+                structure: false,
+                depends_on: Vec::new(),
+                p_value: 0.5,
+                place_m: None,
+                places: Vec::new(),
+            },
+            next_run: None,
+            held_out: None,
+        }
+    }
+
+    fn said(runs: usize, from: Errors, to: Errors) -> String {
+        let subject = Subject {
+            robot: "r",
+            campaign: "r",
+            reached: "--port sim",
+            runs,
+            catalogue: &[],
+            combinations: &[],
+            in_model: &[],
+        };
+        headline(&answer(&["gyro_bias"], from, to), &subject)
+    }
+
+    #[test]
+    fn what_the_error_does_is_said_as_it_is() {
+        for (runs, from, to, expected) in [
+            (5, errors(25.8, 61.2), errors(5.0, 9.0), "on runs held out falls from 25.8 mm, 61.2"),
+            (5, errors(25.8, 61.2), errors(25.8, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
+            (5, errors(25.81, 61.2), errors(25.79, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
+            (5, errors(5.0, 9.0), errors(5.5, 9.0), "rises from 5.0 mm, 9.0 mrad to 5.5 mm"),
+            (5, errors(5.0, 9.0), errors(4.5, 9.1), "goes from 5.0 mm, 9.0 mrad to 4.5 mm"),
+            (1, errors(5.0, 9.0), errors(4.5, 8.0), "on the run fitted to falls from 5.0 mm"),
+        ] {
+            let headline = said(runs, from, to);
+            assert!(headline.contains(expected), "{headline}\n  does not say: {expected}");
+        }
+    }
+
+    #[test]
+    fn effects_that_no_run_tells_apart_are_named() {
+        let here = errors(5.0, 9.0);
+        assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
+        let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
+        assert_eq!(said, "No run that is known here would tell scrub from slope, side_slip.");
+    }
+}

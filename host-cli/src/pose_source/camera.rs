@@ -1,0 +1,116 @@
+//! The simulator's overhead camera, its gyro, and its person who carries the robot.
+
+use std::time::Duration;
+
+use campaign::plan::PlannedRun;
+use host_link::Clock;
+use host_link::motion::Trigger;
+use host_link::wire::Waiting;
+use robot_model::calibration::{Deviation, TrackSample};
+use sim_target::Lab;
+use sim_target::plant::Pose;
+
+use super::align::Reckoned;
+use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate, cannot_read};
+use crate::error::Result;
+
+/// How long the simulator's person takes to carry the robot to the mark of a run.
+const CARRY: Duration = Duration::from_secs(10);
+
+/// The simulator's camera.
+pub struct Camera {
+    lab: Lab,
+    /// Readings of the yaw rate sensor before the run.
+    rates_before: usize,
+}
+
+impl Camera {
+    /// The camera of this laboratory.
+    pub fn new(lab: Lab) -> Self {
+        Self { lab, rates_before: 0 }
+    }
+}
+
+impl PoseSource for Camera {
+    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        Box::pin(async move {
+            match mark {
+                Mark::Line(_) => self.lab.place_at_start(),
+                Mark::Run(run) => {
+                    clock.sleep(CARRY).await;
+                    self.lab.set_payload(run.payload_kg);
+                    self.lab.place_on(Pose { heading_rad: run.heading_rad, ..Pose::default() });
+                }
+            }
+            Ok(Go::Drive)
+        })
+    }
+
+    fn begin(&mut self) -> Result<usize> {
+        self.rates_before = self.lab.gyro_len();
+        Ok(self.lab.camera_len())
+    }
+
+    fn trigger(&self) -> Option<Trigger> {
+        Some(sim_link::camera_trigger(self.lab.clone()))
+    }
+
+    fn sees(&self) -> bool {
+        true
+    }
+
+    fn count(&self) -> Result<Option<usize>> {
+        Ok(Some(self.lab.camera_len()))
+    }
+
+    fn poses_from(&self, first: usize) -> Result<Vec<TrackSample>> {
+        let pose = |sample: sim_target::instruments::CameraSample| TrackSample {
+            t_s: sample.t_s,
+            x_m: sample.x_m,
+            y_m: sample.y_m,
+            heading_rad: Some(sample.heading_rad),
+        };
+        Ok(self.lab.camera_samples_from(first).into_iter().map(pose).collect())
+    }
+
+    fn pose_clock(&self) -> PoseClock {
+        PoseClock::Robot { delay_known: self.lab.camera_parameters().delay_known }
+    }
+
+    fn noise(&self) -> Option<Sigma> {
+        let parameters = self.lab.camera_parameters();
+        let (position_m, heading_rad) = (parameters.position_sigma_m, parameters.heading_sigma_rad);
+        Some(Sigma { position_m, heading_rad })
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        cannot_read()
+    }
+
+    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        cannot_read()
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        first: usize,
+        _: &'a PlannedRun,
+        _: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        Box::pin(async move { self.poses_from(first).map(Seen::Track) })
+    }
+
+    fn yaw_rates(&mut self, _: &str, _: &[Reckoned]) -> Result<Vec<YawRate>> {
+        let readings = self.lab.gyro_samples_from(self.rates_before).into_iter();
+        Ok(readings.map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect())
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
+    }
+}

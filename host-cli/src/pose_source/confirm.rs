@@ -1,0 +1,30 @@
+//! Asks that the robot be put at a mark.
+
+use host_link::Clock;
+
+use super::{Go, Mark, ask_for, stopped};
+use crate::error::{Error, Result};
+use crate::ui;
+
+/// Asks that the robot be put at a mark, and waits until somebody says that it is.
+pub(super) async fn confirm(clock: &Clock, mark: Mark<'_>) -> Result<Go> {
+    match mark {
+        Mark::Line(place) => {
+            let question = format!("Put the robot {place}, with room ahead, and press Enter:");
+            match ui::ask(&question, clock).await?.to_lowercase().as_str() {
+                "" | "y" | "yes" => Ok(Go::Drive),
+                _ => Err(Error::interrupted("not driven")),
+            }
+        }
+        Mark::Run(run) => loop {
+            let question =
+                format!("{} Enter to drive, s to skip it, q to stop here:", ask_for(run));
+            match ui::ask(&question, clock).await?.to_lowercase().as_str() {
+                "" | "y" | "yes" => return Ok(Go::Drive),
+                "s" | "skip" => return Ok(Go::Skip),
+                "q" | "quit" => return Err(stopped()),
+                _ => {}
+            }
+        },
+    }
+}

@@ -1,0 +1,47 @@
+//! Nobody measures: poses are added to the files later.
+
+use campaign::plan::PlannedRun;
+use host_link::Clock;
+use host_link::wire::Waiting;
+use robot_model::calibration::Deviation;
+
+use super::align::Reckoned;
+use super::confirm::confirm;
+use super::{Go, Mark, PoseSource, Seen, cannot_read};
+use crate::error::Result;
+
+/// No source of poses.
+pub struct Nobody {
+    /// Whether to ask before each run.
+    pub confirm: bool,
+}
+
+impl PoseSource for Nobody {
+    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        Box::pin(
+            async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },
+        )
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        cannot_read()
+    }
+
+    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        cannot_read()
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        _: usize,
+        _: &'a PlannedRun,
+        _: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        Box::pin(async { Ok(Seen::Track(Vec::new())) })
+    }
+}

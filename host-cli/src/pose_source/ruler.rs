@@ -1,0 +1,55 @@
+//! The simulator's ruler.
+
+use campaign::plan::PlannedRun;
+use host_link::Clock;
+use host_link::wire::Waiting;
+use robot_model::calibration::Deviation;
+use sim_target::Lab;
+
+use super::align::Reckoned;
+use super::{Go, Mark, PoseSource, Seen, cannot_read};
+use crate::error::Result;
+
+/// Reads how far the robot is along its start line, and off it.
+pub struct Ruler {
+    lab: Lab,
+}
+
+impl Ruler {
+    /// The ruler of this laboratory.
+    pub fn new(lab: Lab) -> Self {
+        Self { lab }
+    }
+}
+
+impl PoseSource for Ruler {
+    fn place<'a>(&'a mut self, _: &'a Clock, _: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        self.lab.place_at_start();
+        Box::pin(async { Ok(Go::Drive) })
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        let (y_m, sigma_m) = (self.lab.read_offset().left_m, self.lab.ruler_sigma_m());
+        let accepted = accept(Deviation::LateralOffset { y_m, sigma_m });
+        Box::pin(async { accepted })
+    }
+
+    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        let reading = self.lab.read_offset();
+        Box::pin(async move { Ok([reading.forward_m, reading.left_m]) })
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        _: usize,
+        _: &'a PlannedRun,
+        _: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        cannot_read()
+    }
+}

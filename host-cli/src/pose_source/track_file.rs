@@ -1,0 +1,107 @@
+//! A tracking system that appends to a file while the robot drives, by a clock of its own.
+
+use std::path::{Path, PathBuf};
+
+use campaign::growing::{check_header, track_so_far};
+use campaign::plan::PlannedRun;
+use host_link::Clock;
+use host_link::wire::Waiting;
+use robot_model::calibration::{Deviation, TrackSample};
+
+use super::align::{Reckoned, on_robot_clock};
+use super::confirm::confirm;
+use super::{Go, Mark, PoseSource, Seen, Sigma, cannot_read};
+use crate::error::{Error, Result};
+use crate::ui;
+
+/// A track of fewer poses is none of what was driven.
+const POSES_MIN: usize = 10;
+
+/// A file to which a tracking system appends.
+pub struct TrackFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its noise, if it is known.
+    pub noise: Option<Sigma>,
+    /// Whether to ask that the robot be put at its mark.
+    pub confirm: bool,
+}
+
+impl PoseSource for TrackFile {
+    fn check(&self) -> Result<()> {
+        check_header(&self.path)?.iter().for_each(ui::warn);
+        track_so_far(&self.path)?;
+        Ok(())
+    }
+
+    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+        Box::pin(
+            async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },
+        )
+    }
+
+    fn begin(&mut self) -> Result<usize> {
+        Ok(track_so_far(&self.path)?.len())
+    }
+
+    fn sees(&self) -> bool {
+        true
+    }
+
+    fn count(&self) -> Result<Option<usize>> {
+        Ok(Some(track_so_far(&self.path)?.len()))
+    }
+
+    fn poses_from(&self, first: usize) -> Result<Vec<TrackSample>> {
+        Ok(track_so_far(&self.path)?.get(first..).unwrap_or_default().to_vec())
+    }
+
+    fn poses_during(&self, first: usize, what: &str) -> Result<Vec<TrackSample>> {
+        let poses = self.poses_from(first)?;
+        if poses.len() < POSES_MIN {
+            return Err(Error::new(format_args!(
+                "{} got {} samples during the {what}",
+                self.path.display(),
+                poses.len()
+            ))
+            .hint("is the tracking system running, and does it append to this file?"));
+        }
+        Ok(poses)
+    }
+
+    fn noise(&self) -> Option<Sigma> {
+        self.noise
+    }
+
+    fn read_deviation<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        cannot_read()
+    }
+
+    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        cannot_read()
+    }
+
+    fn measure<'a>(
+        &'a mut self,
+        _: &'a Clock,
+        first: usize,
+        run: &'a PlannedRun,
+        reckoned: &'a [Reckoned],
+    ) -> Waiting<'a, Result<Seen>> {
+        Box::pin(async move {
+            let poses = self.poses_during(first, &format!("run {}", run.name))?;
+            let track = on_robot_clock(poses, reckoned).ok_or_else(|| no_shift(&self.path))?;
+            Ok(Seen::Track(track))
+        })
+    }
+}
+
+/// A track of another run, or of another robot.
+pub(super) fn no_shift(path: &Path) -> Error {
+    Error::new(format_args!("{} and the wheels have no motion in common", path.display()))
+        .hint("is it the track of this run?")
+}

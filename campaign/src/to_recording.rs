@@ -35,7 +35,7 @@ impl Recordings {
             let file = folder.join("runs").join(format!("{}.csv", run.name));
             recording.validate().map_err(|error| {
                 let hint = "a run needs encoder counts of both wheels in at least two rows";
-                CampaignError::new(Place::whole(&file), error.problem, hint)
+                CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
             })?;
             checks::check(&file, run, &self.robot, recording)?;
         }

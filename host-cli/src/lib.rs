@@ -14,6 +14,7 @@
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`picture`] | what a person sees at the end |
 //! | [`mod@hex`] | bytes as people compare them |
+//! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line, one file a command |
 
@@ -27,6 +28,7 @@ pub mod error;
 pub mod explain;
 pub mod hex;
 pub mod interrupt;
+pub mod json;
 pub mod limits;
 pub mod picture;
 pub mod port;
@@ -38,3 +40,4 @@ pub mod table;
 pub mod ui;
 pub mod undo;
 pub mod wheels;
+pub mod words;

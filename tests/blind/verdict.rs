@@ -241,7 +241,7 @@ fn verdict(
             })
             .count(),
         flagged: answer.unexplained.structure,
-        depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
+        depends_on: answer.unexplained.depends_on.iter().map(|it| it.name().to_owned()).collect(),
         regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
         held_out_ratio: after.position_rms_m / oracle.errors.cross_validated.position_rms_m,
         found,

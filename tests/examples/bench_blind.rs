@@ -7,6 +7,7 @@
 //!     --keep DIR      leaves the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
 
+use host_cli::words;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -118,7 +119,12 @@ fn print_answer(it: &Verdict) {
     let mm = |errors: robot_model::estimation::Errors| errors.position_rms_m * 1e3;
     println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.cross_validated));
     for step in &it.answer.steps {
-        println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.cross_validated), step.why);
+        println!(
+            "  {:<24} held out {:.3} mm; {}",
+            step.effect,
+            mm(step.cross_validated),
+            words::why(step)
+        );
     }
     println!("  unexplained: {:?}", it.answer.unexplained);
     println!("  held out over the truth's: {:.3}", it.held_out_ratio);

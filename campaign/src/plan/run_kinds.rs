@@ -25,7 +25,7 @@ pub struct ExtraRuns {
 /// Every kind that can be asked for.
 pub fn kinds() -> Vec<&'static str> {
     let mut kinds = vec!["rest", "spin", "arc", "square"];
-    kinds.extend(plans(1.0).into_iter().map(|plan| plan.kind));
+    kinds.extend(plans(1.0).into_iter().map(|plan| plan.kind.name()));
     kinds
 }
 
@@ -101,10 +101,10 @@ pub fn runs_of(
                 "square" => "square both ways".to_owned(),
                 one => format!("{one}s both ways"),
             };
-            let plan = plans(fast_mps).into_iter().find(|plan| plan.kind == both);
+            let plan = plans(fast_mps).into_iter().find(|plan| plan.kind.name() == both);
             (0.0, plan.map_or_else(Vec::new, |plan| plan.runs[..1].to_vec()))
         }
-        kind => match plans(fast_mps).into_iter().find(|plan| plan.kind == kind) {
+        kind => match plans(fast_mps).into_iter().find(|plan| plan.kind.name() == kind) {
             Some(plan) => (plan.later_s, plan.runs),
             None => return Err(PlanError::UnknownKind(kind.into())),
         },

@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::cli::{Common, CompareArgs};
 use crate::compare::show;
 use crate::error::{Error, Result};
+use crate::json;
 use crate::ui::{say, warn};
 use campaign::Campaign;
 use campaign::model::ModelFile;
@@ -33,10 +34,10 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         say(json!({
             "schema": 1,
             "model": effects,
-            "comparison": comparison,
+            "comparison": json::comparison(&comparison),
             "nominal": nominal.as_ref().map(|it| json!({
-                "position_m": it.position_m,
-                "heading_rad": it.heading_rad,
+                "position_m": json::rms(&it.position_m),
+                "heading_rad": json::rms(&it.heading_rad),
             })),
         }));
     } else {

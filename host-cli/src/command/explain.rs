@@ -8,6 +8,7 @@ use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again, show};
 use crate::ui::say;
+use crate::{json, words};
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
@@ -18,8 +19,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let in_model: Vec<&str> = model.chosen().iter().map(|it| it.facts().id).collect();
     let answer = explain_beyond(&campaign, &catalogue, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
-        let json = serde_json::to_value(&answer).map_err(Error::new)?;
-        say(json);
+        say(json::answer(&answer));
     } else {
         let combinations: Vec<Option<String>> = if answer.steps.is_empty() {
             Vec::new()
@@ -27,7 +27,10 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
             let comparer =
                 Comparer::with_noise(&campaign, robot_model::estimation::OdometryNoise::TYPICAL)
                     .map_err(Error::new)?;
-            assumed(&answer.steps, &catalogue).iter().map(|it| comparer.combination(it)).collect()
+            assumed(&answer.steps, &catalogue)
+                .iter()
+                .map(|it| comparer.net_change(it).as_ref().map(words::net_change))
+                .collect()
         };
         show(
             &answer,

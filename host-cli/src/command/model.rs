@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::explain::{parameters, text};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
+use crate::{json, words};
 use campaign::model::{
     EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
 };
@@ -256,25 +257,17 @@ fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
         say(format_args!("{mark}{}", paint(BOLD, &it.effect)));
         parameters(&it.parameters, 4);
         let style = if it.verdict.better() { GOOD } else { BAD };
-        for line in wrapped(&it.verdict.sentence(), LINE - 4) {
+        for line in wrapped(&words::verdict(&it.verdict), LINE - 4) {
             say(format_args!("    {}", paint(style, line)));
         }
     }
 }
 
-fn errors_json(it: &Errors) -> serde_json::Value {
-    json!({"position_rms_m": it.position_rms_m, "heading_rms_rad": it.heading_rms_rad, "chi": it.chi})
-}
-
 fn aside_json(it: Option<&HeldOut>) -> serde_json::Value {
     it.map_or(
         json!(null),
-        |it| json!({"runs": it.runs, "kinds": it.kinds, "errors": errors_json(&it.model)}),
+        |it| json!({"runs": it.runs, "kinds": it.kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>(), "errors": json::errors(&it.model)}),
     )
-}
-
-fn pair_json(it: &ErrorPair) -> serde_json::Value {
-    json!({"train": errors_json(&it.train), "heldout": errors_json(&it.cross_validated)})
 }
 
 fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
@@ -284,18 +277,18 @@ fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
         .map(|it| {
             json!({
                 "effect": it.effect,
-                "parameters": it.parameters,
+                "parameters": json::parameters(&it.parameters),
                 "p_value": it.verdict.p_value,
                 "better": it.verdict.better(),
-                "verdict": it.verdict.sentence(),
+                "verdict": words::verdict(&it.verdict),
             })
         })
         .collect();
     json!({
         "schema": 1,
         "model": file,
-        "before": pair_json(&before.errors),
-        "after": pair_json(&after.errors),
+        "before": json::pair(&before.errors),
+        "after": json::pair(&after.errors),
         "aside": {"before": aside_json(before.held_out.as_ref()), "after": aside_json(after.held_out.as_ref())},
         "effects": effects,
     })
@@ -313,9 +306,9 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let effects: Vec<_> = model
             .effects
             .iter()
-            .map(|it| json!({"effect": it.effect.facts().id, "parameters": it.parameters}))
+            .map(|it| json!({"effect": it.effect.facts().id, "parameters": json::parameters(&it.parameters)}))
             .collect();
-        let errors = model.fit.as_ref().map(|it| pair_json(&it.errors));
+        let errors = model.fit.as_ref().map(|it| json::pair(&it.errors));
         say(json!({"schema": 1, "model": file, "effects": effects, "errors": errors}));
         return Ok(());
     }

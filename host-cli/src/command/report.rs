@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
+use crate::words;
 use campaign::file::{check_writable, write_whole};
 use campaign::model::ModelFile;
 
@@ -41,7 +42,8 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);
-    let combinations: Vec<_> = found.iter().map(|it| comparer.combination(it)).collect();
+    let combinations: Vec<_> =
+        found.iter().map(|it| comparer.net_change(it).as_ref().map(words::net_change)).collect();
     let subject = Subject {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),

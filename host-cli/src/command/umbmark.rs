@@ -20,6 +20,7 @@ use crate::survey::piece::{self, Piece};
 use crate::table::wrapped;
 use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say};
 use crate::undo::state_folder;
+use crate::words;
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     let forgets = common.port.is_sim() && common.flash.is_none();
@@ -107,7 +108,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
         };
         let explained: Vec<_> = explained
             .iter()
-            .map(|it| json!({"class": it.class, "parameters": it.parameters, "why": it.why}))
+            .map(|it| json!({"class": it.class, "parameters": crate::json::parameters(&it.parameters), "why": words::why(it)}))
             .collect();
         say(json!({
             "saved": outcome.saved,
@@ -154,7 +155,7 @@ fn say_effect(step: &StepFound) {
     };
     put(2, &step.class.join(" or "));
     parameters(&step.parameters, 4);
-    put(4, &format!("{}.", step.why.trim_end_matches('.')));
+    put(4, &format!("{}.", words::why(step).trim_end_matches('.')));
     if step.class.len() > 1 {
         put(4, &format!("The values are of {}, if it is that.", step.effect));
     }

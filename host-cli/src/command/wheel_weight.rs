@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::limits;
 use crate::quantity::LengthUnit;
 use crate::ui::{BOLD, DIM, paint, say, warn};
+use crate::words;
 
 pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     let geometry = Geometry {
@@ -61,7 +62,7 @@ pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
     let parts: Vec<_> = weight
         .contributions
         .iter()
-        .map(|part| json!({"source": part.source.name(), "sigma": part.sigma}))
+        .map(|part| json!({"source": words::source(part.source), "sigma": part.sigma}))
         .collect();
     json!({
         "wheel_weight": {
@@ -74,7 +75,7 @@ pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
         "alpha_rad": weight.alpha_rad,
         "alpha_sigma_rad": weight.alpha_sigma_rad,
         "contributions": parts,
-        "advice": weight.what_would_reduce_it_most().to_string(),
+        "advice": words::advice(&weight.advice),
     })
 }
 
@@ -100,11 +101,14 @@ pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
     row("R_R", LengthUnit::Cm.format(radius_m, 4));
     for part in &weight.contributions {
         let share = (part.sigma / weight.sigma).powi(2) * 100.0;
-        let text =
-            format!("{:<24} {:.6}  {share:>3.0} % of the variance", part.source.name(), part.sigma);
+        let text = format!(
+            "{:<24} {:.6}  {share:>3.0} % of the variance",
+            words::source(part.source),
+            part.sigma
+        );
         row("", paint(DIM, text));
     }
-    for thought in weight.what_would_reduce_it_most().to_string().split("; ") {
+    for thought in words::advice(&weight.advice).split("; ") {
         row("", thought.into());
     }
 }

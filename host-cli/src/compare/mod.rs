@@ -5,6 +5,7 @@ use robot_model::compare::{Aspect, Comparison, Drift, Rms, RunCompared};
 
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{self, BAD, BOLD, DIM, paint, say};
+use crate::words;
 
 /// A systematic error surer than this is shown in full strength.
 const SURE_SIGMAS: f64 = 4.0;
@@ -13,7 +14,7 @@ pub const LINE: usize = 96;
 
 /// Prints a comparison; `nominal` is that of the nominal robot, if the model is not it.
 pub fn show(comparison: &Comparison, nominal: Option<&Comparison>) {
-    for line in wrapped(&comparison.finding, LINE) {
+    for line in wrapped(&words::finding(comparison), LINE) {
         say(paint(BOLD, line));
     }
     say("");
@@ -70,8 +71,8 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
 /// Its kind, and whether it is kept aside.
 fn kind_of(run: &RunCompared) -> String {
     match run.held_out {
-        true => format!("{}, kept aside", run.kind),
-        false => run.kind.clone(),
+        true => format!("{}, kept aside", run.kind.name()),
+        false => run.kind.name().to_owned(),
     }
 }
 
@@ -106,11 +107,11 @@ fn regimes(comparison: &Comparison) {
     ];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     for question in &comparison.regimes {
-        table.row([Cell::styled(BOLD, question.name)]);
+        table.row([Cell::styled(BOLD, words::regime(question.regime))]);
         for cell in &question.cells {
             let mm = |value: f64| format!("{:.1}", value * 1e3);
             table.row([
-                format!("  {}", cell.name).into(),
+                format!("  {}", words::label(cell.label)).into(),
                 cell.runs.into(),
                 cell.stretches.into(),
                 format!("{} mm", mm(cell.position_m.rms)).into(),

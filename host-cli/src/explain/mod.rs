@@ -1,8 +1,8 @@
 //! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
+mod headline;
 mod next;
-mod words;
 
 use campaign::model::EffectEntry;
 use robot_model::estimation::Errors;
@@ -12,11 +12,12 @@ use crate::compare::LINE;
 use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+use crate::words;
 
+pub use self::headline::{Subject, assumed, before, headline, text, where_aside};
+pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};
-pub use self::words::{Subject, assumed, before, headline, text, where_aside};
-pub(crate) use self::words::{count, says};
 
 /// Width of the longest bar.
 const BAR: usize = 24;
@@ -41,7 +42,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
         say(paint(BOLD, "Looked at, and not believed"));
         let mut table = Table::new("lll");
         for it in &answer.rejected {
-            table.row([it.effect.clone().into(), Cell::styled(DIM, &it.reason)]);
+            table.row([it.effect.clone().into(), Cell::styled(DIM, words::reason(&it.reason))]);
         }
         table.say(2);
     }
@@ -99,7 +100,7 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
             Some(it) => format!("stands, in a class with {}", it.effect),
             None => {
                 let rejected = answer.rejected.iter().find(|it| it.effect == id);
-                let why = rejected.map_or("", |it| it.reason.as_str());
+                let why = rejected.map_or_else(String::new, |it| words::reason(&it.reason));
                 format!("these runs do not bear it out: {why}")
             }
         };
@@ -146,7 +147,7 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
         say(format_args!("   {}", paint(DIM, facts.equation)));
     }
     parameters(&step.parameters, 3);
-    put(&format!("Why: {}.", step.why.trim_end_matches('.')));
+    put(&format!("Why: {}.", words::why(step).trim_end_matches('.')));
     if step.class.len() > 1 {
         let common = combination
             .map_or_else(String::new, |it| format!(" Together: {it}, of whatever cause."));
@@ -193,7 +194,7 @@ fn unexplained(answer: &Answer) {
             WARN,
             format_args!(
                 "Still unexplained: an unknown effect that depends on {}",
-                it.depends_on_text()
+                words::depends_on(it)
             ),
         ));
         say(format_args!(
@@ -212,9 +213,10 @@ fn unexplained(answer: &Answer) {
 fn next_run(answer: &Answer, subject: &Subject<'_>) {
     match &answer.next_run {
         Some(next) => {
-            say(paint(BOLD, format_args!("Next: record {}", next.kind)));
-            let words = format!("It tells {} apart: {}.", next.separates.join(", "), next.why);
-            wrapped(&words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
+            say(paint(BOLD, format_args!("Next: record {}", next.kind.name())));
+            let promise = words::promise(&next.promise);
+            let text = format!("It tells {} apart: {promise}.", next.separates.join(", "));
+            wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             let gyro = gyro_words(next).unwrap_or_default();
             wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             say(format_args!("   {}", next_run_command(next, subject)));

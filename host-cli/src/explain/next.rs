@@ -3,7 +3,7 @@
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
-use super::words::Subject;
+use super::headline::Subject;
 use crate::cli::Common;
 use crate::port::Port;
 use campaign::{Campaign, RobotFile};
@@ -78,13 +78,15 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
     format!(
         "beeline campaign record {} --run {} {}{gyro}",
         quoted(subject.campaign),
-        quoted(&next.kind),
+        quoted(next.kind.name()),
         subject.reached
     )
 }
 
 #[cfg(test)]
 mod tests {
+    use robot_model::explain::{PlanKind, Promise};
+
     use super::*;
 
     #[test]
@@ -106,9 +108,9 @@ mod tests {
     #[test]
     fn a_next_run_about_the_gyro_asks_for_its_log() {
         let next = |separates: &[&str]| NextRun {
-            kind: "rest".into(),
+            kind: PlanKind::Straight,
             separates: separates.iter().map(|it| (*it).to_owned()).collect(),
-            why: String::new(),
+            promise: Promise::default(),
         };
         let subject = |reached| Subject {
             robot: "r",
@@ -123,7 +125,7 @@ mod tests {
         let command = next_run_command(&gyro, &subject("--port PORT"));
         assert_eq!(
             command,
-            "beeline campaign record \"my robot\" --run rest --port PORT --gyro FILE"
+            "beeline campaign record \"my robot\" --run straight --port PORT --gyro FILE"
         );
         assert!(gyro_words(&gyro).unwrap().contains("[gyro]"));
         // The simulator has a gyro of its own, and refuses a file.

@@ -10,6 +10,7 @@ use super::drawing::{COLOURS, STYLE, path_data, plan_view};
 use super::report::{Basis, CalibrationReport, RunReport};
 use super::scale::{Px, Scale, escape, nice_step, number, ticks};
 use crate::quantity::{decimals, plus_minus};
+use crate::words;
 
 /// How a page looks.
 pub(crate) const PAGE_STYLE: &str = "\
@@ -62,7 +63,7 @@ pub(super) fn page(report: &CalibrationReport) -> String {
             html,
             "\n<h2>Out and back</h2>\n<p>{}.</p><p class=\"sub\">From the part that flips: W<sub>T</sub> = {}. \
              Pull: {} mrad per metre, to the right positive.</p>",
-            escape(&capitalised(out_and_back.verdict.sentence())),
+            escape(&capitalised(words::out_and_back(out_and_back.verdict))),
             plus_minus(out_and_back.wheel_weight, out_and_back.wheel_weight_sigma),
             plus_minus(out_and_back.pull_rad_per_m * 1e3, out_and_back.pull_sigma_rad_per_m * 1e3)
         );
@@ -278,14 +279,14 @@ fn budget(html: &mut String, weight: &WheelWeight) {
         let _ = write!(
             html,
             "<tr><td>{}</td><td>{}</td><td>{} %</td><td class=\"wide\"><span class=\"bar\" style=\"width:{}%\"></span></td></tr>",
-            part.source.name(),
+            words::source(part.source),
             number(part.sigma, places),
             number(share, 0),
             Px(share)
         );
     }
     html.push_str("</tbody></table>");
-    let advice = weight.what_would_reduce_it_most().to_string();
+    let advice = words::advice(&weight.advice);
     let _ = write!(
         html,
         "<p class=\"advice\">{}.</p>",

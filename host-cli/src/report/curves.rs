@@ -23,7 +23,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
             None => shown.push(curve),
         }
     }
-    let named = |it: &Curve| report.answer.unexplained.depends_on.contains(&it.regressor);
+    let named = |it: &Curve| report.answer.unexplained.depends_on.contains(&it.axis.regressor());
     // What was named comes first, then what has most left.
     shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
     let mut html = String::new();
@@ -67,8 +67,8 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         "<figure><figcaption><b>Against {}</b>{mark}</figcaption>\
          <svg class=\"d thin\" viewBox=\"0 0 460 194\" role=\"img\" aria-label=\"Residual against {}\">\
          <text class=\"tick\" x=\"{}\" y=\"10\">{}</text>",
-        curve.axis,
-        curve.axis,
+        crate::words::axis(curve.axis),
+        crate::words::axis(curve.axis),
         Px(X.0),
         unit(curve.aspect)
     );

@@ -35,7 +35,7 @@ fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &Ste
         let _ = write!(html, "<p><code>{}</code></p>", escape(facts.equation));
     }
     html.push_str(&intervals(&step.parameters));
-    let _ = write!(html, "<p>{}.</p>", escape(step.why.trim_end_matches('.')));
+    let _ = write!(html, "<p>{}.</p>", escape(crate::words::why(step).trim_end_matches('.')));
     let combination = subject.combinations.get(index).and_then(Option::as_deref);
     if step.class.len() > 1 {
         let common = combination.map_or_else(String::new, |it| {

@@ -33,6 +33,7 @@ use crate::explain::{
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
 use crate::picture::scale::escape;
+use crate::words;
 
 pub use drawing::to_svg;
 
@@ -167,7 +168,8 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
         let names = known.collect::<Vec<_>>().join(", ");
         let _ = writeln!(html, "<p>Compensated on the robot already: {}.</p>", escape(&names));
     }
-    let _ = writeln!(html, "<p class=\"sub\">{}</p>", escape(&report.comparisons[0].finding));
+    let _ =
+        writeln!(html, "<p class=\"sub\">{}</p>", escape(&words::finding(report.comparisons[0])));
 }
 
 /// What the effects of the answer are added to, in a legend.
@@ -225,7 +227,7 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
         format!(
             "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with {p}). \
              An effect that explains it must have this shape.",
-            escape(&it.depends_on_text())
+            escape(&words::depends_on(it))
         )
     } else {
         format!(
@@ -250,9 +252,9 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
             let _ = writeln!(
                 html,
                 "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}. {}</p><code>{}</code></div>",
-                escape(&next.kind),
+                escape(next.kind.name()),
                 escape(&next.separates.join(", ")),
-                escape(&next.why),
+                escape(&words::promise(&next.promise)),
                 escape(gyro_words(next).unwrap_or_default()),
                 escape(&next_run_command(next, report.subject))
             );
@@ -278,7 +280,7 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
             html,
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
             escape(report.subject.name(&it.effect)),
-            escape(&it.reason),
+            escape(&words::reason(&it.reason)),
             text(&it.cross_validated)
         );
     }

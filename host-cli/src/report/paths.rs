@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use robot_model::compare::Path;
+use robot_model::recording::RunKind;
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, escape, nice_step, number};
@@ -47,12 +48,12 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// The worst runs, kinds in turn, in the order of the campaign.
 fn chosen(paths: &[Path]) -> Vec<usize> {
-    let mut by_kind: Vec<(&str, Vec<usize>)> = Vec::new();
+    let mut by_kind: Vec<(RunKind, Vec<usize>)> = Vec::new();
     let mut all: Vec<usize> =
         (0..paths.len()).filter(|i| size_m(&paths[*i]) > SIZE_MIN_M).collect();
     all.sort_by(|a, b| rms_m(&paths[*b]).total_cmp(&rms_m(&paths[*a])));
     for index in all {
-        let kind = paths[index].kind.as_str();
+        let kind = paths[index].kind;
         match by_kind.iter_mut().find(|(name, _)| *name == kind) {
             Some((_, of_kind)) => of_kind.push(index),
             None => by_kind.push((kind, vec![index])),
@@ -84,7 +85,7 @@ pub(super) fn worst(report: &CampaignReport<'_>, most: usize) -> Vec<(String, St
     let mut indices = chosen(report.paths[0]);
     let off = |i: &usize| rms_m(&report.paths[0][*i]);
     indices.sort_by(|a, b| off(b).total_cmp(&off(a)));
-    let one_a_kind = |it: &usize| report.paths[0][*it].kind.clone();
+    let one_a_kind = |it: &usize| report.paths[0][*it].kind;
     let mut kinds = Vec::new();
     indices.retain(|it| {
         let kind = one_a_kind(it);

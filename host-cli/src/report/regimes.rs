@@ -6,6 +6,7 @@ use robot_model::compare::Cell;
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
+use crate::words;
 
 const ROW: f64 = 21.0;
 const HEAD: f64 = 30.0;
@@ -55,11 +56,11 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
             html,
             "<text class=\"q\" x=\"0\" y=\"{}\">{}</text>",
             Px(y - 8.0),
-            escape(question.name)
+            escape(words::regime(question.regime))
         );
-        let later = after.iter().find(|it| it.name == question.name);
+        let later = after.iter().find(|it| it.regime == question.regime);
         for cell in &question.cells {
-            let then = later.and_then(|it| it.cells.iter().find(|other| other.name == cell.name));
+            let then = later.and_then(|it| it.cells.iter().find(|other| other.label == cell.label));
             row(&mut html, cell, then, y, &x);
             y += ROW;
         }
@@ -71,7 +72,12 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 fn row(html: &mut String, cell: &Cell, then: Option<&Cell>, y: f64, x: &Scale) {
     let middle = Px(y + 5.0);
     let from = x.at(cell.chi);
-    let _ = write!(html, "<text x=\"14\" y=\"{}\">{}</text>", Px(y + 9.5), escape(&cell.name));
+    let _ = write!(
+        html,
+        "<text x=\"14\" y=\"{}\">{}</text>",
+        Px(y + 9.5),
+        escape(&words::label(cell.label))
+    );
     if let Some(then) = then {
         let to = x.at(then.chi);
         let _ = write!(

@@ -1,8 +1,11 @@
-use robot_model::compare::{Bin, Drift, Rms};
+use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
-use robot_model::explain::{HeldOut, NextRun, ParameterFound, Rejected, StepFound};
-use robot_model::residuals::{PlaceSeen, Unexplained};
+use robot_model::explain::{
+    HeldOut, NextRun, ParameterFound, PlanKind, Promise, Reason, Rejected, StepFound, Why,
+};
+use robot_model::recording::RunKind;
+use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
 
 use super::*;
 
@@ -21,7 +24,6 @@ fn answer() -> Answer {
     };
     let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), cross_validated: errors(mm) };
     Answer {
-        schema: 1,
         known: Vec::new(),
         baseline: pair(25.8),
         steps: vec![StepFound {
@@ -31,30 +33,30 @@ fn answer() -> Answer {
             train: errors(5.0),
             cross_validated: errors(6.0),
             p_value: 1e-9,
-            why: "it is <b>there</b>".into(),
+            why: Why { signature: "it is <b>there</b>".into(), ..Why::default() },
         }],
         rejected: vec![Rejected {
             effect: "scrub".into(),
-            reason: "no & never".into(),
+            reason: Reason::NotShown { shown_by: "no & never".into() },
             cross_validated: errors(7.0),
         }],
         unexplained: Unexplained {
             structure: true,
-            depends_on: vec!["speed"],
+            depends_on: vec![Regressor::Speed],
             p_value: 0.001,
             place_m: None,
             places: Vec::new(),
         },
         held_out: Some(HeldOut {
             runs: 2,
-            kinds: vec!["square".into()],
+            kinds: vec![RunKind::Square],
             baseline: errors(12.3),
             model: errors(4.5),
         }),
         next_run: Some(NextRun {
-            kind: "spins both ways".into(),
+            kind: PlanKind::SpinsBothWays,
             separates: vec!["side_slip".into()],
-            why: "there they differ".into(),
+            promise: Promise::default(),
         }),
     }
 }
@@ -75,7 +77,7 @@ fn drawn_of(
 ) -> String {
     let rms = Rms { rms: 0.02, noise: 0.002, noise_high: 0.003 };
     let comparison = Comparison {
-        finding: "It is off.".into(),
+        finding: Finding { nominal: true, extent: Extent::Noise, worst: None },
         position_m: rms,
         heading_rad: rms,
         held_out: None,
@@ -85,7 +87,7 @@ fn drawn_of(
     let bad = if broken { f64::NAN } else { 0.5 };
     let path = Path {
         run: "01_<a>".into(),
-        kind: "arc".into(),
+        kind: RunKind::Arc,
         held_out: true,
         measured_m: vec![[0.0, 0.0], [1.0, bad], [1.5, 0.2]],
         predicted_m: vec![[0.0, 0.0], [1.0, 0.51], [1.5, 0.25]],
@@ -102,8 +104,7 @@ fn drawn_of(
     let paths = [path, ends];
     let drift = Drift { aspect: Aspect::Turn, per_m: 0.002, sigma: 0.0005 };
     let bins = (0..4).map(|k| Bin { at: f64::from(k), drift }).collect();
-    let curve =
-        Curve { regressor: "speed", axis: "speed in m/s", aspect: Aspect::Turn, bins, chi: 4.0 };
+    let curve = Curve { axis: Axis::Speed, aspect: Aspect::Turn, bins, chi: 4.0 };
     let subject = Subject {
         robot,
         campaign: "my robot",
@@ -191,7 +192,7 @@ fn a_run_of_which_the_ends_were_measured_has_its_way_by_the_model_and_two_dots()
 fn a_place_that_is_named_is_drawn_on_the_floor() {
     assert!(!html("Bee", false).contains("aria-label=\"The floor"));
     let mut answer = answer();
-    answer.unexplained.depends_on = vec!["place"];
+    answer.unexplained.depends_on = vec![Regressor::Place];
     answer.unexplained.place_m = Some([0.6, -0.22]);
     let seen = |x_m: f64, gain: f64| PlaceSeen { at_m: [x_m, -0.3], gain };
     answer.unexplained.places = vec![seen(0.6, 200.0), seen(0.9, 20.0), seen(-3.0, -1.0)];

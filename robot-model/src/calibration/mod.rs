@@ -17,4 +17,4 @@ pub mod wheel_weight;
 
 pub use out_and_back::{Leg, OutAndBack, Shared, Verdict};
 pub use track_fit::{FitOptions, Track, TrackFit, TrackSample, WheelAngles, fit_track};
-pub use wheel_weight::{Advice, Contribution, Deviation, Experiment, Source, WheelWeight};
+pub use wheel_weight::{Action, Advice, Contribution, Deviation, Experiment, Source, WheelWeight};

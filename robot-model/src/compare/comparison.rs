@@ -1,16 +1,15 @@
 //! A campaign with its noise, compared with a model.
 
-use serde::Serialize;
-
 use super::curve::{self, Curve};
 use super::driven::{self, Path, RunCompared};
-use super::finding;
+use super::finding::{Finding, finding};
 use super::regime::{self, Question};
 use super::rms::Rms;
 
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
+use crate::effect::net_change::{NetChange, net_change};
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::held_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
@@ -27,16 +26,15 @@ pub struct Assumed<'a> {
 }
 
 /// The whole comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// The main finding, one or two sentences.
-    pub finding: String,
+    /// The main finding.
+    pub finding: Finding,
     /// Distance between predicted and measured places, over all runs but those kept aside \[m\].
     pub position_m: Rms,
     /// Between headings \[rad\].
     pub heading_rad: Rms,
     /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
-    #[serde(rename = "aside")]
     pub held_out: Option<[Rms; 2]>,
     /// Each run; those kept aside come last.
     pub runs: Vec<RunCompared>,
@@ -88,7 +86,7 @@ impl Comparer {
         let held_out = (!apart.is_empty()).then(|| driven::overall(&apart));
         runs.extend(apart);
         let regimes = regime::questions(&self.prepared, &terms, &self.noise);
-        let finding = finding::sentence(model.is_empty(), &position_m, &heading_rad, &regimes);
+        let finding = finding(model.is_empty(), &position_m, &heading_rad, &regimes);
         Comparison { finding, position_m, heading_rad, held_out, runs, regimes }
     }
 
@@ -103,9 +101,9 @@ impl Comparer {
         curve::curves(&self.prepared, &terms(model), &self.noise)
     }
 
-    /// What an effect does in these runs in all, in one plain number: "8.1 mrad of turn per metre".
-    pub fn combination(&self, effect: &Assumed<'_>) -> Option<String> {
-        crate::effect::net_change::describe(&self.prepared, &terms(std::slice::from_ref(effect))[0])
+    /// What an effect does in these runs in all, in one plain number, if one says most of it.
+    pub fn net_change(&self, effect: &Assumed<'_>) -> Option<NetChange> {
+        net_change(&self.prepared, &terms(std::slice::from_ref(effect))[0])
     }
 }
 

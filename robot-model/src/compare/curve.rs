@@ -2,14 +2,13 @@
 
 use core::f64::consts::TAU;
 
-use serde::Serialize;
-
 use super::regime::{moving, rim_mps};
 use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
+use crate::residuals::regressor::Regressor;
 
 /// Bins of a regressor that goes round.
 const BINS_ROUND: usize = 8;
@@ -17,12 +16,10 @@ const BINS_ROUND: usize = 8;
 const BINS: usize = 9;
 
 /// What is left of one aspect, against one regressor.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Which; by the name that it has in what stays unexplained.
-    pub regressor: &'static str,
     /// What stands on the axis.
-    pub axis: &'static str,
+    pub axis: Axis,
     /// Of what the error is shown.
     pub aspect: Aspect,
     /// From low to high.
@@ -32,7 +29,7 @@ pub struct Curve {
 }
 
 /// One bin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin {
     /// Middle of the regressor in it.
     pub at: f64,
@@ -40,80 +37,90 @@ pub struct Bin {
     pub drift: Drift,
 }
 
-struct Regressor {
-    name: &'static str,
-    axis: &'static str,
-    round: bool,
-    of: fn(&Step) -> Option<f64>,
+/// What a curve is drawn against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Speed of the middle \[m/s\].
+    Speed,
+    /// Turn rate \[rad/s\].
+    TurnRate,
+    /// Speeding up of the middle, whichever way it drives \[m/s^2\].
+    Acceleration,
+    /// Speed of the faster rim \[m/s\].
+    RimSpeed,
+    /// Heading \[rad\].
+    Heading,
+    /// Angle of the left wheel \[rad\].
+    LeftWheelAngle,
+    /// Angle of the right wheel \[rad\].
+    RightWheelAngle,
+    /// Way since the last reversal \[m\].
+    SinceReversal,
+    /// Time in the run \[s\].
+    TimeInRun,
+    /// Time in the campaign \[s\].
+    TimeInCampaign,
 }
 
-static REGRESSORS: [Regressor; 10] = [
-    Regressor { name: "speed", axis: "speed in m/s", round: false, of: |it| Some(it.speed_mps()) },
-    Regressor {
-        name: "turn rate",
-        axis: "turn rate in rad/s",
-        round: false,
-        of: |it| Some(it.turn_rate_rad_s()),
-    },
-    Regressor {
-        name: "acceleration",
-        axis: "speeding up of the middle in m/s\u{b2}",
-        round: false,
-        of: |it| Some(it.wheel_accel_mps2.mean() * it.speed_mps().signum()),
-    },
-    Regressor {
-        name: "wheel speed",
-        axis: "speed of the faster rim in m/s",
-        round: false,
-        of: |it| Some(rim_mps(it)),
-    },
-    Regressor {
-        name: "heading",
-        axis: "heading in degrees",
-        round: true,
-        of: |it| Some(it.heading_rad),
-    },
-    Regressor {
-        name: "wheel angle",
-        axis: "angle of the left wheel in degrees",
-        round: true,
-        of: |it| Some(it.phi_rad.left + it.dphi_rad.left / 2.0),
-    },
-    Regressor {
-        name: "wheel angle",
-        axis: "angle of the right wheel in degrees",
-        round: true,
-        of: |it| Some(it.phi_rad.right + it.dphi_rad.right / 2.0),
-    },
-    Regressor {
-        name: "distance since reversal",
-        axis: "way since the last reversal in m",
-        round: false,
-        of: |it| it.since_reversal_m,
-    },
-    Regressor {
-        name: "time in the run",
-        axis: "time in the run in s",
-        round: false,
-        of: |it| Some(it.t_s),
-    },
-    Regressor {
-        name: "time in the campaign",
-        axis: "time in the campaign in s",
-        round: false,
-        of: |it| Some(it.clock_s),
-    },
-];
+impl Axis {
+    const ALL: [Self; 10] = [
+        Self::Speed,
+        Self::TurnRate,
+        Self::Acceleration,
+        Self::RimSpeed,
+        Self::Heading,
+        Self::LeftWheelAngle,
+        Self::RightWheelAngle,
+        Self::SinceReversal,
+        Self::TimeInRun,
+        Self::TimeInCampaign,
+    ];
+
+    /// What it is called in what stays unexplained.
+    pub const fn regressor(self) -> Regressor {
+        match self {
+            Self::Speed => Regressor::Speed,
+            Self::TurnRate => Regressor::TurnRate,
+            Self::Acceleration => Regressor::Acceleration,
+            Self::RimSpeed => Regressor::WheelSpeed,
+            Self::Heading => Regressor::Heading,
+            Self::LeftWheelAngle | Self::RightWheelAngle => Regressor::WheelAngle,
+            Self::SinceReversal => Regressor::SinceReversal,
+            Self::TimeInRun => Regressor::TimeInRun,
+            Self::TimeInCampaign => Regressor::TimeInCampaign,
+        }
+    }
+
+    /// Whether it goes round.
+    const fn is_round(self) -> bool {
+        matches!(self, Self::Heading | Self::LeftWheelAngle | Self::RightWheelAngle)
+    }
+
+    fn of(self, step: &Step) -> Option<f64> {
+        match self {
+            Self::Speed => Some(step.speed_mps()),
+            Self::TurnRate => Some(step.turn_rate_rad_s()),
+            Self::Acceleration => Some(step.wheel_accel_mps2.mean() * step.speed_mps().signum()),
+            Self::RimSpeed => Some(rim_mps(step)),
+            Self::Heading => Some(step.heading_rad),
+            Self::LeftWheelAngle => Some(step.phi_rad.left + step.dphi_rad.left / 2.0),
+            Self::RightWheelAngle => Some(step.phi_rad.right + step.dphi_rad.right / 2.0),
+            Self::SinceReversal => step.since_reversal_m,
+            Self::TimeInRun => Some(step.t_s),
+            Self::TimeInCampaign => Some(step.clock_s),
+        }
+    }
+}
 
 pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Vec<Curve> {
     let tracks = tracks(prepared, terms);
     let mut curves = Vec::new();
-    for regressor in &REGRESSORS {
+    for axis in Axis::ALL {
         let value = |step: &Step| {
-            let it = (regressor.of)(step).filter(|_| moving(step))?;
-            Some(if regressor.round { it.rem_euclid(TAU) } else { it })
+            let it = axis.of(step).filter(|_| moving(step))?;
+            Some(if axis.is_round() { it.rem_euclid(TAU) } else { it })
         };
-        let edges = if regressor.round {
+        let edges = if axis.is_round() {
             (1..BINS_ROUND).map(|k| k as f64 * TAU / BINS_ROUND as f64).collect()
         } else {
             quantiles(prepared, &value)
@@ -132,7 +139,7 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
                 found[label].push(stretch);
             }
         }
-        let scale = if regressor.round { 360.0 / TAU } else { 1.0 };
+        let scale = if axis.is_round() { 360.0 / TAU } else { 1.0 };
         let by_aspect = Aspect::ALL.map(|aspect| {
             let bins: Vec<Bin> = found
                 .iter()
@@ -146,7 +153,7 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
                 .collect();
             let squares: f64 = bins.iter().map(|it| it.drift.sigmas().powi(2)).sum();
             let chi = (squares / (bins.len() as f64).max(1.0)).sqrt();
-            Curve { regressor: regressor.name, axis: regressor.axis, aspect, bins, chi }
+            Curve { axis, aspect, bins, chi }
         });
         curves.extend(by_aspect.into_iter().filter(|it| it.bins.len() > 2));
     }

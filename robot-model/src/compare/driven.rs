@@ -1,8 +1,6 @@
 //! Whole runs, driven blindly by the model from the start that suits it best, and what noise alone
 //! would have made of them.
 
-use serde::Serialize;
-
 use super::rms::Rms;
 use super::stretch::tracks;
 use crate::effect::composition::Term;
@@ -15,6 +13,7 @@ use crate::numeric::random::Random;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
 use crate::recording::run::PoseMeasurement;
+use crate::recording::run_kind::RunKind;
 
 /// So often each run is driven with made-up noise.
 const DRAWS: usize = 100;
@@ -24,12 +23,12 @@ const HIGH: usize = 98;
 const SIGHTS_MAX: usize = 200;
 
 /// One run, predicted and measured.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunCompared {
     /// Its name.
     pub name: String,
     /// Its kind.
-    pub kind: String,
+    pub kind: RunKind,
     /// Whether it is kept aside: nothing is fitted to it, and it counts in no other figure.
     pub held_out: bool,
     /// How long the path is, forwards and backwards \[m\].
@@ -44,8 +43,7 @@ pub struct RunCompared {
     pub heading_rad: Option<Rms>,
     /// Distance at the last measurement of the place \[m\].
     pub end_m: Option<f64>,
-    #[serde(skip)]
-    sums: NormalEquations,
+    sums: Sums,
 }
 
 /// A predicted and a measured path, to be drawn.
@@ -54,7 +52,7 @@ pub struct Path {
     /// Name of the run.
     pub run: String,
     /// Its kind.
-    pub kind: String,
+    pub kind: RunKind,
     /// Whether it is kept aside.
     pub held_out: bool,
     /// Where it was seen \[m\].
@@ -98,7 +96,7 @@ fn way(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<Pose> {
 
 /// Squares of one run, and of each of its drawn twins: sums and counts, place and heading.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct NormalEquations {
+struct Sums {
     measured: Squares,
     drawn: Vec<Squares>,
 }
@@ -167,11 +165,11 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
         })
         .collect();
     let steps = &run.motion.steps;
-    let sums = NormalEquations { measured, drawn };
+    let sums = Sums { measured, drawn };
     let [position, heading] = rms(std::slice::from_ref(&&sums));
     RunCompared {
         name: run.recording.name.clone(),
-        kind: run.kind.to_string(),
+        kind: run.kind,
         held_out: run.recording.held_out,
         path_m: steps.iter().map(|it| it.travel_m().abs()).sum(),
         turned_rad: steps.iter().map(|it| it.turn_rad().abs()).sum(),
@@ -188,11 +186,11 @@ pub(super) fn overall(runs: &[RunCompared]) -> [Rms; 2] {
     rms(&runs.iter().map(|it| &it.sums).collect::<Vec<_>>())
 }
 
-fn rms(runs: &[&NormalEquations]) -> [Rms; 2] {
+fn rms(runs: &[&Sums]) -> [Rms; 2] {
     core::array::from_fn(|i| {
         // Each run's twins have fewer measurements than itself, so they are weighed by its own.
         let count: f64 = runs.iter().map(|it| it.measured.count[i]).sum();
-        let root = |of: &dyn Fn(&NormalEquations) -> f64| {
+        let root = |of: &dyn Fn(&Sums) -> f64| {
             let sum: f64 = runs.iter().map(|it| it.measured.count[i] * of(it)).sum();
             (sum / count.max(1.0)).sqrt()
         };
@@ -273,7 +271,7 @@ pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoi
             let (measured_m, predicted): (Vec<_>, Vec<_>) = both.unzip();
             Path {
                 run: run.recording.name.clone(),
-                kind: run.kind.to_string(),
+                kind: run.kind,
                 held_out: run.recording.held_out,
                 measured_m,
                 predicted_m: predicted

@@ -34,8 +34,9 @@ mod stretch;
 mod tests;
 
 pub use comparison::{Assumed, Comparer, Comparison};
-pub use curve::{Bin, Curve};
+pub use curve::{Axis, Bin, Curve};
 pub use driven::{Path, RunCompared};
-pub use regime::{Cell, Question};
+pub use finding::{Extent, Finding, Worst};
+pub use regime::{Cell, Label, Question, Regime};
 pub use rms::Rms;
 pub use stretch::{Aspect, Drift};

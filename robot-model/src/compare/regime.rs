@@ -2,8 +2,6 @@
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
-use serde::Serialize;
-
 use super::rms::Rms;
 use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
@@ -11,6 +9,7 @@ use crate::estimation::odometry_noise::OdometryNoise;
 use crate::numeric::distributions::chi_squared;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
+use crate::recording::run_kind::RunKind;
 
 /// Slower than this is rest \[m/s, of a rim\].
 const MOVING_MPS: f64 = 0.01;
@@ -30,19 +29,78 @@ const FALSE_ALARM: f64 = 0.01;
 const DRIFT_SIGMAS: f64 = 4.0;
 
 /// One thing that the error might depend on.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Question {
-    /// What it is: "run kind", "speed".
-    pub name: &'static str,
+    /// What it is.
+    pub regime: Regime,
     /// Its values.
     pub cells: Vec<Cell>,
 }
 
+/// What the error might depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Regime {
+    /// The kind of run.
+    RunKind,
+    /// Straight, in an arc, on the spot.
+    Path,
+    /// Speeding up or cruising.
+    RampOrCruise,
+    /// Forward or backward.
+    TravelDirection,
+    /// To the left or to the right.
+    TurnDirection,
+    /// Speed of the faster rim.
+    Speed,
+    /// Heading.
+    Heading,
+    /// Angle of the left wheel.
+    LeftWheelAngle,
+    /// Angle of the right wheel.
+    RightWheelAngle,
+}
+
+/// A kind of stretches, within a regime.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Label {
+    /// In runs of this kind.
+    Kind(RunKind),
+    /// Straight.
+    Straight,
+    /// In an arc.
+    Arc,
+    /// On the spot.
+    OnTheSpot,
+    /// Speeding up or slowing down.
+    Ramp,
+    /// At a speed that stays.
+    Cruise,
+    /// Forward.
+    Forward,
+    /// Backward.
+    Backward,
+    /// To the left.
+    Left,
+    /// To the right.
+    Right,
+    /// At speeds between these \[m/s\]; `None` without a bound.
+    Speed {
+        /// Above this.
+        above: Option<f64>,
+        /// Up to this.
+        to: Option<f64>,
+    },
+    /// At headings nearest to this one \[deg\].
+    Facing(u16),
+    /// Within a quarter turn from this angle on \[deg\].
+    Quadrant(u16),
+}
+
 /// All stretches of one kind.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Of which kind: "spin", "0.1 to 0.2 m/s".
-    pub name: String,
+    /// Of which kind.
+    pub label: Label,
     /// How many runs have such stretches.
     pub runs: usize,
     /// How many there are.
@@ -74,10 +132,10 @@ impl Cell {
 /// Which label a step has, if any.
 type Sorter<'a> = Box<dyn Fn(&PreparedRun, &Step) -> Option<usize> + 'a>;
 
-/// The labels of a question: their names, and which one a step has.
+/// The labels of a regime, and which one a step has.
 struct Labels<'a> {
-    name: &'static str,
-    names: Vec<String>,
+    regime: Regime,
+    labels: Vec<Label>,
     of: Sorter<'a>,
 }
 
@@ -91,7 +149,7 @@ pub(super) fn questions(
     labels(prepared)
         .into_iter()
         .filter_map(|labels| {
-            let mut found: Vec<Vec<Stretch>> = vec![Vec::new(); labels.names.len()];
+            let mut found: Vec<Vec<Stretch>> = vec![Vec::new(); labels.labels.len()];
             for (index, (run, track)) in prepared.runs.iter().zip(&tracks).enumerate() {
                 let label = |k: usize| (labels.of)(run, &run.motion.steps[k]);
                 for (label, stretch) in stretches(index, run, track, noise, label) {
@@ -100,20 +158,20 @@ pub(super) fn questions(
             }
             let there = found.iter().filter(|it| !it.is_empty()).count();
             let cells: Vec<Cell> = labels
-                .names
+                .labels
                 .into_iter()
                 .zip(&found)
                 .filter(|(_, stretches)| !stretches.is_empty())
-                .map(|(name, stretches)| cell(name, stretches, there))
+                .map(|(label, stretches)| cell(label, stretches, there))
                 .collect();
             // One cell alone answers no question, but for the kinds of runs.
-            let tells = cells.len() > 1 || (labels.name == "run kind" && !cells.is_empty());
-            tells.then_some(Question { name: labels.name, cells })
+            let tells = cells.len() > 1 || (labels.regime == Regime::RunKind && !cells.is_empty());
+            tells.then_some(Question { regime: labels.regime, cells })
         })
         .collect()
 }
 
-fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
+fn cell(label: Label, found: &[Stretch], cells: usize) -> Cell {
     let n = found.len() as f64;
     let mean = |of: &dyn Fn(&Stretch) -> f64| found.iter().map(of).sum::<f64>() / n;
     let rms = |parts: &[usize]| {
@@ -138,7 +196,7 @@ fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
     let steady = drifts.iter().any(|it| it.sigmas() > DRIFT_SIGMAS);
     let scattered = chi_squared(3 * found.len(), excess) * (cells as f64) < FALSE_ALARM;
     Cell {
-        name,
+        label,
         runs: runs.len(),
         stretches: found.len(),
         rolled_m: mean(&|it| it.rolled_m),
@@ -158,7 +216,7 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
     let mut kinds: Vec<_> = prepared.runs.iter().map(|it| it.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let kind_names = kinds.iter().map(ToString::to_string).collect();
+    let kind_labels = kinds.iter().copied().map(Label::Kind).collect();
     let fastest: Vec<f64> = prepared
         .runs
         .iter()
@@ -172,32 +230,31 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
     };
     let quadrant =
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
-    let of = |name, names: &[&str], of: Sorter<'static>| Labels {
-        name,
-        names: names.iter().map(|it| (*it).to_owned()).collect(),
+    let of = |regime, labels: &[Label], of: Sorter<'static>| Labels {
+        regime,
+        labels: labels.to_vec(),
         of,
     };
-    let quarters = |what: &str| -> Vec<String> {
-        ["0 to 90", "90 to 180", "180 to 270", "270 to 360"]
-            .map(|it| format!("{what}{it} deg"))
-            .into()
-    };
+    const QUADRANTS: [Label; 4] =
+        [Label::Quadrant(0), Label::Quadrant(90), Label::Quadrant(180), Label::Quadrant(270)];
+    const FACING: [Label; 4] =
+        [Label::Facing(0), Label::Facing(90), Label::Facing(180), Label::Facing(270)];
     vec![
         Labels {
-            name: "run kind",
-            names: kind_names,
+            regime: Regime::RunKind,
+            labels: kind_labels,
             of: Box::new(move |run, step| {
                 moving(step).then(|| kinds.iter().position(|it| *it == run.kind)).flatten()
             }),
         },
         of(
-            "path",
-            &["straight", "arc", "on the spot"],
+            Regime::Path,
+            &[Label::Straight, Label::Arc, Label::OnTheSpot],
             Box::new(|_, step| moving(step).then(|| path_of(step))),
         ),
         of(
-            "ramp or cruise",
-            &["ramp", "cruise"],
+            Regime::RampOrCruise,
+            &[Label::Ramp, Label::Cruise],
             Box::new(move |_, step| {
                 let accel = step.wheel_accel_mps2.map(f64::abs);
                 let ramp = accel.left.max(accel.right) > RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * top);
@@ -205,46 +262,46 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
             }),
         ),
         of(
-            "direction of travel",
-            &["forward", "backward"],
+            Regime::TravelDirection,
+            &[Label::Forward, Label::Backward],
             Box::new(|_, step| {
                 let on_the_spot = path_of(step) == 2;
                 (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
             }),
         ),
         of(
-            "turn direction",
-            &["left", "right"],
+            Regime::TurnDirection,
+            &[Label::Left, Label::Right],
             Box::new(|_, step| {
                 let turning = path_of(step) > 0;
                 (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
             }),
         ),
         Labels {
-            name: "speed",
-            names: speed_names(&slow_and_fast),
+            regime: Regime::Speed,
+            labels: speed_labels(&slow_and_fast),
             of: Box::new(move |_, step| {
                 let speed = rim_mps(step);
                 moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
             }),
         },
         Labels {
-            name: "heading",
-            names: ["0 deg", "90 deg", "180 deg", "270 deg"].map(|it| format!("round {it}")).into(),
+            regime: Regime::Heading,
+            labels: FACING.to_vec(),
             of: Box::new(move |_, step| {
                 (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
             }),
         },
         Labels {
-            name: "left wheel's angle",
-            names: quarters(""),
+            regime: Regime::LeftWheelAngle,
+            labels: QUADRANTS.to_vec(),
             of: Box::new(move |_, step| {
                 moving(step).then(|| quadrant(step.phi_rad.left + step.dphi_rad.left / 2.0))
             }),
         },
         Labels {
-            name: "right wheel's angle",
-            names: quarters(""),
+            regime: Regime::RightWheelAngle,
+            labels: QUADRANTS.to_vec(),
             of: Box::new(move |_, step| {
                 moving(step).then(|| quadrant(step.phi_rad.right + step.dphi_rad.right / 2.0))
             }),
@@ -289,15 +346,10 @@ fn quantile_edges(prepared: &Prepared) -> Vec<f64> {
     edges
 }
 
-fn speed_names(edges: &[f64]) -> Vec<String> {
-    let mut names = Vec::new();
-    for k in 0..=edges.len() {
-        names.push(match (k.checked_sub(1).map(|i| edges[i]), edges.get(k)) {
-            (None, None) => "all".to_owned(),
-            (None, Some(high)) => format!("below {high:.2} m/s"),
-            (Some(low), Some(high)) => format!("{low:.2} to {high:.2} m/s"),
-            (Some(low), None) => format!("above {low:.2} m/s"),
-        });
-    }
-    names
+fn speed_labels(edges: &[f64]) -> Vec<Label> {
+    let between = |k: usize| Label::Speed {
+        above: k.checked_sub(1).map(|below| edges[below]),
+        to: edges.get(k).copied(),
+    };
+    (0..=edges.len()).map(between).collect()
 }

@@ -1,9 +1,7 @@
 //! A root mean square beside what noise alone gives.
 
-use serde::Serialize;
-
 /// A root mean square, beside what noise alone gives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rms {
     /// As measured.
     pub rms: f64,

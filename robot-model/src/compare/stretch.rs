@@ -12,8 +12,6 @@
 //! u is how well the heading is known along the stretch: the measured heading at its start, and what
 //! wanders since, which acts on a third of the way on average.
 
-use serde::Serialize;
-
 use crate::effect::composition::Term;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::{Track, open_loop_as_seen};
@@ -43,8 +41,7 @@ pub(super) struct Stretch {
 }
 
 /// What a systematic error is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
     /// Along the path, too far is positive.
     Ahead,
@@ -59,7 +56,7 @@ impl Aspect {
 }
 
 /// What is the same in all stretches, per metre that the rims roll.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Of what.
     pub aspect: Aspect,

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::effect::composition::Term;
+use crate::effect::{NetChange, Ways};
+use crate::recording::RunKind;
 use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
 fn compared(truth: &[Term<'static>], model: &[Assumed<'_>], seed: u64) -> Comparison {
@@ -13,45 +15,53 @@ fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
     Assumed { effect: crate::effect::find(id).unwrap(), values: values.into() }
 }
 
-fn cell<'a>(comparison: &'a Comparison, question: &str, name: &str) -> &'a Cell {
-    let question = comparison.regimes.iter().find(|it| it.name == question).unwrap();
-    question.cells.iter().find(|it| it.name == name).unwrap()
+fn cell(comparison: &Comparison, regime: Regime, label: Label) -> &Cell {
+    let question = comparison.regimes.iter().find(|it| it.regime == regime).unwrap();
+    question.cells.iter().find(|it| it.label == label).unwrap()
 }
 
 #[test]
 fn a_perfect_robot_is_noise_everywhere() {
     for seed in 300..303 {
         let it = compared(&[], &[], seed);
-        assert!(!it.position_m.beyond_noise() && !it.heading_rad.beyond_noise(), "{}", it.finding);
+        assert!(
+            !it.position_m.beyond_noise() && !it.heading_rad.beyond_noise(),
+            "{:?}",
+            it.finding
+        );
         // What noise gives is found to what the 15 runs of a campaign scatter by.
         assert!((0.7..1.3).contains(&(it.position_m.rms / it.position_m.noise)), "{it:?}");
         for question in &it.regimes {
             for cell in &question.cells {
-                assert!(!cell.beyond_noise, "{}: {cell:?}", question.name);
+                assert!(!cell.beyond_noise, "{:?}: {cell:?}", question.regime);
                 // Three numbers a stretch, and some hundred cells in all: four sigma.
                 let four_sigma = 4.0 / (6.0 * cell.stretches as f64).sqrt();
-                assert!((cell.chi - 1.0).abs() < 0.1 + four_sigma, "{}: {cell:?}", question.name);
+                assert!(
+                    (cell.chi - 1.0).abs() < 0.1 + four_sigma,
+                    "{:?}: {cell:?}",
+                    question.regime
+                );
             }
         }
-        assert!(it.finding.contains("which is what noise alone would give"), "{}", it.finding);
+        assert_eq!((it.finding.extent, it.finding.worst), (Extent::Noise, None));
     }
 }
 
 #[test]
 fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
     let ratio = compared(&[term("wheel_radius_ratio", &[0.01])], &[], 1);
-    let turn = |it: &Comparison, name: &str| {
-        let drift = cell(it, "direction of travel", name).drifts[Aspect::Turn as usize];
-        assert!(drift.sigmas() > 4.0, "{name}: {drift:?}");
+    let turn = |it: &Comparison, label: Label| {
+        let drift = cell(it, Regime::TravelDirection, label).drifts[Aspect::Turn as usize];
+        assert!(drift.sigmas() > 4.0, "{label:?}: {drift:?}");
         drift.per_m
     };
     // R (1 +- rho/2): rho / b for each metre, here 0.01 / 0.372 m; the arcs drive forwards alone.
-    let (ahead, back) = (turn(&ratio, "forward"), turn(&ratio, "backward"));
+    let (ahead, back) = (turn(&ratio, Label::Forward), turn(&ratio, Label::Backward));
     assert!((ahead - 0.0269).abs() < 0.003 && (back + 0.0269).abs() < 0.003, "{ahead} {back}");
     assert!(ratio.position_m.beyond_noise() && ratio.heading_rad.beyond_noise());
-    assert!(ratio.finding.contains("times what noise would give"), "{}", ratio.finding);
+    assert!(matches!(ratio.finding.extent, Extent::Beyond(_)), "{:?}", ratio.finding);
     let pull = compared(&[term("heading_pull", &[0.03])], &[], 1);
-    assert!(turn(&pull, "forward") > 0.0 && turn(&pull, "backward") > 0.0);
+    assert!(turn(&pull, Label::Forward) > 0.0 && turn(&pull, Label::Backward) > 0.0);
 }
 
 #[test]
@@ -59,11 +69,11 @@ fn what_the_model_knows_is_no_longer_an_error() {
     let truth = [term("side_slip", &[0.05])];
     let before = compared(&truth, &[], 2);
     let after = compared(&truth, &[assumed("side_slip", &[0.05])], 2);
-    let arc = |it: &Comparison| cell(it, "run kind", "arc").clone();
+    let arc = |it: &Comparison| cell(it, Regime::RunKind, Label::Kind(RunKind::Arc)).clone();
     assert!(arc(&before).beyond_noise && !arc(&after).beyond_noise);
-    assert!(!after.position_m.beyond_noise(), "{}", after.finding);
+    assert!(!after.position_m.beyond_noise(), "{:?}", after.finding);
     // To the outside: in turns to the left, to the right; as arcs differ in speed, so do they in slip.
-    let left = cell(&before, "turn direction", "left").drifts[Aspect::Left as usize];
+    let left = cell(&before, Regime::TurnDirection, Label::Left).drifts[Aspect::Left as usize];
     assert!(left.per_m < 0.0 && left.sigmas() > 2.0, "{left:?}");
 }
 
@@ -76,7 +86,7 @@ fn a_curve_shows_the_shape_of_what_is_left() {
         it.unwrap()
     };
     let before = worst(comparer.curves(&[]));
-    assert_eq!(before.axis, "angle of the left wheel in degrees", "{before:?}");
+    assert_eq!(before.axis, Axis::LeftWheelAngle, "{before:?}");
     let after = worst(comparer.curves(&[assumed("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])]));
     assert!(after.chi < before.chi / 2.0, "{} {}", after.chi, before.chi);
 }
@@ -84,16 +94,28 @@ fn a_curve_shows_the_shape_of_what_is_left() {
 #[test]
 fn what_a_class_has_in_common_is_one_plain_number() {
     let comparer = Comparer::new(&campaign(&full_plan(), &[], 1), &[]).unwrap();
-    for (id, values, text) in [
-        ("heading_pull", &[0.008][..], "8.00 mrad of turn to the left per metre, forwards and"),
-        ("wheel_radius_ratio", &[-0.00372], "10.00 mrad of turn to the right per metre forwards"),
-        ("track_width", &[0.02], "1.96 % less turn than the wheels tell"),
-        ("wheel_radius_scale", &[0.005], "0.50 % more travel"),
+    let turn = |rad_per_m, on| NetChange::TurnPerMetre { rad_per_m, on };
+    for (id, values, expected) in [
+        ("heading_pull", &[0.008][..], turn(0.008, Ways::Both)),
+        ("wheel_radius_ratio", &[-0.00372], turn(-0.01, Ways::Opposite)),
+        ("track_width", &[0.02], NetChange::TurnShare(-0.0196)),
+        ("wheel_radius_scale", &[0.005], NetChange::TravelShare(0.005)),
     ] {
-        let said = comparer.combination(&assumed(id, values)).unwrap();
-        assert!(said.starts_with(text), "{id}: {said}");
+        use NetChange as N;
+        let found = comparer.net_change(&assumed(id, values)).unwrap();
+        let (a, b) = match (found, expected) {
+            (N::TurnPerMetre { rad_per_m: a, on: here }, N::TurnPerMetre { rad_per_m: b, on })
+                if here == on =>
+            {
+                (a, b)
+            }
+            (N::TurnShare(a), N::TurnShare(b)) | (N::TravelShare(a), N::TravelShare(b)) => (a, b),
+            _ => panic!("{id}: {found:?}"),
+        };
+        // To the digits that are told.
+        assert!((a - b).abs() < 5e-5, "{id}: {found:?}");
     }
-    assert_eq!(comparer.combination(&assumed("heading_pull", &[0.0])), None);
+    assert_eq!(comparer.net_change(&assumed("heading_pull", &[0.0])), None);
 }
 
 #[test]

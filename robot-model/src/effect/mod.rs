@@ -40,3 +40,4 @@ pub use definition::{
     ActsOn, Change, Effect, Facts, FirmwareTerm, Group, Memory, Need, Parameter, Role, View,
 };
 pub use known::KnownEffect;
+pub use net_change::{NetChange, Ways};

@@ -12,6 +12,37 @@
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::recording::campaign::Prepared;
 
+/// What an effect comes to, in one number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NetChange {
+    /// It turns the robot along the way \[rad/m\], to the left positive.
+    TurnPerMetre {
+        /// How much, driving forwards; backwards where the runs went only that way.
+        rad_per_m: f64,
+        /// On which ways.
+        on: Ways,
+    },
+    /// It turns the robot by a share of what the wheels tell.
+    TurnShare(f64),
+    /// It moves the robot by a share of what the wheels tell.
+    TravelShare(f64),
+    /// It moves the robot sideways along the way \[m/m\], to the left positive.
+    SidewaysPerMetre(f64),
+}
+
+/// On which ways a robot is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ways {
+    /// Forwards; it hardly went backwards.
+    Forwards,
+    /// Backwards; it hardly went forwards.
+    Backwards,
+    /// The same way round forwards and backwards.
+    Both,
+    /// The opposite way round backwards.
+    Opposite,
+}
+
 /// The part of an effect's work that one number has to say.
 const SAYS_MOST: f64 = 0.6;
 
@@ -41,7 +72,8 @@ impl Line {
     }
 }
 
-pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
+/// What a term comes to in these runs, if one number says most of it.
+pub(crate) fn net_change(prepared: &Prepared, term: &Term<'_>) -> Option<NetChange> {
     let mut lines = [Line::default(); 5];
     let mut all = 0.0;
     let (mut forwards_m, mut backwards_m) = (0.0, 0.0);
@@ -71,25 +103,20 @@ pub(crate) fn describe(prepared: &Prepared, term: &Term<'_>) -> Option<String> {
         return None;
     }
     let slope = lines[best].slope();
-    let side = if slope > 0.0 { "left" } else { "right" };
-    let more = if slope > 0.0 { "more" } else { "less" };
-    let mrad_per_m = (slope * 2.0 / track_m * 1e3).abs();
+    let rad_per_m = slope * 2.0 / track_m;
     let one_way = forwards_m.min(backwards_m) < ONE_WAY * forwards_m.max(backwards_m);
+    let forwards = forwards_m > backwards_m;
     Some(match best {
         0 | 1 if one_way => {
-            let way = if forwards_m > backwards_m { "forwards" } else { "backwards" };
-            let side =
-                if (slope > 0.0) == (best == 0 || way == "forwards") { "left" } else { "right" };
-            format!("{mrad_per_m:.2} mrad of turn to the {side} per metre {way}")
+            let on = if forwards { Ways::Forwards } else { Ways::Backwards };
+            // In proportion to ds, driving backwards turns it the other way round.
+            let rad_per_m = if best == 0 || forwards { rad_per_m } else { -rad_per_m };
+            NetChange::TurnPerMetre { rad_per_m, on }
         }
-        0 => {
-            format!("{mrad_per_m:.2} mrad of turn to the {side} per metre, forwards and backwards")
-        }
-        1 => format!(
-            "{mrad_per_m:.2} mrad of turn to the {side} per metre forwards, the opposite backwards"
-        ),
-        2 => format!("{:.2} % {more} turn than the wheels tell", 100.0 * slope.abs()),
-        3 => format!("{:.2} % {more} travel than the wheels tell", 100.0 * slope.abs()),
-        _ => format!("{:.1} mm to the {side} per metre", 1e3 * slope.abs()),
+        0 => NetChange::TurnPerMetre { rad_per_m, on: Ways::Both },
+        1 => NetChange::TurnPerMetre { rad_per_m, on: Ways::Opposite },
+        2 => NetChange::TurnShare(slope),
+        3 => NetChange::TravelShare(slope),
+        _ => NetChange::SidewaysPerMetre(slope),
     })
 }

@@ -3,8 +3,6 @@
 
 use nalgebra::DVector;
 
-use serde::Serialize;
-
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::moved_within_range;
 use crate::estimation::normal_equations::CampaignEquations;
@@ -14,17 +12,16 @@ use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 
 /// Errors on the runs fitted to, and on runs held out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPair {
     /// Fitted to all runs.
     pub train: Errors,
     /// Each run predicted by a fit to all others.
-    #[serde(rename = "heldout")]
     pub cross_validated: Errors,
 }
 
 /// How far predicted and measured tracks lie apart.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Root of the mean squared distance, from the best start \[m\].
     pub position_rms_m: f64,

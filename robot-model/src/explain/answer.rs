@@ -1,30 +1,26 @@
-//! What `explain` answers, in the shape of its JSON (schema 1).
+//! What `explain` answers: verdicts and numbers.
 
-use serde::Serialize;
-
+use crate::effect::definition::Need;
 use crate::estimation::errors::{ErrorPair, Errors};
+use crate::recording::run_kind::RunKind;
 use crate::residuals::unexplained::Unexplained;
 
 /// The whole answer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// Version of this shape.
-    pub schema: u32,
-    /// Effects that the user's model has already and these runs bear out; not part of the JSON.
-    #[serde(skip)]
+    /// Effects that the user's model has already and these runs bear out.
     pub known: Vec<StepFound>,
     /// The nominal robot; with the known effects, where there are any.
     pub baseline: ErrorPair,
     /// Effects found, in order of evidence; each with the errors once it and those before it are in.
     pub steps: Vec<StepFound>,
-    /// Effects looked at and not believed.
+    /// Effects tested and not believed.
     pub rejected: Vec<Rejected>,
     /// What is left over.
     pub unexplained: Unexplained,
     /// The cheapest run that would tell more.
     pub next_run: Option<NextRun>,
-    /// What it comes to on the runs kept aside, if there are any; no part of the JSON.
-    #[serde(skip)]
+    /// What it comes to on the runs kept aside, if there are any.
     pub held_out: Option<HeldOut>,
 }
 
@@ -34,7 +30,7 @@ pub struct HeldOut {
     /// How many runs.
     pub runs: usize,
     /// Their kinds, each once, in the order of the campaign.
-    pub kinds: Vec<String>,
+    pub kinds: Vec<RunKind>,
     /// Of the nominal robot; with the known effects, where there are any.
     pub baseline: Errors,
     /// Of the model, fitted to all other runs.
@@ -42,7 +38,7 @@ pub struct HeldOut {
 }
 
 /// One effect found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StepFound {
     /// Its id.
     pub effect: String,
@@ -52,17 +48,28 @@ pub struct StepFound {
     pub parameters: Vec<ParameterFound>,
     /// Errors on the runs fitted to.
     pub train: Errors,
-    /// Errors on runs held out.
-    #[serde(rename = "heldout")]
+    /// Errors on runs that were predicted by a fit to the others.
     pub cross_validated: Errors,
     /// By chance at least as much gain, given all other effects.
     pub p_value: f64,
     /// Why it is believed.
-    pub why: String,
+    pub why: Why,
+}
+
+/// Why an effect is believed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Why {
+    /// What it looks like in what is left over without it, from its facts.
+    pub signature: String,
+    /// By how much -2 log likelihood falls on runs that were predicted by a fit to the others; where one run alone
+    /// shows it, on that run.
+    pub gain: f64,
+    /// One run alone shows it.
+    pub one_run_alone: bool,
 }
 
 /// One parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ParameterFound {
     /// Its name.
     pub name: String,
@@ -79,34 +86,159 @@ pub struct ParameterFound {
 }
 
 /// One effect not believed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
     /// Its id.
     pub effect: String,
     /// Why not.
-    pub reason: String,
-    /// Errors on runs held out, were it added.
-    #[serde(rename = "heldout")]
+    pub reason: Reason,
+    /// Errors on runs that were predicted by a fit to the others, were it added.
     pub cross_validated: Errors,
 }
 
+/// Why an effect is not believed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// The runs lack what would show it.
+    Lacking(Need),
+    /// The runs have what it takes and do not show it.
+    NotShown {
+        /// The run that would, from its facts.
+        shown_by: String,
+    },
+    /// No robot has such a value.
+    Implausible {
+        /// Of its first parameter.
+        value: f64,
+    },
+    /// Fitted to other kinds of runs it makes a kind worse.
+    WorseKind {
+        /// Which.
+        kind: RunKind,
+        /// By how much in -2 log likelihood.
+        loss: f64,
+    },
+    /// What it does is nearly all in what the model has already.
+    InModel,
+    /// One run alone shows it, and that by no more than chance.
+    OneRunByChance {
+        /// The gain, less what chance gives.
+        gain: f64,
+    },
+    /// Runs are predicted worse with it by a fit to the others.
+    PredictsWorse {
+        /// By how much in -2 log likelihood.
+        loss: f64,
+    },
+    /// Of the runs that it touches, fewer get better than worse.
+    FewGetBetter {
+        /// How many it touches.
+        touched: usize,
+        /// How many of these get better.
+        better: usize,
+    },
+    /// Runs disagree about it.
+    RunsDisagree {
+        /// So many times more than their noise, in variance.
+        times: f64,
+        /// By chance as much gain.
+        p_value: f64,
+    },
+    /// No more than chance gives where so many effects are tested.
+    Chance {
+        /// How many.
+        tested: usize,
+        /// By chance as much gain.
+        p_value: f64,
+    },
+    /// Beside the model it makes tracks no better.
+    TracksNoBetter {
+        /// By chance as much gain.
+        p_value: f64,
+    },
+    /// Beside the model that was found it does not hold.
+    DoesNotHold {
+        /// By chance as much gain.
+        p_value: f64,
+    },
+}
+
 /// A run worth making.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NextRun {
     /// What to drive.
-    pub kind: String,
+    pub kind: PlanKind,
     /// The effects that it tells apart.
     pub separates: Vec<String>,
     /// What it would show.
-    pub why: String,
+    pub promise: Promise,
 }
 
-/// A probability with its name: `p = 0.03`, `p < 1e-99`.
-pub(crate) fn p_text(p: f64) -> String {
-    match p {
-        p if p >= 0.01 => format!("p = {p:.2}"),
-        p if p >= 0.001 => format!("p = {p:.3}"),
-        p if p > 1e-99 => format!("p = {p:.0e}"),
-        _ => "p < 1e-99".to_owned(),
+/// What a run would show about effects that nothing tells apart yet.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Promise {
+    /// The effects.
+    pub class: Vec<String>,
+    /// How many pairs of them predict tracks that lie so many sigma apart.
+    pub pairs_apart: usize,
+    /// So many.
+    pub sigmas: f64,
+    /// It takes poses along the way: so far only ends were measured.
+    pub needs_poses_along_the_way: bool,
+}
+
+impl Promise {
+    /// How many pairs there are.
+    pub fn pairs(&self) -> usize {
+        self.class.len() * self.class.len().saturating_sub(1) / 2
+    }
+}
+
+/// Runs that may be suggested, cheapest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PlanKind {
+    /// One straight.
+    Straight,
+    /// Out and back.
+    OutAndBack,
+    /// A spin to the left and one to the right.
+    SpinsBothWays,
+    /// Six times out and back, short.
+    ShortOutAndBacks,
+    /// An arc to the left and one to the right.
+    ArcsBothWays,
+    /// Out and back, slow, faster, fast.
+    StraightsAtThreeSpeeds,
+    /// Arcs of two radii, both ways.
+    ArcsOfTwoRadii,
+    /// Arcs at two speeds, both ways.
+    ArcsAtTwoSpeeds,
+    /// A square to the left and one to the right.
+    SquareBothWays,
+    /// Out and back, in four headings.
+    OutAndBackInFourHeadings,
+    /// Out and back, empty and loaded.
+    OutAndBackWithAndWithoutLoad,
+    /// Out and back, an hour later.
+    OutAndBackLater,
+}
+
+impl PlanKind {
+    /// Its stable name, as in files, in JSON and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Straight => "straight",
+            Self::OutAndBack => "out-and-back",
+            Self::SpinsBothWays => "spins both ways",
+            Self::ShortOutAndBacks => "six short out-and-backs",
+            Self::ArcsBothWays => "arcs both ways",
+            Self::StraightsAtThreeSpeeds => "straights at three speeds",
+            Self::ArcsOfTwoRadii => "arcs of two radii",
+            Self::ArcsAtTwoSpeeds => "arcs at two speeds",
+            Self::SquareBothWays => "square both ways",
+            Self::OutAndBackInFourHeadings => "out-and-back in four headings",
+            Self::OutAndBackWithAndWithoutLoad => "out-and-back with and without a load",
+            Self::OutAndBackLater => "out-and-back, an hour later",
+        }
     }
 }

@@ -7,12 +7,12 @@ use crate::estimation::errors::{ErrorPair, cross_validated, train};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
-use crate::explain::answer::{Answer, ParameterFound, Rejected, StepFound, p_text};
+use crate::explain::answer::{Answer, ParameterFound, Reason, Rejected, StepFound, Why};
 use crate::explain::held_out;
 use crate::explain::next_run::next_run;
 use crate::numeric::distributions::SIGMAS_95_ROUNDED;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
-use crate::recording::run::RecordingError;
+use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::{counts_start_anew, unexplained};
 use crate::selection::candidates::{Candidate, Screening};
 use crate::selection::classes::{Class, classes};
@@ -40,7 +40,7 @@ pub fn explain_beyond(
     in_model: &[&str],
 ) -> Result<Answer, RecordingError> {
     if campaign.runs.is_empty() {
-        let problem = "there is none in this campaign".to_owned();
+        let problem = RecordingProblem::NoRuns;
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
     let prepared = campaign.prepare()?;
@@ -78,7 +78,6 @@ pub fn explain_beyond(
         .map(|it| reject(&prepared, &fitted, &screening, it))
         .collect();
     Ok(Answer {
-        schema: 1,
         known,
         baseline,
         steps,
@@ -167,25 +166,11 @@ fn step(
     let parameters = parameters(prepared, fitted, index, test.dispersion);
     let mut members = vec![facts.id.to_owned()];
     members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
-    let rivals = match members.len() {
-        1 => "nothing else that was asked about explains it as well".to_owned(),
-        _ => format!("these data cannot tell it from {}", members[1..].join(", ")),
+    let why = Why {
+        signature: facts.signature.to_owned(),
+        gain: test.cross_validated_gain,
+        one_run_alone: test.one_run_alone,
     };
-    let gain = test.cross_validated_gain;
-    let gain = if test.one_run_alone {
-        format!(
-            "only one run shows it, and that is explained better by {gain:.0} in -2 log likelihood"
-        )
-    } else {
-        format!("with it, runs held out are predicted better by {gain:.0} in -2 log likelihood")
-    };
-    let left = match members.len() {
-        1 => format!("Without it there is left: {}", facts.signature),
-        _ => {
-            format!("Without one of these there is left what looks like this: {}", facts.signature)
-        }
-    };
-    let why = format!("{left}; {gain}; {rivals}");
     StepFound {
         effect: facts.id.to_owned(),
         class: members,
@@ -247,42 +232,31 @@ fn reject(
     let others = &terms[..fitted.terms.len()];
     let with: Vec<PlacedTerm<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
     let facts = candidate.term.effect.facts();
-    let gain = it.cross_validated_gain;
-    let reason = if let Some(absent) = absent(prepared, &facts) {
-        absent
+    let (gain, p_value) = (it.cross_validated_gain, it.p_value);
+    let reason = if let Some(need) = lacking(prepared, &facts) {
+        Reason::Lacking(need)
     } else if silent {
-        format!("these runs do not show it; {} would", facts.shown_by)
+        Reason::NotShown { shown_by: facts.shown_by.to_owned() }
     } else if it.implausible {
-        format!("its value would be {:.2e}, which no robot has", it.values[0])
+        Reason::Implausible { value: it.values[0] }
     } else if let Some((kind, loss)) = it.worse_kind {
-        format!("fitted to other kinds of runs it makes {kind} runs worse, by {:.1}", -loss)
+        Reason::WorseKind { kind, loss: -loss }
     } else if it.own_share <= OWN_SHARE_MIN {
-        "what it does is nearly all in what the model has already".to_owned()
+        Reason::InModel
     } else if gain <= 0.0 && it.one_run_alone {
-        format!("only one run shows it, and that by no more than chance ({gain:+.1})")
+        Reason::OneRunByChance { gain }
     } else if gain <= 0.0 {
-        format!("runs held out are predicted worse with it, by {:.1}", -gain)
+        Reason::PredictsWorse { loss: -gain }
     } else if !it.most_agree() {
-        format!("of the {} runs that it touches {} get better", it.touched, it.better)
+        Reason::FewGetBetter { touched: it.touched, better: it.better }
     } else if it.dispersion > 3.0 {
-        format!(
-            "runs disagree about it {:.0} times more than their noise ({})",
-            it.dispersion,
-            p_text(it.p_value)
-        )
+        Reason::RunsDisagree { times: it.dispersion, p_value }
     } else if is_chance(it, screening.asked(), fitted.terms.len() + 1) {
-        format!(
-            "no more than chance gives where {} effects are asked about ({})",
-            screening.asked(),
-            p_text(it.p_value)
-        )
+        Reason::Chance { tested: screening.asked(), p_value }
     } else if screening.tracks_get_worse(prepared, &[], &candidate.term) {
-        format!(
-            "beside the model it makes tracks of runs held out no better ({} by their likelihood)",
-            p_text(it.p_value)
-        )
+        Reason::TracksNoBetter { p_value }
     } else {
-        format!("beside the model that was found it does not hold ({})", p_text(it.p_value))
+        Reason::DoesNotHold { p_value }
     };
     Rejected {
         effect: candidate.id().to_owned(),
@@ -292,23 +266,14 @@ fn reject(
 }
 
 /// What these runs would have to have in order to show an effect, and lack.
-pub(crate) fn absent(prepared: &Prepared, facts: &Facts<'_>) -> Option<String> {
+pub(crate) fn lacking(prepared: &Prepared, facts: &Facts<'_>) -> Option<Need> {
     let runs = &prepared.runs;
     let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);
-    let lacks = |need: Need| match need {
+    let lacks = |need: &Need| match need {
         Need::YawRate => none(|run| run.recording.gyro.len() > 1),
         Need::StartTimes => runs.iter().any(|run| run.recording.started_s.is_none()),
         Need::ContinuousCounts => counts_start_anew(prepared),
         Need::Load => none(|run| run.recording.payload_kg != 0.0),
     };
-    let lacking = facts.needs.iter().copied().find(|need| lacks(*need))?;
-    let why = match lacking {
-        Need::YawRate => "no yaw rate was recorded (gyro_z_rad_s)",
-        Need::StartTimes => "not every run says when it began (started_s in robot.toml)",
-        Need::ContinuousCounts => {
-            "counts begin anew in every run, so that an angle of a wheel is another one in each"
-        }
-        Need::Load => "no run carries a load (payload_kg in robot.toml)",
-    };
-    Some(why.to_owned())
+    facts.needs.iter().copied().find(lacks)
 }

@@ -6,6 +6,7 @@ use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::answer::HeldOut;
 use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::run_kind::RunKind;
 
 /// Errors before and with these terms, as they are; `None` where no run is kept aside.
 pub(crate) fn errors(
@@ -23,11 +24,10 @@ pub(crate) fn errors(
         let equations = CampaignEquations::gather(&there, &terms, noise);
         train(&there, (&equations, &terms), &[], noise)
     };
-    let mut kinds: Vec<String> = Vec::new();
+    let mut kinds: Vec<RunKind> = Vec::new();
     for run in &there.runs {
-        let kind = run.kind.to_string();
-        if !kinds.contains(&kind) {
-            kinds.push(kind);
+        if !kinds.contains(&run.kind) {
+            kinds.push(run.kind);
         }
     }
     Some(HeldOut { runs: there.runs.len(), kinds, baseline: errors(before), model: errors(terms) })

@@ -18,6 +18,8 @@ pub(crate) mod next_run;
 #[cfg(test)]
 mod tests;
 
-pub use answer::{Answer, HeldOut, NextRun, ParameterFound, Rejected, StepFound};
+pub use answer::{
+    Answer, HeldOut, NextRun, ParameterFound, PlanKind, Promise, Reason, Rejected, StepFound, Why,
+};
 pub use explanation::{explain, explain_beyond, explain_by};
 pub use next_run::{Plan, plans};

@@ -2,16 +2,17 @@
 
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
-use crate::effect::definition::Effect;
+use crate::effect::definition::{Effect, Need};
 use crate::estimation::errors::{ErrorPair, Errors, train};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
-use crate::explain::answer::{HeldOut, ParameterFound, p_text};
-use crate::explain::explanation::{absent, errors, parameters};
+use crate::explain::answer::{HeldOut, ParameterFound};
+use crate::explain::explanation::{errors, lacking, parameters};
 use crate::explain::held_out;
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::run::RecordingError;
+use crate::recording::run_kind::RunKind;
 use crate::selection::candidates::Screening;
 
 /// A gain that chance gives more often than this is no gain.
@@ -48,20 +49,20 @@ pub struct ModelEffect {
 pub struct Verdict {
     /// By chance at least as much gain.
     pub p_value: f64,
-    /// By how much -2 log likelihood falls on runs that were held out.
+    /// By how much -2 log likelihood falls on runs that were predicted by a fit to the others.
     pub cross_validated_gain: f64,
     /// By what factor runs disagree about it more than their noise explains, in variance.
     pub dispersion: f64,
     /// No robot has such values.
     pub implausible: bool,
     /// A kind of run that it predicts worse when fitted to the others.
-    pub worse_kind: Option<String>,
+    pub worse_kind: Option<RunKind>,
     /// Tracks of runs held out are predicted worse with it than without.
     pub spoils_tracks: bool,
     /// One run alone shows it: what it gains was held out of nothing.
     pub one_run_alone: bool,
     /// What the runs would have to have in order to show it, and lack.
-    pub absent: Option<String>,
+    pub lacking: Option<Need>,
 }
 
 impl Verdict {
@@ -69,34 +70,10 @@ impl Verdict {
     pub fn better(&self) -> bool {
         self.p_value < CHANCE
             && self.cross_validated_gain > 0.0
-            && self.absent.is_none()
+            && self.lacking.is_none()
             && !self.implausible
             && !self.spoils_tracks
             && self.worse_kind.is_none()
-    }
-
-    /// The same in words.
-    pub fn sentence(&self) -> String {
-        if let Some(absent) = &self.absent {
-            format!("nothing shows it: {absent}")
-        } else if self.implausible {
-            "not believable: no robot has such a value".to_owned()
-        } else if self.cross_validated_gain <= 0.0 {
-            "no better than chance: runs that were held out get no better".to_owned()
-        } else if let Some(kind) = &self.worse_kind {
-            format!("not to be trusted: fitted to the other kinds, it makes {kind} runs worse")
-        } else if self.p_value >= CHANCE {
-            format!("no better than chance: {}", p_text(self.p_value))
-        } else if self.spoils_tracks {
-            "not to be trusted: with it tracks of runs held out are predicted worse".to_owned()
-        } else if self.one_run_alone {
-            format!(
-                "better, in the one run that shows it: chance gives as much with {}",
-                p_text(self.p_value)
-            )
-        } else {
-            format!("better: chance gives as much with {}", p_text(self.p_value))
-        }
     }
 }
 
@@ -121,10 +98,10 @@ pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, Record
                     cross_validated_gain: it.cross_validated_gain,
                     dispersion: it.dispersion,
                     implausible: it.implausible,
-                    worse_kind: it.worse_kind.map(|(kind, _)| kind.to_string()),
+                    worse_kind: it.worse_kind.map(|(kind, _)| kind),
                     spoils_tracks: spoils[index],
                     one_run_alone: it.one_run_alone,
-                    absent: absent(&prepared, &effect.facts()),
+                    lacking: lacking(&prepared, &effect.facts()),
                 },
             }
         })
@@ -203,11 +180,8 @@ mod tests {
         let model = fit(&campaign, &[find("payload").unwrap(), find("scrub").unwrap()]).unwrap();
         let [payload, scrub] = &model.effects[..] else { panic!("{:?}", model.effects) };
         assert!(!payload.verdict.better(), "{:?}", payload.verdict);
-        assert_eq!(
-            payload.verdict.sentence(),
-            "nothing shows it: no run carries a load (payload_kg in robot.toml)"
-        );
-        assert_eq!(scrub.verdict.absent, None);
+        assert_eq!(payload.verdict.lacking, Some(Need::Load));
+        assert_eq!(scrub.verdict.lacking, None);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::effect::composition::{PlacedTerm, Term, Terms};
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::estimation::predict::open_loop_from;
-use crate::explain::answer::NextRun;
+use crate::explain::answer::{NextRun, PlanKind, Promise};
 use crate::kinematics::pose::Pose;
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::nominal_plan::{Drive, Piece, drive};
@@ -36,7 +36,7 @@ const SHARE_APART: f64 = 5.0 * OWN_SHARE_MIN;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// What they are called together.
-    pub kind: &'static str,
+    pub kind: PlanKind,
     /// Heading at the start \[rad\], load \[kg\], pieces.
     pub runs: Vec<(f64, f64, Vec<Piece>)>,
     /// Seconds after the campaign at which they start.
@@ -58,20 +58,20 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
     let plan = |kind, runs| Plan { kind, runs, later_s: 60.0 };
     let at = |runs: Vec<Vec<Piece>>| runs.into_iter().map(|it| (0.0, 0.0, it)).collect();
     vec![
-        plan("straight", at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
-        plan("out-and-back", at(vec![back(0.7 * speed_mps)])),
-        plan("spins both ways", at(vec![spin(2.0, slow), spin(-2.0, slow)])),
+        plan(PlanKind::Straight, at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
+        plan(PlanKind::OutAndBack, at(vec![back(0.7 * speed_mps)])),
+        plan(PlanKind::SpinsBothWays, at(vec![spin(2.0, slow), spin(-2.0, slow)])),
         plan(
-            "six short out-and-backs",
+            PlanKind::ShortOutAndBacks,
             at(vec![[straight(0.5, 0.7 * speed_mps), straight(-0.5, 0.7 * speed_mps)].repeat(6)]),
         ),
-        plan("arcs both ways", at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
+        plan(PlanKind::ArcsBothWays, at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
         plan(
-            "straights at three speeds",
+            PlanKind::StraightsAtThreeSpeeds,
             at(vec![back(0.3 * speed_mps), back(0.6 * speed_mps), back(speed_mps)]),
         ),
         plan(
-            "arcs of two radii",
+            PlanKind::ArcsOfTwoRadii,
             at(vec![
                 arc(0.3, 0.9, slow),
                 arc(0.3, -0.9, slow),
@@ -80,7 +80,7 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
             ]),
         ),
         plan(
-            "arcs at two speeds",
+            PlanKind::ArcsAtTwoSpeeds,
             at(vec![
                 arc(0.6, 0.9, slow),
                 arc(0.6, -0.9, slow),
@@ -88,17 +88,17 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
                 arc(0.6, -0.9, speed_mps),
             ]),
         ),
-        plan("square both ways", at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
+        plan(PlanKind::SquareBothWays, at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
         plan(
-            "out-and-back in four headings",
+            PlanKind::OutAndBackInFourHeadings,
             (0..4).map(|k| (f64::from(k) * FRAC_PI_2, 0.0, back(0.7 * speed_mps))).collect(),
         ),
         plan(
-            "out-and-back with and without a load",
+            PlanKind::OutAndBackWithAndWithoutLoad,
             vec![(0.0, 0.0, back(0.7 * speed_mps)), (0.0, 5.0, back(0.7 * speed_mps))],
         ),
         Plan {
-            kind: "out-and-back, an hour later",
+            kind: PlanKind::OutAndBackLater,
             runs: at(vec![back(0.7 * speed_mps)]),
             later_s: 3600.0,
         },
@@ -112,7 +112,7 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
     let mut clock_s = prepared.survey.span_s + plan.later_s;
     // The campaign's own beginning, so that its clock and not this plan's counts.
     for (heading_rad, payload_kg, pieces) in &plan.runs {
-        let mut run = drive(&prepared.robot, plan.kind, pieces, &settings);
+        let mut run = drive(&prepared.robot, plan.kind.name(), pieces, &settings);
         run.payload_kg = *payload_kg;
         let motion = crate::recording::motion::Motion::new(&prepared.robot, &run, Some(clock_s));
         let start = Pose::new(0.0, 0.0, *heading_rad);
@@ -157,8 +157,8 @@ pub(crate) fn next_run(
     if prepared.runs.iter().any(|run| run.recording.measured_poses.len() > 2) {
         return Some(next);
     }
-    let why = format!("{}, if poses are measured along the way, as a camera does", next.why);
-    Some(NextRun { why, ..next })
+    let promise = Promise { needs_poses_along_the_way: true, ..next.promise };
+    Some(NextRun { promise, ..next })
 }
 
 /// One of a class: any of them may be the truth.
@@ -185,7 +185,7 @@ impl Sigmas {
 
 /// How well a plan tells the members apart.
 struct Told {
-    kind: &'static str,
+    kind: PlanKind,
     /// Together with the campaign.
     with_campaign: Sigmas,
     /// On its own.
@@ -268,14 +268,13 @@ fn separating(
     SIGMAS_APART.into_iter().find_map(|sigmas| {
         // Plans come cheapest first: a later one has to tell more apart.
         let best = each.iter().rev().max_by_key(|it| it.merit(sigmas))?;
-        (best.merit(sigmas).0 > 0).then(|| in_words(&members, best, sigmas))
+        (best.merit(sigmas).0 > 0).then(|| promised(&members, best, sigmas))
     })
 }
 
 /// What is promised of a plan.
-fn in_words(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
+fn promised(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
     let count = members.len();
-    let all = count * (count - 1) / 2;
     let apart = |i: usize, j: usize| told.with_campaign.is_apart(i, j, sigmas);
     let of_chosen = (1..count).any(|j| apart(0, j));
     let separates = (0..count).filter(|i| match of_chosen {
@@ -283,15 +282,11 @@ fn in_words(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
         false => (0..count).any(|j| apart(*i, j)),
     });
     let separates = separates.map(|i| members[i].id.clone()).collect();
-    let words = if sigmas >= SIGMAS_APART[0] { "five" } else { "three" };
-    let why = if told.merit(sigmas).0 == all {
-        format!("there they predict tracks at least {words} sigma apart, whichever of them is true")
-    } else {
-        format!(
-            "of the {all} pairs that {} make, {} predict tracks {words} sigma apart there",
-            members.iter().map(|it| it.id.as_str()).collect::<Vec<_>>().join(", "),
-            told.merit(sigmas).0
-        )
+    let promise = Promise {
+        class: members.iter().map(|member| member.id.clone()).collect(),
+        pairs_apart: told.merit(sigmas).0,
+        sigmas,
+        needs_poses_along_the_way: false,
     };
-    NextRun { kind: told.kind.to_owned(), separates, why }
+    NextRun { kind: told.kind, separates, promise }
 }

@@ -1,7 +1,7 @@
 //! All runs of one robot, prepared once for everything that looks at them.
 
 use crate::recording::motion::Motion;
-use crate::recording::run::{Recording, RecordingError, Robot};
+use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
 use crate::recording::run_kind::{RunKind, kind_of};
 use crate::recording::survey::Survey;
 
@@ -46,8 +46,8 @@ impl Campaign {
             run.validate()?;
         }
         if let (Some(first), None) = (self.runs.first(), self.fitted_runs().next()) {
-            let problem = "this run and all others are held out: none is left to be fitted to";
-            return Err(RecordingError { run: first.name.clone(), problem: problem.to_owned() });
+            let problem = RecordingProblem::AllHeldOut;
+            return Err(RecordingError { run: first.name.clone(), problem });
         }
         let began_s = began_s(self.fitted_runs());
         let prepared = |recording: &Recording| {

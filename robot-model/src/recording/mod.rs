@@ -22,6 +22,8 @@ pub(crate) mod survey;
 pub use campaign::Campaign;
 pub use motion::Step;
 pub use nominal_plan::{Drive, Piece, drive};
-pub use run::{GyroSample, PoseMeasurement, Recording, RecordingError, Robot, WheelSample};
+pub use run::{
+    GyroSample, PoseMeasurement, Recording, RecordingError, RecordingProblem, Robot, WheelSample,
+};
 pub use run_kind::RunKind;
 pub use survey::Survey;

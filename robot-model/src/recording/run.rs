@@ -75,7 +75,36 @@ pub struct RecordingError {
     /// The run.
     pub run: String,
     /// What is wrong with it.
-    pub problem: String,
+    pub problem: RecordingProblem,
+}
+
+/// What is wrong with a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingProblem {
+    /// The campaign has no run.
+    NoRuns,
+    /// All runs are kept aside.
+    AllHeldOut,
+    /// The encoders were sampled less than twice.
+    TooFewSamples,
+    /// A number is not finite.
+    NotFinite,
+    /// Time does not increase.
+    TimeNotIncreasing,
+}
+
+impl fmt::Display for RecordingProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoRuns => "there is none in this campaign",
+            Self::AllHeldOut => {
+                "this run and all others are held out: none is left to be fitted to"
+            }
+            Self::TooFewSamples => "fewer than two samples of the encoders",
+            Self::NotFinite => "a number that is not finite",
+            Self::TimeNotIncreasing => "time does not increase",
+        })
+    }
 }
 
 impl fmt::Display for RecordingError {
@@ -89,11 +118,9 @@ impl core::error::Error for RecordingError {}
 impl Recording {
     /// Refuses what cannot be computed with.
     pub fn validate(&self) -> Result<(), RecordingError> {
-        let fail = |problem: &str| {
-            Err(RecordingError { run: self.name.clone(), problem: problem.to_owned() })
-        };
+        let fail = |problem| Err(RecordingError { run: self.name.clone(), problem });
         if self.wheels.len() < 2 {
-            return fail("fewer than two samples of the encoders");
+            return fail(RecordingProblem::TooFewSamples);
         }
         let finite =
             self.wheels.iter().all(|it| {
@@ -107,13 +134,13 @@ impl Recording {
                 && self.payload_kg.is_finite()
                 && self.started_s.unwrap_or_default().is_finite();
         if !finite {
-            return fail("a number that is not finite");
+            return fail(RecordingProblem::NotFinite);
         }
         let increasing = self.wheels.is_sorted_by(|a, b| a.t_s < b.t_s)
             && self.measured_poses.is_sorted_by(|a, b| a.t_s < b.t_s)
             && self.gyro.is_sorted_by(|a, b| a.t_s < b.t_s);
         if !increasing {
-            return fail("time does not increase");
+            return fail(RecordingProblem::TimeNotIncreasing);
         }
         Ok(())
     }

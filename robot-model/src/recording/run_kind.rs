@@ -1,7 +1,5 @@
 //! What kind of run it was, told by its motion.
 
-use core::fmt;
-
 use crate::recording::motion::Motion;
 
 /// Kinds of runs.
@@ -23,9 +21,10 @@ pub enum RunKind {
     Mixed,
 }
 
-impl fmt::Display for RunKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl RunKind {
+    /// Its stable name, as in files and JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
             RunKind::Rest => "rest",
             RunKind::Straight => "straight",
             RunKind::OutAndBack => "out-and-back",
@@ -33,7 +32,7 @@ impl fmt::Display for RunKind {
             RunKind::Arc => "arc",
             RunKind::Square => "square",
             RunKind::Mixed => "mixed",
-        })
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 //!                                                           or |omega| / max |omega|      (2)
 //! ```
 
+use super::regressor::Regressor;
 use crate::effect::composition::Terms;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::fit::Fitted;
@@ -31,7 +32,7 @@ const ROWS_MIN: usize = 500;
 /// What the noise depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unevenness {
-    pub regressor: &'static str,
+    pub regressor: Regressor,
     /// By chance tails as heavy.
     pub p_value: f64,
     /// The tails are so heavy that what else is found in the residuals may well be theirs.
@@ -72,14 +73,14 @@ pub(crate) fn unevenness(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<Une
     if tails < TAILS_MIN {
         return None;
     }
-    let regressors = ["speed", "turn rate"].into_iter().enumerate();
+    let regressors = [Regressor::Speed, Regressor::TurnRate].into_iter().enumerate();
     let grows = regressors
-        .filter_map(|(index, name)| Some((growth(&rows, index)?, name)))
+        .filter_map(|(index, regressor)| Some((growth(&rows, index)?, regressor)))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(grows, _)| *grows > GROWTH_MIN);
     let p_value = chi_squared(1, tails * tails * count / 24.0) / 2.0;
     // What happens now and then without regard to the motion happens at times.
-    let regressor = grows.map_or("time in the run", |(_, name)| name);
+    let regressor = grows.map_or(Regressor::TimeInRun, |(_, regressor)| regressor);
     Some(Unevenness { regressor, p_value, rules: tails > TAILS_RULE })
 }
 

@@ -1,24 +1,20 @@
 //! What residuals may depend on: a handful of functions of one regressor each.
 
+use super::regressor::Regressor;
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
-/// The regressor of what goes round with a wheel.
-pub(crate) const WHEEL_ANGLE: &str = "wheel angle";
-/// The regressor of what is in one place of the floor.
-pub(crate) const PLACE: &str = "place";
-
 /// A handful of functions of a step, each an amplitude of its own.
 pub(super) struct Probe {
-    pub regressor: &'static str,
+    pub regressor: Regressor,
     act: fn(&[Jet; PARAMETERS_MAX], &Step) -> Change,
 }
 
 impl core::fmt::Debug for Probe {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.regressor)
+        f.write_str(self.regressor.name())
     }
 }
 
@@ -86,11 +82,11 @@ fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
 }
 
 pub(super) static PROBES: &[Probe] = &[
-    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 1.0) },
-    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 2.0) },
-    Probe { regressor: WHEEL_ANGLE, act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 1.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 2.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 3.0) },
     Probe {
-        regressor: WHEEL_ANGLE,
+        regressor: Regressor::WheelAngle,
         act: |p, step| {
             let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
             let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
@@ -99,7 +95,7 @@ pub(super) static PROBES: &[Probe] = &[
         },
     },
     Probe {
-        regressor: "heading",
+        regressor: Regressor::Heading,
         act: |p, step| {
             let (path_m, (sin, cos)) = (step.travel_m().abs(), step.heading_rad.sin_cos());
             Change {
@@ -110,7 +106,7 @@ pub(super) static PROBES: &[Probe] = &[
         },
     },
     Probe {
-        regressor: "heading",
+        regressor: Regressor::Heading,
         act: |p, step| {
             let (sin, cos) = (2.0 * step.heading_rad).sin_cos();
             let path_m = step.travel_m().abs();
@@ -121,18 +117,21 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe { regressor: "speed", act: |p, step| path_and_turn(p, step, step.speed_mps().abs()) },
-    Probe { regressor: "wheel speed", act: |p, step| wheels(p, step.wheel_speed_mps) },
-    Probe { regressor: "acceleration", act: |p, step| wheels(p, step.wheel_accel_mps2) },
     Probe {
-        regressor: "acceleration",
+        regressor: Regressor::Speed,
+        act: |p, step| path_and_turn(p, step, step.speed_mps().abs()),
+    },
+    Probe { regressor: Regressor::WheelSpeed, act: |p, step| wheels(p, step.wheel_speed_mps) },
+    Probe { regressor: Regressor::Acceleration, act: |p, step| wheels(p, step.wheel_accel_mps2) },
+    Probe {
+        regressor: Regressor::Acceleration,
         act: |p, step| {
             let x = step.wheel_accel_mps2.zip(step.wheel_speed_mps).map(|(a, v)| a * v.signum());
             wheels(p, x)
         },
     },
     Probe {
-        regressor: "turn rate",
+        regressor: Regressor::TurnRate,
         act: |p, step| {
             let omega = step.turn_rate_rad_s();
             Change {
@@ -143,7 +142,7 @@ pub(super) static PROBES: &[Probe] = &[
         },
     },
     Probe {
-        regressor: "direction of travel",
+        regressor: Regressor::TravelDirection,
         act: |p, step| {
             let v = step.speed_mps();
             Change {
@@ -155,15 +154,15 @@ pub(super) static PROBES: &[Probe] = &[
         },
     },
     Probe {
-        regressor: "time in the run",
+        regressor: Regressor::TimeInRun,
         act: |p, step| radii_and_track(p, step, step.t_s / 60.0),
     },
     Probe {
-        regressor: "time in the campaign",
+        regressor: Regressor::TimeInCampaign,
         act: |p, step| radii_and_track(p, step, step.clock_s / 3600.0),
     },
     Probe {
-        regressor: "distance since reversal",
+        regressor: Regressor::SinceReversal,
         act: |p, step| {
             let Some(since_m) = step.since_reversal_m else { return Change::NONE };
             let ds_m = step.travel_m();
@@ -176,7 +175,7 @@ pub(super) static PROBES: &[Probe] = &[
         },
     },
     Probe {
-        regressor: PLACE,
+        regressor: Regressor::Place,
         act: |p, step| {
             let [x, y] = step.place_m;
             let path_m = step.travel_m().abs();
@@ -187,12 +186,9 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe { regressor: "load", act: |p, step| radii_and_track(p, step, step.payload_kg) },
+    Probe { regressor: Regressor::Load, act: |p, step| radii_and_track(p, step, step.payload_kg) },
 ];
-
-/// Regressors that change from run to run, and hardly within one.
-pub(super) const OF_RUNS: [&str; 2] = ["load", "time in the campaign"];
 
 /// What a run may have for itself: its own travel of either wheel, its own turn.
 pub(super) static OF_A_RUN: Probe =
-    Probe { regressor: "run", act: |p, step| radii_and_track(p, step, 1.0) };
+    Probe { regressor: Regressor::Run, act: |p, step| radii_and_track(p, step, 1.0) };

@@ -16,7 +16,8 @@ use crate::residuals::ripple::ripple;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
 use super::floor_location::{PlaceSeen, Suspected, suspected};
-use super::probe::{OF_A_RUN, OF_RUNS, PLACE, PROBES, WHEEL_ANGLE};
+use super::probe::{OF_A_RUN, PROBES};
+use super::regressor::Regressor;
 
 /// Regressors are to be named falsely at most this often.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
@@ -34,33 +35,18 @@ const ROUNDS_MAX: usize = 8;
 const RIPPLE_P: f64 = 1e-4;
 
 /// What the residuals depend on, if on anything.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unexplained {
     /// Whether anything is left.
     pub structure: bool,
     /// The regressors that it depends on, strongest first.
-    pub depends_on: Vec<&'static str>,
+    pub depends_on: Vec<Regressor>,
     /// By chance at least this much, of the strongest regressor, corrected for how many were asked.
     pub p_value: f64,
     /// Where on the floor, if it depends on a place and one place says it \[m\].
-    #[serde(skip)]
     pub place_m: Option<[f64; 2]>,
     /// The places of the floor that several runs came to, if one is named.
-    #[serde(skip)]
     pub places: Vec<PlaceSeen>,
-}
-
-impl Unexplained {
-    /// What it depends on, in a line.
-    pub fn depends_on_text(&self) -> String {
-        let word = |it: &&'static str| match self.place_m {
-            Some([x_m, y_m]) if *it == PLACE => {
-                format!("{it} (where a wheel comes near x = {x_m:.2} m, y = {y_m:.2} m)")
-            }
-            _ => (*it).to_owned(),
-        };
-        self.depends_on.iter().map(word).collect::<Vec<_>>().join(", ")
-    }
 }
 
 /// Tests what the model leaves against every regressor, and whether its noise depends on the motion.
@@ -73,8 +59,8 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
         }
         found.structure = true;
         // Whatever else is found may be where its crests happened to stop.
-        found.depends_on.retain(|it| *it != WHEEL_ANGLE);
-        found.depends_on.insert(0, WHEEL_ANGLE);
+        found.depends_on.retain(|it| *it != Regressor::WheelAngle);
+        found.depends_on.insert(0, Regressor::WheelAngle);
     }
     let Some(uneven) = unevenness(prepared, fitted) else { return found };
     if !found.structure || uneven.rules {
@@ -89,7 +75,7 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
 
 /// Something that what is left may depend on.
 struct Asked<'a> {
-    regressor: &'static str,
+    regressor: Regressor,
     effect: &'a dyn Effect,
     /// Its columns, as far as the campaign's motion shows them.
     columns: Vec<usize>,
@@ -100,7 +86,7 @@ struct Asked<'a> {
 impl Asked<'_> {
     /// What is the same throughout a run is judged by what runs have for themselves.
     fn is_of_runs(&self) -> bool {
-        OF_RUNS.contains(&self.regressor)
+        self.regressor.is_of_runs()
     }
 }
 
@@ -130,7 +116,8 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let columns = |term: &PlacedTerm<'_>| term.columns().collect::<Vec<usize>>();
     let mut model: Vec<usize> = terms[..in_model].iter().flat_map(columns).collect();
     let own: Vec<usize> = terms.last().map(columns).unwrap_or_default();
-    let regressors = PROBES.iter().map(|it| it.regressor).chain(spots.iter().map(|_| PLACE));
+    let regressors =
+        PROBES.iter().map(|it| it.regressor).chain(spots.iter().map(|_| Regressor::Place));
     let mut open: Vec<Asked<'_>> = regressors
         .zip(&terms[in_model..])
         .enumerate()
@@ -143,7 +130,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         .filter(|it| !it.columns.is_empty())
         .collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
-    let is_wave = |it: &&Asked<'_>| it.regressor == WHEEL_ANGLE;
+    let is_wave = |it: &&Asked<'_>| it.regressor == Regressor::WheelAngle;
     let waves: Vec<Vec<usize>> = open.iter().filter(is_wave).map(|it| it.columns.clone()).collect();
     let many = prepared.runs.len() >= MANY_RUNS;
     let mut within = 1.0;
@@ -180,7 +167,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     if found.place_m.is_some() {
         found.places = seen;
     }
-    if counts_start_anew(prepared) && !found.depends_on.contains(&WHEEL_ANGLE) {
+    if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
         let p_value = waves
             .iter()
             .map(|asked| each_run_by_itself(&equations, (&model, asked), within))
@@ -190,7 +177,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
                 found.p_value = p_value;
             }
             found.structure = true;
-            found.depends_on.push(WHEEL_ANGLE);
+            found.depends_on.push(Regressor::WheelAngle);
         }
     }
     found

@@ -10,6 +10,7 @@ mod user;
 
 use campaign::plan::run_kinds::runs_of;
 use campaign::plan::{CampaignPlan, PlanSettings};
+use host_cli::words;
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
@@ -81,7 +82,8 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
     let mut answer = user.explain();
     let refused = |answer: &Answer| {
         let of_class = answer.rejected.iter().filter(|it| class.contains(&it.effect.as_str()));
-        let reasons: Vec<_> = of_class.map(|it| format!("{}: {}", it.effect, it.reason)).collect();
+        let reasons: Vec<_> =
+            of_class.map(|it| format!("{}: {}", it.effect, words::reason(&it.reason))).collect();
         format!("{:?}, {reasons:?}, {:?}", classes(answer), answer.unexplained)
     };
     assert!(is_class(&answer, case), "{truth}, seed {}: {}", scenario.seed, refused(&answer));
@@ -93,9 +95,9 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
         });
         let promised = next.separates.iter().filter(|it| class.contains(&it.as_str()));
         assert!(!way.is_empty() || promised.count() > 1, "{truth}: {next:?}");
-        user.follow(&next.kind);
+        user.follow(next.kind.name());
         answer = user.explain();
-        way.push(format!("{} -> {:?}", next.kind, classes(&answer)));
+        way.push(format!("{} -> {:?}", next.kind.name(), classes(&answer)));
         if is_resolved(&answer, case) {
             let steps = answer.steps.into_iter();
             let step = steps.into_iter().find(|it| it.class == [*truth]);

@@ -7,6 +7,7 @@ use crate::cli::{CalibrateArgs, Common, Measure};
 use crate::picture::Basis;
 use crate::port::Port;
 use crate::ui::{DIM, paint, say};
+use crate::words;
 
 /// The seed that is suggested, and the one for whoever has just used it.
 const OTHER_SEEDS: [u64; 2] = [7, 8];
@@ -18,10 +19,10 @@ pub(super) fn advise(outcome: &Outcome) {
         say(format_args!("           {}", outcome.basis));
         return;
     }
-    for thought in outcome.before.wheel_weight.what_would_reduce_it_most().to_string().split("; ") {
+    for thought in words::advice(&outcome.before.wheel_weight.advice).split("; ") {
         say(format_args!("           {thought}"));
     }
-    if outcome.before.wheel_weight.what_would_reduce_it_most().dominating == Source::Wander {
+    if outcome.before.wheel_weight.advice.dominating == Source::Wander {
         say("           beeline calibrate --runs 4 does that");
     }
 }
@@ -30,16 +31,16 @@ pub(super) fn advise(outcome: &Outcome) {
 pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> String {
     let weight = &outcome.before.wheel_weight;
     match outcome.basis {
-        Basis::OneRun => weight.what_would_reduce_it_most().to_string(),
+        Basis::OneRun => words::advice(&weight.advice),
         Basis::Mean(runs) if runs < 50 => format!(
             "more runs, --runs {}, or longer ones, --distance; {} is what one is least sure of",
             2 * runs,
-            weight.what_would_reduce_it_most().dominating.name()
+            words::source(weight.advice.dominating)
         ),
         Basis::Mean(_) | Basis::BothWays => format!(
             "drive farther than the {} of --distance, or measure better: {} is what one run is least sure of",
             args.distance,
-            weight.what_would_reduce_it_most().dominating.name()
+            words::source(weight.advice.dominating)
         ),
     }
 }

@@ -5,6 +5,7 @@ use crate::cli::{CalibrateArgs, Common};
 use crate::command::identify::display_name;
 use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, Progress, note, paint, warn};
+use crate::words;
 
 /// Tells the user what is going on.
 pub(super) struct Teller {
@@ -47,7 +48,7 @@ impl Teller {
                     "  way back   turned by {:+.1} mrad",
                     -both.back_alpha_rad * 1e3
                 ));
-                note(format_args!("  verdict    {}", both.verdict.sentence()));
+                note(format_args!("  verdict    {}", words::out_and_back(both.verdict)));
                 note(format_args!(
                     "  W_T        {}",
                     plus_minus(both.wheel_weight, both.wheel_weight_sigma)

@@ -68,26 +68,6 @@ pub enum Verdict {
     Neither,
 }
 
-impl Verdict {
-    /// The sentence to print.
-    pub const fn sentence(self) -> &'static str {
-        match self {
-            Self::Radius => "the curvature flips its sign on reversing: unequal radii",
-            Self::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
-            Self::Both => {
-                "the curvature changes on reversing but does not just flip: unequal radii and a pull"
-            }
-            Self::Neither => "neither unequal radii nor a pull stands out from the noise",
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.sentence())
-    }
-}
-
 /// What two runs say together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutAndBack {

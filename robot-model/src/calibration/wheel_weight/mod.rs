@@ -36,4 +36,4 @@ pub use crate::numeric::distributions::SIGMAS_95;
 pub use error::WheelWeightError;
 pub use experiment::{Deviation, Experiment};
 pub use uncertainty::{Contribution, Source};
-pub use weight::{Advice, WheelWeight};
+pub use weight::{Action, Advice, WheelWeight};

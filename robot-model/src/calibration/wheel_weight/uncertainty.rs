@@ -27,18 +27,3 @@ pub enum Source {
     /// Encoders count whole counts.
     EncoderQuantisation,
 }
-
-impl Source {
-    /// In words, for a table.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Source::Reading => "reading at the end",
-            Source::TrackNoise => "noise of the track",
-            Source::Wander => "wandering of the robot",
-            Source::StartHeading => "alignment at the start",
-            Source::TrackWidth => "track width",
-            Source::WheelRadius => "wheel radius",
-            Source::EncoderQuantisation => "encoder counts",
-        }
-    }
-}

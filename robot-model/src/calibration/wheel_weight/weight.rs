@@ -94,14 +94,43 @@ pub struct Advice {
     pub dominating: Source,
     /// Its share of the variance, 0 to 1.
     pub share: f64,
-    /// What to do, an imperative without a full stop.
-    pub action: String,
+    /// What to do.
+    pub action: Action,
     /// The sigma of W_T that it would give.
     pub sigma_then: f64,
 }
 
 impl Advice {
     /// A place to be filled.
-    pub(crate) const NONE: Self =
-        Self { dominating: Source::Reading, share: 0.0, action: String::new(), sigma_then: 0.0 };
+    pub(crate) const NONE: Self = Self {
+        dominating: Source::Reading,
+        share: 0.0,
+        action: Action::DriveTwiceAsFar,
+        sigma_then: 0.0,
+    };
+}
+
+/// A measurement that would make W_T surer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action {
+    /// Measure the lateral offset at the end instead of the tangent.
+    OffsetInsteadOfTangent,
+    /// Measure the lateral offset at the end, to so much, instead of the heading.
+    OffsetInsteadOfHeading {
+        /// To so much \[m\].
+        sigma_m: f64,
+    },
+    /// Use a longer base for the tangent.
+    LongerBase {
+        /// So long \[m\].
+        dx_m: f64,
+    },
+    /// Drive twice as far.
+    DriveTwiceAsFar,
+    /// Read the lateral offset half way as well as at the end: then the alignment cancels.
+    OffsetHalfWayToo,
+    /// Calibrate once more, starting from this W_T.
+    CalibrateOnceMore,
+    /// Drive four such runs and take their mean.
+    FourRuns,
 }

@@ -4,7 +4,7 @@ use crate::compare::{Assumed, Comparer, Comparison};
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::explain::explanation::{explain, explain_beyond};
 use crate::explain::model::fit;
-use crate::recording::Campaign;
+use crate::recording::{Campaign, RecordingProblem, RunKind};
 use crate::tests::synthetic::{campaign, full_plan, term};
 
 /// A robot with unequal wheels, its two squares marked.
@@ -29,7 +29,7 @@ fn an_explanation_is_what_it_would_be_without_the_runs_kept_aside() {
     let held_out = answer.held_out.take().unwrap();
     let bare = explain(&without(&marked)).unwrap();
     assert_eq!(answer, bare);
-    assert_eq!((held_out.runs, held_out.kinds.as_slice()), (2, &["square".to_owned()][..]));
+    assert_eq!((held_out.runs, held_out.kinds.as_slice()), (2, &[RunKind::Square][..]));
     // 0.5 % of 4 m over 0.37 m is 54 mrad; what is left is noise, of which a good fit has as much as here.
     assert!(held_out.baseline.position_rms_m > 3.0 * held_out.model.position_rms_m, "{held_out:?}");
     assert!((0.7..1.4).contains(&held_out.model.chi), "{held_out:?}");
@@ -72,7 +72,8 @@ fn a_comparison_shows_them_apart_and_counts_them_nowhere_else() {
     assert!(times(&all).iter().all(|it| (0.5..1.5).contains(it)), "{:?}", all.held_out);
     let nominal = Comparer::new(&marked, &[]).unwrap().compare(&[]);
     assert!(times(&nominal).iter().all(|it| *it > 3.0), "{:?}", nominal.held_out);
-    let apart: Vec<_> = all.runs.iter().map(|it| (it.held_out, it.kind == "square")).collect();
+    let apart: Vec<_> =
+        all.runs.iter().map(|it| (it.held_out, it.kind == RunKind::Square)).collect();
     assert!(apart.iter().all(|(held_out, square)| held_out == square), "{apart:?}");
     assert_eq!(apart[apart.len() - 2..], [(true, true); 2]);
 }
@@ -82,7 +83,7 @@ fn where_all_runs_are_kept_aside_there_is_nothing_to_fit_to() {
     let mut all = marked();
     all.runs.iter_mut().for_each(|run| run.held_out = true);
     let error = explain(&all).unwrap_err();
-    assert!(error.problem.contains("all others are held out"), "{error}");
+    assert_eq!(error.problem, RecordingProblem::AllHeldOut);
     // To judge a model on them is another matter: nothing is fitted then.
     let model = fit(&marked(), &[find("wheel_radius_ratio").unwrap()]).unwrap();
     assert!(model.errors_on(&all).unwrap().chi < 1.4);

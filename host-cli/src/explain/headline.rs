@@ -6,6 +6,8 @@ use robot_model::effect::{Effect, Facts};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
 
+use crate::words;
+
 /// Effects of an answer at the values found; the catalogue has all that were asked about.
 pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
     let step = |step: &StepFound| {
@@ -59,7 +61,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let more = if answer.unexplained.structure {
         format!(
             ". Something is still unexplained: it depends on {}",
-            answer.unexplained.depends_on_text()
+            words::depends_on(&answer.unexplained)
         )
     } else {
         String::new()
@@ -69,7 +71,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             "No known effect explains what {} {}, but something is there: it depends on {}.",
             these(subject.runs),
             if subject.runs == 1 { "shows" } else { "show" },
-            answer.unexplained.depends_on_text()
+            words::depends_on(&answer.unexplained)
         ),
         [] => format!(
             "Nothing is missing{} that {} could show: what is left is noise.",
@@ -137,7 +139,8 @@ pub fn text(errors: &Errors) -> String {
 
 /// `on the 2 runs kept aside (square)`.
 pub fn where_aside(aside: &HeldOut) -> String {
-    let kinds = aside.kinds.join(", ");
+    let kinds: Vec<&str> = aside.kinds.iter().map(|kind| kind.name()).collect();
+    let kinds = kinds.join(", ");
     match aside.runs {
         1 => format!("on the run kept aside ({kinds})"),
         runs => format!("on the {runs} runs kept aside ({kinds})"),
@@ -147,6 +150,7 @@ pub fn where_aside(aside: &HeldOut) -> String {
 #[cfg(test)]
 mod tests {
     use robot_model::estimation::ErrorPair;
+    use robot_model::explain::Why;
     use robot_model::residuals::Unexplained;
 
     use super::*;
@@ -164,10 +168,9 @@ mod tests {
             train: to,
             cross_validated: to,
             p_value: 1e-9,
-            why: String::new(),
+            why: Why::default(),
         };
         Answer {
-            schema: 1,
             known: Vec::new(),
             baseline: ErrorPair { train: from, cross_validated: from },
             steps: vec![step],

@@ -1,0 +1,149 @@
+//! What `explain` answers, schema 1.
+
+use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::explain::{Answer, NextRun, ParameterFound, Rejected, StepFound};
+use robot_model::residuals::{Regressor, Unexplained};
+use serde_json::{Value, json};
+
+use crate::words;
+
+/// The whole answer.
+pub fn answer(answer: &Answer) -> Value {
+    json!({
+        "schema": 1,
+        "baseline": pair(&answer.baseline),
+        "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
+        "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
+        "unexplained": unexplained(&answer.unexplained),
+        "next_run": answer.next_run.as_ref().map(next_run),
+    })
+}
+
+/// Errors on the runs fitted to, and cross-validated.
+pub fn pair(pair: &ErrorPair) -> Value {
+    json!({"train": errors(&pair.train), "heldout": errors(&pair.cross_validated)})
+}
+
+/// How far predicted and measured tracks lie apart.
+pub fn errors(errors: &Errors) -> Value {
+    json!({
+        "position_rms_m": errors.position_rms_m,
+        "heading_rms_rad": errors.heading_rms_rad,
+        "chi": errors.chi,
+    })
+}
+
+/// The parameters of an effect.
+pub fn parameters(parameters: &[ParameterFound]) -> Value {
+    let parameter = |of: &ParameterFound| {
+        json!({
+            "name": of.name,
+            "unit": of.unit,
+            "value": of.value,
+            "sigma": of.sigma,
+            "low95": of.low95,
+            "high95": of.high95,
+        })
+    };
+    parameters.iter().map(parameter).collect()
+}
+
+fn step(step: &StepFound) -> Value {
+    json!({
+        "effect": step.effect,
+        "class": step.class,
+        "parameters": parameters(&step.parameters),
+        "train": errors(&step.train),
+        "heldout": errors(&step.cross_validated),
+        "p_value": step.p_value,
+        "why": words::why(step),
+    })
+}
+
+fn rejected(rejected: &Rejected) -> Value {
+    json!({
+        "effect": rejected.effect,
+        "reason": words::reason(&rejected.reason),
+        "heldout": errors(&rejected.cross_validated),
+    })
+}
+
+fn unexplained(unexplained: &Unexplained) -> Value {
+    let names = unexplained.depends_on.iter().copied().map(Regressor::name);
+    json!({
+        "structure": unexplained.structure,
+        "depends_on": names.collect::<Vec<_>>(),
+        "p_value": unexplained.p_value,
+    })
+}
+
+fn next_run(next: &NextRun) -> Value {
+    json!({
+        "kind": next.kind.name(),
+        "separates": next.separates,
+        "why": words::promise(&next.promise),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use robot_model::explain::{PlanKind, Promise, Reason, Why};
+
+    use super::*;
+
+    #[test]
+    fn the_json_has_the_keys_that_it_is_specified_to_have() {
+        let parameter = ParameterFound {
+            name: "k".into(),
+            unit: "s".into(),
+            value: 0.02,
+            sigma: 0.001,
+            low95: 0.018,
+            high95: 0.022,
+        };
+        let found = Answer {
+            known: Vec::new(),
+            baseline: ErrorPair { train: Errors::default(), cross_validated: Errors::default() },
+            steps: vec![StepFound {
+                effect: "side_slip".into(),
+                class: vec!["side_slip".into()],
+                parameters: vec![parameter],
+                train: Errors::default(),
+                cross_validated: Errors::default(),
+                p_value: 1e-9,
+                why: Why::default(),
+            }],
+            rejected: vec![Rejected {
+                effect: "scrub".into(),
+                reason: Reason::InModel,
+                cross_validated: Errors::default(),
+            }],
+            unexplained: Unexplained::default(),
+            next_run: Some(NextRun {
+                kind: PlanKind::Straight,
+                separates: Vec::new(),
+                promise: Promise::default(),
+            }),
+            held_out: None,
+        };
+        let json = answer(&found);
+        let keys = |of: &Value| -> Vec<String> {
+            let mut keys: Vec<String> = of.as_object().unwrap().keys().cloned().collect();
+            keys.sort();
+            keys
+        };
+        let top = ["baseline", "next_run", "rejected", "schema", "steps", "unexplained"];
+        assert_eq!(keys(&json), top);
+        assert_eq!(json["schema"], 1);
+        assert_eq!(keys(&json["baseline"]), ["heldout", "train"]);
+        let error = ["chi", "heading_rms_rad", "position_rms_m"];
+        assert_eq!(keys(&json["baseline"]["train"]), error);
+        let step = ["class", "effect", "heldout", "p_value", "parameters", "train", "why"];
+        assert_eq!(keys(&json["steps"][0]), step);
+        let parameter = ["high95", "low95", "name", "sigma", "unit", "value"];
+        assert_eq!(keys(&json["steps"][0]["parameters"][0]), parameter);
+        assert_eq!(keys(&json["rejected"][0]), ["effect", "heldout", "reason"]);
+        assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "structure"]);
+        assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
+    }
+}

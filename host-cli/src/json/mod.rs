@@ -1,0 +1,12 @@
+//! What `robot-model` finds, as JSON: keys and shapes that other programs rely on.
+//!
+//! | file | what it shapes |
+//! | --- | --- |
+//! | `answer.rs` | what `explain` answers (schema 1, `docs/explain.schema.json`) |
+//! | `comparison.rs` | what `compare` answers |
+
+mod answer;
+mod comparison;
+
+pub use answer::{answer, errors, pair, parameters};
+pub use comparison::{comparison, rms};

@@ -1,0 +1,89 @@
+//! W_T's uncertainty in words.
+
+use robot_model::calibration::{Action, Advice, Source, Verdict};
+
+/// A source of uncertainty, for a table.
+pub const fn source(source: Source) -> &'static str {
+    match source {
+        Source::Reading => "reading at the end",
+        Source::TrackNoise => "noise of the track",
+        Source::Wander => "wandering of the robot",
+        Source::StartHeading => "alignment at the start",
+        Source::TrackWidth => "track width",
+        Source::WheelRadius => "wheel radius",
+        Source::EncoderQuantisation => "encoder counts",
+    }
+}
+
+/// What bends the path.
+pub const fn out_and_back(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Radius => "the curvature flips its sign on reversing: unequal radii",
+        Verdict::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
+        Verdict::Both => {
+            "the curvature changes on reversing but does not just flip: unequal radii and a pull"
+        }
+        Verdict::Neither => "neither unequal radii nor a pull stands out from the noise",
+    }
+}
+
+/// What would make W_T surer, and how sure.
+pub fn advice(advice: &Advice) -> String {
+    format!(
+        "{:.0} % of the variance comes from the {}; {}: the sigma of W_T would be {}",
+        100.0 * advice.share,
+        source(advice.dominating),
+        action(advice.action),
+        two_digits(advice.sigma_then)
+    )
+}
+
+/// What to do, an imperative without a full stop.
+fn action(action: Action) -> String {
+    match action {
+        Action::OffsetInsteadOfTangent => {
+            "measure the lateral offset at the end instead of the tangent".to_owned()
+        }
+        Action::OffsetInsteadOfHeading { sigma_m } => format!(
+            "measure the lateral offset at the end to {} mm instead of the heading",
+            sigma_m * 1e3
+        ),
+        Action::LongerBase { dx_m } => format!("use a longer base dx, of {dx_m:.2} m"),
+        Action::DriveTwiceAsFar => "drive twice as far".to_owned(),
+        Action::OffsetHalfWayToo => {
+            "read the lateral offset half way as well as at the end, then the alignment cancels"
+                .to_owned()
+        }
+        Action::CalibrateOnceMore => "calibrate once more, starting from this W_T".to_owned(),
+        Action::FourRuns => "drive four such runs and take their mean".to_owned(),
+    }
+}
+
+/// A sigma with two significant digits, without an exponent where that reads well.
+fn two_digits(sigma: f64) -> String {
+    let text = format!("{sigma:.1e}");
+    match text.rsplit('e').next().and_then(|power| power.parse::<i32>().ok()) {
+        Some(power @ -6..=0) => format!("{sigma:.*}", power.unsigned_abs() as usize + 1),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_says_what_to_do_and_what_that_gives() {
+        let given = Advice {
+            dominating: Source::Reading,
+            share: 0.994,
+            action: Action::OffsetInsteadOfHeading { sigma_m: 0.0005 },
+            sigma_then: 1.4e-4,
+        };
+        assert_eq!(
+            advice(&given),
+            "99 % of the variance comes from the reading at the end; measure the lateral offset at the end to 0.5 mm \
+             instead of the heading: the sigma of W_T would be 0.00014"
+        );
+    }
+}

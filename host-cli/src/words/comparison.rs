@@ -1,0 +1,149 @@
+//! A comparison in words.
+
+use robot_model::compare::{Aspect, Axis, Cell, Comparison, Drift, Extent, Label, Regime, Worst};
+
+/// The name of a regime.
+pub const fn regime(regime: Regime) -> &'static str {
+    match regime {
+        Regime::RunKind => "run kind",
+        Regime::Path => "path",
+        Regime::RampOrCruise => "ramp or cruise",
+        Regime::TravelDirection => "direction of travel",
+        Regime::TurnDirection => "turn direction",
+        Regime::Speed => "speed",
+        Regime::Heading => "heading",
+        Regime::LeftWheelAngle => "left wheel's angle",
+        Regime::RightWheelAngle => "right wheel's angle",
+    }
+}
+
+/// The name of a kind of stretches.
+pub fn label(label: Label) -> String {
+    match label {
+        Label::Kind(kind) => kind.name().to_owned(),
+        Label::Straight => "straight".to_owned(),
+        Label::Arc => "arc".to_owned(),
+        Label::OnTheSpot => "on the spot".to_owned(),
+        Label::Ramp => "ramp".to_owned(),
+        Label::Cruise => "cruise".to_owned(),
+        Label::Forward => "forward".to_owned(),
+        Label::Backward => "backward".to_owned(),
+        Label::Left => "left".to_owned(),
+        Label::Right => "right".to_owned(),
+        Label::Speed { above: None, to: None } => "all".to_owned(),
+        Label::Speed { above: None, to: Some(high) } => format!("below {high:.2} m/s"),
+        Label::Speed { above: Some(low), to: Some(high) } => format!("{low:.2} to {high:.2} m/s"),
+        Label::Speed { above: Some(low), to: None } => format!("above {low:.2} m/s"),
+        Label::Facing(deg) => format!("round {deg} deg"),
+        Label::Quadrant(from_deg) => format!("{from_deg} to {} deg", from_deg + 90),
+    }
+}
+
+/// What stands on an axis.
+pub const fn axis(axis: Axis) -> &'static str {
+    match axis {
+        Axis::Speed => "speed in m/s",
+        Axis::TurnRate => "turn rate in rad/s",
+        Axis::Acceleration => "speeding up of the middle in m/s\u{b2}",
+        Axis::RimSpeed => "speed of the faster rim in m/s",
+        Axis::Heading => "heading in degrees",
+        Axis::LeftWheelAngle => "angle of the left wheel in degrees",
+        Axis::RightWheelAngle => "angle of the right wheel in degrees",
+        Axis::SinceReversal => "way since the last reversal in m",
+        Axis::TimeInRun => "time in the run in s",
+        Axis::TimeInCampaign => "time in the campaign in s",
+    }
+}
+
+/// The main finding, in one or two sentences.
+pub fn finding(comparison: &Comparison) -> String {
+    let finding = &comparison.finding;
+    let who = if finding.nominal { "The nominal robot" } else { "The model" };
+    let (position_m, heading_rad) = (comparison.position_m.rms, comparison.heading_rad.rms);
+    let (mm, mrad) = (position_m * 1e3, heading_rad * 1e3);
+    let size = if heading_rad > 0.0 {
+        format!("{mm:.1} mm and {mrad:.1} mrad")
+    } else {
+        format!("{mm:.1} mm")
+    };
+    let worst = finding.worst.as_ref().map(|worst| depends(comparison, worst));
+    match (finding.extent, worst) {
+        (Extent::NotFinite, _) => {
+            format!("{who} predicts no track that ends anywhere: one of its values makes no sense.")
+        }
+        (Extent::NoPositions, _) => {
+            "No places were measured, so there is nothing to compare with.".to_owned()
+        }
+        (Extent::Noise, None) => {
+            format!("{who} is off by {size}, which is what noise alone would give.")
+        }
+        (Extent::Noise, Some(worst)) => format!(
+            "{who} is off by {size}, which over whole runs noise alone would give; but {worst}."
+        ),
+        (Extent::Beyond(times), worst) => {
+            let start = format!("{who} is off by {size}, {times:.1} times what noise would give");
+            match worst {
+                Some(worst) => format!("{start}: {worst}."),
+                None => format!("{start}, too little in any one regime to stand out there."),
+            }
+        }
+    }
+}
+
+fn depends(comparison: &Comparison, worst: &Worst) -> String {
+    let question = &comparison.regimes[worst.question];
+    let cell = &question.cells[worst.cell];
+    let place = place(question.regime, cell);
+    let Some(drift) = worst.drift else {
+        let (mm, mrad) = (cell.position_m.rms * 1e3, cell.heading_rad.rms * 1e3);
+        return format!(
+            "it is worst {place}, {mm:.1} mm and {mrad:.1} mrad over {:.2} m of rolling, {:.1} times noise",
+            cell.rolled_m, cell.chi
+        );
+    };
+    let flips = match question.regime {
+        Regime::TravelDirection | Regime::TurnDirection if worst.flips => {
+            ", and the other way round in the opposite direction"
+        }
+        _ if worst.flips => ", and the other way round elsewhere",
+        _ => "",
+    };
+    format!("it is worst {place}, where {} for each metre that the rims roll{flips}", says(&drift))
+}
+
+/// Where a cell's stretches are.
+fn place(of: Regime, cell: &Cell) -> String {
+    let name = label(cell.label);
+    match (of, cell.label) {
+        (_, Label::Kind(_)) => format!("in {name} runs"),
+        (_, Label::Straight) => "on straights".to_owned(),
+        (_, Label::Arc) => "in arcs".to_owned(),
+        (_, Label::OnTheSpot) => "on the spot".to_owned(),
+        (_, Label::Ramp) => "on ramps".to_owned(),
+        (_, Label::Cruise) => "at cruise".to_owned(),
+        (_, Label::Forward | Label::Backward) => name,
+        (_, Label::Left | Label::Right) => format!("in turns to the {name}"),
+        (_, Label::Speed { .. }) => format!("at speeds {name}"),
+        (_, Label::Facing(_)) => format!("at headings {name}"),
+        (of, Label::Quadrant(_)) => format!("at {} {name}", regime(of)),
+    }
+}
+
+/// A systematic error in words.
+fn says(drift: &Drift) -> String {
+    let size = drift.per_m.abs() * 1e3;
+    match (drift.aspect, drift.per_m > 0.0) {
+        (Aspect::Turn, true) => {
+            format!("the robot turns {size:.1} mrad further left than predicted")
+        }
+        (Aspect::Turn, false) => {
+            format!("the robot turns {size:.1} mrad further right than predicted")
+        }
+        (Aspect::Ahead, true) => {
+            format!("the robot gets {size:.1} mm further ahead than predicted")
+        }
+        (Aspect::Ahead, false) => format!("the robot stays {size:.1} mm behind what is predicted"),
+        (Aspect::Left, true) => format!("the robot drifts {size:.1} mm to the left"),
+        (Aspect::Left, false) => format!("the robot drifts {size:.1} mm to the right"),
+    }
+}

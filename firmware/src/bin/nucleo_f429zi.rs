@@ -12,7 +12,7 @@ mod wiring {
     use embassy_stm32::{Peri, bind_interrupts};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
-    use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::bridge::{Bridge, Mode, Pins};
     use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -73,7 +73,7 @@ mod wiring {
             right_b: p.PE14,
             enable: p.PF15,
         };
-        let motors = Bridge::sign_magnitude(p.TIM1, pins);
+        let motors = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA3, 3, divider);
 

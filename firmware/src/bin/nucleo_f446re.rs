@@ -9,7 +9,7 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, Uart};
     use embassy_stm32::{bind_interrupts, dma, peripherals};
-    use firmware::board::bridge::{Bridge, Pins};
+    use firmware::board::bridge::{Bridge, Mode, Pins};
     use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -53,7 +53,7 @@ mod wiring {
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PB6, p.PB7));
         let pins =
             Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
-        let motors = Bridge::sign_magnitude(p.TIM1, pins);
+        let motors = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
 

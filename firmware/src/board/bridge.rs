@@ -68,11 +68,23 @@ where
     pub enable: Peri<'static, E>,
 }
 
+/// What the driver's data sheet asks of the two lines of a wheel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// A PWM line and a direction line.
+    SignMagnitude,
+    /// A PWM line for each direction.
+    In1In2,
+}
+
 impl Bridge {
-    /// A PWM line and a direction line for each wheel.
-    pub fn sign_magnitude<A1, A2, A3, A4, E>(
+    /// Both motors stand still and the driver is disabled.
+    // Inlined, so that an image holds one mode only.
+    #[inline(always)]
+    pub fn new<A1, A2, A3, A4, E>(
         timer: Peri<'static, TIM1>,
         pins: Pins<A1, A2, A3, A4, E>,
+        mode: Mode,
     ) -> Self
     where
         A1: TimerPin<TIM1, Ch1>,
@@ -85,39 +97,26 @@ impl Bridge {
         // Dropping the pins would reconfigure them.
         core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
         core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
-        let wheel = |a, pin| Wheel { a, b: LineB::Direction(pin), backward: false };
-        let wheels = WheelPair {
-            left: wheel(Channel::Ch1, Output::new(pins.left_b, Level::Low, Speed::Low)),
-            right: wheel(Channel::Ch3, Output::new(pins.right_b, Level::Low, Speed::Low)),
+        let (left_b, right_b) = match mode {
+            Mode::SignMagnitude => (
+                LineB::Direction(Output::new(pins.left_b, Level::Low, Speed::Low)),
+                LineB::Direction(Output::new(pins.right_b, Level::Low, Speed::Low)),
+            ),
+            Mode::In1In2 => {
+                core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
+                core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
+                (LineB::Pwm(Channel::Ch2), LineB::Pwm(Channel::Ch4))
+            }
         };
-        let period = start(timer, &[Channel::Ch1, Channel::Ch3]);
-        Self { wheels, enable, enabled: false, period }
-    }
-
-    /// A PWM line for each direction of each wheel.
-    pub fn in1_in2<A1, A2, A3, A4, E>(
-        timer: Peri<'static, TIM1>,
-        pins: Pins<A1, A2, A3, A4, E>,
-    ) -> Self
-    where
-        A1: TimerPin<TIM1, Ch1>,
-        A2: TimerPin<TIM1, Ch2> + Pin,
-        A3: TimerPin<TIM1, Ch3>,
-        A4: TimerPin<TIM1, Ch4> + Pin,
-        E: Pin,
-    {
-        let enable = Output::new(pins.enable, Level::Low, Speed::Low);
-        core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
-        core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
-        core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
-        core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
-        let wheel = |a, b| Wheel { a, b: LineB::Pwm(b), backward: false };
         let wheels = WheelPair {
-            left: wheel(Channel::Ch1, Channel::Ch2),
-            right: wheel(Channel::Ch3, Channel::Ch4),
+            left: Wheel { a: Channel::Ch1, b: left_b, backward: false },
+            right: Wheel { a: Channel::Ch3, b: right_b, backward: false },
         };
-        let all = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
-        Self { wheels, enable, enabled: false, period: start(timer, &all) }
+        let channels: &[Channel] = match mode {
+            Mode::SignMagnitude => &[Channel::Ch1, Channel::Ch3],
+            Mode::In1In2 => &[Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4],
+        };
+        Self { wheels, enable, enabled: false, period: start(timer, channels) }
     }
 }
 

@@ -6,6 +6,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`control_timer`] | the timer behind the control tick |
+//! | `clocks` | the clock tree |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
@@ -19,6 +20,7 @@
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
 pub mod bridge;
+mod clocks;
 pub mod control_timer;
 pub mod encoders;
 pub mod flash;

@@ -1,10 +1,8 @@
 //! NUCLEO-F446RE: 512 KiB of flash in one bank, 8 MHz from the ST-LINK.
 
 use embassy_stm32::pac;
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
-};
-use embassy_stm32::time::mhz;
+
+use super::clocks::clocks_of_168_mhz;
 
 /// As in its user manual (UM1724).
 pub const NAME: &str = "NUCLEO-F446RE";
@@ -25,21 +23,7 @@ pub const ERASE_STALLS: bool = true;
 
 /// 168 MHz from the ST-LINK's 8 MHz.
 pub fn clocks() -> embassy_stm32::Config {
-    let mut config = embassy_stm32::Config::default();
-    config.rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Bypass });
-    config.rcc.pll_src = PllSource::HSE;
-    config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
-        mul: PllMul::MUL168,
-        divp: Some(PllPDiv::DIV2),
-        divq: None,
-        divr: None,
-    });
-    config.rcc.sys = Sysclk::PLL1_P;
-    config.rcc.ahb_pre = AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = APBPrescaler::DIV4;
-    config.rcc.apb2_pre = APBPrescaler::DIV2;
-    config
+    clocks_of_168_mhz(None)
 }
 
 /// The driver's enable pin low: PB10.

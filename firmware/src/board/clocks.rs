@@ -1,0 +1,28 @@
+//! The clocks of an STM32F4 on a NUCLEO board, which gets 8 MHz from its ST-LINK.
+
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
+    Sysclk,
+};
+use embassy_stm32::time::mhz;
+
+/// 8 MHz / 4 x 168 / 2 = 168 MHz for the core, a quarter of it for APB1 and half of it for APB2. `usb` divides the
+/// loop's 336 MHz for the USB peripheral, where there is one.
+#[inline(always)] // An image has one call of it.
+pub(super) fn clocks_of_168_mhz(usb: Option<PllQDiv>) -> embassy_stm32::Config {
+    let mut config = embassy_stm32::Config::default();
+    config.rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Bypass });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL168,
+        divp: Some(PllPDiv::DIV2),
+        divq: usb,
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}

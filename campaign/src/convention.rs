@@ -108,7 +108,8 @@ impl Convention {
 pub struct Meant {
     /// The convention.
     pub convention: Convention,
-    /// Only the poses after the first of each run: the first is a mark on the floor, and was not measured.
+    /// Only the poses after the first of each run: the first is a mark on the floor, and was not
+    /// measured.
     pub ends_only: bool,
 }
 

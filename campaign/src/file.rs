@@ -21,8 +21,8 @@ pub fn check_writable(file: &Path) -> Result<(), WriteError> {
     beside(&target(file)).map(drop).map_err(WriteError)
 }
 
-/// Writes a file whole or not at all, and replaces the one that exists. A device or a pipe is written in
-/// place.
+/// Writes a file whole or not at all, and replaces the one that exists. A device or a pipe is
+/// written in place.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let write = || -> io::Result<()> {
         if is_special(file) {
@@ -62,7 +62,8 @@ pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     }
 }
 
-/// The file that a link leads to, whether it exists or not: the link stays, and that file is replaced.
+/// The file that a link leads to, whether it exists or not: the link stays, and that file is
+/// replaced.
 pub fn target(file: &Path) -> PathBuf {
     if let Ok(there) = file.canonicalize() {
         return there;
@@ -84,7 +85,8 @@ fn with_bytes(file: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     Ok(beside)
 }
 
-/// A temporary file in the same folder, so that it can be renamed in one step; readable like any other.
+/// A temporary file in the same folder, so that it can be renamed in one step; readable like any
+/// other.
 fn beside(file: &Path) -> io::Result<NamedTempFile> {
     if file.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());

@@ -10,8 +10,8 @@ use robot_model::calibration::TrackSample;
 use crate::error::{CampaignError, Place, Warning};
 use crate::track::{parse_track, unknown_columns};
 
-/// Refuses, before the robot moves, a file that is not a track; a file that is still empty is accepted.
-/// Returns the warnings about its header.
+/// Refuses, before the robot moves, a file that is not a track; a file that is still empty is
+/// accepted. Returns the warnings about its header.
 pub fn check_header(path: &Path) -> Result<Vec<Warning>, CampaignError> {
     let text = whole_lines(path).map_err(|error| {
         let hint = "start the tracking system first, so that the file is there";

@@ -18,9 +18,9 @@
 //! # }
 //! ```
 //!
-//! Every error names its place, the problem and what to try ([`CampaignError`]); what is only suspicious is a
-//! [`Warning`]. `robot-model` finds what is wrong with the data; this crate puts it into words.
-//! It does not print, ask, or talk to a robot.
+//! Every error names its place, the problem and what to try ([`CampaignError`]); what is only
+//! suspicious is a [`Warning`]. `robot-model` finds what is wrong with the data; this crate puts it
+//! into words. It does not print, ask, or talk to a robot.
 //!
 //! | module | what it is |
 //! | --- | --- |

@@ -19,7 +19,8 @@ impl Campaign {
         Self::read_both(folder).map(|(campaign, _)| campaign)
     }
 
-    /// Reads a campaign folder, both as in its files and as `robot-model` takes it: each run is converted once.
+    /// Reads a campaign folder, both as in its files and as `robot-model` takes it: each run is
+    /// converted once.
     pub fn read_both(folder: &Path) -> Result<(Self, Recordings), CampaignError> {
         let toml = folder.join("robot.toml");
         let robot = RobotFile::read(&toml)?;
@@ -65,8 +66,8 @@ impl Campaign {
         }
     }
 
-    /// A warning if some runs that a model is fitted to do not say when they began: a drift with time cannot
-    /// be fitted without it.
+    /// A warning if some runs that a model is fitted to do not say when they began: a drift with
+    /// time cannot be fitted without it.
     fn without_start(&self, toml: &Path) -> Option<Warning> {
         let fitted = || self.runs.iter().filter(|run| !run.facts.held_out);
         let (of, told) =

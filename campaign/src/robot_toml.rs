@@ -79,8 +79,9 @@ pub fn mean_radius_m(geometry: &GeometryConfig) -> f64 {
 impl RobotFile {
     /// The nominal robot of this configuration.
     ///
-    /// The file has one encoder for both wheels, here the left one. Its radius is the mean of both wheels as
-    /// configured, so that W_T becomes wheel_radius_ratio alone: see [`crate::model::in_use`].
+    /// The file has one encoder for both wheels, here the left one. Its radius is the mean of both
+    /// wheels as configured, so that W_T becomes wheel_radius_ratio alone: see
+    /// [`crate::model::in_use`].
     pub fn of(config: &Config) -> Self {
         let encoder = config.encoder.left;
         let name = match config.name.as_str() {
@@ -180,8 +181,9 @@ impl RobotFile {
 
     /// The first value in which another robot differs: its name and both values.
     ///
-    /// The name does not count, as it can be changed, and a uid counts only if both have one. Wheels and track
-    /// are those of the robot as calibrated: `apply` changes them, and the robot is still the same.
+    /// The name does not count, as it can be changed, and a uid counts only if both have one.
+    /// Wheels and track are those of the robot as calibrated: `apply` changes them, and the robot
+    /// is still the same.
     pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
         if let (Some(here), Some(there)) = (&self.uid, &other.uid)
             && !here.eq_ignore_ascii_case(there)
@@ -219,7 +221,8 @@ fn hint_for(problem: &str) -> &'static str {
     }
 }
 
-/// The byte at which the section of a run, counted from 0, begins; 0 if the runs are not `[[run]]` sections.
+/// The byte at which the section of a run, counted from 0, begins; 0 if the runs are not `[[run]]`
+/// sections.
 fn start_of_run(text: &str, index: usize) -> usize {
     let mut start = 0;
     let headers = text.split_inclusive('\n').filter_map(|line| {

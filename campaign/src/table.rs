@@ -23,8 +23,8 @@ pub struct Table<C> {
 }
 
 impl<C: Copy + PartialEq> Table<C> {
-    /// Reads a file. `known` finds a column by its name; `time` is the column of the time, which each row
-    /// must have and which must increase; `required` columns must be in the header.
+    /// Reads a file. `known` finds a column by its name; `time` is the column of the time, which
+    /// each row must have and which must increase; `required` columns must be in the header.
     pub fn read(
         file: &Path,
         known: impl Fn(&str) -> Option<C>,
@@ -174,8 +174,8 @@ impl<C: Copy + PartialEq> Table<C> {
     }
 }
 
-/// Refuses the separators that a spreadsheet writes where numbers have a decimal comma: the header would be
-/// read as one column with a strange name.
+/// Refuses the separators that a spreadsheet writes where numbers have a decimal comma: the header
+/// would be read as one column with a strange name.
 fn check_separator(file: &Path, header: &StringRecord) -> Result<(), CampaignError> {
     let [only] = header.iter().collect::<Vec<_>>()[..] else { return Ok(()) };
     let what = match only {

@@ -153,7 +153,7 @@ fn a_robot_that_was_calibrated_goes_on_with_its_campaign_whose_nominal_stays() {
 }
 
 #[test]
-fn a_robot_of_the_same_kind_is_told_by_its_uid_where_both_have_one() {
+fn robots_of_the_same_kind_are_told_apart_by_their_uids_where_both_have_one() {
     let folder = tempfile::tempdir().unwrap();
     let with = |uid: &str| RobotFile { uid: Some(uid.into()), ..robot() };
     CampaignWriter::open(folder.path(), &with("0a")).unwrap();
@@ -211,7 +211,7 @@ fn headings_alone_are_no_poses_and_runs_without_positions_are_named() {
 }
 
 #[test]
-fn samples_that_no_reader_would_take_are_not_written() {
+fn samples_that_could_not_be_read_again_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
     let mut run = writer.start_run("a", &[Column::X]).unwrap();
@@ -291,7 +291,8 @@ fn what_the_model_sees_is_what_was_recorded() {
     assert!((run.wheels[2].phi_rad.right - full_turn * 15.0 / 900.0).abs() < 1e-15);
 }
 
-/// A campaign with one run for each of these facts, which stand in its `robot.toml`; each run has poses.
+/// A campaign with one run for each of these facts, which stand in its `robot.toml`; each run has
+/// poses.
 fn with_facts(facts: &[&str]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
@@ -309,10 +310,8 @@ fn with_facts(facts: &[&str]) -> tempfile::TempDir {
 fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
     let folder = with_facts(&["held_out = true", "payload_kg = 1", "held_out = false"]);
     let campaign = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap();
-    assert_eq!(
-        campaign.runs.iter().map(|run| run.held_out).collect::<Vec<_>>(),
-        [true, false, false]
-    );
+    let held_out: Vec<_> = campaign.runs.iter().map(|run| run.held_out).collect();
+    assert_eq!(held_out, [true, false, false]);
     for (facts, expected) in [
         (&["held_out = true"][..], "robot.toml: the only run is held out: none is left"),
         (
@@ -333,7 +332,7 @@ fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
 }
 
 #[test]
-fn runs_without_a_beginning_are_told_once_where_that_hides_drift() {
+fn runs_without_a_start_time_are_reported_once_if_that_hides_drift() {
     for (facts, expected) in [
         (&["", ""][..], Some("started_s is missing for all 2 runs")),
         (&["started_s = 0", "", "payload_kg = 1"], Some("started_s is missing for 2 of 3 runs")),
@@ -346,10 +345,9 @@ fn runs_without_a_beginning_are_told_once_where_that_hides_drift() {
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert_eq!(said.len(), usize::from(expected.is_some()), "{said:?}");
         assert!(expected.is_none_or(|expected| said[0].contains(expected)), "{said:?}");
-        let names_effect_and_key = |warning: &String| {
-            warning.contains("thermal_drift") && warning.contains("add started_s")
-        };
-        assert!(said.iter().all(names_effect_and_key));
+        for warning in &said {
+            assert!(warning.contains("thermal_drift") && warning.contains("add started_s"));
+        }
     }
 }
 

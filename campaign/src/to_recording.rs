@@ -1,5 +1,5 @@
-//! Converts a campaign as read into the one that `robot-model` takes: wheel angles, poses and the yaw rate,
-//! each with its own times. What else may be wrong with a run is tested in `checks`.
+//! Converts a campaign as read into the one that `robot-model` takes: wheel angles, poses and the
+//! yaw rate, each with its own times. What else may be wrong with a run is tested in `checks`.
 
 use std::path::Path;
 
@@ -26,7 +26,8 @@ impl Recordings {
         Self { robot, runs }
     }
 
-    /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in errors.
+    /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in
+    /// errors.
     pub fn into_model(
         self,
         campaign: &Campaign,

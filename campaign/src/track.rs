@@ -1,7 +1,7 @@
 //! Track files: where a camera, a laser or a total station measured the robot.
 //!
-//! Comma-separated with a header: `t_s,x_m,y_m` and, optionally, `heading_rad`; time on the clock of
-//! the run, strictly increasing. A row without x or y is skipped: the robot was not seen then.
+//! Comma-separated with a header: `t_s,x_m,y_m` and, optionally, `heading_rad`; time on the clock
+//! of the run, strictly increasing. A row without x or y is skipped: the robot was not seen then.
 
 use std::path::Path;
 

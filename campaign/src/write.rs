@@ -121,8 +121,8 @@ impl CampaignWriter {
     }
 }
 
-/// A run being written: in memory until [`RunWriter::finish`], so that a program that ends before it leaves
-/// nothing behind.
+/// A run being written: in memory until [`RunWriter::finish`], so that a program that ends before
+/// it leaves nothing behind.
 #[derive(Debug)]
 pub struct RunWriter {
     folder: PathBuf,
@@ -134,7 +134,8 @@ pub struct RunWriter {
 }
 
 impl RunWriter {
-    /// Adds a sample. Its time must be later than that of the sample before, and its numbers finite.
+    /// Adds a sample. Its time must be later than that of the sample before, and its numbers
+    /// finite.
     pub fn push(&mut self, row: &Row) -> Result<(), CampaignError> {
         let fail = |problem: String, column: usize| {
             let line = self.rows + 2;
@@ -178,8 +179,9 @@ impl RunWriter {
             if write_new(&path, self.text.as_bytes()).map_err(|error| unwritten(&path, error))? {
                 let added = add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts });
                 if let Err(error) = added {
-                    // Without its facts the run would be read as one without load and without a start time.
-                    // It is removed, so that it is driven again; if removing fails, nothing is lost.
+                    // Without its facts the run would be read as one without load and without a
+                    // start time. It is removed, so that it is driven again; if removing fails,
+                    // nothing is lost.
                     let _ = fs::remove_file(&path);
                     return Err(error);
                 }

@@ -16,8 +16,8 @@ use crate::wire::ThreadedWire;
 /// The link's speed on a serial port unless the address says otherwise (`/dev/ttyACM0@115200`).
 pub const BAUD: u32 = 921_600;
 
-/// The slowest line that carries the renewals of a motion and some telemetry. In a test with 12 simulated
-/// robots all calibrations succeeded from 19200 baud upwards, and none at 14400.
+/// The slowest line that carries the renewals of a motion and some telemetry. In a test with 12
+/// simulated robots all calibrations succeeded from 19200 baud upwards, and none at 14400.
 pub const BAUD_MIN: u32 = 19_200;
 
 /// Where a robot is reached.

@@ -1,7 +1,7 @@
 //! What can go wrong between a host and a robot.
 //!
-//! Each error says what failed and on what. What to try depends on the program that uses this crate, which
-//! must say it itself.
+//! Each error says what failed and on what. What to try depends on the program that uses this
+//! crate, which must say it itself.
 
 use std::fmt;
 use std::io;

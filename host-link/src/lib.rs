@@ -26,9 +26,9 @@
 //! | [`stream`] | telemetry in order, without gaps |
 //! | [`error`] | what can go wrong |
 //!
-//! The crate leaves to others: advice to a user (errors are enums with plain sentences, without advice on any
-//! one program), what is computed from telemetry, and simulated robots, for which [`Wire`] and
-//! [`clock::TimeSource`] are implemented elsewhere.
+//! The crate leaves to others: advice to a user (errors are enums with plain sentences, without
+//! advice on any one program), what is computed from telemetry, and simulated robots, for which
+//! [`Wire`] and [`clock::TimeSource`] are implemented elsewhere.
 
 pub mod address;
 pub mod cancel;

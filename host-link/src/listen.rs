@@ -29,8 +29,8 @@ impl FromStr for Listen {
     }
 }
 
-/// The robot's end of a line, with one client at a time. No method blocks, except while a client is slow to
-/// read.
+/// The robot's end of a line, with one client at a time. No method blocks, except while a client is
+/// slow to read.
 pub struct Line {
     address: String,
     end: End,

@@ -1,7 +1,8 @@
 //! A session with one robot: handshake, requests with retries, telemetry, events.
 //!
-//! It is async over a wire and a clock, so that the same procedure runs against a board in real time and
-//! against the simulator in virtual time. How a motion is driven is a matter of [`crate::motion`].
+//! It is async over a wire and a clock, so that the same procedure runs against a board in real
+//! time and against the simulator in virtual time. How a motion is driven is a matter of
+//! [`crate::motion`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -65,7 +66,8 @@ pub struct HostStatistics {
 impl Session {
     /// A session that is not open yet: [`open`](Self::open) begins it.
     ///
-    /// `number` must differ from that of the robot's last session; `port` is what errors call the wire.
+    /// `number` must differ from that of the robot's last session; `port` is what errors call the
+    /// wire.
     pub fn new(wire: impl Wire + 'static, clock: Clock, number: u32, port: String) -> Self {
         Self {
             wire: Box::new(wire),
@@ -120,7 +122,8 @@ impl Session {
         let ours = Hello::of_this_build(self.number);
         let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
         while self.clock.now_us() < give_up {
-            // A zero first ends whatever noise the robot has received so far, so that it is not part of our frame.
+            // A zero first ends whatever noise the robot has received so far, so that it is not
+            // part of our frame.
             self.write(&[0]).await?;
             let frame = self.encoder.hello(ours);
             self.write(&frame).await?;

@@ -1,4 +1,5 @@
-//! Telemetry as it was sent: in order, each frame once; frames that the line lost are requested again.
+//! Telemetry as it was sent: in order, each frame once; frames that the line lost are requested
+//! again.
 //!
 //! The stream says which frame to request; [`crate::session`] sends the request.
 
@@ -11,8 +12,8 @@ const REQUEST_AGAIN_AFTER_US: u64 = 40_000;
 
 /// Puts telemetry in order.
 ///
-/// Frames after a gap wait until the gap is filled, or until the robot can no longer fill it. One frame is
-/// requested at a time, so that requests do not choke a slow line.
+/// Frames after a gap wait until the gap is filled, or until the robot can no longer fill it. One
+/// frame is requested at a time, so that requests do not choke a slow line.
 #[derive(Debug, Default)]
 pub struct Stream {
     /// Number of the next frame; `None` before the first.

@@ -1,4 +1,5 @@
-//! The bytes to and from a robot. What they mean is a matter of `shared-proto` and [`crate::session`].
+//! The bytes to and from a robot. What they mean is a matter of `shared-proto` and
+//! [`crate::session`].
 
 use std::future::Future;
 use std::io::{self, Read, Write};

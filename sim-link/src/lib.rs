@@ -1,8 +1,9 @@
-//! The simulated robot as a host reaches it: in this process in virtual time ([`session`]), or behind a
-//! port in real time ([`Server`]).
+//! The simulated robot as a host reaches it: in this process in virtual time ([`session`]), or
+//! behind a port in real time ([`Server`]).
 //!
-//! The crate connects `host-link` and `sim-target`, so that neither knows the other. The emulated board, another
-//! robot on the simulator's clock, uses it as well. What is simulated is left to `sim-target`.
+//! The crate connects `host-link` and `sim-target`, so that neither knows the other. The emulated
+//! board, another robot on the simulator's clock, uses it as well. What is simulated is left to
+//! `sim-target`.
 
 mod serve;
 

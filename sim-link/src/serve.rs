@@ -1,7 +1,8 @@
 //! Serves a robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
 //!
-//! The virtual clock follows real time. Any program that can talk to a serial port can talk to the robot.
-//! [`serve`] serves the simulator; a program with another robot uses [`Server`] in a loop of its own.
+//! The virtual clock follows real time. Any program that can talk to a serial port can talk to the
+//! robot. [`serve`] serves the simulator; a program with another robot uses [`Server`] in a loop of
+//! its own.
 
 use std::fmt;
 use std::fs::File;
@@ -45,7 +46,8 @@ pub enum ServeEvent {
 pub enum ServeError {
     /// The port cannot be opened.
     Link(host_link::Error),
-    /// The robot cannot be put back when a client connects: a pseudo-terminal does not show that one does.
+    /// The robot cannot be put back when a client connects: a pseudo-terminal does not show that
+    /// one does.
     ResetOnPty,
     /// The camera's file exists.
     CameraExists(PathBuf),

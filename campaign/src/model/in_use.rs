@@ -4,10 +4,10 @@
 //! rho = 2 (W_T - 1) / (W_T + 1),   s = R_L (1 + W_T) / (2 R) - 1,   delta = b' / b - 1     (1)
 //! ```
 //!
-//! W_T, R_L, b' and the heading pull come from the robot's configuration, R and b from the campaign's
-//! `robot.toml`; (1) is the inverse of what `beeline apply` writes. Counts are raw, so an effect that the robot
-//! compensates still shows in them: without these entries `explain` would report it as missing. The values are
-//! exact, as they are configured and not measured.
+//! W_T, R_L, b' and the heading pull come from the robot's configuration, R and b from the
+//! campaign's `robot.toml`; (1) is the inverse of what `beeline apply` writes. Counts are raw, so
+//! an effect that the robot compensates still shows in them: without these entries `explain` would
+//! report it as missing. The values are exact, as they are configured and not measured.
 
 use std::path::Path;
 
@@ -56,11 +56,11 @@ pub enum Kept {
     Changed(String),
 }
 
-/// Writes what the robot compensates into the model of a campaign that has no run yet; an existing model
-/// stays as it is.
+/// Writes what the robot compensates into the model of a campaign that has no run yet; an existing
+/// model stays as it is.
 ///
-/// A campaign without runs is refused if its model is of another configuration. One with runs goes on: as
-/// counts are raw, runs from before and after a change of the configuration belong together.
+/// A campaign without runs is refused if its model is of another configuration. One with runs goes
+/// on: as counts are raw, runs from before and after a change of the configuration belong together.
 pub fn keep(
     folder: &Path,
     nominal: &RobotFile,
@@ -90,8 +90,8 @@ pub fn keep(
     Ok(Kept::Written(ids))
 }
 
-/// The first effect in use whose value differs between now and a model. Effects that were fitted since do not
-/// count.
+/// The first effect in use whose value differs between now and a model. Effects that were fitted
+/// since do not count.
 fn changed(model: &ModelFile, now: &[EffectEntry]) -> Option<String> {
     // The model keeps six digits.
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-5 * a.abs() + NOTHING;

@@ -1,4 +1,5 @@
-//! `model.toml`: which effects a user has accepted, with their fitted values; and effects of the user's own.
+//! `model.toml`: which effects a user has accepted, with their fitted values; and effects of the
+//! user's own.
 //!
 //! ```toml
 //! [[effect]]
@@ -13,9 +14,9 @@
 //! unit.k = "s^2/m^2"
 //! ```
 //!
-//! A `[[custom]]` declares an effect as a further candidate for `explain`; only an `[[effect]]` of its id
-//! puts it into the model. `in_use = true` marks an effect that the robot compensated while its runs were
-//! recorded, at the value in its configuration ([`in_use`]).
+//! A `[[custom]]` declares an effect as a further candidate for `explain`; only an `[[effect]]` of
+//! its id puts it into the model. `in_use = true` marks an effect that the robot compensated while
+//! its runs were recorded, at the value in its configuration ([`in_use`]).
 
 pub mod in_use;
 mod raw;
@@ -55,7 +56,8 @@ pub struct EffectEntry {
     pub effect: KnownEffect,
     /// Its fitted parameters; empty before a fit.
     pub parameters: Vec<ParameterFound>,
-    /// The values are those that the robot compensated while the runs were recorded; nothing was fitted.
+    /// The values are those that the robot compensated while the runs were recorded; nothing was
+    /// fitted.
     pub in_use: bool,
 }
 
@@ -112,7 +114,8 @@ impl ModelFile {
         self.effects.iter().map(|entry| &*entry.effect).collect()
     }
 
-    /// The effects that the robot compensated while the runs were recorded, and that were not fitted since.
+    /// The effects that the robot compensated while the runs were recorded, and that were not
+    /// fitted since.
     pub fn in_use(&self) -> Vec<&EffectEntry> {
         self.effects.iter().filter(|entry| entry.in_use).collect()
     }

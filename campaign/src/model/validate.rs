@@ -1,5 +1,5 @@
-//! Which numbers of a `model.toml` make no sense. A value that is merely implausible is accepted: the data
-//! will show whether it is wrong.
+//! Which numbers of a `model.toml` make no sense. A value that is merely implausible is accepted:
+//! the data will show whether it is wrong.
 
 use std::path::Path;
 
@@ -79,8 +79,8 @@ fn fit_again() -> String {
     "take it out and `beeline model fit CAMPAIGN` finds it anew".into()
 }
 
-/// What a parameter of the catalogue must be, if this value of it makes no sense: a wheel or a track
-/// without width, a turn in the opposite direction, a length that is not positive.
+/// What a parameter of the catalogue must be, if this value of it makes no sense: a wheel or a
+/// track without width, a turn in the opposite direction, a length that is not positive.
 fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
     find(id)?;
     let (low, high) = known.possible;

@@ -196,8 +196,9 @@ fn planned(
         pieces,
         name,
     };
-    // The duration of a spin grows with the track width, which is not known here: a run that is too long for
-    // the narrowest track is too long for any. `check_durations` tests with the robot's own.
+    // The duration of a spin grows with the track width, which is not known here: a run that is too
+    // long for the narrowest track is too long for any. `check_durations` tests with the robot's
+    // own.
     let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
     if duration_s > DURATION_S_MAX {
         let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
@@ -309,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_plan_is_said_with_line_and_column() {
+    fn an_error_in_a_plan_has_its_line_and_column() {
         let run =
             |pieces: &str| format!("acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n{pieces}\n");
         let cases = [
@@ -341,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn how_long_a_spin_takes_is_a_matter_of_the_track() {
+    fn the_duration_of_a_spin_depends_on_the_track_width() {
         // 100 turns of 0.37 m are 117 m at 0.02 m/s; of a robot with a tenth of that track 12 m.
         let plan = parse(
             "acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n\

@@ -128,7 +128,8 @@ impl CampaignPlan {
         Ok(())
     }
 
-    /// The floor that the whole plan needs if each run starts at the same mark, with its own heading.
+    /// The floor that the whole plan needs if each run starts at the same mark, with its own
+    /// heading.
     pub fn floor(&self, track_width_m: f64) -> Floor {
         let each = self.runs.iter().map(|run| Floor::of(&run.pieces, track_width_m));
         each.fold(Floor::default(), Floor::with)

@@ -1,5 +1,5 @@
-//! Which runs a user can add to a campaign, by their kind: those that `explain` suggests as the next run, as
-//! it planned them, and the kinds into which it sorts runs.
+//! Which runs a user can add to a campaign, by their kind: those that `explain` suggests as the
+//! next run, as it planned them, and the kinds into which it sorts runs.
 
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Which runs a campaign drives unless the user plans others.
 //!
-//! Each effect of the catalogue shows in some runs and not in others; a campaign that is to tell the effects
-//! apart needs all these runs. The reasons are beside the runs, in [`PlannedRun::shows`].
+//! Each effect of the catalogue shows in some runs and not in others; a campaign that is to tell
+//! the effects apart needs all these runs. The reasons are beside the runs, in
+//! [`PlannedRun::shows`].
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -1,4 +1,4 @@
-//! `beeline wheel-weight`
+//! `beeline wheel-weight`: the paper's calculation on numbers from the command line.
 
 use robot_model::calibration::{Deviation, Experiment, WheelWeight};
 use robot_model::kinematics::{Geometry, WheelPair};
@@ -35,7 +35,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     let weight = experiment
         .wheel_weight()
         .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
-    // What a calibration on the robot itself would refuse, or doubt.
+    // The checks of a calibration on the robot itself.
     plausibility::check(GeometryConfig {
         wheel_radius_m: args.radius.m,
         track_width_m: args.track_width.m,
@@ -56,7 +56,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     Ok(())
 }
 
-/// W_T for machines.
+/// W_T as JSON.
 pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
     let parts: Vec<_> = weight
         .contributions
@@ -78,7 +78,7 @@ pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
     })
 }
 
-/// W_T for people.
+/// Prints W_T as text.
 pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
     let row = |name: &str, value: String| say(format_args!("{name:>8}  {value}"));
     row(
@@ -104,7 +104,7 @@ pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
             format!("{:<24} {:.6}  {share:>3.0} % of the variance", part.source.name(), part.sigma);
         row("", paint(DIM, text));
     }
-    for thought in weight.what_would_reduce_it_most().to_string().split("; ") {
-        row("", thought.into());
+    for suggestion in weight.what_would_reduce_it_most().to_string().split("; ") {
+        row("", suggestion.into());
     }
 }

@@ -1,5 +1,5 @@
-//! Drives a motion: arms the robot, commands and renews the motion, records telemetry, and leaves the robot
-//! standing still.
+//! Drives a motion: arms the robot, commands and renews the motion, records telemetry, and leaves
+//! the robot standing still.
 //!
 //! What follows from the recording is left to the caller.
 
@@ -21,9 +21,9 @@ use self::rest::{bring_to_rest, leave_as_found, stop_if_cancelled, wait_for_stop
 /// The robot stops by itself if it hears nothing for this long \[ms\].
 pub const TTL_MS: u16 = 200;
 
-/// The host renews a motion this often: of the six renewals in a time to live, five may be lost; one fits
-/// into the shortest `protection.link_timeout_s`; and a line of [`BAUD_MIN`](crate::address::BAUD_MIN)
-/// carries them.
+/// The host renews a motion this often: of the six renewals in a time to live, five may be lost;
+/// one fits into the shortest `protection.link_timeout_s`; and a line of
+/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries them.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
 
 /// From the command to the beginning of the recording: enough to send the command seven times.
@@ -76,7 +76,8 @@ impl Motion {
         }
     }
 
-    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a cruise.
+    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a
+    /// cruise.
     pub fn ramp_s(&self) -> f64 {
         let Self { distance, cruise, acceleration, .. } = *self;
         let distance = distance.left.abs().max(distance.right.abs());
@@ -103,8 +104,8 @@ pub struct RecordOptions {
     pub period_ms: u16,
     /// How long to record the robot standing still before and after the motion.
     pub rest: Duration,
-    /// Called with the time at which the recording begins, on the robot's clock \[us\], before the robot is
-    /// commanded to drive.
+    /// Called with the time at which the recording begins, on the robot's clock \[us\], before the
+    /// robot is commanded to drive.
     pub trigger: Option<Trigger>,
 }
 
@@ -116,8 +117,9 @@ impl Default for RecordOptions {
 
 /// Drives a motion to its end, with the motors off before and after.
 ///
-/// However this ends, by a fault, a [`Cancel`](crate::Cancel) or a lost link, the robot is left standing still.
-/// A robot that is already moving, by another command, is an error, and nothing changes.
+/// However this ends, by a fault, a [`Cancel`](crate::Cancel) or a lost link, the robot is left
+/// standing still. A robot that is already moving, by another command, is an error, and nothing
+/// changes.
 pub async fn drive(
     session: &mut Session,
     motion: &Motion,
@@ -186,8 +188,8 @@ async fn drive_armed(
 
     let mut heard_us = session.clock().now_us();
     let mut last_us = 0;
-    /// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2 by their
-    /// ranges.
+    /// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2
+    /// by their ranges.
     const STEERED: f64 = 1.25;
     let duration_s = motion.duration_s();
     loop {
@@ -232,8 +234,9 @@ async fn drive_armed(
 
 /// Commands the motion to begin at a time on the robot's clock, and returns that time \[us\].
 ///
-/// So a command that is repeated does not begin later, and the recording has the same instants of the
-/// motion, whatever the line lost. `commanded` is true as soon as the robot may have received the command.
+/// So a command that is repeated does not begin later, and the recording has the same instants of
+/// the motion, whatever the line lost. `commanded` is true as soon as the robot may have received
+/// the command.
 async fn start(
     session: &mut Session,
     motion: &Motion,
@@ -247,8 +250,8 @@ async fn start(
     let period_us = u64::from(options.period_ms.max(1)) * 1000;
     for attempt in 0..START_TRIES {
         let now_us = latest_time_us(session, telemetry).await?;
-        // A multiple of the telemetry period, so that every recording has the same instants of its motion.
-        // If the command came too late on a busy line, the next one has four times as long.
+        // A multiple of the telemetry period, so that every recording has the same instants of its
+        // motion. If the command came too late on a busy line, the next one has four times as long.
         let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
         let start_us = now_us + ahead_us.next_multiple_of(period_us);
         let drive = Drive {
@@ -291,8 +294,8 @@ async fn latest_time_us(session: &mut Session, telemetry: &mut Vec<Telemetry>) -
     }
 }
 
-/// Listens until all telemetry of the rest after the motion has arrived; returns when that rest ends, on the
-/// robot's clock \[us\].
+/// Listens until all telemetry of the rest after the motion has arrived; returns when that rest
+/// ends, on the robot's clock \[us\].
 async fn listen_to_the_end(
     session: &mut Session,
     start_us: u64,

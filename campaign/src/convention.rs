@@ -1,4 +1,6 @@
-//! Axes of whoever measured, that are not those of a campaign.
+//! Which axis conventions other than the campaign's measured poses may follow.
+//!
+//! Whether a recording follows one of them is found in `checks`.
 
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
@@ -7,28 +9,28 @@ use robot_model::recording::{PoseMeasurement, Recording};
 
 use super::Column;
 
-/// How the poses of all runs may be meant.
+/// A convention for poses that differs from the campaign's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
     /// y is to the right of x.
     Mirrored,
     /// Headings count clockwise.
     Clockwise,
-    /// Both: y goes down, as in a picture.
+    /// Both: y points down, as in a picture.
     Picture,
-    /// x stands under y, and y under x.
+    /// The columns x and y are exchanged.
     Exchanged,
     /// Headings count from the y axis.
     FromY,
-    /// Headings count from the axis against y.
+    /// Headings count from the negative y axis.
     FromMinusY,
     /// Headings count from the y axis, clockwise, as a compass does.
     Compass,
-    /// That, and x stands under y, and y under x.
+    /// As a compass does, with the columns x and y exchanged.
     NorthEast,
-    /// All is seen from axes that are a quarter of a turn to the right of ours.
+    /// The axes are a quarter turn to the right of ours.
     QuarterRight,
-    /// The same, to the left.
+    /// The axes are a quarter turn to the left of ours.
     QuarterLeft,
 }
 
@@ -46,7 +48,7 @@ impl Convention {
         Self::QuarterLeft,
     ];
 
-    /// Where it shows.
+    /// The column in which it shows.
     pub(super) fn column(self) -> Column {
         match self {
             Self::Mirrored | Self::Picture => Column::Y,
@@ -55,7 +57,7 @@ impl Convention {
         }
     }
 
-    /// What to do to the columns.
+    /// How to change the columns.
     fn hint(self) -> &'static str {
         match self {
             Self::Mirrored => "the other sign of y_m (y is to the left of x)",
@@ -80,46 +82,47 @@ impl Convention {
     }
 
     /// A pose in our axes.
-    fn ours(self, sight: PoseMeasurement) -> PoseMeasurement {
+    fn ours(self, pose: PoseMeasurement) -> PoseMeasurement {
         let with = |position: fn([f64; 2]) -> [f64; 2], heading: fn(f64) -> f64| PoseMeasurement {
-            position_m: sight.position_m.map(position),
-            heading_rad: sight.heading_rad.map(heading),
-            ..sight
+            position_m: pose.position_m.map(position),
+            heading_rad: pose.heading_rad.map(heading),
+            ..pose
         };
         match self {
-            Self::Mirrored => with(|[x, y]| [x, -y], |it| it),
-            Self::Clockwise => with(|it| it, |it| -it),
-            Self::Picture => with(|[x, y]| [x, -y], |it| -it),
-            Self::Exchanged => with(|[x, y]| [y, x], |it| it),
-            Self::FromY => with(|it| it, |it| it + FRAC_PI_2),
-            Self::FromMinusY => with(|it| it, |it| it - FRAC_PI_2),
-            Self::Compass => with(|it| it, |it| FRAC_PI_2 - it),
-            Self::NorthEast => with(|[x, y]| [y, x], |it| FRAC_PI_2 - it),
-            Self::QuarterRight => with(|[x, y]| [-y, x], |it| it + FRAC_PI_2),
-            Self::QuarterLeft => with(|[x, y]| [y, -x], |it| it - FRAC_PI_2),
+            Self::Mirrored => with(|[x, y]| [x, -y], |heading| heading),
+            Self::Clockwise => with(|position| position, |heading| -heading),
+            Self::Picture => with(|[x, y]| [x, -y], |heading| -heading),
+            Self::Exchanged => with(|[x, y]| [y, x], |heading| heading),
+            Self::FromY => with(|position| position, |heading| heading + FRAC_PI_2),
+            Self::FromMinusY => with(|position| position, |heading| heading - FRAC_PI_2),
+            Self::Compass => with(|position| position, |heading| FRAC_PI_2 - heading),
+            Self::NorthEast => with(|[x, y]| [y, x], |heading| FRAC_PI_2 - heading),
+            Self::QuarterRight => with(|[x, y]| [-y, x], |heading| heading + FRAC_PI_2),
+            Self::QuarterLeft => with(|[x, y]| [y, -x], |heading| heading - FRAC_PI_2),
         }
     }
 }
 
-/// What is meant otherwise.
+/// Which poses follow another convention.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meant {
-    /// How.
+    /// The convention.
     pub convention: Convention,
-    /// All poses but the first of each run: that one is a mark, and was not read.
+    /// Only the poses after the first of each run: the first is a mark on the floor, and was not
+    /// measured.
     pub ends_only: bool,
 }
 
 impl Meant {
-    /// All runs in our axes.
+    /// All runs, with these poses in our axes.
     pub(super) fn in_ours(self, runs: &[Recording]) -> Vec<Recording> {
         let ours = |run: &Recording| {
             let first = usize::from(self.ends_only);
-            let sights = run.measured_poses.iter().enumerate();
-            let ours = |(k, it): (usize, &PoseMeasurement)| {
-                if k < first { *it } else { self.convention.ours(*it) }
+            let poses = run.measured_poses.iter().enumerate();
+            let ours = |(k, pose): (usize, &PoseMeasurement)| {
+                if k < first { *pose } else { self.convention.ours(*pose) }
             };
-            Recording { measured_poses: sights.map(ours).collect(), ..run.clone() }
+            Recording { measured_poses: poses.map(ours).collect(), ..run.clone() }
         };
         runs.iter().map(ours).collect()
     }

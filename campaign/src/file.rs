@@ -1,6 +1,6 @@
 //! Files that appear whole or not at all.
 //!
-//! A device or a pipe is no such file: it stays what it is, and what is written goes into it.
+//! A device or a pipe is written in place: it stays a device or a pipe.
 
 use std::fmt;
 use std::fs::{self, OpenOptions};
@@ -9,19 +9,20 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// Links behind links that are followed; the systems themselves follow 40.
+/// How many links are followed one after the other; operating systems follow 40.
 const LINKS_MAX: usize = 40;
 
-/// Makes sure that a file can be written, and leaves nothing behind.
+/// Checks that a file can be written, and leaves nothing behind.
 pub fn check_writable(file: &Path) -> Result<(), WriteError> {
-    // To open a pipe would be to wait for its reader.
+    // Opening a pipe would wait for its reader.
     if is_special(file) {
         return Ok(());
     }
     beside(&target(file)).map(drop).map_err(WriteError)
 }
 
-/// Writes a file whole or not at all, over the one that is there; into a device or a pipe in place.
+/// Writes a file whole or not at all, and replaces the one that exists. A device or a pipe is
+/// written in place.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let write = || -> io::Result<()> {
         if is_special(file) {
@@ -34,16 +35,16 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write().map_err(WriteError)
 }
 
-/// Whether this is, or leads to, something that is there and is neither a file nor a folder.
+/// Whether this is, or links to, something that exists and is neither a file nor a folder.
 pub fn is_special(file: &Path) -> bool {
-    fs::metadata(file).is_ok_and(|it| !it.is_file() && !it.is_dir())
+    fs::metadata(file).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
 fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut there = OpenOptions::new().write(true).open(file)?;
     there.write_all(bytes)?;
     match there.sync_all() {
-        // What has no memory has nothing to sync.
+        // A pipe or a device without storage has nothing to sync.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {
             Ok(())
         }
@@ -51,7 +52,7 @@ fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Writes a file that must not be there yet, whole or not at all; false if it is there.
+/// Writes a file that must not exist yet, whole or not at all; false if it exists.
 pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     let written = with_bytes(file, bytes).map_err(WriteError)?;
     match written.persist_noclobber(file) {
@@ -61,7 +62,8 @@ pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     }
 }
 
-/// Where a link leads to, be it there or not: it stays a link, and what it names is replaced.
+/// The file that a link leads to, whether it exists or not: the link stays, and that file is
+/// replaced.
 pub fn target(file: &Path) -> PathBuf {
     if let Ok(there) = file.canonicalize() {
         return there;
@@ -69,13 +71,13 @@ pub fn target(file: &Path) -> PathBuf {
     let mut file = file.to_owned();
     for _ in 0..LINKS_MAX {
         let Ok(next) = fs::read_link(&file) else { break };
-        // A link is read from the folder that it is in.
+        // A relative link starts from its own folder.
         file = file.parent().unwrap_or(Path::new("")).join(next);
     }
     file
 }
 
-/// A temporary file beside it with these bytes, on the disk before its name is.
+/// A temporary file beside `file` with these bytes, synced to the disk before it is renamed.
 fn with_bytes(file: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     let mut beside = beside(file)?;
     beside.write_all(bytes)?;
@@ -83,7 +85,8 @@ fn with_bytes(file: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     Ok(beside)
 }
 
-/// A temporary file in the same folder, so that renaming it is one step; readable like any other.
+/// A temporary file in the same folder, so that it can be renamed in one step; readable like any
+/// other.
 fn beside(file: &Path) -> io::Result<NamedTempFile> {
     if file.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
@@ -112,7 +115,7 @@ impl From<WriteError> for io::Error {
 impl std::error::Error for WriteError {}
 
 impl fmt::Display for WriteError {
-    /// The system's error without the name of the temporary file, which nobody has asked for.
+    /// The system's error without the name of the temporary file, which means nothing to a user.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = self.0.to_string();
         f.write_str(text.split(" at path ").next().unwrap_or(&text))

@@ -1,4 +1,6 @@
-//! A track file that a tracking system is still writing.
+//! How far a track file has come that a tracking system is still writing.
+//!
+//! The format of the file is a matter of [`crate::track`].
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -8,8 +10,8 @@ use robot_model::calibration::TrackSample;
 use crate::error::{CampaignError, Place, Warning};
 use crate::track::{parse_track, unknown_columns};
 
-/// Refuses a file that is no track before the robot moves; one that has only been created is fine.
-/// Returns what else is to be said about it.
+/// Refuses, before the robot moves, a file that is not a track; a file that is still empty is
+/// accepted. Returns the warnings about its header.
 pub fn check_header(path: &Path) -> Result<Vec<Warning>, CampaignError> {
     let text = whole_lines(path).map_err(|error| {
         let hint = "start the tracking system first, so that the file is there";
@@ -39,7 +41,7 @@ pub fn track_so_far(path: &Path) -> Result<Vec<TrackSample>, CampaignError> {
     }
 }
 
-/// A file that is being written, up to its last line feed: what comes after it is not all there yet.
+/// A file that is being written, up to its last line feed: the line after it is not complete yet.
 pub fn whole_lines(path: &Path) -> std::io::Result<String> {
     let mut bytes = std::fs::read(path)?;
     bytes.truncate(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));

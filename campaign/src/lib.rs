@@ -5,7 +5,7 @@
 //!   robot.toml            what is nominal, and facts about single runs      -> [`RobotFile`]
 //!   runs/01_straight.csv  one row per sample, SI units in the column names  -> [`Row`]
 //!   plan.toml             the runs to drive, if it was planned              -> [`plan`]
-//!   model.toml            the effects that its owner believes in            -> [`model`]
+//!   model.toml            the effects that its owner has accepted           -> [`model`]
 //! ```
 //!
 //! ```no_run
@@ -18,20 +18,20 @@
 //! # }
 //! ```
 //!
-//! Whatever is wrong with a file is said with its place, the problem and what to try ([`CampaignError`]); what is
-//! only odd is a [`Warning`]. What can be wrong with the data is found in `robot-model`, and put into words here.
-//! Nothing here prints, asks, or knows a robot that is there.
+//! Every error names its place, the problem and what to try ([`CampaignError`]); what is only
+//! suspicious is a [`Warning`]. `robot-model` finds what is wrong with the data; this crate puts it
+//! into words. It does not print, ask, or talk to a robot.
 //!
 //! | module | what it is |
 //! | --- | --- |
 //! | [`read`], [`write`] | whole folders |
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
-//! | [`recorded`] | a campaign as its files say |
+//! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |
-//! | `checks`, [`convention`] | runs that no robot can have driven, and axes that are meant otherwise |
+//! | `checks`, [`convention`] | runs that no robot can have driven, and other axis conventions |
 //! | [`model`] | `model.toml` |
-//! | [`plan`] | `plan.toml`, and the runs that are worth driving |
-//! | [`track`], [`growing`] | track files, and those that are still being written |
+//! | [`plan`] | `plan.toml`, and which runs are worth driving |
+//! | [`track`], [`growing`] | track files, complete or still being written |
 //! | [`mod@file`] | files that appear whole or not at all |
 
 mod checks;

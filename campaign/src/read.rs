@@ -1,4 +1,6 @@
-//! Reads campaign folders, with one clear error for each way they can be wrong.
+//! Reads campaign folders, with one clear error for each way in which they can be wrong.
+//!
+//! Whether a robot can have driven the runs is a matter of `checks`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,8 @@ impl Campaign {
         Self::read_both(folder).map(|(campaign, _)| campaign)
     }
 
-    /// Reads a campaign folder, as its files say and as `robot-model` takes it: each run is converted once.
+    /// Reads a campaign folder, both as in its files and as `robot-model` takes it: each run is
+    /// converted once.
     pub fn read_both(folder: &Path) -> Result<(Self, Recordings), CampaignError> {
         let toml = folder.join("robot.toml");
         let robot = RobotFile::read(&toml)?;
@@ -54,7 +57,7 @@ impl Campaign {
         Ok((campaign, recordings))
     }
 
-    /// Reads a folder that may have no run yet.
+    /// Reads a folder that may have no runs yet.
     pub fn read_if_any(folder: &Path) -> Result<Option<Self>, CampaignError> {
         match Self::read(folder) {
             Ok(campaign) => Ok(Some(campaign)),
@@ -63,7 +66,8 @@ impl Campaign {
         }
     }
 
-    /// Drift with time needs to know when each run began, of those that a model is fitted to.
+    /// A warning if some runs that a model is fitted to do not say when they began: a drift with
+    /// time cannot be fitted without it.
     fn without_start(&self, toml: &Path) -> Option<Warning> {
         let fitted = || self.runs.iter().filter(|run| !run.facts.held_out);
         let (of, told) =
@@ -112,7 +116,7 @@ pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> 
     Ok((rows, table.warnings))
 }
 
-/// Refuses half a position, which would be passed over without a word.
+/// Refuses half a position, which would be ignored without a warning.
 fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignError> {
     let half = |line: u64, has: Column, lacks: Column| {
         let column = table.column(has).unwrap_or_default();
@@ -126,7 +130,7 @@ fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignErr
         }
         for (line, cells) in &table.rows {
             let measured =
-                |column| cells.iter().any(|(it, value)| *it == column && value.is_some());
+                |wanted| cells.iter().any(|(column, value)| *column == wanted && value.is_some());
             if measured(has) && !measured(lacks) {
                 return Err(half(*line, has, lacks));
             }

@@ -1,4 +1,4 @@
-//! A campaign as its files say.
+//! A campaign as in its files. What `robot-model` needs of it is made in [`crate::to_recording`].
 
 use crate::error::Warning;
 use crate::robot_toml::{RobotFile, RunFacts};
@@ -11,7 +11,7 @@ pub struct Campaign {
     pub robot: RobotFile,
     /// Its runs, in the order of their names.
     pub runs: Vec<Run>,
-    /// What was passed over.
+    /// What was ignored, and what is suspicious.
     pub warnings: Vec<Warning>,
 }
 

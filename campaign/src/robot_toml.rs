@@ -1,4 +1,4 @@
-//! `robot.toml`: what is nominal, and facts about single runs.
+//! `robot.toml`: the nominal robot, and facts about single runs.
 
 use std::fs;
 use std::io;
@@ -37,7 +37,7 @@ pub struct RobotFile {
     /// The board's unique number, in hexadecimal: two robots may have the same nominal values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uid: Option<String>,
-    /// How to simulate it again, if it is a simulated one.
+    /// Which simulated robot it is, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated: Option<Simulated>,
     /// Facts about single runs.
@@ -57,12 +57,12 @@ pub struct RunFacts {
     /// Payload on board \[kg\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload_kg: Option<f64>,
-    /// Kept aside: nothing is fitted to it, it only shows what a model predicts.
+    /// Held out: nothing is fitted to it; it only tests what a model predicts.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub held_out: bool,
 }
 
-/// No wheel, and no calibration, is off by more: what a robot's own campaign has changed on it is less.
+/// No wheel is off by more, as a share, and no calibration changes a robot by more.
 const GEOMETRY_FAR: f64 = 0.1;
 /// A file may have fewer digits than the robot.
 const DIGITS: f64 = 1e-9;
@@ -77,10 +77,11 @@ pub fn mean_radius_m(geometry: &GeometryConfig) -> f64 {
 }
 
 impl RobotFile {
-    /// What is nominal of a robot with this configuration.
+    /// The nominal robot of this configuration.
     ///
-    /// A file has one encoder for both wheels, here the left one. Its radius is the mean of both wheels' in use,
-    /// so that W_T is wheel_radius_ratio alone: see [`crate::model::in_use`].
+    /// The file has one encoder for both wheels, here the left one. Its radius is the mean of both
+    /// wheels as configured, so that W_T becomes wheel_radius_ratio alone: see
+    /// [`crate::model::in_use`].
     pub fn of(config: &Config) -> Self {
         let encoder = config.encoder.left;
         let name = match config.name.as_str() {
@@ -120,12 +121,12 @@ impl RobotFile {
         Self::parse(file, &text)
     }
 
-    /// Checks what a `robot.toml` says.
+    /// Reads and checks the text of a `robot.toml`.
     pub(super) fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
         let robot: Self = toml::from_str(text).map_err(|error| {
             let place = error
                 .span()
-                .map_or_else(|| Place::whole(file), |it| Place::of_byte(file, text, it.start));
+                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
             let problem = error.message().trim().replace('\n', "; ");
             let hint = hint_for(&problem);
             CampaignError::new(place, problem, hint)
@@ -134,7 +135,7 @@ impl RobotFile {
         Ok(robot)
     }
 
-    /// Refuses, by name and place, a value that no robot has.
+    /// Refuses a value that no robot can have, with its name and place.
     pub(super) fn check(&self, file: &Path, text: &str) -> Result<(), CampaignError> {
         let positive = [
             ("wheel_radius_m", Some(self.wheel_radius_m)),
@@ -180,8 +181,9 @@ impl RobotFile {
 
     /// The first value in which another robot differs: its name and both values.
     ///
-    /// The name is no such value, as it can be changed, and a uid is one only where both have it. Wheels and
-    /// track are those of the robot as calibrated: what `apply` writes to it makes it no other robot.
+    /// The name does not count, as it can be changed, and a uid counts only if both have one.
+    /// Wheels and track are those of the robot as calibrated: `apply` changes them, and the robot
+    /// is still the same.
     pub fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
         if let (Some(here), Some(there)) = (&self.uid, &other.uid)
             && !here.eq_ignore_ascii_case(there)
@@ -200,7 +202,7 @@ impl RobotFile {
     }
 }
 
-/// What to do about what the reader of the file says.
+/// What to try about a problem that the TOML parser reports.
 fn hint_for(problem: &str) -> &'static str {
     if problem.starts_with("missing field `name`") {
         "the robot and each [[run]] have one: name = \"my-robot\""
@@ -219,7 +221,8 @@ fn hint_for(problem: &str) -> &'static str {
     }
 }
 
-/// The byte at which the section of a run, counted from 0, begins; 0 if it is written in another way.
+/// The byte at which the section of a run, counted from 0, begins; 0 if the runs are not `[[run]]`
+/// sections.
 fn start_of_run(text: &str, index: usize) -> usize {
     let mut start = 0;
     let headers = text.split_inclusive('\n').filter_map(|line| {
@@ -231,17 +234,18 @@ fn start_of_run(text: &str, index: usize) -> usize {
     headers.collect::<Vec<_>>().get(index).copied().unwrap_or(0)
 }
 
-/// Where a key of the robot stands.
+/// The place of a key of the robot.
 pub(super) fn place_of_key(file: &Path, key: &str) -> Place {
     place_of(file, &fs::read_to_string(file).unwrap_or_default(), 0, key)
 }
 
-/// Where a key stands, from a byte on.
+/// The first place of a key, from a byte on.
 fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
     let mut start = from;
     for line in text[from..].split_inclusive('\n') {
         let indent = line.len() - line.trim_start().len();
-        if line.trim_start().strip_prefix(key).is_some_and(|it| it.trim_start().starts_with('=')) {
+        let after_key = line.trim_start().strip_prefix(key);
+        if after_key.is_some_and(|rest| rest.trim_start().starts_with('=')) {
             return Place::of_byte(file, text, start + indent);
         }
         start += line.len();
@@ -249,7 +253,7 @@ fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
     Place::whole(file)
 }
 
-/// Where the name of a run stands.
+/// The place of the name of a run.
 pub(super) fn place_of_run(file: &Path, name: &str) -> Place {
     let text = fs::read_to_string(file).unwrap_or_default();
     match text.find(&format!("\"{name}\"")) {

@@ -1,4 +1,4 @@
-//! One sample of a run, and the columns it has in a file.
+//! One sample of a run, and the columns that it has in a file.
 
 use shared_proto::WheelPair;
 
@@ -88,7 +88,7 @@ impl Column {
 }
 
 impl Row {
-    /// What the row has in a column.
+    /// The value of the row in a column.
     pub fn get(&self, column: Column) -> Option<f64> {
         match column {
             Column::Time => Some(self.t_s),
@@ -106,7 +106,7 @@ impl Row {
         }
     }
 
-    /// Puts a value into a column; the time stays if there is none.
+    /// Sets the value in a column; a time that is missing leaves the old one.
     pub fn set(&mut self, column: Column, value: Option<f64>) {
         match column {
             Column::Time => self.t_s = value.unwrap_or(self.t_s),
@@ -126,7 +126,7 @@ impl Row {
 }
 
 impl Column {
-    /// A value as it is written: more digits than the quantity has, and the same on every machine.
+    /// A value as text: more digits than are significant, and the same on every machine.
     pub(super) fn format(self, value: f64) -> String {
         let decimals = match self {
             // A microsecond; a tenth of a micrometre and of a microradian.
@@ -135,7 +135,7 @@ impl Column {
             Column::GyroZ => 6,
             Column::LeftDuty | Column::RightDuty => 6,
             Column::BusV | Column::LeftCurrent | Column::RightCurrent => 4,
-            // Shortest exact text: whole counts as they are. Adding zero makes -0 a 0.
+            // Shortest exact text: whole counts stay whole. Adding zero turns -0 into 0.
             Column::LeftCounts | Column::RightCounts => return format!("{}", value + 0.0),
         };
         let text = format!("{value:.decimals$}");

@@ -1,14 +1,14 @@
-//! Which simulated robot a campaign is of.
+//! Which simulated robot a campaign was recorded on.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Which simulated robot it was. Where a real one is reached is a matter of the machine, and not kept.
+/// The simulated robot. The port of a real robot is not kept, as it depends on the computer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
-    /// The scenario's file as the user wrote it, without the folders of one machine; none for the built-in one.
+    /// The name of the scenario's file, without its folders; none for the built-in scenario.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
     /// The seed that replaced the scenario's own.

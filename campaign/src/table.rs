@@ -1,4 +1,6 @@
 //! A table of samples in a CSV file: named columns, numbers, times that increase.
+//!
+//! Which columns there are, the caller says.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,7 +10,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::{CampaignError, Place, Warning};
 
-/// What one row has in the known columns.
+/// The cells of one row in the known columns.
 pub type Cells<C> = Vec<(C, Option<f64>)>;
 
 /// The cells of a file, by the caller's columns.
@@ -16,13 +18,13 @@ pub struct Table<C> {
     columns: Vec<Option<C>>,
     /// One row: its line in the file, and the cells of the known columns.
     pub rows: Vec<(u64, Cells<C>)>,
-    /// What was passed over.
+    /// Columns that were ignored.
     pub warnings: Vec<Warning>,
 }
 
 impl<C: Copy + PartialEq> Table<C> {
     /// Reads a file. `known` finds a column by its name; `time` is the column of the time, which
-    /// must be there in each row and increase; `required` columns must be in the header.
+    /// each row must have and which must increase; `required` columns must be in the header.
     pub fn read(
         file: &Path,
         known: impl Fn(&str) -> Option<C>,
@@ -33,7 +35,7 @@ impl<C: Copy + PartialEq> Table<C> {
         Self::parse(file, open, known, time, required)
     }
 
-    /// As [`read`](Self::read), from what the file holds.
+    /// As [`read`](Self::read), from the file's content.
     pub fn parse(
         file: &Path,
         content: impl Read,
@@ -74,7 +76,7 @@ impl<C: Copy + PartialEq> Table<C> {
         Ok(table)
     }
 
-    /// What a first line says about the columns.
+    /// The columns that a header line names, without rows.
     pub fn parse_header(
         file: &Path,
         header: &str,
@@ -107,9 +109,9 @@ impl<C: Copy + PartialEq> Table<C> {
         Ok(table)
     }
 
-    /// Where a column stands in the header, from 1.
+    /// The number of a column in the header, from 1.
     pub fn column(&self, column: C) -> Option<u64> {
-        self.columns.iter().position(|it| *it == Some(column)).map(|index| index as u64 + 1)
+        self.columns.iter().position(|known| *known == Some(column)).map(|index| index as u64 + 1)
     }
 
     fn add(&mut self, file: &Path, record: &StringRecord) -> Result<(), CampaignError> {
@@ -149,11 +151,13 @@ impl<C: Copy + PartialEq> Table<C> {
     }
 
     fn check_time(&self, file: &Path, time: C) -> Result<(), CampaignError> {
-        let column = self.columns.iter().position(|it| *it == Some(time)).unwrap_or(0) as u64 + 1;
+        let column =
+            self.columns.iter().position(|known| *known == Some(time)).unwrap_or(0) as u64 + 1;
         let mut before = f64::NEG_INFINITY;
         for (line, cells) in &self.rows {
             let place = Place { file: file.into(), line: *line, column };
-            let Some(t_s) = cells.iter().find(|(it, _)| *it == time).and_then(|(_, value)| *value)
+            let Some(t_s) =
+                cells.iter().find(|(column, _)| *column == time).and_then(|(_, value)| *value)
             else {
                 let problem = "the time is missing";
                 return Err(CampaignError::new(place, problem, "every row needs its time"));
@@ -170,7 +174,8 @@ impl<C: Copy + PartialEq> Table<C> {
     }
 }
 
-/// Refuses what a spreadsheet writes where numbers take a comma: it would be one column with a strange name.
+/// Refuses the separators that a spreadsheet writes where numbers have a decimal comma: the header
+/// would be read as one column with a strange name.
 fn check_separator(file: &Path, header: &StringRecord) -> Result<(), CampaignError> {
     let [only] = header.iter().collect::<Vec<_>>()[..] else { return Ok(()) };
     let what = match only {

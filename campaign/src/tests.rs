@@ -42,7 +42,7 @@ fn record(folder: &Path, name: &str, facts: RunFacts) -> std::path::PathBuf {
     run.finish(facts).unwrap()
 }
 
-/// A campaign with these files; the error of reading it.
+/// The error of reading a campaign with these files.
 fn error(toml: &str, csv: Option<&str>) -> String {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
@@ -107,7 +107,7 @@ fn an_abandoned_run_leaves_nothing_behind() {
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
     let mut run = writer.start_run("a", &[]).unwrap();
     run.push(&row(0)).unwrap();
-    // Not even while it is written: nobody could take away what a killed program leaves.
+    // Not even while it is written: a program that is killed cannot remove anything.
     assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
     drop(run);
     assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
@@ -153,7 +153,7 @@ fn a_robot_that_was_calibrated_goes_on_with_its_campaign_whose_nominal_stays() {
 }
 
 #[test]
-fn a_robot_of_the_same_kind_is_told_by_its_uid_where_both_have_one() {
+fn robots_of_the_same_kind_are_told_apart_by_their_uids_where_both_have_one() {
     let folder = tempfile::tempdir().unwrap();
     let with = |uid: &str| RobotFile { uid: Some(uid.into()), ..robot() };
     CampaignWriter::open(folder.path(), &with("0a")).unwrap();
@@ -181,7 +181,7 @@ fn a_run_whose_facts_cannot_be_written_is_not_there() {
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
     let mut run = writer.start_run("a", &[]).unwrap();
     (0..10).for_each(|i| run.push(&row(i)).unwrap());
-    // Somebody edits it meanwhile.
+    // Somebody edits the file meanwhile.
     fs::write(folder.path().join("robot.toml"), format!("{TOML}run = []\n")).unwrap();
     let facts = RunFacts { payload_kg: Some(2.0), ..RunFacts::default() };
     let error = run.finish(facts).unwrap_err().to_string();
@@ -211,7 +211,7 @@ fn headings_alone_are_no_poses_and_runs_without_positions_are_named() {
 }
 
 #[test]
-fn samples_that_no_reader_would_take_are_not_written() {
+fn samples_that_could_not_be_read_again_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
     let mut run = writer.start_run("a", &[Column::X]).unwrap();
@@ -284,14 +284,15 @@ fn what_the_model_sees_is_what_was_recorded() {
     let campaign = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap();
     let run = &campaign.runs[0];
     assert_eq!((run.started_s, run.payload_kg), (Some(5.0), 2.5));
-    // A row without counts is a camera sample of its own; one without a heading has its place.
+    // A row without counts is a camera sample alone; one without a heading still has its position.
     assert_eq!((run.wheels.len(), run.measured_poses.len(), run.gyro.len()), (3, 4, 3));
     assert_eq!(run.measured_poses[2].heading_rad, None);
     let full_turn = std::f64::consts::TAU;
     assert!((run.wheels[2].phi_rad.right - full_turn * 15.0 / 900.0).abs() < 1e-15);
 }
 
-/// A campaign of these runs, each with poses; what its `robot.toml` says of each beside.
+/// A campaign with one run for each of these facts, which stand in its `robot.toml`; each run has
+/// poses.
 fn with_facts(facts: &[&str]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
@@ -309,10 +310,8 @@ fn with_facts(facts: &[&str]) -> tempfile::TempDir {
 fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
     let folder = with_facts(&["held_out = true", "payload_kg = 1", "held_out = false"]);
     let campaign = Campaign::read(folder.path()).unwrap().to_model(folder.path()).unwrap();
-    assert_eq!(
-        campaign.runs.iter().map(|it| it.held_out).collect::<Vec<_>>(),
-        [true, false, false]
-    );
+    let held_out: Vec<_> = campaign.runs.iter().map(|run| run.held_out).collect();
+    assert_eq!(held_out, [true, false, false]);
     for (facts, expected) in [
         (&["held_out = true"][..], "robot.toml: the only run is held out: none is left"),
         (
@@ -333,24 +332,26 @@ fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
 }
 
 #[test]
-fn runs_without_a_beginning_are_told_once_where_that_hides_drift() {
+fn runs_without_a_start_time_are_reported_once_if_that_hides_drift() {
     for (facts, expected) in [
         (&["", ""][..], Some("started_s is missing for all 2 runs")),
         (&["started_s = 0", "", "payload_kg = 1"], Some("started_s is missing for 2 of 3 runs")),
         (&["started_s = 0", "started_s = 60"], None),
-        // One run drifts against nothing, and of one kept aside nothing is learnt.
+        // A single run shows no drift, and nothing is fitted to one that is held out.
         (&[""], None),
         (&["started_s = 0", "held_out = true", "started_s = 9"], None),
     ] {
         let warnings = Campaign::read(with_facts(facts).path()).unwrap().warnings;
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert_eq!(said.len(), usize::from(expected.is_some()), "{said:?}");
-        assert!(expected.is_none_or(|it| said[0].contains(it)), "{said:?}");
-        assert!(said.iter().all(|it| it.contains("thermal_drift") && it.contains("add started_s")));
+        assert!(expected.is_none_or(|expected| said[0].contains(expected)), "{said:?}");
+        for warning in &said {
+            assert!(warning.contains("thermal_drift") && warning.contains("add started_s"));
+        }
     }
 }
 
-/// A file with a piece cut out and another put in its place.
+/// A file with a piece cut out and replaced by another.
 fn mangled(text: &str, cut: usize, length: usize, put: &str) -> String {
     let mut text: Vec<char> = text.chars().collect();
     let from = cut.min(text.len());
@@ -359,13 +360,13 @@ fn mangled(text: &str, cut: usize, length: usize, put: &str) -> String {
     text.into_iter().collect()
 }
 
-/// Either it is read, and then the model can use it or says why not; or there is an error with a hint.
+/// A campaign is either read and converted, or refused with a hint.
 fn read_or_refused(toml: &str, csv: &[u8]) -> Result<(), TestCaseError> {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
     fs::write(folder.path().join("robot.toml"), toml).unwrap();
     fs::write(folder.path().join("runs/01_a.csv"), csv).unwrap();
-    let model = Campaign::read(folder.path()).and_then(|it| it.to_model(folder.path()));
+    let model = Campaign::read(folder.path()).and_then(|campaign| campaign.to_model(folder.path()));
     if let Err(error) = model {
         prop_assert!(!error.hint.is_empty() && !error.problem.is_empty(), "{error:?}");
     }

@@ -1,4 +1,5 @@
-//! A campaign as read, as the model sees it: wheel angles, poses and the yaw rate, each on its own times.
+//! Converts a campaign as read into the one that `robot-model` takes: wheel angles, poses and the
+//! yaw rate, each with its own times. What else may be wrong with a run is tested in `checks`.
 
 use std::path::Path;
 
@@ -25,7 +26,8 @@ impl Recordings {
         Self { robot, runs }
     }
 
-    /// The campaign for `robot-model`, if it can be of one robot. `folder` is only for the words of an error.
+    /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in
+    /// errors.
     pub fn into_model(
         self,
         campaign: &Campaign,
@@ -66,7 +68,7 @@ impl Recordings {
 }
 
 impl Campaign {
-    /// The campaign for `robot-model`. `folder` is only for the words of an error.
+    /// The campaign for `robot-model`. `folder` is only named in errors.
     pub fn to_model(
         &self,
         folder: &Path,
@@ -74,13 +76,13 @@ impl Campaign {
         Recordings::of(self).into_model(self, folder)
     }
 
-    /// Poses are known of the beginning and the end of its runs alone, as a tape tells them.
+    /// Whether poses are known only at the beginning and the end of runs, as measured with a tape.
     pub fn is_measured_at_ends(&self) -> bool {
         let poses = || self.runs.iter().map(Run::poses);
-        poses().any(|it| it > 0) && poses().all(|it| it <= 2)
+        poses().any(|count| count > 0) && poses().all(|count| count <= 2)
     }
 
-    /// The runs that say nothing, as nobody measured where the robot was.
+    /// The runs without measured poses, from which nothing can be learnt.
     pub fn without_poses(&self) -> Vec<&str> {
         let blind = self.runs.iter().filter(|run| !run.has_poses());
         blind.map(|run| run.name.as_str()).collect()
@@ -102,13 +104,13 @@ impl RobotFile {
 }
 
 impl Run {
-    /// Of how many moments the pose is known.
+    /// The number of rows with a measured pose.
     fn poses(&self) -> usize {
         let posed = |row: &&Row| row.x_m.is_some() || row.heading_rad.is_some();
         self.rows.iter().filter(posed).count()
     }
 
-    /// Whether it has a measured position, and anything measured after it.
+    /// Whether the run has a measured position, and a position or heading measured after it.
     fn has_poses(&self) -> bool {
         let position = |row: &&Row| row.x_m.is_some() && row.y_m.is_some();
         let measured = |row: &&Row| position(row) || row.heading_rad.is_some();

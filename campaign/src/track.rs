@@ -1,7 +1,7 @@
-//! Track files: where somebody's camera, laser or total station saw the robot.
+//! Track files: where a camera, a laser or a total station measured the robot.
 //!
-//! Comma-separated with a header: `t_s,x_m,y_m` and, optionally, `heading_rad`; time on the clock of
-//! the run, strictly increasing. A row without x or y is passed over: it was not seen then.
+//! Comma-separated with a header: `t_s,x_m,y_m` and, optionally, `heading_rad`; time on the clock
+//! of the run, strictly increasing. A row without x or y is skipped: the robot was not seen then.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn column(name: &str) -> Option<Column> {
         .filter(|column| matches!(column, Column::Time | Column::X | Column::Y | Column::Heading))
 }
 
-/// Names the columns that no track has.
+/// Warns about columns that a track does not have.
 pub fn unknown_columns(file: &Path, header: &str) -> Result<Vec<Warning>, CampaignError> {
     Ok(Table::parse_header(file, header, column)?.warnings)
 }
@@ -39,8 +39,9 @@ pub fn parse_track(
         .rows
         .iter()
         .filter_map(|(_, cells)| {
-            let cell =
-                |column| cells.iter().find(|(it, _)| *it == column).and_then(|(_, value)| *value);
+            let cell = |wanted| {
+                cells.iter().find(|(column, _)| *column == wanted).and_then(|(_, value)| *value)
+            };
             Some(TrackSample {
                 t_s: cell(Column::Time)?,
                 x_m: cell(Column::X)?,

@@ -1,4 +1,6 @@
 //! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
+//!
+//! How a file appears whole is a matter of [`crate::file`].
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,9 +17,9 @@ pub struct CampaignWriter {
 }
 
 impl CampaignWriter {
-    /// Opens the folder for `robot`, and makes it if there is none.
+    /// Opens the folder for `robot`, and creates it if it does not exist.
     ///
-    /// An existing `robot.toml` stays as it is; one of another robot is refused.
+    /// An existing `robot.toml` stays as it is; that of another robot is refused.
     pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
         let toml = folder.join("robot.toml");
         let robot = if toml.exists() {
@@ -27,7 +29,7 @@ impl CampaignWriter {
                 let hint = "choose another folder, or correct the file if it is wrong";
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
             }
-            // Facts must find room, which is to be known before a run is driven.
+            // Whether facts can be added must be known before a run is driven.
             let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
             with_facts(&toml, &facts)?;
             campaigns
@@ -45,20 +47,20 @@ impl CampaignWriter {
         Ok(Self { folder: folder.into(), robot })
     }
 
-    /// What is nominal in this folder.
+    /// The nominal robot of this folder.
     pub fn robot(&self) -> &RobotFile {
         &self.robot
     }
 
-    /// Says in `robot.toml` how well poses are measured, one sigma \[m, rad\], where it does not yet.
+    /// Adds to `robot.toml` how well poses are measured, one sigma \[m, rad\], where it is missing.
     ///
-    /// Warns where it says something that is far from it: that stays.
+    /// A value that exists stays; one that is far from these is a warning.
     pub fn keep_sigmas(
         &self,
         position_m: f64,
         heading_rad: f64,
     ) -> Result<Vec<Warning>, CampaignError> {
-        /// A noise is seldom known better.
+        /// A noise is seldom known more exactly.
         const FAR: f64 = 1.5;
         let toml = self.folder.join("robot.toml");
         let robot = RobotFile::read(&toml)?;
@@ -87,7 +89,7 @@ impl CampaignWriter {
         Ok(warnings)
     }
 
-    /// Starts a run. `name` is put behind the next free number: `07_name`.
+    /// Starts a run. Its file is named by the next free number and `name`: `07_name`.
     ///
     /// `columns` need not name the required ones; the order is that of [`Column::ALL`].
     pub fn start_run(&self, name: &str, columns: &[Column]) -> Result<RunWriter, CampaignError> {
@@ -102,7 +104,7 @@ impl CampaignWriter {
             .map_err(|error| CampaignError::io(&runs, "make this folder", error))?;
         let columns: Vec<_> = Column::ALL
             .into_iter()
-            .filter(|it| columns.contains(it) || Column::REQUIRED.contains(it))
+            .filter(|column| columns.contains(column) || Column::REQUIRED.contains(column))
             .collect();
         check_writable(&runs.join(name))
             .map_err(|error| CampaignError::io(&runs, "write into this folder", error.into()))?;
@@ -119,8 +121,8 @@ impl CampaignWriter {
     }
 }
 
-/// A run being written: in memory until [`RunWriter::finish`], so that whatever ends the program before
-/// leaves nothing behind.
+/// A run being written: in memory until [`RunWriter::finish`], so that a program that ends before
+/// it leaves nothing behind.
 #[derive(Debug)]
 pub struct RunWriter {
     folder: PathBuf,
@@ -132,7 +134,8 @@ pub struct RunWriter {
 }
 
 impl RunWriter {
-    /// Adds a sample. Its time must be later than the one before, its numbers finite.
+    /// Adds a sample. Its time must be later than that of the sample before, and its numbers
+    /// finite.
     pub fn push(&mut self, row: &Row) -> Result<(), CampaignError> {
         let fail = |problem: String, column: usize| {
             let line = self.rows + 2;
@@ -147,7 +150,7 @@ impl RunWriter {
             }
             cells.push(value.map_or_else(String::new, |value| column.format(value)));
         }
-        // Compared as written: two times within a microsecond would be the same in the file.
+        // Compared as they are written: two times within a microsecond are equal in the file.
         let t_s = cells[0].parse().unwrap_or(row.t_s);
         if t_s <= self.last_s {
             return Err(fail(format!("the time goes from {} s to {t_s} s", self.last_s), 0));
@@ -159,9 +162,9 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Puts the file in its place, and the facts (their name is filled in) into `robot.toml`.
+    /// Writes the file, and adds the facts, with the name filled in, to `robot.toml`.
     ///
-    /// Without this call nothing remains of the run.
+    /// Without this call nothing of the run is kept.
     pub fn finish(self, facts: RunFacts) -> Result<PathBuf, CampaignError> {
         let runs = self.folder.join("runs");
         if self.rows < 2 {
@@ -176,14 +179,15 @@ impl RunWriter {
             if write_new(&path, self.text.as_bytes()).map_err(|error| unwritten(&path, error))? {
                 let added = add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts });
                 if let Err(error) = added {
-                    // Without its facts it would pass for a run without load, at no time: no run at all,
-                    // so that it is driven again. What cannot be removed is the lesser evil.
+                    // Without its facts the run would be read as one without load and without a
+                    // start time. It is removed, so that it is driven again; if removing fails,
+                    // nothing is lost.
                     let _ = fs::remove_file(&path);
                     return Err(error);
                 }
                 return Ok(path);
             }
-            // Somebody else recorded into this folder meanwhile.
+            // Another program has recorded into this folder meanwhile.
             number += 1;
         }
     }
@@ -193,7 +197,7 @@ impl RunWriter {
     }
 }
 
-/// The highest number that a run in the folder begins with.
+/// The highest number with which a run in the folder begins.
 fn highest_number(folder: &Path) -> Result<u64, CampaignError> {
     let leading = |name: &str| {
         let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
@@ -202,7 +206,7 @@ fn highest_number(folder: &Path) -> Result<u64, CampaignError> {
     Ok(run_files(folder)?.iter().map(|(name, _)| leading(name)).max().unwrap_or(0))
 }
 
-/// Adds a `[[run]]` at the end: whatever people wrote before it stays as it is.
+/// Adds a `[[run]]` at the end; the text before it stays as people wrote it.
 fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
     if facts == (RunFacts { name: facts.name.clone(), ..RunFacts::default() }) {
         return Ok(());
@@ -211,8 +215,7 @@ fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
     write_whole(toml, text.as_bytes()).map_err(|error| unwritten(toml, error))
 }
 
-/// A TOML file with these lines at the end of its first part, before the first section: whatever people
-/// wrote there stays as it is.
+/// A TOML file with these lines added before its first section; the rest stays as people wrote it.
 fn before_sections(text: &str, lines: &str) -> String {
     let mut at = 0;
     for line in text.split_inclusive('\n') {
@@ -221,12 +224,12 @@ fn before_sections(text: &str, lines: &str) -> String {
         }
         at += line.len();
     }
-    // Behind the last line that is not blank.
+    // After the last line that is not blank.
     let head = text[..at].trim_end();
     format!("{head}\n{lines}{}", &text[head.len()..].strip_prefix('\n').unwrap_or_default())
 }
 
-/// What a `robot.toml` says with these facts at its end; refused if no reader would take it.
+/// The text of a `robot.toml` with these facts at its end; refused if it could not be read again.
 fn with_facts(toml: &Path, facts: &RunFacts) -> Result<String, CampaignError> {
     let mut text =
         fs::read_to_string(toml).map_err(|error| CampaignError::io(toml, "read it", error))?;

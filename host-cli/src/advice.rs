@@ -1,4 +1,6 @@
-//! What to try, with the commands of this program, where a robot or a plan refuses.
+//! What a user can try when a robot or a plan refuses, with the commands of this program.
+//!
+//! What failed is said by the errors themselves.
 
 use campaign::plan::{PlanError, run_kinds};
 use host_link::Error;
@@ -6,7 +8,7 @@ use host_link::error::Left;
 use host_link::motion::TTL_MS;
 use shared_proto::{FaultReport, MotionError, Refusal, State};
 
-/// What to try about an error of the link.
+/// What to try after an error of the link.
 pub fn on_link(error: &Error) -> Option<String> {
     let advice = match error {
         Error::NoAnswer { .. } | Error::NotARobot { .. } => {
@@ -39,7 +41,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::NeverStands => "is something pushing it? `beeline identify` shows its state",
         Error::Cancelled(left) => return on_left(left),
         Error::Connect { .. } => "is the robot, or `beeline sim --listen tcp:...`, running there?",
-        // Another program holds it, perhaps one that drives.
+        // Another program has the port open, perhaps one that drives the robot.
         Error::OpenSerial { cause, .. } if cause.to_string().contains("exclusive lock") => {
             "another program has it open; to stop the robot, press Ctrl-C there, or its stop button"
         }
@@ -75,7 +77,7 @@ fn on_fault(report: &FaultReport) -> String {
     format!("{}; then `beeline clear`", report.fault.remedy())
 }
 
-/// What a user who pressed Ctrl-C has to know of the robot.
+/// What a user who pressed Ctrl-C needs to know about the robot.
 fn on_left(left: &Left) -> Option<String> {
     match left {
         Left::In(State::Idle | State::Boot) => None,
@@ -104,7 +106,7 @@ fn on_serial(path: &str) -> String {
     }
 }
 
-/// What to try where runs cannot be planned.
+/// What to try when runs cannot be planned.
 pub fn on_plan(error: &PlanError) -> String {
     match error {
         PlanError::FloorTooSmall { least_m, .. } => format!(

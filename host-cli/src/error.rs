@@ -1,4 +1,6 @@
-//! What goes wrong, said once: what failed, on what, what to try.
+//! The error that a person reads: what failed, on what, and what to try.
+//!
+//! The advice for errors of the link and of plans is in [`crate::advice`].
 
 use std::fmt;
 
@@ -18,12 +20,12 @@ pub struct Error {
     details: Option<serde_json::Value>,
 }
 
-/// What kind of end this is; decides the exit code.
+/// How the command ended; decides the exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// It could not run: exit code 2.
+    /// The command could not run: exit code 2.
     CouldNotRun,
-    /// It ran, and the answer is no: exit code 1.
+    /// The command ran, and its answer is no: exit code 1.
     SaidNo,
     /// The user stopped it: exit code 130, as shells do.
     Interrupted,
@@ -33,17 +35,17 @@ enum Kind {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// It could not run.
+    /// The command could not run.
     pub fn new(what: impl fmt::Display) -> Self {
         Self { what: what.to_string(), hint: None, kind: Kind::CouldNotRun, details: None }
     }
 
-    /// It ran, and the answer is no.
+    /// The command ran, and its answer is no.
     pub fn said_no(what: impl fmt::Display) -> Self {
         Self { kind: Kind::SaidNo, ..Self::new(what) }
     }
 
-    /// The answer was given, and it is no: an exit code of 1 without a word more.
+    /// The answer was printed already, and it is no: exit code 1 without a message.
     pub fn answered_no() -> Self {
         Self::said_no("")
     }
@@ -59,13 +61,13 @@ impl Error {
         self
     }
 
-    /// Adds what was found all the same, an object, for machines.
+    /// Adds what was found in spite of the error, as a JSON object.
     pub fn details(mut self, details: serde_json::Value) -> Self {
         self.details = Some(details);
         self
     }
 
-    /// The error for machines: what was found, what failed, what to try, and the exit code.
+    /// The error as JSON: what was found, what failed, what to try, and the exit code.
     pub fn to_json(&self) -> serde_json::Value {
         let mut value = self.details.clone().unwrap_or_else(|| serde_json::json!({}));
         value["error"] = self.what.as_str().into();
@@ -88,7 +90,7 @@ impl Error {
         }
     }
 
-    /// What to try, if there is something.
+    /// What to try, if there is advice.
     pub fn hint_text(&self) -> Option<&str> {
         self.hint.as_deref()
     }
@@ -105,8 +107,8 @@ impl std::error::Error for Error {}
 impl From<clap::Error> for Error {
     fn from(error: clap::Error) -> Self {
         let text = error.render().to_string();
-        // Blocks with blank lines between: what is wrong, tips, the usage. The names stand in the
-        // indented lines of the first block.
+        // Blocks separated by blank lines: the problem, tips, the usage. The names of arguments are
+        // in the indented lines of the first block.
         let mut blocks = text.split("\n\n").map(|block| {
             block
                 .lines()
@@ -139,15 +141,15 @@ impl From<ScenarioError> for Error {
 
 impl From<host_link::Error> for Error {
     fn from(error: host_link::Error) -> Self {
-        let said = match &error {
+        let converted = match &error {
             host_link::Error::Cancelled(left) => {
                 Error::interrupted(format_args!("stopped by Ctrl-C{left}"))
             }
             _ => Error::new(&error),
         };
         match advice::on_link(&error) {
-            Some(advice) => said.hint(advice),
-            None => said,
+            Some(advice) => converted.hint(advice),
+            None => converted,
         }
     }
 }
@@ -160,7 +162,7 @@ impl From<PlanError> for Error {
 
 impl From<ServeError> for Error {
     fn from(error: ServeError) -> Self {
-        let (said, hint) = match error {
+        let (converted, hint) = match error {
             ServeError::Link(error) => return error.into(),
             ServeError::ResetOnPty => (Error::new(&error), "--listen tcp:127.0.0.1:0"),
             ServeError::CameraExists(_) => (
@@ -174,11 +176,11 @@ impl From<ServeError> for Error {
                 (Error::new(&error), "the camera's track goes there: is its disk full?")
             }
         };
-        said.hint(hint)
+        converted.hint(hint)
     }
 }
 
-/// Says on what an operation failed.
+/// Adds to an error on what the operation failed.
 pub trait Context<T> {
     /// `"{what}: {the error}"`.
     fn context(self, what: impl fmt::Display) -> Result<T>;

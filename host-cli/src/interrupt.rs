@@ -1,5 +1,7 @@
-//! Ctrl-C, or the request of the system to end: asks a procedure to end in good order; a second one ends
-//! the program at once.
+//! Ctrl-C, or the system's request to end: the first asks the procedure to end in good order, a
+//! second ends the program at once.
+//!
+//! How a procedure ends in good order is a matter of `host-link`.
 
 use std::sync::{LazyLock, OnceLock};
 use std::time::{Duration, Instant};
@@ -9,13 +11,13 @@ use host_link::Cancel;
 static PRESSED: OnceLock<Instant> = OnceLock::new();
 static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
 
-/// A second one so soon after the first is the same one: shells and `timeout` send it to a process and to its
-/// group.
+/// A second signal within this time is the same one: shells and `timeout` send it to a process and
+/// to its group.
 const SAME: Duration = Duration::from_millis(500);
 
-/// Starts to listen. Without this, Ctrl-C ends the program at once.
+/// Starts to handle Ctrl-C. Without this, Ctrl-C ends the program at once.
 pub fn listen() {
-    // If there is a handler already, that one is in charge.
+    // If there is a handler already, it stays.
     let cancel = cancel();
     let _ = ctrlc::set_handler(move || {
         cancel.request();
@@ -29,12 +31,12 @@ pub fn listen() {
     });
 }
 
-/// The user's wish that this end, for procedures.
+/// The user's request to end, for procedures.
 pub fn cancel() -> Cancel {
     CANCEL.clone()
 }
 
-/// Whether the user wants this to end.
+/// Whether the user has requested an end.
 pub fn requested() -> bool {
     CANCEL.is_requested()
 }

@@ -1,22 +1,27 @@
 //! The `beeline` command: talks to a robot, records, calibrates, explains.
 //!
+//! The link to a robot is `host-link`, campaign folders are `campaign`, and models are fitted by
+//! `robot-model`.
+//!
 //! | module | what it is |
 //! | --- | --- |
 //! | [`port`] | where a robot is reached |
-//! | [`limits`] | what a motion may ask of a robot |
-//! | [`advice`] | what to try where a robot or a plan refuses |
+//! | [`limits`] | which motions are refused before they are commanded |
+//! | [`advice`] | what to try when a robot or a plan refuses |
 //! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
-//! | [`undo`] | what was there before the last change |
-//! | [`wheels`] | counts of telemetry as angles of the wheels |
+//! | [`undo`] | the geometry before the last change |
+//! | [`wheels`] | telemetry counts as wheel angles |
 //! | [`pose_source`] | what measures where the robot is |
-//! | [`survey`] | plans and records whole campaigns |
+//! | [`survey`] | records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
-//! | [`picture`] | what a person sees at the end |
-//! | [`mod@hex`] | bytes as people compare them |
+//! | [`picture`] | the page and the drawing of a calibration |
+//! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
 //! | [`quantity`] | numbers with units, read and written |
-//! | [`cli`], [`command`] | the command line, one file a command |
+//! | [`cli`], [`command`] | the command line; one file a command |
+//! | [`error`], [`interrupt`] | errors for a person, Ctrl-C |
+//! | [`ui`], [`table`] | lines, progress, questions and tables on a terminal |
 
 pub mod advice;
 pub mod apply;

@@ -1,7 +1,7 @@
-//! What a motion may ask of a robot, found out before anybody says that it drives.
+//! Which motions are refused before they are commanded: those that the robot would refuse
+//! ([`host_link::limits`]), and those that a user hardly means.
 //!
-//! The robot checks for itself, and has the last word: here is what it would say ([`host_link::limits`]), and what
-//! only a person can mean or not mean.
+//! The robot checks each motion itself; its answer is what counts.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,11 +13,12 @@ use crate::calibrate::plausibility::DIFFERENCE_USUAL;
 use crate::error::{Error, Result};
 use crate::quantity::LengthUnit;
 
-/// Longer than this is more likely a slip of the finger than meant \[s\]: the paper's run takes 20 s, and
-/// 60 m at its speed as long as this.
+/// A longer drive is more likely a typing error than meant \[s\]: the paper's run takes 20 s, and
+/// 60 m at its speed take this long.
 pub const DURATION_S_USUAL: f64 = 600.0;
 
-/// Refuses what the robot would refuse, and what takes longer than [`DURATION_S_USUAL`] unless `long`.
+/// Refuses what the robot would refuse, and what takes longer than [`DURATION_S_USUAL`] unless
+/// `long`.
 pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
     limits::check(motion, config).map_err(|error| host_link::Error::Refused {
         request: "drive",
@@ -31,14 +32,16 @@ pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a straight line so long, or so short, that nothing could be read off its end.
+/// Refuses a straight line that is too short or too long for its end to determine W_T.
 ///
-/// On a short one the rounding of a count, q of s metres, is more of W_T than [`DIFFERENCE_USUAL`]. Wheels that differ by a share d turn the robot by alpha = s d / b on s metres. From a quarter turn on
-/// two W_T have the same tangent and soon the same offset, so for [`DIFFERENCE_USUAL`] alpha stays below it.
+/// On a short line the rounding of a count, q of s metres, changes W_T by more than
+/// [`DIFFERENCE_USUAL`]. On a long line, wheels that differ by a share d turn the robot by
+/// alpha = s d / b on s metres. From a quarter turn on, two W_T have the same tangent and soon the
+/// same offset, so alpha must be less for [`DIFFERENCE_USUAL`].
 pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
     let length_m = motion.distance.left.abs() * limits::unit_m(motion, config);
     let encoder = config.encoder;
-    let count_m = encoder.map(|it| config.meters_per_count(&it));
+    let count_m = encoder.map(|encoder| config.meters_per_count(&encoder));
     let length_m_min = count_m.left.max(count_m.right) / DIFFERENCE_USUAL;
     if length_m < length_m_min {
         return Err(Error::new(format_args!(
@@ -51,7 +54,7 @@ pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
     check_length(length_m, config.geometry.track_width_m)
 }
 
-/// As [`check_distance`], of a length that was driven on a track of this width \[m\].
+/// The upper limit of [`check_distance`], for a robot with this track width \[m\].
 pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
     let length_m_max = FRAC_PI_2 * track_width_m / DIFFERENCE_USUAL;
     if length_m <= length_m_max {
@@ -69,7 +72,7 @@ pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
     )))
 }
 
-/// Refuses a square that is smaller than the robot: its legs would end within the turns.
+/// Refuses a square that is smaller than the robot.
 pub fn check_square(side_m: f64, config: &Config) -> Result<()> {
     let track_m = config.geometry.track_width_m;
     if side_m >= track_m {
@@ -104,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn what_takes_hours_is_driven_only_if_it_is_meant() {
+    fn a_drive_of_hours_needs_the_long_option() {
         let slow = Motion { cruise: 0.0001, unit: TravelUnit::Meter, ..Motion::PAPER };
         assert!(refused_for(slow).contains("22 h 13 min"), "{}", refused_for(slow));
         check(&slow, &Config::default(), true).unwrap();

@@ -10,7 +10,7 @@ use host_cli::{command, ui};
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        // Machines get their JSON here too; help is for people.
+        // With --json these errors are JSON too; help stays text.
         Err(error) if error.use_stderr() && std::env::args_os().any(|arg| arg == "--json") => {
             return fail(&Error::from(error), true);
         }
@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     }
     match ui::all_said() {
         Ok(()) => ExitCode::SUCCESS,
-        // In words for machines too: what they read is what could not be written.
+        // As text even with --json: standard output, where JSON goes, cannot be written.
         Err(error) => fail(&error, false),
     }
 }

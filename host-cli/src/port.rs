@@ -1,4 +1,6 @@
 //! Where a robot is reached: a serial device, a TCP address, or the simulator in this process.
+//!
+//! What is done with the robot is left to the caller's procedure.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -19,7 +21,7 @@ use crate::ui::warn;
 pub enum Port {
     /// `sim`, or `sim:scenario.toml`: in this process, in virtual time.
     Sim(Option<PathBuf>),
-    /// A real one, or one that is simulated elsewhere.
+    /// A real robot, or one that another process simulates.
     At(Address),
 }
 
@@ -68,7 +70,7 @@ impl Port {
     }
 }
 
-/// What only the simulator needs to know.
+/// The options of the simulator.
 #[derive(Clone, Debug, Default)]
 pub struct SimOptions {
     /// Replaces the scenario's seed.
@@ -78,18 +80,18 @@ pub struct SimOptions {
 }
 
 impl SimOptions {
-    /// What a campaign keeps of a simulated robot; nothing of a real one.
+    /// How a campaign names a simulated robot; `None` for a real one.
     pub fn kept(&self, port: &Port) -> Option<Simulated> {
         let Port::Sim(scenario) = port else { return None };
         let named = |path: &PathBuf| {
-            // What another machine has elsewhere, or not at all, is left out.
+            // An absolute path would not exist on another computer: only the name is kept.
             let file = if path.is_absolute() { path.file_name()?.as_ref() } else { path.as_path() };
             Some(file.to_string_lossy().into_owned())
         };
         Some(Simulated { scenario: scenario.as_ref().and_then(named), seed: self.seed })
     }
 
-    /// The scenario of a port, with the seed that replaces its own.
+    /// The scenario of a port, with the seed of these options.
     pub fn scenario(&self, port: &Port) -> Result<Scenario> {
         let scenario = port.scenario()?;
         Ok(Scenario { seed: self.seed.unwrap_or(scenario.seed), ..scenario })
@@ -110,14 +112,16 @@ impl SimOptions {
     }
 }
 
-/// Makes sure, before anything moves, that a robot can save into this file; where it really is.
+/// Checks, before anything moves, that a robot can save into this file; returns its path behind
+/// links.
 fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
     if is_special(file) {
         return Err("it is a device or a pipe, and remembers nothing".into());
     }
     let file = target(file);
-    // The first save would fail, after the drive.
-    if let Some(folder) = file.parent().filter(|it| !it.as_os_str().is_empty() && !it.is_dir()) {
+    // Without its folder, the first save would fail, and only after the drive.
+    let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
+    if let Some(folder) = file.parent().filter(is_missing) {
         return Err(format!("there is no folder {}", folder.display()));
     }
     check_writable(&file).map_err(|error| error.to_string())?;
@@ -126,8 +130,8 @@ fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
 
 /// Opens the port, shakes hands with the robot and carries the procedure out.
 ///
-/// On the simulator the procedure runs in virtual time together with the robot and is given the
-/// laboratory round it; elsewhere it runs in real time.
+/// With the simulator the procedure runs in virtual time, and is given the robot's laboratory;
+/// otherwise it runs in real time.
 pub fn with_robot<T>(
     port: &Port,
     sim: &SimOptions,
@@ -137,7 +141,7 @@ pub fn with_robot<T>(
         Port::Sim(_) => {
             let mut target = sim.target(&sim.scenario(port)?)?;
             let lab = target.lab();
-            // Each command has a simulator of its own: the session number need not differ.
+            // Each command has a new simulator, so the session number may always be the same.
             let mut session = sim_link::session(&target.host_wire(), 1, port.to_string());
             session.cancel_by(&interrupt::cancel());
             target.run(async {

@@ -1,10 +1,10 @@
-//! Tables on a terminal: columns as wide as what is in them, numbers to the right.
+//! Tables on a terminal: columns as wide as their cells, numbers aligned to the right.
 
 use anstyle::Style;
 
 use crate::ui::{paint, say};
 
-/// One cell: its text and how it looks.
+/// One cell: its text and its style.
 #[derive(Clone, Debug)]
 pub struct Cell {
     text: String,
@@ -12,7 +12,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// In a style.
+    /// A cell in a style.
     pub fn styled(style: Style, text: impl ToString) -> Self {
         Self { text: text.to_string(), style }
     }
@@ -24,16 +24,16 @@ impl<T: ToString> From<T> for Cell {
     }
 }
 
-/// To which side the cells of a column go.
+/// How the cells of a column are aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// To the left, for words.
     Left,
-    /// Numbers.
+    /// To the right, for numbers.
     Right,
 }
 
-/// A table being put together.
+/// A table, built row by row.
 #[derive(Clone, Debug)]
 pub struct Table {
     aligns: Vec<Align>,
@@ -41,23 +41,23 @@ pub struct Table {
 }
 
 impl Table {
-    /// With columns aligned so: `l` and `r` for each.
+    /// A table with this alignment: `l` or `r` for each column.
     pub fn new(aligns: &str) -> Self {
         let align = |c| if c == 'r' { Align::Right } else { Align::Left };
         Self { aligns: aligns.chars().map(align).collect(), rows: Vec::new() }
     }
 
-    /// Adds a row; cells that are missing at its end stay empty.
+    /// Adds a row; missing cells at its end stay empty.
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The lines, each with `indent` spaces before it.
+    /// The lines of the table, each with `indent` spaces before it.
     pub fn lines(&self, indent: usize) -> Vec<String> {
         let width = |text: &str| text.chars().count();
         let mut widths = vec![0; self.aligns.len()];
         // A row of one cell is a heading over all columns.
-        for row in self.rows.iter().filter(|it| it.len() > 1) {
+        for row in self.rows.iter().filter(|row| row.len() > 1) {
             for (column, cell) in row.iter().enumerate() {
                 widths[column] = widths[column].max(width(&cell.text));
             }
@@ -86,7 +86,7 @@ impl Table {
         self.rows.iter().map(line).collect()
     }
 
-    /// Prints it.
+    /// Prints the table.
     pub fn say(&self, indent: usize) {
         self.lines(indent).iter().for_each(say);
     }

@@ -1,6 +1,7 @@
-//! What the user sees while it runs: lines, progress, questions.
+//! What the user sees while a command runs: lines, progress, questions.
 //!
-//! Results go to standard output, everything else to standard error. Colours only on a terminal.
+//! Results go to standard output, everything else to standard error. There are colours only on a
+//! terminal. The text of the lines is left to the commands.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -16,13 +17,13 @@ use host_link::Clock;
 
 /// Emphasis.
 pub const BOLD: Style = Style::new().bold();
-/// Side remarks.
+/// Secondary text.
 pub const DIM: Style = Style::new().dimmed();
-/// It went well.
+/// Success.
 pub const GOOD: Style = AnsiColor::Green.on_default();
-/// It did not.
+/// Failure.
 pub const BAD: Style = AnsiColor::Red.on_default().bold();
-/// Take care.
+/// A warning.
 pub const WARN: Style = AnsiColor::Yellow.on_default();
 
 /// `1 run`, `3 runs`.
@@ -35,31 +36,32 @@ pub fn paint(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
-/// Prints a line of the result. A reader that went away is no error.
+/// Prints a line of the result. A reader that has gone away is not an error.
 pub fn say(line: impl Display) {
     let _ = is_heard(line);
 }
 
-/// Why a line of the result did not get out, the first time.
-static UNSAID: OnceLock<String> = OnceLock::new();
+/// The first error of writing a line of the result.
+static WRITE_ERROR: OnceLock<String> = OnceLock::new();
 
-/// Prints a line of the result; false if its reader has gone away, or it cannot be written.
+/// Prints a line of the result; false if its reader has gone away, or the line cannot be written.
 pub fn is_heard(line: impl Display) -> bool {
     let mut stdout = anstream::stdout().lock();
     match writeln!(stdout, "{line}").and_then(|()| stdout.flush()) {
         Ok(()) => true,
         Err(error) => {
             if error.kind() != ErrorKind::BrokenPipe {
-                let _said_before = UNSAID.set(error.to_string());
+                let _later_error = WRITE_ERROR.set(error.to_string());
             }
             false
         }
     }
 }
 
-/// An error if part of the result was lost, as on a full disk; a reader that went away is none.
+/// An error if part of the result could not be written, as on a full disk. A reader that has gone
+/// away is not an error.
 pub fn all_said() -> Result<()> {
-    match UNSAID.get() {
+    match WRITE_ERROR.get() {
         None => Ok(()),
         Some(error) => {
             Err(Error::new(format_args!("cannot write the result to standard output: {error}"))
@@ -68,12 +70,12 @@ pub fn all_said() -> Result<()> {
     }
 }
 
-/// Prints a line about what is going on.
+/// Prints a line about the progress of the command.
 pub fn note(line: impl Display) {
     let _ = writeln!(anstream::stderr().lock(), "{line}");
 }
 
-/// Prints that something was done: a line about it for people, a JSON value for machines.
+/// Prints that something was done: as a line of text, or as a JSON value.
 pub fn tell(json: bool, value: serde_json::Value, line: impl Display) {
     if json {
         say(value);
@@ -82,7 +84,7 @@ pub fn tell(json: bool, value: serde_json::Value, line: impl Display) {
     }
 }
 
-/// Prints what the user should take care of.
+/// Prints a warning.
 pub fn warn(line: impl Display) {
     note(format_args!("{} {line}", paint(WARN, "warning:")));
 }
@@ -99,11 +101,11 @@ pub fn print_error(error: &Error, json: bool) {
     }
 }
 
-/// A bar that fills while something takes its time; invisible where nobody looks.
+/// A progress bar; invisible if standard error is not a terminal.
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar with a title.
+    /// A progress bar with a title.
     pub fn new(title: impl Into<String>, quiet: bool) -> Self {
         if quiet || !std::io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
@@ -114,7 +116,7 @@ impl Progress {
         Self(ProgressBar::new(1000).with_style(style).with_message(title.into()))
     }
 
-    /// Fills it to this share.
+    /// Sets the share that is done.
     pub fn set(&self, share: f64) {
         self.0.set_position((share * 1000.0) as u64);
     }
@@ -126,7 +128,7 @@ impl Drop for Progress {
     }
 }
 
-/// What to do where nobody answers.
+/// What to try if nobody answers.
 const NOBODY: &str =
     "run it in a terminal, or with --yes; poses that nobody types come with --measure track:FILE";
 
@@ -138,7 +140,7 @@ pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
         let _ = stderr.flush();
     }
     let (sender, receiver) = async_channel::bounded(1);
-    // Reading blocks; Ctrl-C must not wait for it.
+    // In a thread, as reading blocks: Ctrl-C must not wait for it.
     std::thread::spawn(move || {
         let mut line = String::new();
         let _ = sender.send_blocking(std::io::stdin().read_line(&mut line).map(|len| (len, line)));
@@ -167,7 +169,7 @@ pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
                 note("");
                 return Err(Error::interrupted("stopped by Ctrl-C"));
             }
-            // The simulated robot waits with us.
+            // In virtual time the simulated robot waits too.
             Err(_) if clock.is_virtual() => std::thread::sleep(Duration::from_millis(50)),
             Err(_) => clock.sleep(Duration::from_millis(50)).await,
         }

@@ -1,6 +1,6 @@
-//! What a robot's geometry was before it was last changed, kept on the host.
+//! What a robot's geometry was before its last change, kept on the host.
 //!
-//! A calibration changes W_T alone, a campaign or UMBmark all of the geometry; each remembers what it
+//! A calibration changes W_T alone, `apply` and UMBmark the whole geometry; each remembers what it
 //! changed, and only that is put back.
 
 use std::path::{Path, PathBuf};
@@ -16,18 +16,18 @@ use host_link::session::Session;
 
 /// A part of a configuration that can be put back.
 pub trait Undoable: Copy + PartialEq + Serialize + DeserializeOwned {
-    /// What the names of its files begin with; the robot's uid follows.
+    /// The beginning of its file names; the robot's uid follows.
     const FILE: &'static str;
-    /// Nothing is remembered: what is missing, and what sets it otherwise.
+    /// The error and the advice if nothing is remembered.
     const NOTHING: (&'static str, &'static str);
 
-    /// What a configuration has.
+    /// This part of a configuration.
     fn of(config: &Config) -> Self;
 
-    /// Puts it into a configuration.
+    /// Puts this part into a configuration.
     fn put_into(self, config: &mut Config);
 
-    /// The robot has something else than it was left with: `undo` would undo somebody else's change.
+    /// The error if the robot was changed since: an undo would undo that other change.
     fn changed_since(now: Self, undo: &Undo<Self>) -> Error;
 }
 
@@ -88,15 +88,15 @@ impl Undoable for GeometryConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Undo<T> {
-    /// The robot's name, for whoever reads the file.
+    /// The robot's name, for people who read the file.
     pub robot: String,
-    /// Before.
+    /// The values before the change.
     pub before: T,
-    /// After.
+    /// The values after it.
     pub after: T,
 }
 
-/// The folder where calibrations are remembered: `$XDG_STATE_HOME/beeline`, or `~/.local/state/beeline`.
+/// The folder that remembers calibrations: `$XDG_STATE_HOME/beeline`, or `~/.local/state/beeline`.
 pub fn state_folder() -> Result<PathBuf> {
     let set =
         |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
@@ -109,9 +109,9 @@ pub fn state_folder() -> Result<PathBuf> {
         })
 }
 
-/// Makes sure that `folder` can remember a change of this robot, and leaves nothing behind.
+/// Checks that `folder` can remember a change of this robot, and leaves nothing behind.
 pub fn check<T: Undoable>(folder: &Path, identity: &Identity) -> Result<()> {
-    // What is not there yet is made in the nearest folder that is.
+    // A folder that does not exist is created later, in the nearest one that does.
     let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(folder);
     let file = if there == folder { file::<T>(folder, identity) } else { there.join("beeline") };
     check_writable(&file).map_err(|error| {
@@ -163,7 +163,7 @@ impl<T: Undoable> Undo<T> {
         identity: &Identity,
     ) -> Result<()> {
         if identity.unsaved {
-            // Only this is undone: nothing else gets saved on the way.
+            // The save below must not save other changes.
             session.restore_config(ConfigOrigin::Saved).await?;
         }
         let mut config = session.read_config().await?;
@@ -179,7 +179,7 @@ impl<T: Undoable> Undo<T> {
     }
 }
 
-/// What is remembered so that it can be undone, and what was remembered before it.
+/// A change that is remembered, and the one that was remembered before it.
 #[derive(Debug)]
 pub struct Remembered {
     file: PathBuf,
@@ -187,7 +187,7 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    /// Remembers `text` in `file`, whose folder is made if it is not there.
+    /// Writes `text` to `file`, whose folder is created if it does not exist.
     fn write(file: PathBuf, text: &str) -> Result<Self> {
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder)
@@ -199,7 +199,7 @@ impl Remembered {
         Ok(Self { file, older })
     }
 
-    /// Nothing was saved after all: remembers what was remembered before.
+    /// Forgets this change, as it was not saved, and remembers the one before it again.
     pub(crate) fn take_back(self) -> Result<()> {
         let Self { file, older } = self;
         match older {
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_each_change_remembers_is_apart_and_reads_as_it_always_did() {
+    fn each_kind_of_change_has_a_file_of_its_own_in_the_same_format_as_ever() {
         let folder = tempfile::tempdir().unwrap();
         let (state, identity) = (folder.path(), identity());
         let [before, mut after] = [Config::default().geometry; 2];
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_taken_back_leaves_the_calibration_before_it() {
+    fn taking_back_leaves_the_calibration_before() {
         let folder = tempfile::tempdir().unwrap();
         let state = folder.path().join("state/beeline");
         let identity = identity();
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_remember_is_found_out_before() {
+    fn a_folder_that_cannot_be_written_is_refused_beforehand() {
         let identity = identity();
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("file"), "").unwrap();

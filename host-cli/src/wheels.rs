@@ -1,11 +1,11 @@
-//! Counts of telemetry as angles of the wheels, and the nominal robot of a configuration.
+//! Telemetry counts as wheel angles, and the nominal robot of a configuration.
 
 use std::f64::consts::TAU;
 
 use robot_model::kinematics::{Geometry, WheelPair};
 use shared_proto::{Config, EncoderConfig, GeometryConfig, Telemetry};
 
-/// How far both wheels have turned by one frame of telemetry, since power-on.
+/// The angles of both wheels since power-on, from one telemetry frame \[rad\].
 pub fn turns(frame: &Telemetry, config: &Config) -> WheelPair<f64> {
     let angle_rad = |counts: i64, encoder: EncoderConfig| {
         counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
@@ -16,7 +16,8 @@ pub fn turns(frame: &Telemetry, config: &Config) -> WheelPair<f64> {
     }
 }
 
-/// The nominal robot of a configuration, its radius and track known to this share, one sigma.
+/// The nominal robot of a configuration; radius and track width have this relative uncertainty, one
+/// sigma.
 pub fn geometry(config: &Config, tolerance_share: f64) -> Geometry {
     let GeometryConfig { wheel_radius_m, track_width_m, .. } = config.geometry;
     let encoder = config.encoder.left;

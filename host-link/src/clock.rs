@@ -1,11 +1,11 @@
-//! The time that a conversation goes by: the world's, or a simulator's.
+//! The clock of a session: real time, or a simulator's virtual time.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use crate::wire::Waiting;
 
-/// Where time comes from.
+/// A source of time.
 pub trait TimeSource {
     /// Time on this clock \[us\].
     fn now_us(&self) -> u64;
@@ -13,21 +13,21 @@ pub trait TimeSource {
     /// Waits until the clock shows this time.
     fn sleep_until_us(&self, t_us: u64) -> Waiting<'_, ()>;
 
-    /// Whether it advances only while somebody waits for it.
+    /// Whether the clock advances only while somebody waits for it.
     fn is_virtual(&self) -> bool;
 }
 
-/// The time that a session goes by; clones show the same time.
+/// The clock of a session; clones show the same time.
 #[derive(Clone)]
 pub struct Clock(Rc<dyn TimeSource>);
 
 impl Clock {
-    /// A clock of one's own.
+    /// A clock with this source of time.
     pub fn new(source: impl TimeSource + 'static) -> Self {
         Self(Rc::new(source))
     }
 
-    /// The world's, from now on.
+    /// Real time, counted from now.
     pub fn real() -> Self {
         Self::new(Real(Instant::now()))
     }
@@ -47,13 +47,13 @@ impl Clock {
         self.sleep_until_us(self.now_us() + duration.as_micros() as u64).await;
     }
 
-    /// Whether it advances only while somebody waits for it.
+    /// Whether the clock advances only while somebody waits for it.
     pub fn is_virtual(&self) -> bool {
         self.0.is_virtual()
     }
 }
 
-/// The world's, from this instant.
+/// Real time, counted from this instant.
 struct Real(Instant);
 
 impl TimeSource for Real {

@@ -1,7 +1,7 @@
 //! What can go wrong between a host and a robot.
 //!
-//! Each error says what failed and on what. What to try depends on the program that uses this, and is its own
-//! to say.
+//! Each error says what failed and on what. What to try depends on the program that uses this
+//! crate, which must say it itself.
 
 use std::fmt;
 use std::io;
@@ -11,30 +11,30 @@ use shared_proto::{Answer, Command, FaultReport, Hello, Refusal, State};
 /// A result of the link.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Why something could not be done.
+/// Why a request or a procedure failed.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Error {
-    /// Nothing came from this port at all.
+    /// Nothing was received from this port.
     NoAnswer {
         /// The port.
         port: String,
     },
-    /// Something came, but no robot sent it.
+    /// Something was received, but not from a Beeline robot.
     NotARobot {
         /// The port.
         port: String,
         /// Unreadable frames.
         damaged: u64,
     },
-    /// Host and robot do not speak the same version.
+    /// Host and robot have different versions of the protocol.
     VersionsDiffer {
         /// The host's.
         ours: Hello,
         /// The robot's.
         theirs: Hello,
     },
-    /// The robot answered before, and no more.
+    /// The robot answered before, but does not any more.
     StoppedAnswering {
         /// The port.
         port: String,
@@ -51,7 +51,7 @@ pub enum Error {
         /// The port.
         port: String,
     },
-    /// The robot answered with what is no answer to this.
+    /// The robot's answer does not belong to the request.
     WrongAnswer {
         /// The request.
         request: &'static str,
@@ -69,17 +69,17 @@ pub enum Error {
     ReadBackDiffers,
     /// The robot stopped with a fault.
     Faulted(FaultReport),
-    /// The robot moves on an earlier command; nothing changed.
+    /// The robot is still moving by an earlier command; nothing changed.
     AlreadyMoving(State),
     /// The robot sends no telemetry.
     NoTelemetry,
-    /// The robot heard each time too late when its motion was to begin.
+    /// Each time the command arrived after the time at which the motion was to begin.
     StartTooLate,
-    /// The robot stood, and had not come to the end of its motion.
+    /// The robot stands still, but did not reach the end of its motion.
     NeverEnded,
-    /// The robot still moves when it should stand.
+    /// The robot still moves when it should stand still.
     NeverStands,
-    /// The user asked for an end: see [`Cancel`](crate::Cancel).
+    /// The procedure was cancelled: see [`Cancel`](crate::Cancel).
     Cancelled(Left),
     /// A TCP address could not be reached.
     Connect {
@@ -95,7 +95,7 @@ pub enum Error {
         /// The system's error.
         cause: serialport::Error,
     },
-    /// Nobody can listen there.
+    /// The address cannot be listened on.
     Listen {
         /// `host:port`.
         address: String,
@@ -113,12 +113,12 @@ pub enum Error {
 pub enum Left {
     /// In this state.
     In(State),
-    /// Not known, for this reason.
+    /// Unknown, for this reason.
     Unknown(Box<Error>),
 }
 
 impl Error {
-    /// Whether somebody asked for this end.
+    /// Whether the procedure was cancelled.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled(_))
     }
@@ -193,7 +193,7 @@ impl fmt::Display for Error {
 }
 
 impl fmt::Display for Left {
-    /// Goes on with a sentence that says what was stopped.
+    /// Continues a sentence that says what was stopped.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::In(State::Idle | State::Boot) => {
@@ -237,7 +237,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
     }
 }
 
-/// A request in words.
+/// The name of a request.
 pub(crate) fn name_of(command: &Command) -> &'static str {
     match command {
         Command::Identify => "identify",

@@ -18,17 +18,17 @@
 //! | --- | --- |
 //! | [`session`] | handshake, requests with retries, telemetry, events |
 //! | [`motion`] | drives a motion to its end, safely |
-//! | [`limits`] | what the robot itself would say to a motion |
+//! | [`limits`] | whether the robot would refuse a motion |
 //! | [`address`] | serial ports and TCP addresses |
 //! | [`listen`] | the other end: one client at a time, on TCP or a pseudo-terminal |
-//! | [`wire`], [`clock`] | bytes, and the time that a conversation goes by |
-//! | [`cancel`] | a request to end in good order |
+//! | [`wire`], [`clock`] | bytes and time of a session |
+//! | [`cancel`] | a request to end a procedure in good order |
 //! | [`stream`] | telemetry in order, without gaps |
 //! | [`error`] | what can go wrong |
 //!
-//! It leaves to others what is said to a user (errors are enums with plain sentences, without advice on any
-//! one program), what is computed from telemetry, and simulated robots: whoever has one implements
-//! [`Wire`] and [`clock::TimeSource`].
+//! The crate leaves to others: advice to a user (errors are enums with plain sentences, without
+//! advice on any one program), what is computed from telemetry, and simulated robots, for which
+//! [`Wire`] and [`clock::TimeSource`] are implemented elsewhere.
 
 pub mod address;
 pub mod cancel;

@@ -1,6 +1,6 @@
-//! What the robot itself would say to a motion, found out before anybody says that it drives.
+//! Whether the robot would refuse a motion, known before it is commanded.
 //!
-//! The robot checks for itself, and has the last word.
+//! The robot checks each motion itself; its answer is what counts.
 
 use std::f64::consts::TAU;
 
@@ -8,10 +8,10 @@ use shared_proto::{Config, Drive, MotionError, TravelUnit};
 
 use crate::motion::Motion;
 
-/// Two computations of the same limit differ by a few roundings; these are left to the robot.
+/// Host and robot may round a limit differently; what is this close to it is left to the robot.
 const ROUNDING: f64 = 1e-9;
 
-/// One unit of a motion over ground \[m\].
+/// The length over ground of one unit of a motion \[m\].
 pub fn unit_m(motion: &Motion, config: &Config) -> f64 {
     match motion.unit {
         TravelUnit::Meter => 1.0,
@@ -19,7 +19,7 @@ pub fn unit_m(motion: &Motion, config: &Config) -> f64 {
     }
 }
 
-/// What a robot with this configuration would say to a motion from a stand.
+/// What a robot with this configuration would answer to a motion from standstill.
 pub fn check(motion: &Motion, config: &Config) -> Result<(), MotionError> {
     let Motion { distance, cruise, acceleration, .. } = *motion;
     let unit_m = unit_m(motion, config);

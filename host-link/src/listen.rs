@@ -29,7 +29,8 @@ impl FromStr for Listen {
     }
 }
 
-/// One client at a time. Nothing here waits, but for a client that is slow to read.
+/// The robot's end of a line, with one client at a time. No method blocks, except while a client is
+/// slow to read.
 pub struct Line {
     address: String,
     end: End,
@@ -43,7 +44,7 @@ enum End {
     #[cfg(unix)]
     Pty {
         master: serialport::TTYPort,
-        // Held open, so that the terminal outlives its clients.
+        // Held open, so that the terminal stays when a client leaves.
         _slave: serialport::TTYPort,
     },
 }
@@ -76,12 +77,12 @@ impl Line {
         }
     }
 
-    /// The port by which a host reaches it.
+    /// The port by which a host reaches the robot.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Takes a new client, who replaces the one before. True if one came.
+    /// Accepts a new client, which replaces the one before; true if there was one.
     pub fn accept(&mut self) -> bool {
         match &mut self.end {
             End::Tcp { listener, client } => match listener.accept() {
@@ -99,7 +100,7 @@ impl Line {
         }
     }
 
-    /// Bytes from the client, if there are any now; an error, once, when it has gone away.
+    /// Bytes from the client, if there are any now; one error when the client has disconnected.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match &mut self.end {
             End::Tcp { client, .. } => {
@@ -124,7 +125,7 @@ impl Line {
         }
     }
 
-    /// Bytes to the client; without one they are lost, as on a cable.
+    /// Sends bytes to the client; without a client they are lost, as on a cable.
     pub fn write(&mut self, bytes: &[u8]) {
         match &mut self.end {
             End::Tcp { client, .. } => {
@@ -136,14 +137,14 @@ impl Line {
             }
             #[cfg(unix)]
             End::Pty { master, .. } => {
-                // A full terminal buffer: nobody reads.
+                // The terminal's buffer is full: nobody reads.
                 let _ = master.write_all(bytes);
             }
         }
     }
 }
 
-/// Writes to a socket that does not block; gives up on a client that does not read for a second.
+/// Writes to a non-blocking socket; gives up on a client that does not read for a second.
 fn write_all_patiently(stream: &mut TcpStream, mut bytes: &[u8]) -> io::Result<()> {
     const TRY_EVERY: Duration = Duration::from_millis(1);
     let give_up = Instant::now() + Duration::from_secs(1);

@@ -1,7 +1,8 @@
-//! A conversation with one robot: handshake, requests with retries, telemetry, events.
+//! A session with one robot: handshake, requests with retries, telemetry, events.
 //!
-//! Async over a wire and a clock, so that the same procedure runs against a board in real time and
-//! against the simulator in virtual time.
+//! It is async over a wire and a clock, so that the same procedure runs against a board in real
+//! time and against the simulator in virtual time. How a motion is driven is a matter of
+//! [`crate::motion`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,16 +19,16 @@ use crate::error::{Error, Result, name_of};
 use crate::stream::Stream;
 use crate::wire::Wire;
 
-/// A reply that has not come after this long is asked for again: ten times a round trip over USB.
+/// A request without a reply is repeated after this long: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);
 
-/// A robot that has not answered after this long is not there.
+/// A robot that has not answered after this long is taken to be gone.
 const GIVE_UP_AFTER: Duration = Duration::from_millis(1500);
 
 /// A save may have to erase all of the store first: four sectors of half a second.
 const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
 
-/// A conversation with one robot.
+/// A session with one robot.
 pub struct Session {
     wire: Box<dyn Wire>,
     clock: Clock,
@@ -48,7 +49,7 @@ pub struct Session {
 /// What the host received, and what it had to repeat.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HostStatistics {
-    /// Good frames.
+    /// Intact frames.
     pub frames_received: u64,
     /// Frames that were damaged.
     pub frames_damaged: u64,
@@ -56,16 +57,17 @@ pub struct HostStatistics {
     pub frames_lost: u64,
     /// Requests sent again.
     pub retries: u64,
-    /// Telemetry that was lost on the way, asked for again, and had.
+    /// Telemetry frames that were lost, requested again, and received.
     pub telemetry_recalled: u64,
-    /// Telemetry that is missing for good.
+    /// Telemetry frames that were lost for good.
     pub telemetry_lost: u64,
 }
 
 impl Session {
-    /// A conversation that has not begun: [`open`](Self::open) begins it.
+    /// A session that is not open yet: [`open`](Self::open) begins it.
     ///
-    /// `number` is one that the robot's last session did not have; `port` is what errors call the wire.
+    /// `number` must differ from that of the robot's last session; `port` is what errors call the
+    /// wire.
     pub fn new(wire: impl Wire + 'static, clock: Clock, number: u32, port: String) -> Self {
         Self {
             wire: Box::new(wire),
@@ -85,22 +87,22 @@ impl Session {
         }
     }
 
-    /// The clock that this conversation goes by.
+    /// The clock of this session.
     pub fn clock(&self) -> Clock {
         self.clock.clone()
     }
 
-    /// Ends its procedures in good order when this is requested.
+    /// Makes this session's procedures end in good order once `cancel` is requested.
     pub fn cancel_by(&mut self, cancel: &Cancel) {
         self.cancel = cancel.clone();
     }
 
-    /// Whether somebody wants its procedures to end.
+    /// Whether the procedures of this session are to end.
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_requested()
     }
 
-    /// A number for the next motion that the last one did not have.
+    /// A number for the next motion, different from that of the last.
     pub fn new_motion(&mut self) -> MotionId {
         self.motions += 1;
         MotionId(self.number.wrapping_add(self.motions.wrapping_mul(0x9e37_79b9)))
@@ -109,7 +111,7 @@ impl Session {
     /// What was received and repeated.
     pub fn statistics(&self) -> HostStatistics {
         HostStatistics {
-            telemetry_recalled: self.telemetry.had_again(),
+            telemetry_recalled: self.telemetry.recalled(),
             telemetry_lost: self.telemetry.lost(),
             ..self.statistics
         }
@@ -120,7 +122,8 @@ impl Session {
         let ours = Hello::of_this_build(self.number);
         let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
         while self.clock.now_us() < give_up {
-            // A zero first: whatever noise the robot has heard so far is no frame of ours.
+            // A zero first ends whatever noise the robot has received so far, so that it is not
+            // part of our frame.
             self.write(&[0]).await?;
             let frame = self.encoder.hello(ours);
             self.write(&frame).await?;
@@ -152,7 +155,7 @@ impl Session {
         }
     }
 
-    /// Asks, and repeats the question until the robot answers.
+    /// Sends a request, and repeats it until the robot answers.
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
         let subscribes = matches!(command, Command::Subscribe { .. });
         let id = self.next_id;
@@ -186,7 +189,7 @@ impl Session {
         Err(Error::StoppedAnswering { port: self.port.clone() })
     }
 
-    /// Says something and does not wait for the answer: for what is said again soon anyway.
+    /// Sends a request without waiting for the answer: for what is soon repeated anyway.
     pub async fn post(&mut self, command: Command) -> Result<()> {
         self.post_request(command).await.map(drop)
     }
@@ -256,20 +259,20 @@ impl Session {
         }
     }
 
-    /// Telemetry that has come and not been taken, oldest first, each frame once.
+    /// Telemetry that was received and not taken yet, oldest first, each frame once.
     ///
-    /// What comes behind a frame that was lost is held back until that one has been had again.
+    /// Frames after a lost one are held back until that one has been received.
     pub fn take_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
         self.telemetry.drain()
     }
 
-    /// As [`take_telemetry`](Self::take_telemetry), but waits for nothing that was lost.
+    /// As [`take_telemetry`](Self::take_telemetry), but does not hold frames back for lost ones.
     pub fn take_all_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
         self.telemetry.give_up();
         self.telemetry.drain()
     }
 
-    /// Events that have come and not been taken, oldest first.
+    /// Events that were received and not taken yet, oldest first.
     pub fn take_events(&mut self) -> impl Iterator<Item = Event> + '_ {
         self.events.drain(..)
     }
@@ -284,7 +287,7 @@ impl Session {
     fn take_reply(&mut self, id: u32) -> Option<Reply> {
         let at = self.replies.iter().position(|reply| reply.id == id)?;
         let reply = self.replies.remove(at);
-        // Older ones answer questions that were repeated and have been answered.
+        // Older replies answer requests that were repeated and have been answered.
         self.replies.retain(|reply| reply.id > id);
         reply
     }
@@ -294,11 +297,11 @@ impl Session {
         result.map_err(|cause| self.lost(cause))
     }
 
-    /// Receives something; false if nothing came until then.
+    /// Receives something; false if nothing came until this time.
     async fn receive_until(&mut self, t_us: u64) -> Result<bool> {
         let clock = self.clock.clone();
         if clock.now_us() > t_us {
-            // Something that never stops talking must not keep us for ever.
+            // A port that never stops sending must not keep us for ever.
             return Ok(false);
         }
         let read = async { Some(self.wire.read().await) };
@@ -313,7 +316,7 @@ impl Session {
         }
         if let Some(number) = self.telemetry.missing(clock.now_us()) {
             let id = self.post_request(Command::Recall { number }).await?;
-            self.telemetry.has_asked(number, id, clock.now_us());
+            self.telemetry.mark_requested(number, id, clock.now_us());
         }
         Ok(true)
     }
@@ -341,16 +344,16 @@ impl Session {
                     Reply { id: 0, outcome: Err(Refusal::HelloFirst) } => {
                         return Err(Error::Restarted { port: self.port.clone() });
                     }
-                    Reply { id, outcome } if self.telemetry.has_asked_by(id) => match outcome {
-                        Ok(Answer::Telemetry(telemetry)) => self.telemetry.recalled(telemetry),
-                        _ => self.telemetry.forgotten(id),
+                    Reply { id, outcome } if self.telemetry.is_request(id) => match outcome {
+                        Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
+                        _ => self.telemetry.unavailable(id),
                     },
                     reply => self.replies.push_back(reply),
                 }
             }
             Channel::Telemetry => {
                 if let Some(telemetry) = frame.message::<Telemetry>() {
-                    self.telemetry.take_in(telemetry);
+                    self.telemetry.push(telemetry);
                 }
             }
             Channel::Event => self.events.extend(frame.message::<Event>()),

@@ -1,10 +1,11 @@
-//! The bytes to and from a robot.
+//! The bytes to and from a robot. What they mean is a matter of `shared-proto` and
+//! [`crate::session`].
 
 use std::future::Future;
 use std::io::{self, Read, Write};
 use std::pin::Pin;
 
-/// What a wire or a clock is waited for with.
+/// The boxed future that a wire or a clock returns.
 pub type Waiting<'a, T> = Pin<Box<dyn Future<Output = T> + 'a>>;
 
 /// Bytes to and from a robot.
@@ -12,11 +13,11 @@ pub trait Wire {
     /// Sends bytes.
     fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, io::Result<()>>;
 
-    /// Waits for bytes. May be given up at any time without losing some.
+    /// Waits for bytes. The future can be dropped at any time without losing bytes.
     fn read(&mut self) -> Waiting<'_, io::Result<Vec<u8>>>;
 }
 
-/// A device whose reads block, read by a thread of its own.
+/// A device with blocking reads, which a thread of its own does.
 pub struct ThreadedWire {
     incoming: async_channel::Receiver<io::Result<Vec<u8>>>,
     writer: Box<dyn Write + Send>,
@@ -41,7 +42,7 @@ impl Wire for ThreadedWire {
 }
 
 impl ThreadedWire {
-    /// A device; a thread reads it until the process ends or the device is gone.
+    /// A wire over this device; a thread reads it until the process ends or the device is gone.
     pub fn new(
         mut reader: impl Read + Send + 'static,
         writer: impl Write + Send + 'static,
@@ -53,7 +54,7 @@ impl ThreadedWire {
                 let bytes = match reader.read(&mut buffer) {
                     Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
                     Ok(len) => Ok(buffer[..len].to_vec()),
-                    Err(error) if is_only_a_pause(&error) => continue,
+                    Err(error) if is_pause(&error) => continue,
                     Err(error) => Err(error),
                 };
                 let over = bytes.is_err();
@@ -66,7 +67,7 @@ impl ThreadedWire {
     }
 }
 
-fn is_only_a_pause(error: &io::Error) -> bool {
+fn is_pause(error: &io::Error) -> bool {
     use io::ErrorKind;
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

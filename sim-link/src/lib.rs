@@ -1,8 +1,9 @@
-//! The simulated robot as a host reaches it: in this process in virtual time ([`session`]), or behind a
-//! port in real time ([`Server`]).
+//! The simulated robot as a host reaches it: in this process in virtual time ([`session`]), or
+//! behind a port in real time ([`Server`]).
 //!
-//! It stands between `host-link` and `sim-target`, so that neither knows the other. Whoever has another robot
-//! on the simulator's clock, as the emulated board, uses it as well.
+//! The crate connects `host-link` and `sim-target`, so that neither knows the other. The emulated
+//! board, another robot on the simulator's clock, uses it as well. What is simulated is left to
+//! `sim-target`.
 
 mod serve;
 
@@ -18,7 +19,7 @@ pub use serve::{ServeError, ServeEvent, ServeOptions, Server, serve};
 
 /// A session with the robot at the other end of this wire, in virtual time; not opened yet.
 ///
-/// `number` is one that the robot's last session did not have; `port` is what errors call the wire.
+/// `number` must differ from that of the robot's last session; `port` is what errors call the wire.
 pub fn session(wire: &HostWire, number: u32, port: impl Into<String>) -> Session {
     Session::new(SimWire(wire.clone()), Clock::new(VirtualTime), number, port.into())
 }

@@ -1,7 +1,8 @@
-//! A robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
+//! Serves a robot on a virtual clock in real time, behind TCP or a pseudo-terminal.
 //!
-//! The virtual clock follows the world's. Any program that can talk to a serial port can talk to it.
-//! [`serve`] does it for the simulator; whoever has another robot uses [`Server`] in a loop of its own.
+//! The virtual clock follows real time. Any program that can talk to a serial port can talk to the
+//! robot. [`serve`] serves the simulator; a program with another robot uses [`Server`] in a loop of
+//! its own.
 
 use std::fmt;
 use std::fs::File;
@@ -13,7 +14,7 @@ use host_link::cancel::Cancel;
 use host_link::listen::{Line, Listen};
 use sim_target::{HostWire, Lab, SimTarget};
 
-/// The simulation catches up with the world this often.
+/// The simulation catches up with real time this often.
 const STEP: Duration = Duration::from_millis(1);
 
 /// What to do besides serving.
@@ -30,11 +31,11 @@ pub struct ServeOptions<'a> {
 /// What happens while a robot is served.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ServeEvent {
-    /// It can be reached by this port.
+    /// The robot can be reached by this port.
     Listening(String),
     /// A client connected.
     Connected,
-    /// The robot was not put back at its line: it moves.
+    /// The robot was not put back at its line, because it moves.
     NotPutBack,
     /// The client went away.
     Disconnected,
@@ -45,11 +46,12 @@ pub enum ServeEvent {
 pub enum ServeError {
     /// The port cannot be opened.
     Link(host_link::Error),
-    /// The robot cannot be put back when a client connects: nobody sees one come on a pseudo-terminal.
+    /// The robot cannot be put back when a client connects: a pseudo-terminal does not show that
+    /// one does.
     ResetOnPty,
     /// The camera's file exists.
     CameraExists(PathBuf),
-    /// The camera's file cannot be made.
+    /// The camera's file cannot be created.
     CameraNew(PathBuf, io::Error),
     /// The camera's file cannot be written any more.
     CameraWrite(PathBuf, io::Error),
@@ -72,7 +74,7 @@ impl fmt::Display for ServeError {
     }
 }
 
-/// Serves until `cancel` is requested; `tell` hears what happens.
+/// Serves until `cancel` is requested; calls `tell` with what happens.
 pub fn serve(
     target: &mut SimTarget,
     listen: &Listen,
@@ -93,9 +95,9 @@ pub fn serve(
     server.close()
 }
 
-/// Whether nobody would notice the robot being picked up.
+/// Whether the robot stands still with its motors off, so that it can be picked up.
 fn stands_still(lab: &Lab) -> bool {
-    /// A thousandth of the paper's cruise: what a wheel at rest creeps by \[rad/s\].
+    /// A wheel at rest creeps at most this fast: a thousandth of the paper's cruise \[rad/s\].
     const STILL_RAD_S: f64 = 0.003;
     lab.plant(|plant| {
         let turns = plant.wheel_speeds_rad_s().any(|speed| speed.abs() > STILL_RAD_S);
@@ -104,7 +106,7 @@ fn stands_still(lab: &Lab) -> bool {
     })
 }
 
-/// One robot behind a port. Whoever has it calls [`exchange`](Self::exchange) every millisecond.
+/// One robot behind a port. The owner calls [`exchange`](Self::exchange) every millisecond.
 pub struct Server {
     line: Line,
     camera: Option<CameraFile>,
@@ -134,7 +136,7 @@ impl Server {
         self.line.address()
     }
 
-    /// Hands over what client and robot have said since.
+    /// Passes on what client and robot have sent since the last call.
     pub fn exchange(&mut self, tell: &mut dyn FnMut(ServeEvent)) -> Result<(), ServeError> {
         if self.line.accept() {
             tell(ServeEvent::Connected);
@@ -164,7 +166,7 @@ impl Server {
         }
     }
 
-    /// Puts what the camera has seen on the disk, and closes the port.
+    /// Syncs the camera's file to the disk, and closes the port.
     pub fn close(self) -> Result<(), ServeError> {
         match self.camera {
             Some(CameraFile { file, path, .. }) => {

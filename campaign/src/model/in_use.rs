@@ -1,12 +1,13 @@
-//! What a robot compensates already, as the model of the campaign that is recorded on it.
+//! Which effects a robot compensates already, as the first model of a campaign recorded on it.
 //!
 //! ```text
 //! rho = 2 (W_T - 1) / (W_T + 1),   s = R_L (1 + W_T) / (2 R) - 1,   delta = b' / b - 1     (1)
 //! ```
 //!
-//! W_T, R_L and b' are in the robot's configuration, and the heading pull as it is; R and b in the campaign's
-//! `robot.toml`; (1) is the inverse of what `beeline apply` writes. Counts are raw, so an effect that is compensated shows in them as before:
-//! without this a campaign would name it as missing. The values are exact: what is in use is not measured.
+//! W_T, R_L, b' and the heading pull come from the robot's configuration, R and b from the
+//! campaign's `robot.toml`; (1) is the inverse of what `beeline apply` writes. Counts are raw, so
+//! an effect that the robot compensates still shows in them: without these entries `explain` would
+//! report it as missing. The values are exact, as they are configured and not measured.
 
 use std::path::Path;
 
@@ -18,10 +19,10 @@ use super::{EffectEntry, ModelFile};
 use crate::robot_toml::mean_radius_m;
 use crate::{CampaignError, Place, RobotFile};
 
-/// Less is rounding: a file has fewer digits than a configuration.
+/// Smaller values are rounding: a file has fewer digits than a configuration.
 const NOTHING: f64 = 1e-9;
 
-/// The effects that a robot with this configuration compensates, seen from this nominal robot.
+/// The effects that a robot with this configuration compensates, relative to this nominal robot.
 pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
     let in_use = &config.geometry;
     let weight = in_use.wheel_weight;
@@ -44,22 +45,22 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
     CATALOGUE.into_iter().filter_map(entry).collect()
 }
 
-/// What came of [`keep`].
+/// The result of [`keep`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kept {
-    /// There is nothing to say: nothing is compensated, or it is what the model says.
+    /// Nothing to report: nothing is compensated, or the model agrees.
     Nothing,
-    /// The model of a new campaign has the effects of these ids.
+    /// A model with the effects of these ids was written for a new campaign.
     Written(Vec<String>),
-    /// The robot compensates other values by now than when the campaign was begun.
+    /// The robot compensates another value of this effect now than when the campaign began.
     Changed(String),
 }
 
-/// Puts what the robot compensates into the model of a campaign that has no run yet; a model that is there
-/// stays as it is.
+/// Writes what the robot compensates into the model of a campaign that has no run yet; an existing
+/// model stays as it is.
 ///
-/// A campaign without a run whose model is of another configuration is refused. One with runs goes on: as
-/// counts are raw, runs from before and after a change of the configuration belong together.
+/// A campaign without runs is refused if its model is of another configuration. One with runs goes
+/// on: as counts are raw, runs from before and after a change of the configuration belong together.
 pub fn keep(
     folder: &Path,
     nominal: &RobotFile,
@@ -89,14 +90,16 @@ pub fn keep(
     Ok(Kept::Written(ids))
 }
 
-/// The first effect in use that has another value now than in a model; what was fitted since has its own.
+/// The first effect in use whose value differs between now and a model. Effects that were fitted
+/// since do not count.
 fn changed(model: &ModelFile, now: &[EffectEntry]) -> Option<String> {
-    // What six digits leave of it.
+    // The model keeps six digits.
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-5 * a.abs() + NOTHING;
-    let value = |it: &EffectEntry| it.parameters.first().map_or(0.0, |it| it.value);
-    let now_of = |id: &str| now.iter().find(|it| it.id() == id).map_or(0.0, value);
-    let there = model.in_use();
-    there.iter().find(|it| !same(value(it), now_of(it.id()))).map(|it| it.id().to_owned())
+    let value =
+        |entry: &EffectEntry| entry.parameters.first().map_or(0.0, |parameter| parameter.value);
+    let now_of = |id: &str| now.iter().find(|entry| entry.id() == id).map_or(0.0, value);
+    let differs = |entry: &&&EffectEntry| !same(value(entry), now_of(entry.id()));
+    model.in_use().iter().find(differs).map(|entry| entry.id().to_owned())
 }
 
 #[cfg(test)]
@@ -112,7 +115,7 @@ mod tests {
 
     fn values(nominal: &RobotFile, config: &Config) -> Vec<(String, f64)> {
         let entries = effects(nominal, config);
-        entries.iter().map(|it| (it.id().to_owned(), it.parameters[0].value)).collect()
+        entries.iter().map(|entry| (entry.id().to_owned(), entry.parameters[0].value)).collect()
     }
 
     #[test]
@@ -137,7 +140,7 @@ mod tests {
         config.geometry.track_width_m *= 1.02;
         config.geometry.heading_pull_rad_per_m = -0.004;
         let found = values(&nominal, &config);
-        let ids: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+        let ids: Vec<&str> = found.iter().map(|(id, _)| id.as_str()).collect();
         assert_eq!(
             ids,
             ["wheel_radius_ratio", "wheel_radius_scale", "track_width", "heading_pull"]
@@ -156,7 +159,7 @@ mod tests {
         let config = calibrated();
         let nominal = RobotFile::of(&config);
         let keep = |config: &Config, has_runs| keep(folder, &nominal, config, has_runs);
-        // Runs from before: what is known of them is for their owner to say.
+        // The runs were recorded before: their owner must say what the robot compensated then.
         assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
         assert!(!place.exists());
         assert_eq!(
@@ -172,7 +175,7 @@ mod tests {
         let error = keep(&other, false).unwrap_err().to_string();
         assert!(error.contains("another wheel_radius_ratio"), "{error}");
         assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
-        // Once fitted, it says what was fitted, not what is in use.
+        // Once fitted, the entry has the fitted value, not the one in use.
         std::fs::write(&place, text.replace("in_use = true\n", "")).unwrap();
         assert_eq!(keep(&other, false).unwrap(), Kept::Nothing);
     }

@@ -1,4 +1,5 @@
-//! `model.toml`: which effects a user believes in, with their fitted values; and effects of the user's own.
+//! `model.toml`: which effects a user has accepted, with their fitted values; and effects of the
+//! user's own.
 //!
 //! ```toml
 //! [[effect]]
@@ -13,9 +14,9 @@
 //! unit.k = "s^2/m^2"
 //! ```
 //!
-//! A `[[custom]]` declares an effect, so that `explain` asks about it too; only an `[[effect]]` of its id
-//! puts it into the model. `in_use = true` marks one that the robot compensated when its runs were recorded,
-//! at the value in its configuration ([`in_use`]).
+//! A `[[custom]]` declares an effect as a further candidate for `explain`; only an `[[effect]]` of
+//! its id puts it into the model. `in_use = true` marks an effect that the robot compensated while
+//! its runs were recorded, at the value in its configuration ([`in_use`]).
 
 pub mod in_use;
 mod raw;
@@ -44,34 +45,35 @@ pub struct ModelFile {
     pub customs: Vec<Arc<CustomEffect>>,
     /// The effects of the model, in their order.
     pub effects: Vec<EffectEntry>,
-    /// How well it fits, if it was fitted.
+    /// How well the model fits, if it was fitted.
     pub fit: Option<FitEntry>,
 }
 
 /// One effect of the model.
 #[derive(Clone, Debug)]
 pub struct EffectEntry {
-    /// Which.
+    /// The effect.
     pub effect: KnownEffect,
     /// Its fitted parameters; empty before a fit.
     pub parameters: Vec<ParameterFound>,
-    /// The values are those that the robot compensated when the runs were recorded; nothing was fitted.
+    /// The values are those that the robot compensated while the runs were recorded; nothing was
+    /// fitted.
     pub in_use: bool,
 }
 
 impl EffectEntry {
-    /// One without values yet.
+    /// An entry without values yet.
     pub fn unfitted(effect: KnownEffect) -> Self {
         Self { effect, parameters: Vec::new(), in_use: false }
     }
 
-    /// Which.
+    /// The effect's id.
     pub fn id(&self) -> &str {
         self.effect.facts().id
     }
 }
 
-/// What a fit left.
+/// How well a fitted model describes its runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitEntry {
     /// How many runs it was fitted to.
@@ -80,12 +82,12 @@ pub struct FitEntry {
     pub nominal: ErrorPair,
     /// Errors of the model.
     pub errors: ErrorPair,
-    /// The noise that goes with it.
+    /// The noise that was estimated with it.
     pub noise: OdometryNoise,
 }
 
 impl ModelFile {
-    /// Where the model of a campaign lies.
+    /// The file with the model of a campaign.
     pub fn place(campaign: &Path) -> PathBuf {
         campaign.join("model.toml")
     }
@@ -95,7 +97,7 @@ impl ModelFile {
         KnownEffect::find(id, &self.customs)
     }
 
-    /// All effects that can be asked about: the catalogue and the user's own.
+    /// All candidates: the catalogue and the user's own effects.
     pub fn catalogue(&self) -> Vec<&dyn Effect> {
         let mut all: Vec<&dyn Effect> = CATALOGUE.to_vec();
         all.extend(self.own());
@@ -112,32 +114,33 @@ impl ModelFile {
         self.effects.iter().map(|entry| &*entry.effect).collect()
     }
 
-    /// What the robot compensated when the runs were recorded, and nothing was fitted to since.
+    /// The effects that the robot compensated while the runs were recorded, and that were not
+    /// fitted since.
     pub fn in_use(&self) -> Vec<&EffectEntry> {
-        self.effects.iter().filter(|it| it.in_use).collect()
+        self.effects.iter().filter(|entry| entry.in_use).collect()
     }
 
-    /// The model at its fitted values; the id of the first effect that has none as an error.
+    /// The model at its fitted values; the error is the id of the first effect without values.
     pub fn assumed(&self) -> Result<Vec<Assumed<'_>>, &str> {
-        fn assumed(it: &EffectEntry) -> Result<Assumed<'_>, &str> {
-            let facts = it.effect.facts();
+        fn assumed(entry: &EffectEntry) -> Result<Assumed<'_>, &str> {
+            let facts = entry.effect.facts();
             let values: Option<Vec<f64>> = facts
                 .parameters
                 .iter()
-                .map(|p| it.parameters.iter().find(|found| found.name == p.name))
-                .map(|found| found.map(|it| it.value))
+                .map(|known| entry.parameters.iter().find(|found| found.name == known.name))
+                .map(|found| found.map(|parameter| parameter.value))
                 .collect();
-            values.map(|values| Assumed { effect: &*it.effect, values }).ok_or(facts.id)
+            values.map(|values| Assumed { effect: &*entry.effect, values }).ok_or(facts.id)
         }
         self.effects.iter().map(assumed).collect()
     }
 
-    /// Declares an effect of the user's own, under an id that is still free.
+    /// Declares an effect of the user's own. If its id is taken, a number is added to it.
     pub fn declare(&mut self, custom: &Custom) -> Result<KnownEffect, Box<CustomError>> {
         let mut custom = custom.clone();
         let wanted = custom.id.clone();
         let mut number = 1;
-        while self.customs.iter().any(|it| it.facts().id == custom.id) {
+        while self.customs.iter().any(|own| own.facts().id == custom.id) {
             number += 1;
             custom.id = format!("{wanted}_{number}");
         }

@@ -14,7 +14,7 @@ use super::{EffectEntry, FitEntry, ModelFile, validate};
 use crate::{CampaignError, Place};
 
 impl ModelFile {
-    /// Reads a model; that of a campaign without one is empty.
+    /// Reads a model; if the file does not exist, the model is empty.
     pub fn read_or_empty(file: &Path) -> Result<Self, CampaignError> {
         if file.exists() { Self::read(file) } else { Ok(Self::default()) }
     }
@@ -26,12 +26,12 @@ impl ModelFile {
         Self::parse(file, &text)
     }
 
-    /// Reads a model from its text; `file` is for the words of an error.
+    /// Reads a model from its text; errors call it `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
         let raw: RawModel = toml::from_str(text).map_err(|error| {
             let place = error
                 .span()
-                .map_or_else(|| Place::whole(file), |it| Place::of_byte(file, text, it.start));
+                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
             let problem = error.message().trim().replace('\n', "; ");
             CampaignError::new(place, problem, "compare with what `beeline model fit` writes")
         })?;
@@ -42,9 +42,9 @@ impl ModelFile {
         for entry in &raw.effect {
             model.effects.push(effect_entry(entry, &model, file, text)?);
         }
-        let wrong = |wrong: validate::Invalid| wrong.at(file, text);
-        let errors = raw.error.as_ref().map(validate::errors).transpose().map_err(wrong)?;
-        let noise = raw.noise.as_ref().map(validate::noise).transpose().map_err(wrong)?;
+        let placed = |invalid: validate::Invalid| invalid.at(file, text);
+        let errors = raw.error.as_ref().map(validate::errors).transpose().map_err(placed)?;
+        let noise = raw.noise.as_ref().map(validate::noise).transpose().map_err(placed)?;
         model.fit = errors.zip(noise).map(|((runs, nominal, errors), noise)| FitEntry {
             runs,
             nominal,
@@ -67,12 +67,13 @@ fn custom_effect(
     };
     let start = custom.id.span().start;
     let (Some(target), Some(per)) = (
-        Target::ALL.into_iter().find(|it| it.name() == custom.target.get_ref()),
-        Per::ALL.into_iter().find(|it| it.name() == custom.per.get_ref()),
+        Target::ALL.into_iter().find(|target| target.name() == custom.target.get_ref()),
+        Per::ALL.into_iter().find(|per| per.name() == custom.per.get_ref()),
     ) else {
-        let target = Target::ALL.iter().any(|it| it.name() == custom.target.get_ref());
-        let wrong = if target { &custom.per } else { &custom.target };
-        let names: Vec<&str> = if target {
+        let target_is_known =
+            Target::ALL.iter().any(|target| target.name() == custom.target.get_ref());
+        let wrong = if target_is_known { &custom.per } else { &custom.target };
+        let names: Vec<&str> = if target_is_known {
             Per::ALL.map(Per::name).into()
         } else {
             Target::ALL.map(Target::name).into()
@@ -86,23 +87,25 @@ fn custom_effect(
         per,
         expression: custom.expression.get_ref().clone(),
         units: map(&custom.unit, String::clone),
-        ranges: map(&custom.range, |it| *it),
+        ranges: map(&custom.range, |range| *range),
     };
-    if model.customs.iter().any(|it| it.custom().id == declared.id) {
+    if model.customs.iter().any(|own| own.custom().id == declared.id) {
         let problem = format!("the effect `{}` is declared twice", declared.id);
         return fail(start, problem, "choose another id, or remove one".into());
     }
     match declared.build() {
         Ok(effect) => Ok(effect),
         Err(error) => {
-            // The place in the file, as long as the string has no escapes before it.
-            let inside = |it: &Spanned<String>| it.span().start + 1 + error.at.start;
+            // The byte in the file, as long as the string has no escapes before it.
+            let inside = |text: &Spanned<String>| text.span().start + 1 + error.at.start;
             let byte = match &error.part {
                 Part::Id => start,
                 Part::Target => custom.target.span().start,
                 Part::Expression => inside(&custom.expression),
                 Part::Unit(name) => custom.unit.get(name).map_or(start, inside),
-                Part::Range(name) => custom.range.get(name).map_or(start, |it| it.span().start),
+                Part::Range(name) => {
+                    custom.range.get(name).map_or(start, |range| range.span().start)
+                }
             };
             let problem = match error.part {
                 Part::Expression => {
@@ -130,43 +133,46 @@ fn effect_entry(
         let problem = format!("there is no effect `{id}`");
         return fail(entry.id.span().start, problem, hint_for(id, model));
     };
-    if model.effects.iter().any(|it| it.effect.facts().id == id) {
+    if model.effects.iter().any(|entry| entry.effect.facts().id == id) {
         let problem = format!("the effect `{id}` is there twice");
         return fail(entry.id.span().start, problem, "remove one".into());
     }
     let known = effect.facts().parameters;
-    if let Some((name, it)) =
-        entry.parameters.iter().find(|(name, _)| !known.iter().any(|it| it.name == **name))
-    {
-        let names: Vec<&str> = known.iter().map(|it| it.name.as_ref()).collect();
+    let is_known = |name: &str| known.iter().any(|parameter| parameter.name == name);
+    if let Some((name, unknown)) = entry.parameters.iter().find(|(name, _)| !is_known(name)) {
+        let names: Vec<&str> = known.iter().map(|parameter| parameter.name.as_ref()).collect();
         let problem = format!("{id} has no parameter `{name}`");
-        return fail(it.span().start, problem, format!("it has {}", names.join(", ")));
+        return fail(unknown.span().start, problem, format!("it has {}", names.join(", ")));
     }
-    let here = known.iter().filter_map(|it| Some((it, entry.parameters.get(it.name.as_ref())?)));
-    let parameters = here
-        .map(|(it, raw)| validate::parameter(id, it, raw).map_err(|wrong| wrong.at(file, text)))
+    let given = known
+        .iter()
+        .filter_map(|parameter| Some((parameter, entry.parameters.get(parameter.name.as_ref())?)));
+    let parameters = given
+        .map(|(parameter, raw)| {
+            validate::parameter(id, parameter, raw).map_err(|invalid| invalid.at(file, text))
+        })
         .collect::<Result<Vec<_>, _>>()?;
     Ok(EffectEntry { effect, parameters, in_use: entry.in_use })
 }
 
 fn map<A, B>(from: &BTreeMap<String, Spanned<A>>, of: impl Fn(&A) -> B) -> BTreeMap<String, B> {
-    from.iter().map(|(name, it)| (name.clone(), of(it.get_ref()))).collect()
+    from.iter().map(|(name, value)| (name.clone(), of(value.get_ref()))).collect()
 }
 
-/// What to try where an effect is not known: the nearest one, or all.
+/// What to try where an effect is unknown: the nearest id, or all ids.
 pub fn hint_for(id: &str, model: &ModelFile) -> String {
-    let ids: Vec<&str> = model.catalogue().iter().map(|it| it.facts().id).collect();
-    let beginning = |it: &&&str| !id.is_empty() && (it.contains(id) || id.contains(**it));
-    match ids.iter().find(beginning) {
+    let ids: Vec<&str> = model.catalogue().iter().map(|effect| effect.facts().id).collect();
+    let is_near = |known: &&&str| !id.is_empty() && (known.contains(id) || id.contains(**known));
+    match ids.iter().find(is_near) {
         Some(near) => format!("did you mean {near}?"),
         None => format!("there are {}", ids.join(", ")),
     }
 }
 
-/// The text with a caret under what is wrong, on lines of their own.
+/// The text, and on the next line carets under what is wrong.
 pub fn caret(text: &str, error: &CustomError) -> String {
-    let before = text.get(..error.at.start).map_or(0, |it| it.chars().count());
-    let wide = text.get(error.at.clone()).map_or(1, |it| it.chars().count()).max(1);
+    let before = text.get(..error.at.start).map_or(0, |start| start.chars().count());
+    let wide = text.get(error.at.clone()).map_or(1, |wrong| wrong.chars().count()).max(1);
     format!("\n    {text}\n    {}{}", " ".repeat(before), "^".repeat(wide))
 }
 
@@ -177,7 +183,7 @@ pub fn custom_from_equation(text: &str) -> Result<Custom, CampaignError> {
 
 /// An error in an equation, with its column and a caret.
 pub fn equation_error(text: &str, error: &CustomError) -> CampaignError {
-    let column = text.get(..error.at.start).map_or(0, |it| it.chars().count()) as u64 + 1;
+    let column = text.get(..error.at.start).map_or(0, |start| start.chars().count()) as u64 + 1;
     let place = Place { line: 1, column, ..Place::whole(Path::new("the equation")) };
     CampaignError::new(place, format!("{}{}", error.problem, caret(text, error)), &error.hint)
 }

@@ -30,15 +30,19 @@ fn parse(text: &str) -> Result<ModelFile, String> {
 fn what_was_written_is_read_again() {
     let model = parse(GOOD).unwrap();
     let again = parse(&model.to_text("a \n robot")).unwrap();
-    let of = |it: &ModelFile| -> Vec<_> {
-        it.effects.iter().map(|it| (it.id().to_owned(), it.parameters.clone())).collect()
+    let of = |model: &ModelFile| -> Vec<_> {
+        model
+            .effects
+            .iter()
+            .map(|entry| (entry.id().to_owned(), entry.parameters.clone()))
+            .collect()
     };
     assert_eq!(of(&model), of(&again));
     assert_eq!(again.customs[0].custom(), model.customs[0].custom());
     let assumed = again.assumed().unwrap();
     assert_eq!(assumed[1].values, [-0.5]);
     assert_eq!(model.catalogue().len(), CATALOGUE.len() + 1);
-    // The unit of an effect of one's own is the one that was declared.
+    // A parameter of the user's own effect has the unit that was declared.
     let mine =
         |unit: &str| GOOD.replace("value = -0.5", &format!("value = -0.5, unit = \"{unit}\""));
     parse(&mine("s^2/m^2")).unwrap();
@@ -50,16 +54,16 @@ fn whatever_a_fit_may_come_to_is_read_again() {
     for effect in CATALOGUE {
         let facts = effect.facts();
         for at in [0.0_f64, 0.3, 0.6, 1.0] {
-            let found = |it: &robot_model::effect::Parameter| {
-                let value = it.low + at * (it.high - it.low);
-                let (name, unit) = (it.name.to_string(), it.unit.to_string());
+            let found = |known: &robot_model::effect::Parameter| {
+                let value = known.low + at * (known.high - known.low);
+                let (name, unit) = (known.name.to_string(), known.unit.to_string());
                 ParameterFound { name, unit, value, sigma: 0.1, low95: value, high95: value }
             };
             let mut entry = EffectEntry::unfitted(KnownEffect::BuiltIn(effect));
             entry.parameters = facts.parameters.iter().map(found).collect();
             let model = ModelFile { effects: vec![entry], ..ModelFile::default() };
             let again =
-                parse(&model.to_text("r")).unwrap_or_else(|it| panic!("{}: {it}", facts.id));
+                parse(&model.to_text("r")).unwrap_or_else(|error| panic!("{}: {error}", facts.id));
             assert_eq!(again.effects[0].parameters.len(), facts.parameters.len(), "{}", facts.id);
         }
     }

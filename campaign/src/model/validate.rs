@@ -1,5 +1,5 @@
-//! Refuses numbers of a `model.toml` that make no sense. What is merely implausible is left to be judged by
-//! the data.
+//! Which numbers of a `model.toml` make no sense. A value that is merely implausible is accepted:
+//! the data will show whether it is wrong.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ use toml::Spanned;
 use super::raw::{RawError, RawErrors, RawNoise, RawParameter};
 use crate::{CampaignError, Place};
 
-/// So many times the greatest plausible value is no value.
+/// A value beyond this many times the greatest plausible one makes no sense.
 const FAR_OUT: f64 = 1000.0;
 
-/// A number that makes no sense: where, what, and what to do.
+/// A number that makes no sense: its place, the problem and what to try.
 pub(super) struct Invalid {
     byte: usize,
     problem: String,
@@ -23,11 +23,11 @@ pub(super) struct Invalid {
 }
 
 impl Invalid {
-    fn new<T>(it: &Spanned<T>, problem: String, hint: impl Into<String>) -> Self {
-        Self { byte: it.span().start, problem, hint: hint.into() }
+    fn new<T>(at: &Spanned<T>, problem: String, hint: impl Into<String>) -> Self {
+        Self { byte: at.span().start, problem, hint: hint.into() }
     }
 
-    /// The same with its place in a file of this text.
+    /// The error with its place in a file of this text.
     pub(super) fn at(self, file: &Path, text: &str) -> CampaignError {
         CampaignError::new(Place::of_byte(file, text, self.byte), self.problem, self.hint)
     }
@@ -40,15 +40,15 @@ pub(super) fn parameter(
     raw: &Spanned<RawParameter>,
 ) -> Result<ParameterFound, Invalid> {
     let (whole, raw, name) = (raw, raw.get_ref(), &known.name);
-    let unit = raw.unit.as_ref().filter(|it| *it.get_ref() != known.unit);
-    if let Some(it) = unit {
-        let problem = format!("{name} of {id} has the unit {}, not {}", known.unit, it.get_ref());
-        return Err(Invalid::new(it, problem, format!("give the value in {}", known.unit)));
+    let wrong_unit = raw.unit.as_ref().filter(|unit| *unit.get_ref() != known.unit);
+    if let Some(unit) = wrong_unit {
+        let problem = format!("{name} of {id} has the unit {}, not {}", known.unit, unit.get_ref());
+        return Err(Invalid::new(unit, problem, format!("give the value in {}", known.unit)));
     }
-    for it in [Some(&raw.value), raw.sigma.as_ref(), raw.low95.as_ref(), raw.high95.as_ref()] {
-        if let Some(it) = it.filter(|it| !it.get_ref().is_finite()) {
+    for number in [Some(&raw.value), raw.sigma.as_ref(), raw.low95.as_ref(), raw.high95.as_ref()] {
+        if let Some(number) = number.filter(|number| !number.get_ref().is_finite()) {
             let problem = format!("{name} has a number that is not finite");
-            return Err(Invalid::new(it, problem, fit_again()));
+            return Err(Invalid::new(number, problem, fit_again()));
         }
     }
     let value = *raw.value.get_ref();
@@ -56,19 +56,19 @@ pub(super) fn parameter(
         let problem = format!("{name} = {value} cannot be: no robot has such a {id}");
         return Err(Invalid::new(&raw.value, problem, format!("it must be {must}")));
     }
-    let sigma = raw.sigma.as_ref().map_or(0.0, |it| *it.get_ref());
-    if let Some(it) = raw.sigma.as_ref().filter(|_| sigma < 0.0) {
+    let sigma = raw.sigma.as_ref().map_or(0.0, |sigma| *sigma.get_ref());
+    if let Some(negative) = raw.sigma.as_ref().filter(|_| sigma < 0.0) {
         let problem = format!("sigma = {sigma} cannot be");
-        return Err(Invalid::new(it, problem, "a standard error is not negative"));
+        return Err(Invalid::new(negative, problem, "a standard error is not negative"));
     }
-    let end = |it: Option<&Spanned<f64>>, sigmas: f64| {
-        it.map_or(value + sigmas * sigma, |it| *it.get_ref())
+    let end = |given: Option<&Spanned<f64>>, sigmas: f64| {
+        given.map_or(value + sigmas * sigma, |end| *end.get_ref())
     };
     let (low95, high95) = (end(raw.low95.as_ref(), -1.96), end(raw.high95.as_ref(), 1.96));
     if low95 > high95 {
         let problem = format!("low95 = {low95} lies above high95 = {high95}");
         let place = raw.low95.as_ref().or(raw.high95.as_ref());
-        let byte = place.map_or(whole.span().start, |it| it.span().start);
+        let byte = place.map_or(whole.span().start, |end| end.span().start);
         return Err(Invalid { byte, problem, hint: "exchange them, or leave them out".into() });
     }
     let (name, unit) = (name.to_string(), known.unit.to_string());
@@ -79,12 +79,12 @@ fn fit_again() -> String {
     "take it out and `beeline model fit CAMPAIGN` finds it anew".into()
 }
 
-/// What a value of the catalogue's has to be, where it makes no sense as it is: a wheel or a track of no
-/// width at all, a turn the other way round, a length that is none.
+/// What a parameter of the catalogue must be, if this value of it makes no sense: a wheel or a
+/// track without width, a turn in the opposite direction, a length that is not positive.
 fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
     find(id)?;
     let (low, high) = known.possible;
-    // A place that has a sign, as a lever, may be anywhere.
+    // A shape that may be negative, such as a lever, has no such bound.
     if known.role == Role::Shape && value <= 0.0 && known.low >= 0.0 {
         Some("above zero".to_owned())
     } else if value <= low || value >= high {
@@ -101,24 +101,24 @@ fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
 }
 
 /// A number that is finite and not negative.
-fn size(it: &Spanned<f64>, name: &str) -> Result<f64, Invalid> {
-    let value = *it.get_ref();
+fn size(number: &Spanned<f64>, name: &str) -> Result<f64, Invalid> {
+    let value = *number.get_ref();
     if value.is_finite() && value >= 0.0 {
         return Ok(value);
     }
     let problem = format!("{name} = {value} cannot be");
     let hint = "it must be a finite number, and not negative; take [error] and [noise] out and \
                 `beeline model fit CAMPAIGN` finds both anew";
-    Err(Invalid::new(it, problem, hint))
+    Err(Invalid::new(number, problem, hint))
 }
 
-/// How many runs, and the errors of the nominal robot and of the model.
+/// The number of runs, and the errors of the nominal robot and of the model.
 pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), Invalid> {
-    let errors = |it: &RawError| {
+    let errors = |raw: &RawError| {
         Ok(Errors {
-            position_rms_m: size(&it.position_rms_m, "position_rms_m")?,
-            heading_rms_rad: size(&it.heading_rms_rad, "heading_rms_rad")?,
-            chi: size(&it.chi, "chi")?,
+            position_rms_m: size(&raw.position_rms_m, "position_rms_m")?,
+            heading_rms_rad: size(&raw.heading_rms_rad, "heading_rms_rad")?,
+            chi: size(&raw.chi, "chi")?,
         })
     };
     let nominal =

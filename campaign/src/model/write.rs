@@ -23,7 +23,7 @@ impl ModelFile {
         })
     }
 
-    /// Writes it where there is none yet.
+    /// Writes the model if the file does not exist yet.
     pub fn write_new(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
         write_new(file, self.to_text(robot).as_bytes()).map(|_| ()).map_err(|error| {
             let problem = format!("cannot write it ({error})");
@@ -31,9 +31,9 @@ impl ModelFile {
         })
     }
 
-    /// Its text.
+    /// The text of the file.
     pub fn to_text(&self, robot: &str) -> String {
-        // A comment is one line, whatever the name.
+        // The name stands in a comment, which must stay one line.
         let robot: String = robot.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         let mut text = format!(
             "# What is believed about {robot}, beyond what is nominal. Written by beeline; change it with\n\
@@ -52,34 +52,34 @@ impl ModelFile {
             if entry.in_use {
                 text.push_str(IN_USE);
             }
-            for it in &entry.parameters {
+            for parameter in &entry.parameters {
                 let _ = writeln!(
                     text,
                     "parameters.{} = {{ value = {}, sigma = {}, low95 = {}, high95 = {}, unit = {} }}",
-                    it.name,
-                    digits(it.value),
-                    digits(it.sigma),
-                    digits(it.low95),
-                    digits(it.high95),
-                    quoted(&it.unit)
+                    parameter.name,
+                    digits(parameter.value),
+                    digits(parameter.sigma),
+                    digits(parameter.low95),
+                    digits(parameter.high95),
+                    quoted(&parameter.unit)
                 );
             }
         }
         for custom in &self.customs {
-            let it = custom.custom();
+            let declared = custom.custom();
             let _ = write!(
                 text,
                 "\n[[custom]]  # an effect of your own: {}\nid = {}\ntarget = {}\nper = {}\nexpression = {}\n",
-                it.equation().replace(|c: char| c.is_control(), " "),
-                quoted(&it.id),
-                quoted(it.target.name()),
-                quoted(it.per.name()),
-                quoted(&it.expression)
+                declared.equation().replace(|c: char| c.is_control(), " "),
+                quoted(&declared.id),
+                quoted(declared.target.name()),
+                quoted(declared.per.name()),
+                quoted(&declared.expression)
             );
             for parameter in custom.facts().parameters {
                 let _ = writeln!(text, "unit.{} = {}", parameter.name, quoted(&parameter.unit));
             }
-            for (name, [low, high]) in &it.ranges {
+            for (name, [low, high]) in &declared.ranges {
                 let _ = writeln!(text, "range.{name} = [{low:?}, {high:?}]");
             }
         }
@@ -96,18 +96,18 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// Six digits: more than any sigma leaves of meaning.
+/// Six digits: more than the sigma of any parameter makes significant.
 fn digits(value: f64) -> String {
     format!("{:?}", format!("{value:.5e}").parse().unwrap_or(value))
 }
 
 fn errors(text: &mut String, fit: &FitEntry) {
-    let line = |it: &Errors| {
+    let line = |errors: &Errors| {
         format!(
             "{{ position_rms_m = {}, heading_rms_rad = {}, chi = {} }}",
-            digits(it.position_rms_m),
-            digits(it.heading_rms_rad),
-            digits(it.chi)
+            digits(errors.position_rms_m),
+            digits(errors.heading_rms_rad),
+            digits(errors.chi)
         )
     };
     let _ = write!(
@@ -123,22 +123,22 @@ fn errors(text: &mut String, fit: &FitEntry) {
 }
 
 fn noise(text: &mut String, fit: &FitEntry) {
-    let it = &fit.noise;
+    let noise = &fit.noise;
     let _ = write!(
         text,
         "\n[noise]  # one sigma; walk: of dead reckoning after one metre (gyro: one second)\n\
          position_sigma_m = {}\nheading_sigma_rad = {}\ntravel_walk = {}\nheading_walk = {}\n\
          position_wobble_m = {}\nheading_wobble_rad = {}\nwobble_s = {}\ngyro_walk = {}\n\
          heading_offset_rad = {}\nclock_offset_s = {}\n",
-        digits(it.position_sigma_m),
-        digits(it.heading_sigma_rad),
-        digits(it.travel_walk),
-        digits(it.heading_walk),
-        digits(it.position_wobble_m),
-        digits(it.heading_wobble_rad),
-        digits(it.wobble_s),
-        digits(it.gyro_walk),
-        digits(it.heading_offset_rad),
-        digits(it.clock_offset_s)
+        digits(noise.position_sigma_m),
+        digits(noise.heading_sigma_rad),
+        digits(noise.travel_walk),
+        digits(noise.heading_walk),
+        digits(noise.position_wobble_m),
+        digits(noise.heading_wobble_rad),
+        digits(noise.wobble_s),
+        digits(noise.gyro_walk),
+        digits(noise.heading_offset_rad),
+        digits(noise.clock_offset_s)
     );
 }

@@ -62,7 +62,7 @@ struct RawPiece {
     rest_s: Option<f64>,
 }
 
-/// The plan of a campaign, in its folder: whoever goes on goes on with the same one.
+/// The file with the plan of a campaign: a campaign that is continued follows the same plan.
 pub fn plan_path(folder: &Path) -> PathBuf {
     folder.join("plan.toml")
 }
@@ -80,7 +80,7 @@ impl CampaignPlan {
         let raw: RawPlan = toml::from_str(text).map_err(|error| {
             let place = error
                 .span()
-                .map_or_else(|| Place::whole(file), |it| Place::of_byte(file, text, it.start));
+                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
             let hint = "`beeline campaign plan -o plan.toml` writes one to start from";
             CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
         })?;
@@ -109,7 +109,7 @@ impl CampaignPlan {
         Ok(Self { acceleration_mps2, runs })
     }
 
-    /// The plan as TOML, which [`Plan::parse`] reads back.
+    /// The plan as TOML, which [`CampaignPlan::parse`] reads back.
     pub fn to_toml(&self) -> String {
         let mut text = format!(
             "# A campaign of beeline: `beeline campaign record FOLDER --plan THIS_FILE` drives it.\n\
@@ -160,12 +160,18 @@ fn planned(
         let problem = format!("`{name}` cannot be the name of a run");
         return Err(fail(name_at, problem, "use letters, digits, - and _"));
     }
-    let number = |it: &Option<Spanned<f64>>, what: &str, least: f64| match it {
+    let number = |given: &Option<Spanned<f64>>, what: &str, least: f64| match given {
         None => Ok(0.0),
-        Some(it) if *it.get_ref() >= least && it.get_ref().is_finite() => Ok(*it.get_ref()),
-        Some(it) => {
-            let problem = format!("{what} = {} cannot be", it.get_ref());
-            Err(fail(it.span().start, problem, "it must be a finite number, a load not negative"))
+        Some(value) if *value.get_ref() >= least && value.get_ref().is_finite() => {
+            Ok(*value.get_ref())
+        }
+        Some(value) => {
+            let problem = format!("{what} = {} cannot be", value.get_ref());
+            Err(fail(
+                value.span().start,
+                problem,
+                "it must be a finite number, a load not negative",
+            ))
         }
     };
     let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
@@ -174,10 +180,10 @@ fn planned(
         let problem = format!("the run `{name}` does nothing");
         return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
     }
-    let pieces = raw.pieces.get_ref().iter().map(|it| {
-        piece(it.get_ref()).map_err(|problem| {
+    let pieces = raw.pieces.get_ref().iter().map(|raw| {
+        piece(raw.get_ref()).map_err(|problem| {
             let hint = "a piece is { straight_m, speed_mps }, { spin_deg, speed_mps }, { arc_deg, radius_m, speed_mps } or { rest_s }";
-            fail(it.span().start, problem, hint)
+            fail(raw.span().start, problem, hint)
         })
     });
     let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
@@ -190,8 +196,9 @@ fn planned(
         pieces,
         name,
     };
-    // A spin takes as long as the track is wide. Here it is not known: what is too long for the
-    // narrowest is for any, and `check_durations` knows more.
+    // The duration of a spin grows with the track width, which is not known here: a run that is too
+    // long for the narrowest track is too long for any. `check_durations` tests with the robot's
+    // own.
     let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
     if duration_s > DURATION_S_MAX {
         let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
@@ -201,7 +208,7 @@ fn planned(
 }
 
 fn line(piece: &Piece) -> String {
-    // Micrometres: no 0.24499999999999997 for people to read.
+    // Rounded to micrometres, so that nobody has to read 0.24499999999999997.
     let short = |value: f64| (value * 1e6).round() / 1e6;
     match *piece {
         Piece::Straight { travel_m, speed_mps } => {
@@ -220,7 +227,7 @@ fn line(piece: &Piece) -> String {
     }
 }
 
-/// Degrees without the last digits that only rounding put there.
+/// Degrees without the last digits, which are rounding errors.
 fn degrees(rad: f64) -> f64 {
     (rad.to_degrees() * 1e9).round() / 1e9
 }
@@ -270,8 +277,8 @@ fn piece(raw: &RawPiece) -> Result<Piece, String> {
 
 /// The narrowest track that a configuration may have \[m\].
 fn track_width_m_min() -> f64 {
-    let track = Config::FIELDS.iter().find(|it| it.path == "geometry.track_width_m");
-    track.map_or(0.0, |it| it.min)
+    let track = Config::FIELDS.iter().find(|field| field.path == "geometry.track_width_m");
+    track.map_or(0.0, |field| field.min)
 }
 
 #[cfg(test)]
@@ -303,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_plan_is_said_with_line_and_column() {
+    fn an_error_in_a_plan_has_its_line_and_column() {
         let run =
             |pieces: &str| format!("acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n{pieces}\n");
         let cases = [
@@ -335,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn how_long_a_spin_takes_is_a_matter_of_the_track() {
+    fn the_duration_of_a_spin_depends_on_the_track_width() {
         // 100 turns of 0.37 m are 117 m at 0.02 m/s; of a robot with a tenth of that track 12 m.
         let plan = parse(
             "acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n\

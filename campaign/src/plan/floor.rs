@@ -1,8 +1,10 @@
-//! How much room a run takes.
+//! How much floor a run needs.
+//!
+//! Only the nominal path counts: what the robot does beyond it is a matter of the margin.
 
 use robot_model::recording::Piece;
 
-/// A stretch of floor, as the robot sees it at its start \[m\].
+/// A rectangle of floor, in the robot's frame at its start \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Floor {
     /// Ahead of the mark.
@@ -16,9 +18,9 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// What the nominal path of these pieces covers, and half a robot more on each side.
+    /// What the nominal path of these pieces covers, and the reach of the robot on each side.
     ///
-    /// A robot is taken to reach one track width from its middle in every direction.
+    /// The robot is assumed to reach one track width from its middle in every direction.
     pub fn of(pieces: &[Piece], track_width_m: f64) -> Self {
         let mut floor = Self::default();
         let (mut x_m, mut y_m, mut heading_rad) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -37,7 +39,7 @@ impl Floor {
                 }
                 Piece::Spin { turn_rad, .. } => heading_rad += turn_rad,
                 Piece::Arc { radius_m, turn_rad, .. } => {
-                    // The centre lies to the side that it turns to.
+                    // The centre is on the side to which the robot turns.
                     let side_m = radius_m * turn_rad.signum();
                     let center =
                         [x_m - side_m * heading_rad.sin(), y_m + side_m * heading_rad.cos()];
@@ -66,7 +68,7 @@ impl Floor {
         [self.ahead_m + self.behind_m, self.left_m + self.right_m]
     }
 
-    /// What both cover.
+    /// The floor that covers both.
     pub fn with(self, other: Self) -> Self {
         Self {
             ahead_m: self.ahead_m.max(other.ahead_m),

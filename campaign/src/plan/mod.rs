@@ -1,11 +1,13 @@
-//! The runs of a campaign that is still to be driven, and the file that they stand in.
+//! Which runs a campaign is to drive, and the file that lists them.
+//!
+//! How they are driven is left to the program.
 //!
 //! | module | what it is |
 //! | --- | --- |
 //! | [`usual`] | the campaign that tells all effects apart, on a given floor |
 //! | [`run_kinds`] | single kinds of runs, by the names that `explain` suggests |
 //! | `file` | `plan.toml`, which people edit |
-//! | [`floor`] | how much room a run takes |
+//! | [`floor`] | how much floor a run needs |
 
 mod file;
 pub mod floor;
@@ -23,7 +25,7 @@ pub use usual::PlanSettings;
 /// Standing still before and after each piece \[s\]: the robot settles, and its noise shows.
 pub const PAUSE_S: f64 = 0.3;
 
-/// Longest run \[s\]: an hour, so that a slip of the pen does not drive for a day.
+/// Longest run \[s\]: an hour, so that a typing error does not drive the robot for a day.
 const DURATION_S_MAX: f64 = 3600.0;
 
 /// What to drive.
@@ -46,11 +48,11 @@ pub struct PlannedRun {
     pub heading_rad: f64,
     /// What it carries \[kg\].
     pub payload_kg: f64,
-    /// Kept aside: nothing is fitted to it.
+    /// Held out: nothing is fitted to it.
     pub held_out: bool,
-    /// What it shows.
+    /// What it is driven for.
     pub shows: String,
-    /// What it does.
+    /// Its motions, one after the other.
     pub pieces: Vec<Piece>,
 }
 
@@ -66,7 +68,7 @@ pub enum PlanError {
         /// The least side of a square floor that will do \[m\].
         least_m: f64,
     },
-    /// A run takes longer than anybody wants.
+    /// A run takes longer than the longest that is allowed.
     RunTooLong {
         /// Its name.
         run: String,
@@ -110,12 +112,12 @@ impl fmt::Display for PlanError {
 }
 
 impl CampaignPlan {
-    /// How long it takes, without putting the robot at its marks \[s\].
+    /// How long the runs take, without the time to place the robot at its marks \[s\].
     pub fn duration_s(&self, track_width_m: f64) -> f64 {
         self.runs.iter().map(|run| run.duration_s(track_width_m, self.acceleration_mps2)).sum()
     }
 
-    /// Refuses a run that takes longer than anybody wants.
+    /// Refuses a run that takes longer than an hour.
     pub fn check_durations(&self, track_width_m: f64) -> Result<(), PlanError> {
         for run in &self.runs {
             let duration_s = run.duration_s(track_width_m, self.acceleration_mps2);
@@ -126,7 +128,8 @@ impl CampaignPlan {
         Ok(())
     }
 
-    /// The floor that the whole of it needs if each run starts at the same mark, in its own heading.
+    /// The floor that the whole plan needs if each run starts at the same mark, with its own
+    /// heading.
     pub fn floor(&self, track_width_m: f64) -> Floor {
         let each = self.runs.iter().map(|run| Floor::of(&run.pieces, track_width_m));
         each.fold(Floor::default(), Floor::with)
@@ -136,9 +139,9 @@ impl CampaignPlan {
 impl PlannedRun {
     /// How long it takes \[s\].
     pub fn duration_s(&self, track_width_m: f64, acceleration_mps2: f64) -> f64 {
-        let each = self.pieces.iter().map(|it| {
-            let pauses_s = if matches!(it, Piece::Rest { .. }) { 0.0 } else { 2.0 * PAUSE_S };
-            pauses_s + it.duration_s(track_width_m, acceleration_mps2)
+        let each = self.pieces.iter().map(|piece| {
+            let pauses_s = if matches!(piece, Piece::Rest { .. }) { 0.0 } else { 2.0 * PAUSE_S };
+            pauses_s + piece.duration_s(track_width_m, acceleration_mps2)
         });
         each.sum()
     }

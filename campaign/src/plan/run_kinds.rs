@@ -1,5 +1,5 @@
-//! Single kinds of runs, to add to a campaign: those that `explain` suggests as the next run, driven
-//! as it planned them, and the kinds that it sorts runs into.
+//! Which runs a user can add to a campaign, by their kind: those that `explain` suggests as the
+//! next run, as it planned them, and the kinds into which it sorts runs.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::{Campaign, Row};
 pub struct ExtraRuns {
     /// The runs.
     pub plan: CampaignPlan,
-    /// They are to start at least this long after the campaign's last run \[s\].
+    /// They start at least this long after the campaign's last run \[s\].
     pub later_s: f64,
 }
 
@@ -29,7 +29,7 @@ pub fn kinds() -> Vec<&'static str> {
     kinds
 }
 
-/// How fast the campaign in a folder has a wheel go at most \[m/s\]: by its plan, or as recorded.
+/// The greatest wheel speed of the campaign in a folder \[m/s\]: by its plan, or as recorded.
 ///
 /// `explain` plans the next run for this speed.
 pub fn fastest_mps(folder: &Path, campaign: &Campaign) -> Option<f64> {
@@ -45,11 +45,11 @@ pub fn fastest_mps(folder: &Path, campaign: &Campaign) -> Option<f64> {
     }
     let each = campaign.runs.iter().filter_map(|run| fastest_counts_s(&run.rows));
     let m_per_count = TAU * robot.wheel_radius_m / (robot.counts_per_rev * robot.gear_reduction);
-    // In millimetres a second: a recording tells no more.
-    each.reduce(f64::max).map(|it| (it * m_per_count * 1e3).round() / 1e3)
+    // In whole millimetres per second: a recording is not more exact.
+    each.reduce(f64::max).map(|counts_s| (counts_s * m_per_count * 1e3).round() / 1e3)
 }
 
-/// The fastest that a wheel turns over a fifth of a second \[counts/s\].
+/// The greatest mean speed of a wheel over a fifth of a second \[counts/s\].
 fn fastest_counts_s(rows: &[Row]) -> Option<f64> {
     const WINDOW_S: f64 = 0.2;
     let wheels: Vec<(f64, [f64; 2])> = rows
@@ -66,7 +66,7 @@ fn fastest_counts_s(rows: &[Row]) -> Option<f64> {
         if t_s - before_s >= WINDOW_S {
             for (now, then) in counts.iter().zip(before) {
                 let rate = (now - then).abs() / (t_s - before_s);
-                fastest = Some(fastest.map_or(rate, |it| it.max(rate)));
+                fastest = Some(fastest.map_or(rate, |fastest| fastest.max(rate)));
             }
         }
     }
@@ -78,7 +78,7 @@ fn check_floor(run: &PlannedRun, settings: &PlanSettings) -> Result<(), PlanErro
     let sorted = |[a, b]: [f64; 2]| if a <= b { [a, b] } else { [b, a] };
     let size_m = Floor::of(&run.pieces, settings.track_width_m).size_m();
     let (needed, there) = (sorted(size_m), sorted(settings.floor_m));
-    // To rounding.
+    // Equal up to rounding.
     if needed.iter().zip(there).all(|(needed, there)| *needed <= there + 1e-6) {
         return Ok(());
     }
@@ -86,7 +86,7 @@ fn check_floor(run: &PlannedRun, settings: &PlanSettings) -> Result<(), PlanErro
     Err(PlanError::RunTooLarge { kind: run.kind.clone(), needed_m: needed.map(up), floor_m: there })
 }
 
-/// The runs of a kind. `taken` are names that the campaign has already.
+/// The runs of a kind. `taken` are the names that the campaign has already.
 pub fn runs_of(
     kind: &str,
     settings: &PlanSettings,
@@ -95,7 +95,7 @@ pub fn runs_of(
     let fast_mps = settings.speeds_mps[1];
     let (later_s, runs) = match kind {
         "rest" => (0.0, vec![(0.0, 0.0, vec![Piece::Rest { duration_s: 10.0 }])]),
-        // One of the two that are suggested together.
+        // `explain` suggests both ways together; this is one of them.
         "spin" | "arc" | "square" => {
             let both = match kind {
                 "square" => "square both ways".to_owned(),
@@ -115,7 +115,8 @@ pub fn runs_of(
     let mut taken = taken.to_vec();
     let mut free = |slug: &str| {
         let numbered = (1..).map(|n| if n == 1 { slug.into() } else { format!("{slug}_{n}") });
-        let name: String = numbered.into_iter().find(|it| !taken.contains(it)).unwrap_or_default();
+        let name: String =
+            numbered.into_iter().find(|name| !taken.contains(name)).unwrap_or_default();
         taken.push(name.clone());
         name
     };
@@ -126,7 +127,7 @@ pub fn runs_of(
             kind: kind.into(),
             heading_rad,
             payload_kg,
-            // It is driven to tell effects apart: something has to be fitted to it.
+            // The run is driven to tell effects apart, so the model must be fitted to it.
             held_out: false,
             shows: String::new(),
             pieces: pieces
@@ -156,8 +157,8 @@ mod tests {
             assert!(!extra.plan.runs.is_empty(), "{kind}");
             assert!(extra.plan.runs.iter().all(|run| !run.held_out), "{kind}");
             for run in &extra.plan.runs {
-                for it in &run.pieces {
-                    let (_, wheel_mps) = it.wheels(settings.track_width_m);
+                for piece in &run.pieces {
+                    let (_, wheel_mps) = piece.wheels(settings.track_width_m);
                     assert!(wheel_mps <= 0.35 + 1e-12, "{kind}");
                 }
             }
@@ -191,7 +192,7 @@ mod tests {
         // Two radii of 0.9 m and a track width on each side.
         assert!(error.to_string().contains("needs a floor of 2.6 m by 2.6 m"), "{error}");
         assert!(runs_of("arcs of two radii", &floor_m([2.6, 2.6]), &[]).is_ok());
-        // A straight fits lengthwise, and either length may be called first.
+        // A straight fits lengthwise, whichever side of the floor is named first.
         for room_m in [[2.3, 0.8], [0.8, 2.3]] {
             assert!(runs_of("straight", &floor_m(room_m), &[]).is_ok());
             assert!(runs_of("square", &floor_m(room_m), &[]).is_err());

@@ -1,7 +1,8 @@
-//! The campaign that is driven unless somebody plans another one.
+//! Which runs a campaign drives unless the user plans others.
 //!
-//! Each effect of the catalogue shows in some runs and not in others; a campaign that is to tell them
-//! apart needs them all. The reasons stand beside the runs, in [`PlannedRun::shows`].
+//! Each effect of the catalogue shows in some runs and not in others; a campaign that is to tell
+//! the effects apart needs all these runs. The reasons are beside the runs, in
+//! [`PlannedRun::shows`].
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -9,18 +10,18 @@ use robot_model::recording::Piece;
 
 use super::{CampaignPlan, PlanError, PlannedRun};
 
-/// What a campaign is planned for.
+/// The floor, the speeds and the robot for which a campaign is planned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanSettings {
-    /// Free floor, both ways \[m\].
+    /// Free floor, length and width \[m\].
     pub floor_m: [f64; 2],
-    /// Slow and fast, of the faster wheel \[m/s\].
+    /// The slow and the fast speed, of the faster wheel \[m/s\].
     pub speeds_mps: [f64; 2],
     /// Steepness of the ramps, of the faster wheel \[m/s^2\].
     pub acceleration_mps2: f64,
-    /// How often everything is driven.
+    /// How often each run is driven.
     pub repeats: u16,
-    /// A load for one more out-and-back; none, then no run with it.
+    /// The load of one more out-and-back \[kg\]; zero: no such run.
     pub payload_kg: f64,
     /// Distance between the wheels \[m\].
     pub track_width_m: f64,
@@ -40,15 +41,15 @@ impl Default for PlanSettings {
     }
 }
 
-/// Longest straight \[m\]: two metres of tape, less a hand.
+/// Longest straight \[m\]: a tape of two metres, less a hand's width.
 const STRAIGHT_M_MAX: f64 = 1.8;
 /// Shortest straight that is worth driving, in track widths.
 const STRAIGHT_TRACKS_MIN: f64 = 1.5;
 /// Largest radius of an arc, in track widths.
 const RADIUS_TRACKS_MAX: f64 = 2.4;
-/// The small radius, of the large one.
+/// The small radius, as a share of the large one.
 const SMALL_RADIUS: f64 = 0.45;
-/// Share of a full turn that an arc drives: an end beside its start tells nothing more.
+/// How far an arc turns: nine tenths of a circle, as an end beside the start adds no information.
 const ARC_TURN_RAD: f64 = 0.9 * TAU;
 
 impl CampaignPlan {
@@ -83,7 +84,7 @@ impl CampaignPlan {
     }
 }
 
-/// Everything once.
+/// Each run once.
 fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<PlannedRun> {
     let [slow_mps, fast_mps] = settings.speeds_mps;
     let out_and_back = |speed_mps: f64| {
@@ -181,7 +182,7 @@ fn turning(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<P
     runs
 }
 
-/// A run without a load that a model is fitted to.
+/// A run without a load, to which a model is fitted.
 fn run(name: String, kind: &str, heading_rad: f64, shows: &str, pieces: Vec<Piece>) -> PlannedRun {
     PlannedRun {
         name,
@@ -212,7 +213,7 @@ mod tests {
         names.sort();
         names.dedup();
         assert_eq!(names.len(), plan.runs.len());
-        // The squares, and nothing else, are for a model to be judged by.
+        // The squares, and no other runs, are held out to test the model.
         assert!(plan.runs.iter().all(|run| run.held_out == (run.kind == "square")));
     }
 

@@ -1,4 +1,4 @@
-//! What is found out before the first drive.
+//! Whether the robot is ready for the first drive: link, state and supply.
 
 use shared_proto::{Config, ConfigOrigin, Identity, State};
 
@@ -8,25 +8,25 @@ use host_link::session::Session;
 /// What was found before the first drive.
 #[derive(Clone, Debug)]
 pub struct Checks {
-    /// Who the robot is.
+    /// The robot's identity.
     pub identity: Identity,
     /// Its configuration.
     pub config: Config,
-    /// Questions asked to check the link.
+    /// Requests that were sent to check the link.
     pub asked: u32,
-    /// How many of these had to be repeated.
+    /// How many of them had to be repeated.
     pub repeated: u64,
     /// Supply \[V\].
     pub supply_v: f64,
 }
 
-/// Link, state and supply, before anything moves. The robot itself checks its encoders' signs
-/// before it closes the loop.
+/// Checks link, state and supply before anything moves. The robot itself checks the signs of its
+/// encoders before it closes the loop.
 pub(super) async fn check(session: &mut Session) -> Result<Checks> {
-    const QUESTIONS: u32 = 20;
+    const REQUESTS: u32 = 20;
     let before = session.statistics().retries;
     let mut status = session.status().await?;
-    for _ in 1..QUESTIONS {
+    for _ in 1..REQUESTS {
         status = session.status().await?;
     }
     if let Some(report) = status.fault {
@@ -39,7 +39,7 @@ pub(super) async fn check(session: &mut Session) -> Result<Checks> {
     }
     let identity = session.identify().await?;
     if identity.unsaved {
-        // Left over from a calibration that was killed, or from a `config set` without a save.
+        // A calibration was killed, or a `config set` was not saved.
         session.restore_config(ConfigOrigin::Saved).await?;
     }
     let config = session.read_config().await?;
@@ -49,5 +49,5 @@ pub(super) async fn check(session: &mut Session) -> Result<Checks> {
             .hint("charge the battery; protection.supply_v_min is the bound"));
     }
     let repeated = session.statistics().retries - before;
-    Ok(Checks { identity, config, asked: QUESTIONS, repeated, supply_v })
+    Ok(Checks { identity, config, asked: REQUESTS, repeated, supply_v })
 }

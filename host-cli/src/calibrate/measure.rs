@@ -1,4 +1,6 @@
-//! A drive along a line, and what the poses or the reading of its end say about the wheels.
+//! What a drive along a line says about the wheels: by measured poses, or by a reading at its end.
+//!
+//! Who measures is a matter of [`crate::pose_source`]; what is decided, of the module above.
 
 use host_link::Clock;
 use host_link::motion::Recording;
@@ -21,31 +23,32 @@ pub(super) struct DrivenLine<'a> {
     pub(super) config: &'a Config,
     pub(super) geometry: &'a Geometry,
     pub(super) start_heading_sigma_rad: f64,
-    /// What the way out was read by, if this is the way back.
+    /// The reading of the way out, if this is the way back.
     pub(super) way_out: Option<Deviation>,
 }
 
-/// Takes off what wheels were steered against a pull, c \[rad/m\], so that it does not pass for their radii:
-/// the robot has turned by (s_R - s_L)/b + c S, as one without a pull whose wheels rolled
-/// s_R + b c S/2 and s_L - b c S/2, S its way without a sign.
-fn unsteer(angles: &mut [WheelAngles], geometry: &GeometryConfig) {
+/// Removes the steering against a pull, c \[rad/m\], from the wheel angles, so that it is not taken
+/// for a difference of the radii: the robot turned by (s_R - s_L)/b + c S, as one without a pull
+/// whose wheels rolled s_R + b c S/2 and s_L - b c S/2, with S the distance travelled, forwards or
+/// backwards.
+fn remove_steering(angles: &mut [WheelAngles], geometry: &GeometryConfig) {
     let GeometryConfig { wheel_radius_m, wheel_weight, .. } = *geometry;
     let bend = geometry.track_width_m * geometry.heading_pull_rad_per_m / 2.0;
-    let (mut way_m, mut last) = (0.0, angles.first().map(|it| it.turns));
-    for it in angles {
-        if let Some(last) = last.replace(it.turns) {
-            let step = it.turns.since(last);
+    let (mut way_m, mut last) = (0.0, angles.first().map(|first| first.turns));
+    for now in angles {
+        if let Some(last) = last.replace(now.turns) {
+            let step = now.turns.since(last);
             let left_m = wheel_radius_m * step.left;
             let right_m = wheel_radius_m * wheel_weight * step.right;
             way_m += ((left_m + right_m) / 2.0).abs();
         }
-        it.turns.left -= bend * way_m / wheel_radius_m;
-        it.turns.right += bend * way_m / (wheel_radius_m * wheel_weight);
+        now.turns.left -= bend * way_m / wheel_radius_m;
+        now.turns.right += bend * way_m / (wheel_radius_m * wheel_weight);
     }
 }
 
 impl DrivenLine<'_> {
-    /// Has this drive, which has just ended, measured; its poses are those from `first` on.
+    /// Has the drive that just ended measured; its poses are those from `first` on.
     pub(super) async fn measure(
         &self,
         source: &mut dyn PoseSource,
@@ -76,15 +79,15 @@ impl DrivenLine<'_> {
         self.by_track(&track, FitOptions { delay })
     }
 
-    /// Poses by the robot's clock, on that of the recording. The camera runs on before and after; the recording
-    /// is what is the same every time.
+    /// Poses with times on the robot's clock, moved to the recording's. Poses before and after the
+    /// recording are dropped: the camera runs longer, and not always equally long.
     fn during(&self, mut poses: Vec<TrackSample>) -> Vec<TrackSample> {
         let origin_us = self.origin_us();
         let end_us = self.recording.telemetry.last().map_or(0, |frame| frame.t_us);
         let end_s = end_us.saturating_sub(origin_us) as f64 * 1e-6;
         for pose in &mut poses {
-            // In whole microseconds: the same instants of two recordings have the same bits, however long the
-            // robot had been on.
+            // In whole microseconds, so that equal instants of two recordings have equal bits,
+            // however long the robot has been switched on.
             pose.t_s = ((pose.t_s * 1e6).round() - origin_us as f64) * 1e-6;
         }
         poses.retain(|pose| (0.0..=end_s).contains(&pose.t_s));
@@ -104,7 +107,7 @@ impl DrivenLine<'_> {
             turns: wheels::turns(frame, self.config),
         };
         let mut angles = telemetry.iter().map(frame).collect::<Vec<_>>();
-        unsteer(&mut angles, &self.config.geometry);
+        remove_steering(&mut angles, &self.config.geometry);
         angles
     }
 
@@ -130,16 +133,17 @@ impl DrivenLine<'_> {
             },
             wheel_weight: fit.wheel_weight.clone(),
         };
-        // A drive too short to lose its run-in is taken whole.
+        // A drive that is too short without its run-in is used whole.
         let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
         Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: OneWay::Track(leg) })
     }
 
-    /// The drive without its run-in. What turned the robot there becomes part of its free start pose.
+    /// The drive without its run-in. The turn during the run-in becomes part of the fitted start
+    /// pose.
     fn leg_by_track(&self, track: &Track, options: FitOptions) -> Option<Leg> {
         /// A caster has swung round after about three of its trails \[m\].
         const RUN_IN_M: f64 = 0.3;
-        /// A short drive keeps most of itself.
+        /// The run-in is at most this share of a short drive.
         const RUN_IN_SHARE_MAX: f64 = 0.25;
         let angles = self.wheel_angles();
         let radius_m = self.geometry.wheel_radius_m;
@@ -157,9 +161,10 @@ impl DrivenLine<'_> {
         Some(leg_of(&fit))
     }
 
-    /// Both ways must be read in the same way: an offset and an angle do not subtract.
+    /// Both ways must be read by the same method: an offset and an angle cannot be subtracted.
     fn check_kind(&self, deviation: &Deviation) -> Result<()> {
-        let is_offset = |it: &Deviation| matches!(it, Deviation::LateralOffset { .. });
+        let is_offset =
+            |deviation: &Deviation| matches!(deviation, Deviation::LateralOffset { .. });
         match self.way_out {
             Some(out) if is_offset(&out) && !is_offset(deviation) => Err(Error::new(
                 "the way out was read by its offset: read the way back by its offset too",
@@ -211,9 +216,10 @@ impl DrivenLine<'_> {
         Ok(Measurement { wheel_weight, run, way: OneWay::Reading(experiment) })
     }
 
-    /// A tracking system's clock starts when it likes: the robot's first movement is the same in both.
+    /// A track moved to the robot's clock. The tracking system's clock has an unknown start, so the
+    /// robot's first movement is taken to be at the same time in both.
     ///
-    /// What is left, a fraction of a second, is fitted as a delay.
+    /// The remaining delay, a fraction of a second, is fitted.
     fn on_robot_clock(&self, mut samples: Vec<TrackSample>) -> Vec<TrackSample> {
         /// Far beyond any tracking noise, early in the first ramp \[m\].
         const MOVED_M: f64 = 0.02;
@@ -239,7 +245,7 @@ impl DrivenLine<'_> {
     }
 }
 
-/// A fitted track as a leg, with the length of way that the track shows.
+/// A fitted track as a leg, with the wheel angles scaled to the length of the track.
 fn leg_of(fit: &TrackFit) -> Leg {
     let WheelWeight { alpha_rad, alpha_sigma_rad, turns, .. } = fit.wheel_weight;
     let scaled = |phi_rad: f64| phi_rad * fit.scale.value;

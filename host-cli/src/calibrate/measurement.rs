@@ -1,4 +1,4 @@
-//! What a drive says once it is measured, alone and together with the way back.
+//! The result of a measured drive, alone and together with the way back.
 
 use robot_model::calibration::out_and_back::OutAndBackError;
 use robot_model::calibration::{Deviation, Experiment, Leg, OutAndBack, Shared, WheelWeight};
@@ -6,28 +6,29 @@ use robot_model::kinematics::Geometry;
 
 use crate::picture::RunReport;
 
-/// What a drive says.
+/// The result of one drive.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// W_T, if the deviation is the radius alone.
+    /// W_T, if the deviation comes from the radii alone.
     pub wheel_weight: WheelWeight,
     /// The drive, for the picture.
     pub run: RunReport,
-    /// What this drive is good for as a way of an out-and-back.
+    /// This drive as one way of an out-and-back.
     pub way: OneWay,
 }
 
 /// A drive as one way of an out-and-back.
 #[derive(Clone, Copy, Debug)]
 pub enum OneWay {
-    /// From a track, without its first decimetres, in which a caster swings round and kicks.
+    /// From a track, without its first decimetres, in which a caster swings round and turns the
+    /// robot.
     Track(Leg),
-    /// From what a person or the simulator's ruler read, which cannot leave them out.
+    /// From a reading by a person or the simulator's ruler, which includes these decimetres.
     Reading(Experiment),
 }
 
 impl Measurement {
-    /// What was read, unless it was a track.
+    /// The reading, unless a track was measured.
     pub(super) fn deviation(&self) -> Option<Deviation> {
         match &self.way {
             OneWay::Track(_) => None,
@@ -35,7 +36,8 @@ impl Measurement {
         }
     }
 
-    /// Separates radius from pull by this drive and `back`, the same one backwards from where it ended.
+    /// Separates radius from pull, using this drive and `back`, the same drive backwards from its
+    /// end.
     pub(super) fn and_back(
         &self,
         back: &Measurement,

@@ -1,4 +1,6 @@
-//! The paper's experiment as a guided procedure.
+//! Calibrates W_T: the paper's experiment as a guided procedure.
+//!
+//! Who measures is left to [`crate::pose_source`], what the user reads to [`crate::command`].
 //!
 //! ```text
 //! check -> drive -> measure -> W_T -> write, read back -> drive -> measure -> better? -> save
@@ -6,8 +8,8 @@
 //!                                          +--- any error, Ctrl-C ---------------+--> saved configuration back
 //! ```
 //!
-//! The robot's saved configuration changes in one place, at the very end. Until then the new W_T
-//! is only in use, and whatever ends the procedure early puts the saved one back.
+//! The saved configuration changes in one place, at the very end. Until then the new W_T is only in
+//! use, and if the procedure ends early, the saved one is restored.
 
 mod checks;
 mod decide;
@@ -49,9 +51,9 @@ pub struct Settings {
     pub start_heading_sigma_rad: f64,
     /// Also drive back, so that a pull is not taken for a radius.
     pub out_and_back: bool,
-    /// Drive this many runs, each from the line, and take the mean of what they say.
+    /// Drive this many runs, each from the line, and take the mean of their W_T.
     pub runs: u16,
-    /// Where the W_T before this one is remembered, so that it can be undone; `None`: nowhere.
+    /// The folder that remembers the old W_T for an undo; `None`: it is not remembered.
     pub undo_folder: Option<PathBuf>,
 }
 
@@ -68,16 +70,16 @@ impl Default for Settings {
     }
 }
 
-/// Where the procedure is; told to whoever looks on.
+/// How far the procedure is, for the caller.
 #[derive(Debug)]
 pub enum CalibrateStep<'a> {
-    /// Link, supply and state are good.
+    /// Link, supply and state are in order.
     Checked(&'a Checks),
-    /// A drive is under way; the share that is done.
+    /// A drive is under way, with the share that is done.
     Driving(Pass, f64),
     /// A drive has been measured.
     Measured(Pass, &'a Measurement),
-    /// The way back said what kind of deviation it is.
+    /// The way back was measured, and separates radius from pull.
     OutAndBack(&'a OutAndBack),
     /// The new W_T is in use and was read back.
     Written(f64),
@@ -88,46 +90,46 @@ pub enum CalibrateStep<'a> {
 /// Which drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// With the W_T that was there.
+    /// With the old W_T.
     Before,
-    /// The same, backwards.
+    /// With the old W_T, backwards.
     Back,
     /// With the new W_T.
     After,
 }
 
-/// What came of it.
+/// The result of a calibration.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What was found before the first drive.
+    /// The checks before the first drive.
     pub checks: Checks,
     /// The nominal robot.
     pub geometry: Geometry,
-    /// The run with the W_T that was there.
+    /// The run with the old W_T.
     pub before: Measurement,
-    /// What the way back said.
+    /// The result of the way back, if there was one.
     pub out_and_back: Option<OutAndBack>,
-    /// W_T as decided on.
+    /// The W_T of the decision.
     pub wheel_weight: Estimate,
-    /// What it was decided on.
+    /// The runs on which it is based.
     pub basis: Basis,
-    /// Drives in all.
+    /// The number of drives.
     pub drives: u32,
-    /// What was done about it.
+    /// What was done.
     pub decision: Decision,
 }
 
-/// What was done about the deviation.
+/// What a calibration did about the deviation.
 #[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "there is one")]
+#[allow(clippy::large_enum_variant, reason = "a calibration makes only one")]
 pub enum Decision {
     /// The new W_T is saved; this is the run with it.
     Corrected(Measurement),
     /// The W_T in use is inside the 95 % interval, and that is narrow; nothing was written.
     AlreadyStraight,
-    /// The W_T in use is inside the 95 % interval, but so is much else; nothing was written.
+    /// The W_T in use is inside the 95 % interval, but the interval is wide; nothing was written.
     CannotTell,
-    /// The curvature comes from a pull alone; nothing was written.
+    /// The deviation comes from a pull alone; nothing was written.
     NotARadius,
     /// The run with the new W_T was not straighter; the saved one is in use again.
     NotBetter(Measurement),
@@ -153,7 +155,8 @@ pub async fn calibrate(
     }
     let restored = put_back(session, &config).await;
     let outcome = outcome?;
-    // Whoever reads the outcome may rely on it; after an error, which says more, nobody does.
+    // An outcome promises that the old W_T is back; an error of the experiment says more than this
+    // one.
     restored.map_err(|error| {
         Error::new(format_args!("the robot did not take the old W_T back: {error}"))
             .hint("the new one is not saved: switch the robot off and on")
@@ -161,7 +164,7 @@ pub async fn calibrate(
     Ok(outcome)
 }
 
-/// The saved configuration is in use again.
+/// Restores the saved configuration if another one is in use.
 async fn put_back(session: &mut Session, saved: &Config) -> Result<()> {
     if session.read_config().await? != *saved {
         session.restore_config(ConfigOrigin::Saved).await?;
@@ -182,12 +185,12 @@ async fn experiment(
 
     bench.place("at its start line").await?;
     let before = bench.drive(&config, Pass::Before).await?;
-    let mut said = vec![before.wheel_weight.clone()];
+    let mut measured = vec![before.wheel_weight.clone()];
     for _ in 1..settings.runs {
         bench.place("back at its start line").await?;
-        said.push(bench.drive(&config, Pass::Before).await?.wheel_weight);
+        measured.push(bench.drive(&config, Pass::Before).await?.wheel_weight);
     }
-    let mut wheel_weight = mean(&said);
+    let mut wheel_weight = mean(&measured);
     let mut basis = match settings.runs {
         0 | 1 => Basis::OneRun,
         runs => Basis::Mean(runs),
@@ -235,8 +238,8 @@ async fn experiment(
     Ok(outcome(before, bench.drives, decision))
 }
 
-/// Saves what is in use, and remembers what was there: first the second, as a robot that was changed
-/// and cannot be changed back is the worse half.
+/// Remembers the old values, then saves those in use: in this order, because a robot that was
+/// changed must be one that can be changed back.
 async fn save<T: undo::Undoable>(
     session: &mut Session,
     undo_folder: Option<&std::path::Path>,
@@ -259,7 +262,7 @@ struct Bench<'a> {
     settings: &'a Settings,
     geometry: Geometry,
     tell: &'a mut dyn FnMut(CalibrateStep<'_>),
-    /// What the way out was read by, once it is.
+    /// The reading of the way out, once it was read.
     way_out: Option<Deviation>,
     /// Drives so far.
     drives: u32,
@@ -305,7 +308,7 @@ impl Bench<'_> {
     ) -> Result<Decision> {
         self.place("back at its start line").await?;
         let after = self.drive(corrected, Pass::After).await?;
-        // A pull bends both runs alike, and no W_T mends it.
+        // A pull bends both runs alike, and no W_T corrects it.
         let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
         let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
         if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {

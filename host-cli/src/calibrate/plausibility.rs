@@ -1,14 +1,14 @@
-//! Which W_T can be believed, of a calibration and of numbers typed in alike.
+//! Which W_T is plausible, from a calibration or from numbers that were typed in.
 
 use robot_model::calibration::wheel_weight::SIGMAS_95;
 use shared_proto::{Config, GeometryConfig};
 
 use crate::error::{Error, Result};
 
-/// Wheels that are sold as a pair differ by less, as a share of the radius.
+/// Wheels that are sold as a pair differ by less than this share of the radius.
 pub const DIFFERENCE_USUAL: f64 = 0.03;
 
-/// Refuses a geometry that no robot can be given.
+/// Refuses a geometry that no robot accepts.
 ///
 /// # Errors
 ///
@@ -21,14 +21,14 @@ pub fn check(geometry: GeometryConfig) -> Result<()> {
     })
 }
 
-/// Why a W_T is to be doubted, although a robot can have it.
+/// Why a W_T is doubtful, although a robot accepts it.
 pub fn doubt(wheel_weight: f64) -> Option<&'static str> {
     ((wheel_weight - 1.0).abs() > DIFFERENCE_USUAL).then_some(
         "wheels that differ by more than 3 % are rare: are counts_per_rev, gear_reduction and the signs right?",
     )
 }
 
-/// Why a W_T with this sigma says nothing, whatever it is.
+/// Why a W_T with this sigma says nothing, whatever its value.
 pub fn vague(sigma: f64) -> Option<&'static str> {
     (SIGMAS_95 * sigma > DIFFERENCE_USUAL).then_some(
         "this W_T is less certain than the 3 % by which wheels differ at most: measure better",
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_doubt_names_the_share_that_it_is_about() {
+    fn a_doubt_names_the_usual_difference() {
         let percent = format!("{:.0} %", 100.0 * DIFFERENCE_USUAL);
         assert!(doubt(1.0 - 1.01 * DIFFERENCE_USUAL).unwrap().contains(&percent));
         assert!(doubt(1.0 + 1.01 * DIFFERENCE_USUAL).is_some());

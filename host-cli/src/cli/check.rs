@@ -1,42 +1,42 @@
-//! Arguments that make sense only in a range.
+//! Which values of an argument make sense: parsers that check a range.
 
 use std::str::FromStr;
 
 use crate::quantity::{Acceleration, Angle, Distance, Length, QuantityError, Speed, Time};
 
-// Quantities as numbers, for the checks below.
+// The number of a quantity, for the checks below.
 
-pub(super) fn length(it: &Length) -> f64 {
-    it.m
+pub(super) fn length(length: &Length) -> f64 {
+    length.m
 }
 
-pub(super) fn angle(it: &Angle) -> f64 {
-    it.rad
+pub(super) fn angle(angle: &Angle) -> f64 {
+    angle.rad
 }
 
-pub(super) fn time(it: &Time) -> f64 {
-    it.s
+pub(super) fn time(time: &Time) -> f64 {
+    time.s
 }
 
-pub(super) fn distance(it: &Distance) -> f64 {
-    match *it {
+pub(super) fn distance(distance: &Distance) -> f64 {
+    match *distance {
         Distance::Ground(value) | Distance::Wheel(value) => value,
     }
 }
 
-pub(super) fn speed(it: &Speed) -> f64 {
-    match *it {
+pub(super) fn speed(speed: &Speed) -> f64 {
+    match *speed {
         Speed::Ground(value) | Speed::Wheel(value) => value,
     }
 }
 
-pub(super) fn acceleration(it: &Acceleration) -> f64 {
-    match *it {
+pub(super) fn acceleration(acceleration: &Acceleration) -> f64 {
+    match *acceleration {
         Acceleration::Ground(value) | Acceleration::Wheel(value) => value,
     }
 }
 
-/// Reads a quantity that makes sense only above zero.
+/// Reads a quantity that must be above zero.
 pub(super) fn above_zero<T: FromStr<Err = QuantityError>>(
     value: fn(&T) -> f64,
 ) -> impl Fn(&str) -> Result<T, String> + Clone {
@@ -46,7 +46,7 @@ pub(super) fn above_zero<T: FromStr<Err = QuantityError>>(
     }
 }
 
-/// Reads a quantity that makes sense only from zero on.
+/// Reads a quantity that must not be negative.
 pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
     value: fn(&T) -> f64,
 ) -> impl Fn(&str) -> Result<T, String> + Clone {
@@ -56,7 +56,7 @@ pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
     }
 }
 
-/// Reads how often a second; telemetry comes every so many milliseconds.
+/// Reads a rate in 1/s. It must divide 1000, as the telemetry period is in whole milliseconds.
 pub(super) fn rate(text: &str) -> Result<u16, String> {
     match text.parse::<u16>() {
         Ok(rate) if (1..=1000).contains(&rate) && 1000 % rate == 0 => Ok(rate),
@@ -70,7 +70,7 @@ pub(super) fn rate(text: &str) -> Result<u16, String> {
     }
 }
 
-/// Time between two frames that come so often a second \[ms\].
+/// The time between two frames at this rate in 1/s \[ms\].
 pub fn period_ms(rate: u16) -> u16 {
     1000 / rate.clamp(1, 1000)
 }

@@ -1,4 +1,4 @@
-//! Arguments that are one of several things.
+//! Arguments that name one of several choices.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -14,7 +14,7 @@ pub enum Measure {
     Ask,
     /// A file to which another program writes the track.
     Track(PathBuf),
-    /// Not at all.
+    /// No poses are measured.
     Nobody,
 }
 
@@ -41,7 +41,7 @@ impl FromStr for Measure {
 /// How a robot is calibrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The paper's: one straight run.
+    /// The paper's method: a straight run.
     Straight,
     /// Squares both ways.
     Umbmark,

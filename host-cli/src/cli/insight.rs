@@ -16,7 +16,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// For machines.
+    /// Whether this is JSON.
     pub fn is_json(self) -> bool {
         self == Self::Json
     }
@@ -150,7 +150,7 @@ pub struct ReportArgs {
 }
 
 fn per(text: &str) -> Result<Per, String> {
-    let known = Per::ALL.into_iter().find(|it| it.name() == text);
+    let known = Per::ALL.into_iter().find(|per| per.name() == text);
     known.ok_or_else(|| format!("must be {}", Per::ALL.map(Per::name).join(", ")))
 }
 

@@ -1,4 +1,6 @@
-//! The command line.
+//! The command line: its options, and which of their values are valid.
+//!
+//! What a command does is left to [`crate::command`].
 
 mod calibrate;
 mod campaign;
@@ -83,7 +85,7 @@ pub struct Common {
 }
 
 impl Common {
-    /// What only the simulator needs to know.
+    /// The options of the simulator.
     pub fn sim(&self) -> SimOptions {
         SimOptions { seed: self.seed, flash: self.flash.clone() }
     }

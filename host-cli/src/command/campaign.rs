@@ -1,4 +1,6 @@
-//! `beeline campaign plan` and `beeline campaign record`
+//! `beeline campaign plan` and `beeline campaign record`: options, progress and results.
+//!
+//! Runs are planned in `campaign`, and recorded by [`crate::survey`].
 
 use std::path::Path;
 
@@ -67,7 +69,7 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
     Ok(())
 }
 
-/// The plan that the options ask for, for a robot with this configuration.
+/// The plan of these options, for a robot with this configuration.
 fn plan_of(args: &PlanArgs, config: &Config) -> Result<CampaignPlan> {
     match &args.plan {
         Some(file) => Ok(CampaignPlan::read(file)?),
@@ -76,7 +78,7 @@ fn plan_of(args: &PlanArgs, config: &Config) -> Result<CampaignPlan> {
 }
 
 fn settings_of(args: &PlanArgs, config: &Config) -> PlanSettings {
-    /// Share of the speed limit that leaves the loop room.
+    /// The share of the speed limit that leaves the speed loop some room.
     const SPEED_SHARE: f64 = 0.875;
     let (usual, radius_m, limits) =
         (PlanSettings::default(), config.geometry.wheel_radius_m, config.limits);
@@ -141,7 +143,7 @@ fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
     lines.join("\n")
 }
 
-/// The first pieces of a run in words.
+/// The first pieces of a run, as text.
 fn way(run: &PlannedRun) -> String {
     use robot_model::recording::Piece;
     let word = |piece: &Piece| match *piece {
@@ -153,7 +155,8 @@ fn way(run: &PlannedRun) -> String {
         Piece::Rest { duration_s } => format!("{duration_s} s"),
     };
     let mut words: Vec<String> = run.pieces.iter().take(2).map(word).collect();
-    let repeats = run.pieces.chunks(2).all(|it| *it == run.pieces[..2.min(run.pieces.len())]);
+    let first = &run.pieces[..2.min(run.pieces.len())];
+    let repeats = run.pieces.chunks(2).all(|pair| pair == first);
     match run.pieces.len() {
         0..=2 => words.join(", "),
         n if repeats && n % 2 == 0 => format!("{}x ({})", n / 2, words.join(", ")),
@@ -197,9 +200,10 @@ fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
     Ok(())
 }
 
-/// What is kept of a campaign that ended early.
+/// Tells how much is kept of a campaign that ended early; returns the error.
 fn goes_on(error: Error, folder: &Path) -> Error {
-    let runs = Campaign::read_if_any(folder).ok().flatten().map_or(0, |it| it.runs.len());
+    let runs =
+        Campaign::read_if_any(folder).ok().flatten().map_or(0, |campaign| campaign.runs.len());
     if runs > 0 {
         note(format_args!(
             "{}: {} complete and kept; the same command goes on with the next",
@@ -226,9 +230,9 @@ fn what_to_record(
         let taken = there.as_ref().map(Campaign::plain_names).unwrap_or_default();
         let mut asked = settings_of(&args.plan, config);
         if args.plan.fast.is_none()
-            && let Some(mps) = there.as_ref().and_then(|it| fastest_mps(folder, it))
+            && let Some(mps) = there.as_ref().and_then(|campaign| fastest_mps(folder, campaign))
         {
-            // As `explain` has it: of a campaign in which nothing moved it takes the least.
+            // `explain` plans with the same least speed for a campaign in which nothing moved.
             asked.speeds_mps[1] = mps.max(0.05).min(config.limits.speed_mps_max);
         }
         let ExtraRuns { plan, later_s } = runs_of(kind, &asked, &taken)?;
@@ -243,7 +247,7 @@ fn what_to_record(
     Ok((plan, settings))
 }
 
-/// Tells the user what is going on.
+/// Tells the user how far the campaign is.
 struct Teller {
     quiet: bool,
     progress: Option<(String, Progress)>,

@@ -1,4 +1,6 @@
-//! `beeline compare`
+//! `beeline compare`: reads a campaign and a model, and shows how far they differ.
+//!
+//! The comparison is computed in `robot-model` and put into words by [`crate::compare`].
 
 use std::path::Path;
 
@@ -30,14 +32,14 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     let comparison = comparer.compare(&assumed);
     let nominal = (!assumed.is_empty()).then(|| comparer.compare(&[]));
     if common.json || args.format.is_json() {
-        let effects: Vec<&str> = assumed.iter().map(|it| it.effect.facts().id).collect();
+        let effects: Vec<&str> = assumed.iter().map(|assumed| assumed.effect.facts().id).collect();
         say(json!({
             "schema": 1,
             "model": effects,
             "comparison": json::comparison(&comparison),
-            "nominal": nominal.as_ref().map(|it| json!({
-                "position_m": json::rms(&it.position_m),
-                "heading_rad": json::rms(&it.heading_rad),
+            "nominal": nominal.as_ref().map(|nominal| json!({
+                "position_m": json::rms(&nominal.position_m),
+                "heading_rad": json::rms(&nominal.heading_rad),
             })),
         }));
     } else {
@@ -46,7 +48,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     Ok(())
 }
 
-/// Names the runs that are passed over.
+/// Warns of runs that are ignored, as they have no measured positions.
 pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
     let names = campaign.without_poses();
     if !names.is_empty() {
@@ -54,7 +56,8 @@ pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
     }
 }
 
-/// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
+/// Reads a campaign, prints its warnings, and returns it both as read and as `robot-model` takes
+/// it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
     let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
@@ -63,7 +66,8 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::C
     Ok((read, campaign))
 }
 
-/// One run is predicted by a fit to itself: what looks like an error on runs held out is none.
+/// Warns of a campaign with a single run: nothing can be cross-validated, so its errors are those
+/// of the fit.
 pub(super) fn warn_if_lone(campaign: &robot_model::recording::Campaign) {
     if campaign.fitted_runs().count() == 1 {
         warn(

@@ -1,4 +1,4 @@
-//! `beeline config`
+//! `beeline config`: reads, changes and saves the robot's configuration.
 
 use std::path::Path;
 
@@ -79,14 +79,14 @@ fn read(common: &Common) -> Result<Config> {
     with_robot(&common.port, &common.sim(), async |session, _| Ok(session.read_config().await?))
 }
 
-/// Reads the configuration, changes it, writes it, reads it back, and saves it where asked.
+/// Reads the configuration, changes it, writes it, reads it back, and saves it if `save`.
 fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config>) -> Result<()> {
     let (before, after) = with_robot(&common.port, &common.sim(), async |session, _| {
         let before = session.read_config().await?;
         let after = change(&before)?;
         session.write_config(&after).await?;
         if save && let Err(error) = session.save_config().await {
-            // Not saved, so not in use either: all of it or nothing.
+            // What could not be saved is not used either.
             session.write_config(&before).await?;
             return Err(error.into());
         }

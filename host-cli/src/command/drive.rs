@@ -1,4 +1,6 @@
-//! `beeline drive`, `beeline stop`, `beeline clear`
+//! `beeline drive`, `beeline stop` and `beeline clear`.
+//!
+//! How a motion is driven to its end is left to `host-link`.
 
 use serde_json::json;
 use shared_proto::{Command, Config, TravelUnit, WheelPair};
@@ -60,7 +62,7 @@ pub(super) fn kind(command: &DriveCommand) -> &'static str {
     }
 }
 
-/// Shape of the motion.
+/// The shape of the motion.
 pub(super) fn profile_of(command: &DriveCommand) -> &ProfileArgs {
     match command {
         DriveCommand::Straight { profile, .. }
@@ -69,7 +71,7 @@ pub(super) fn profile_of(command: &DriveCommand) -> &ProfileArgs {
     }
 }
 
-/// What the wheels have to do.
+/// The motion of the wheels.
 ///
 /// For a body that turns by theta about a centre at radius r (left positive), the wheels travel
 /// theta (r -+ b/2), left minus, right plus.
@@ -87,7 +89,7 @@ pub(super) fn motion_of(command: &DriveCommand, config: &Config) -> Result<Motio
                     Error::new("an arc of radius zero is a spin").hint("`beeline drive spin`")
                 );
             }
-            // Ahead along the arc for a positive radius, to the left for a positive angle.
+            // Forwards for a positive radius, to the left for a positive angle.
             let (ahead, turn) = (radius.m * angle.rad.abs(), angle.rad * radius.m.signum());
             let travel = WheelPair::new(ahead - turn * half_track_m, ahead + turn * half_track_m);
             Ok(in_meters(travel, profile, config))
@@ -95,7 +97,7 @@ pub(super) fn motion_of(command: &DriveCommand, config: &Config) -> Result<Motio
     }
 }
 
-/// A straight motion, in turns of the wheel if all of it is given so.
+/// A straight motion, in turns of a wheel if all its quantities are given so.
 pub(super) fn straight(distance: Distance, profile: &ProfileArgs, config: &Config) -> Motion {
     let radius_m = config.geometry.wheel_radius_m;
     match (distance, profile.cruise, profile.acceleration) {

@@ -1,4 +1,4 @@
-//! `beeline identify`
+//! `beeline identify`: which robot it is, and its state.
 
 use serde_json::json;
 use shared_proto::{ConfigOrigin, Identity, Status};
@@ -12,7 +12,7 @@ use crate::ui::{BAD, BOLD, DIM, GOOD, paint, say};
 pub(super) fn run(common: &Common) -> Result<()> {
     let (identity, status, statistics) =
         with_robot(&common.port, &common.sim(), async |session, _| {
-            // A new robot's supply is measured at its first control tick.
+            // A simulated robot is new, and measures its supply at its first control tick.
             session.listen(std::time::Duration::from_millis(5)).await?;
             let identity = session.identify().await?;
             let status = session.status().await?;
@@ -92,11 +92,11 @@ fn show(identity: &Identity, status: &Status) {
     );
 }
 
-/// What to call a robot that has no name.
+/// The robot's name for a terminal, or a substitute for a robot without one.
 pub(crate) fn display_name(identity: &Identity) -> String {
     match identity.name.as_str() {
         "" => "unnamed robot".into(),
-        // Whoever named it may not know what a terminal does with control characters.
+        // Control characters in a name could confuse a terminal.
         name => name.chars().filter(|c| !c.is_control()).collect(),
     }
 }

@@ -1,4 +1,6 @@
-//! One file a command.
+//! Carries out the commands of the command line: one file a command.
+//!
+//! A command reads its options, calls the library, and prints the result.
 
 mod apply;
 mod calibrate;
@@ -25,7 +27,7 @@ use crate::error::Result;
 use crate::interrupt;
 use crate::ui::say;
 
-/// Carries the command line out.
+/// Carries out the command line.
 pub fn run(cli: &Cli) -> Result<()> {
     let common = &cli.common;
     match &cli.command {

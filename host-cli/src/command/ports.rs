@@ -1,4 +1,4 @@
-//! `beeline ports`
+//! `beeline ports`: where a robot may be reached.
 
 use serde_json::json;
 use serialport::SerialPortType;

@@ -1,4 +1,4 @@
-//! What measures the robot, by the options of a calibration, a run or a campaign.
+//! Which source measures the robot, by the options of a calibration, a run or a campaign.
 
 use sim_target::Lab;
 
@@ -13,7 +13,7 @@ use crate::pose_source::track_file::TrackFile;
 use crate::pose_source::with_gyro::WithGyro;
 use crate::pose_source::{PoseSource, Sigma};
 
-/// What measures unless somebody says otherwise.
+/// The source that measures unless the user chooses another.
 fn usual(lab: Option<&Lab>) -> Measure {
     match lab {
         Some(_) => Measure::Camera,
@@ -21,7 +21,7 @@ fn usual(lab: Option<&Lab>) -> Measure {
     }
 }
 
-/// What measures a calibration.
+/// The source that measures a calibration.
 pub(super) fn of_calibration(
     args: &CalibrateArgs,
     lab: Option<Lab>,
@@ -46,7 +46,7 @@ pub(super) fn of_calibration(
     }
 }
 
-/// What measures a single run: the simulator's camera, or nobody.
+/// The source that measures a single run: the simulator's camera, or none.
 pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
     match lab {
         Some(lab) => Box::new(Camera::new(lab)),
@@ -54,7 +54,7 @@ pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
     }
 }
 
-/// What measures the runs of a campaign.
+/// The source that measures the runs of a campaign.
 pub(super) fn of_campaign(
     args: &CampaignRecordArgs,
     lab: Option<Lab>,

@@ -1,4 +1,4 @@
-//! `beeline record`
+//! `beeline record`: drives one motion and adds it to a campaign.
 
 use serde_json::json;
 
@@ -26,14 +26,14 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let mut source = pose_source::of_run(lab);
         // Before the robot moves: a folder that cannot be written must not cost a run.
         let mut robot = robot_file(&config, source.noise());
-        // In the simulator, whoever asks for other noise asks for another seed, and so for another uid.
+        // A simulated robot has another uid with each seed, and still belongs to the same campaign.
         if !is_simulated {
             robot.uid = Some(hex(&session.identify().await?.uid));
         }
         robot.simulated = common.sim().kept(&common.port);
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
-        // The robot's own clock begins anew at every power-on. In the simulator each run is a new robot, and
-        // the same seed gives the same bytes.
+        // The robot's own clock restarts at every power-on, so the start is on the campaign's. A
+        // simulated run has none, so that the same seed gives the same bytes.
         let there = Campaign::read_if_any(&args.campaign)?;
         in_use::keep(&args.campaign, writer.robot(), &config, there.is_some())?;
         let last = there.and_then(|campaign| LastRun::of(&args.campaign, &campaign));
@@ -88,7 +88,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     Ok(())
 }
 
-/// Says how many samples are missing; `dropped_before` is what the robot had dropped before the run.
+/// Warns of missing samples; `dropped_before` is how many the robot had dropped before the run.
 async fn warn_of_gaps(session: &mut Session, dropped_before: u32) -> Result<()> {
     let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
     let lost = session.statistics().telemetry_lost;

@@ -1,4 +1,6 @@
-//! `beeline report`
+//! `beeline report`: explains a campaign on one page.
+//!
+//! The page itself is made by [`crate::report`].
 
 use robot_model::compare::{Assumed, Comparer};
 use robot_model::effect::Effect;
@@ -16,9 +18,10 @@ use campaign::file::{check_writable, write_whole};
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
-    let ending = args.output.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
+    let ending =
+        args.output.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let is_drawing = ending.as_deref() == Some("svg");
-    if !is_drawing && ending.as_deref().is_some_and(|it| it != "html" && it != "htm") {
+    if !is_drawing && ending.as_deref().is_some_and(|ending| ending != "html" && ending != "htm") {
         return Err(Error::new(format_args!(
             "{}: a report is .html, or .svg",
             args.output.display()
@@ -32,18 +35,18 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         Error::new(format_args!("cannot write {output}: {error}"))
             .hint("choose another file with -o")
     };
-    // Before the work: what cannot be written must not cost the time.
+    // Before the work: a file that cannot be written must not cost the time.
     check_writable(&args.output).map_err(|error| cannot(&error))?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
-    // The whole story, from the robot on that was recorded, whatever the model has been given since.
-    let in_use: Vec<&str> = model.in_use().iter().map(|it| it.id()).collect();
+    // Explained from the robot as recorded, whatever effects its model has been given since.
+    let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     let answer = explain_beyond(&campaign, &catalogue, &in_use).map_err(Error::new)?;
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);
     let combinations: Vec<_> =
-        found.iter().map(|it| comparer.net_change(it).as_ref().map(words::net_change)).collect();
+        found.iter().map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change)).collect();
     let subject = Subject {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),

@@ -1,4 +1,6 @@
-//! `beeline sim`
+//! `beeline sim`: serves a simulated robot in real time.
+//!
+//! The server itself is in `sim-link`.
 
 use std::time::Duration;
 

@@ -1,4 +1,6 @@
-//! `beeline calibrate --method umbmark`
+//! `beeline calibrate --method umbmark`: runs UMBmark and shows its result.
+//!
+//! The procedure itself is [`crate::calibrate::umbmark`].
 
 use robot_model::explain::StepFound;
 use serde_json::json;
@@ -83,7 +85,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     finish(common, &outcome)
 }
 
-/// What `explain` says about the first set of squares.
+/// The effects that `explain` finds in the first set of squares.
 fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<StepFound>> {
     let Some(campaign) = &outcome.campaign else { return Ok(Vec::new()) };
     let answer =
@@ -96,19 +98,22 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     let explained = explained(outcome)?;
     let (before, after) = (&outcome.before, &outcome.after);
     if common.json {
-        let set = |it: &Systematic, geometry: &GeometryConfig| {
+        let set = |systematic: &Systematic, geometry: &GeometryConfig| {
             json!({
-                "e_max_syst_m": it.error_m,
-                "e_d": it.wheel_ratio,
-                "e_b": it.track_ratio,
-                "left_m": it.left_m,
-                "right_m": it.right_m,
+                "e_max_syst_m": systematic.error_m,
+                "e_d": systematic.wheel_ratio,
+                "e_b": systematic.track_ratio,
+                "left_m": systematic.left_m,
+                "right_m": systematic.right_m,
                 "geometry": geometry,
             })
         };
         let explained: Vec<_> = explained
             .iter()
-            .map(|it| json!({"class": it.class, "parameters": crate::json::parameters(&it.parameters), "why": words::why(it)}))
+            .map(|step| {
+                let parameters = crate::json::parameters(&step.parameters);
+                json!({"class": step.class, "parameters": parameters, "why": words::why(step)})
+            })
             .collect();
         say(json!({
             "saved": outcome.saved,
@@ -146,7 +151,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     Ok(())
 }
 
-/// One effect with its values and why it is believed, as `explain` has it.
+/// Prints one effect with its values and the reason to accept it, as `explain` does.
 fn say_effect(step: &StepFound) {
     let put = |indent: usize, words: &str| {
         for line in wrapped(words, LINE - indent) {
@@ -165,7 +170,7 @@ fn table(outcome: &UmbmarkOutcome) -> String {
     let (before, after) = (&outcome.before, &outcome.after);
     let mean = |errors: &[[f64; 2]]| {
         let n = errors.len().max(1) as f64;
-        let sum = |k: usize| errors.iter().map(|it| it[k]).sum::<f64>() / n * 1e3;
+        let sum = |k: usize| errors.iter().map(|error| error[k]).sum::<f64>() / n * 1e3;
         format!("{:+.1}, {:+.1} mm", sum(0), sum(1))
     };
     let row =
@@ -176,11 +181,11 @@ fn table(outcome: &UmbmarkOutcome) -> String {
     };
     let mut lines = vec![paint(DIM, row("", "before".into(), "after".into()))];
     for (name, (a, b)) in [
-        ("E_max,syst", both(&|it| format!("{:.1} mm", it.error_m * 1e3))),
-        ("centre, squares to the left", both(&|it| mean(&it.left_m))),
-        ("centre, squares to the right", both(&|it| mean(&it.right_m))),
-        ("E_d, of what is in use", both(&|it| format!("{:.6}", it.wheel_ratio))),
-        ("E_b, of what is in use", both(&|it| format!("{:.6}", it.track_ratio))),
+        ("E_max,syst", both(&|set| format!("{:.1} mm", set.error_m * 1e3))),
+        ("centre, squares to the left", both(&|set| mean(&set.left_m))),
+        ("centre, squares to the right", both(&|set| mean(&set.right_m))),
+        ("E_d, of what is in use", both(&|set| format!("{:.6}", set.wheel_ratio))),
+        ("E_b, of what is in use", both(&|set| format!("{:.6}", set.track_ratio))),
         ("W_T in use", in_use(&|g| format!("{:.6}", g.wheel_weight))),
         ("R_L in use", in_use(&|g| LengthUnit::Cm.format(g.wheel_radius_m, 4))),
         ("track width in use", in_use(&|g| LengthUnit::Cm.format(g.track_width_m, 3))),

@@ -1,4 +1,4 @@
-//! `beeline watch`
+//! `beeline watch`: shows telemetry and events live.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::interrupt;
 use crate::port::with_robot;
 use crate::ui::{BAD, DIM, is_heard, note, paint, say};
 
-/// A simulated robot lives as long as the command; this much of its time is shown.
+/// How much of a simulated robot's time is shown, as it exists only as long as the command.
 const SIM_S: f64 = 2.0;
 
 pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
@@ -23,7 +23,7 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
             say(paint(DIM, HEADER));
         }
         let start_us = session.clock().now_us();
-        let mut asked_us = start_us;
+        let mut checked_us = start_us;
         loop {
             session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
             let mut heard = session.take_events().all(|event| show_event(common, &event));
@@ -36,9 +36,9 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
             if !heard || interrupt::requested() || duration_s.is_some_and(|end| elapsed_s >= end) {
                 break;
             }
-            // Nothing moves and nothing is said for a while: is it still there?
-            if now_us - asked_us > 1_000_000 {
-                asked_us = now_us;
+            // Once a second, whether the robot is still there: this fails if it is not.
+            if now_us - checked_us > 1_000_000 {
+                checked_us = now_us;
                 session.status().await?;
             }
         }
@@ -73,7 +73,7 @@ fn line(frame: &Telemetry) -> String {
     )
 }
 
-/// False if nobody reads the results any more.
+/// Shows an event; false if nobody reads the output any more.
 fn show_event(common: &Common, event: &Event) -> bool {
     if common.json {
         return is_heard(json!(event));

@@ -1,4 +1,4 @@
-//! `beeline wheel-weight`
+//! `beeline wheel-weight`: the paper's calculation on numbers from the command line.
 
 use robot_model::calibration::{Deviation, Experiment, WheelWeight};
 use robot_model::kinematics::{Geometry, WheelPair};
@@ -36,7 +36,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     let weight = experiment
         .wheel_weight()
         .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
-    // What a calibration on the robot itself would refuse, or doubt.
+    // The checks of a calibration on the robot itself.
     plausibility::check(GeometryConfig {
         wheel_radius_m: args.radius.m,
         track_width_m: args.track_width.m,
@@ -57,7 +57,7 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     Ok(())
 }
 
-/// W_T for machines.
+/// W_T as JSON.
 pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
     let parts: Vec<_> = weight
         .contributions
@@ -79,7 +79,7 @@ pub(super) fn to_json(weight: &WheelWeight, geometry: &Geometry) -> Value {
     })
 }
 
-/// W_T for people.
+/// Prints W_T as text.
 pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
     let row = |name: &str, value: String| say(format_args!("{name:>8}  {value}"));
     row(
@@ -108,7 +108,7 @@ pub(super) fn show(weight: &WheelWeight, geometry: &Geometry) {
         );
         row("", paint(DIM, text));
     }
-    for thought in words::advice(&weight.advice).split("; ") {
-        row("", thought.into());
+    for suggestion in words::advice(&weight.advice).split("; ") {
+        row("", suggestion.into());
     }
 }

@@ -1,4 +1,5 @@
-//! The plan view: both runs from above, x along the page, the lateral axis exaggerated.
+//! The plan view of a calibration: both runs from above, x along the page, the lateral axis
+//! exaggerated.
 
 use std::fmt::Write;
 
@@ -26,7 +27,7 @@ pub(crate) const COLOURS: &str = "\
 --before:#ff9a5c;--after:#5cc1f5;--line:#76818d}}\
 @media print{:root{--ink:#000;--soft:#444;--faint:#ccc;--paper:#fff;--before:#c2410c;--after:#0369a1;--line:#777}}";
 
-/// How the drawing's parts look.
+/// The style sheet of the drawing.
 pub(crate) const STYLE: &str = "\
 .d text{font:13px system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;fill:var(--soft);font-variant-numeric:tabular-nums}\
 .d .t{font-size:16px;font-weight:650;fill:var(--ink)}.d .v{font-size:17px;font-weight:650}\
@@ -38,7 +39,7 @@ pub(crate) const STYLE: &str = "\
 .d .n{stroke-width:2;fill:none;stroke-linecap:round;stroke-linejoin:round}.d .m{stroke-width:1.4;fill:none}\
 .d{overflow:visible}";
 
-/// Which of the two runs: its letter in the style sheet.
+/// One of the two runs; each has a letter in the style sheet.
 #[derive(Clone, Copy)]
 pub(super) enum Which {
     Before,
@@ -54,7 +55,7 @@ impl Which {
     }
 }
 
-/// Where the runs lie on the page.
+/// The scales of the page, and the range that the runs cover.
 struct Frame {
     distance_m: (f64, f64),
     lateral_m: (f64, f64),
@@ -139,7 +140,7 @@ fn panel(svg: &mut String, frame: &Frame, top: f64, run: &RunReport, which: Whic
         number(run.driven_with, 4)
     );
     let mm = (frame.lateral_m.0 * 1e3, frame.lateral_m.1 * 1e3);
-    // Labels take 26 units of height each.
+    // A label takes 26 units of height.
     let most = ((frame.panel - 44.0) / 26.0).max(1.0);
     let (lateral, decimals) = ticks(mm, nice_step(mm.1 - mm.0, most));
     for tick_mm in lateral {
@@ -169,7 +170,7 @@ fn panel(svg: &mut String, frame: &Frame, top: f64, run: &RunReport, which: Whic
     }
 }
 
-/// The end's distance from the line, as a dimension beside it.
+/// The distance of the end from the line, as a dimension beside the path.
 fn deviation(svg: &mut String, frame: &Frame, y: &Scale, end: Pose, run: &RunReport, class: char) {
     let (zero, at) = (y.at(0.0), y.at(end.y_m));
     let x = frame.x.at(end.x_m).0 + 28.0;
@@ -255,7 +256,7 @@ pub(super) fn path_data(path: &[Pose], x: &Scale, y: &Scale) -> String {
     data
 }
 
-/// At most 240 points, evenly taken, so that a long recording makes no heavy file.
+/// At most 240 points, evenly spaced, so that a long recording does not make a large file.
 fn thinned(points: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
     points.iter().step_by(points.len().div_ceil(240).max(1)).copied()
 }

@@ -1,6 +1,7 @@
 //! The picture of a calibration: one self-contained HTML file, or the drawing alone as SVG.
 //!
-//! Nothing in it comes from the network, and nothing in it runs. The same report gives the same bytes.
+//! It loads nothing from the network, and has no script. The same report gives the same bytes. What
+//! the report says is left to [`crate::calibrate`].
 
 pub(crate) mod drawing;
 pub(crate) mod page;
@@ -16,7 +17,7 @@ pub fn to_html(report: &CalibrationReport) -> String {
     page::page(report)
 }
 
-/// The drawing of both paths alone, as a stand-alone SVG file.
+/// Only the drawing of both paths, as a stand-alone SVG file.
 pub fn to_svg(report: &CalibrationReport) -> String {
     let head = format!(
         "<title>{}</title><style>{}{}</style><rect width=\"100%\" height=\"100%\" rx=\"12\" style=\"fill:var(--paper)\"/>",

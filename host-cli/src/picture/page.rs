@@ -1,4 +1,4 @@
-//! The report around the drawing: headline, table, interval, formula, advice. One file, no script.
+//! The page around the drawing: headline, table, intervals, formula, advice. One file, no script.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use super::scale::{Px, Scale, escape, nice_step, number, ticks};
 use crate::quantity::{decimals, plus_minus};
 use crate::words;
 
-/// How a page looks.
+/// The style sheet of a page.
 pub(crate) const PAGE_STYLE: &str = "\
 *{box-sizing:border-box}html{color-scheme:light dark;background:var(--paper)}\
 body{margin:0 auto;max-width:1000px;padding:44px 20px 60px;color:var(--ink);\
@@ -103,9 +103,9 @@ fn driven(drives: u32) -> String {
     }
 }
 
-/// How much closer to the line the robot ends, in words; `None` if not even twice as close.
+/// How much closer to the line the robot ends, as a sentence; `None` if not even twice as close.
 ///
-/// An offset whose 95 % interval holds zero supports no factor.
+/// An offset whose 95 % interval contains zero supports no factor.
 fn gain(before_mm: f64, after_mm: f64, after_sigma_mm: f64) -> Option<String> {
     if before_mm < 2.0 * after_mm.max(after_sigma_mm) {
         return None;
@@ -161,7 +161,7 @@ fn deviations(report: &CalibrationReport) -> String {
             labels.push((y.at(end.y_m).0, class, name));
         }
     }
-    // Two labels need a line of distance between them.
+    // Two labels must be a line apart.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     if let [a, b] = labels.as_mut_slice() {
         let lacking = (18.0 - (b.0 - a.0)).max(0.0) / 2.0;
@@ -213,13 +213,13 @@ fn measured(value: f64, sigma: f64, unit: &str) -> String {
     format!("{} <small>\u{b1} {} {unit}</small>", number(value, places), number(sigma, places))
 }
 
-/// As a sentence of its own.
+/// The text with a capital letter at its start.
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The 95 % intervals of both runs, and the weights that were driven with.
+/// The 95 % intervals of both runs, and the W_T with which each was driven.
 fn intervals(report: &CalibrationReport) -> String {
     let runs = [(&report.before, 'b', "before", 34.0), (&report.after, 'a', "after", 84.0)];
     let values = runs.iter().flat_map(|(run, ..)| {
@@ -267,7 +267,7 @@ fn intervals(report: &CalibrationReport) -> String {
     svg
 }
 
-/// What the uncertainty is made of, and what would reduce it.
+/// The contributions to the uncertainty, and what would reduce it.
 fn budget(html: &mut String, weight: &WheelWeight) {
     html.push_str(
         "<table><thead><tr><th>uncertainty of the first run</th><th>\u{3c3}(W<sub>T</sub>)</th>\
@@ -294,7 +294,7 @@ fn budget(html: &mut String, weight: &WheelWeight) {
     );
 }
 
-/// (3-6) in its general form, with the first run's numbers put in.
+/// Equation (3-6) in its general form, with the numbers of the first run.
 fn formula(html: &mut String, report: &CalibrationReport) {
     let weight = &report.before.wheel_weight;
     let radius_cm = number(report.geometry.wheel_radius_m * 100.0, 3);
@@ -318,7 +318,7 @@ fn formula(html: &mut String, report: &CalibrationReport) {
     );
 }
 
-/// What was written, where that is not what the first run says by itself.
+/// The W_T that was written, if it does not come from the first run alone.
 fn decided(html: &mut String, report: &CalibrationReport) {
     if report.basis == Basis::OneRun {
         return;

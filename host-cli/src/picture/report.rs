@@ -1,4 +1,4 @@
-//! What the picture shows.
+//! The data that the picture shows.
 
 use std::fmt;
 
@@ -10,9 +10,9 @@ use robot_model::kinematics::{Geometry, Pose};
 /// A calibration, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationReport {
-    /// What the robot's owner calls it.
+    /// The robot's name.
     pub robot_name: String,
-    /// Where it was found: `sim`, a serial device, an address.
+    /// Its port: `sim`, a serial device, an address.
     pub port: String,
     /// The nominal robot.
     pub geometry: Geometry,
@@ -22,18 +22,18 @@ pub struct CalibrationReport {
     pub before: RunReport,
     /// The run with the new one.
     pub after: RunReport,
-    /// What an out-and-back run said, if there was one.
+    /// The result of an out-and-back, if there was one.
     pub out_and_back: Option<OutAndBack>,
-    /// W_T as decided on and written.
+    /// The W_T that was written.
     pub wheel_weight: Estimate,
-    /// What it was decided on.
+    /// The runs on which it is based.
     pub basis: Basis,
     /// How often the robot drove.
     pub drives: u32,
 }
 
 impl CalibrationReport {
-    /// What came of it, in a few words.
+    /// The headline.
     pub(crate) fn claim(&self) -> &'static str {
         if self.after.is_straighter_than(&self.before, 0.0) {
             "Drives straight"
@@ -45,12 +45,12 @@ impl CalibrationReport {
     }
 }
 
-/// What a W_T was decided on.
+/// The runs on which a W_T is based.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
     /// One run.
     OneRun,
-    /// The mean of so many.
+    /// The mean of this many runs.
     Mean(u16),
     /// A run and the way back.
     BothWays,
@@ -79,7 +79,7 @@ pub struct ProfileNumbers {
     pub duration_s: f64,
 }
 
-/// One of the two runs. Frame: the line along which the robot set out; x along it, y to the left.
+/// One of the two runs. The frame is the start line: x along it, y to the left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunReport {
     /// The wheel weight with which the robot drove.
@@ -90,25 +90,25 @@ pub struct RunReport {
     pub path_source: PathSource,
     /// Measured points (x, y) \[m\], drawn as dots; may be empty.
     pub points_m: Vec<(f64, f64)>,
-    /// What was read at the end.
+    /// The reading at the end.
     pub end: EndReading,
-    /// What this run says W_T is.
+    /// The W_T that follows from this run.
     pub wheel_weight: WheelWeight,
 }
 
 impl RunReport {
-    /// How far it went, as the crow flies \[m\].
+    /// The distance between start and end \[m\].
     pub fn length_m(&self) -> f64 {
         let ends = self.path.first().zip(self.path.last());
         ends.map_or(0.0, |(start, end)| (end.x_m - start.x_m).hypot(end.y_m - start.y_m))
     }
 
-    /// Whether this run was straighter than one before it: it turned at most half as far, or its turn
-    /// cannot be told from none (95 %). `pull_alpha_rad` is what neither could help.
+    /// Whether this run was straighter than one before it: its turn is at most half as large, or
+    /// not significant (95 %). `pull_alpha_rad` is the turn by a pull, which is in both runs.
     pub fn is_straighter_than(&self, before: &Self, pull_alpha_rad: f64) -> bool {
         let turn_rad = |run: &Self| (run.wheel_weight.alpha_rad - pull_alpha_rad).abs();
         let noise_rad = SIGMAS_95 * self.wheel_weight.alpha_sigma_rad;
-        // What cannot be told from none may still be more than there was.
+        // A turn that is not significant may still be larger than the one before.
         turn_rad(self) < turn_rad(before)
             && turn_rad(self) <= (turn_rad(before) / 2.0).max(noise_rad)
     }

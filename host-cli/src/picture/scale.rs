@@ -1,8 +1,8 @@
-//! From quantities to coordinates on the page, and the ticks between.
+//! Where quantities and ticks are on the page: scales, steps, and numbers as text.
 
 use std::fmt;
 
-/// A straight scale.
+/// A linear scale.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
     from: f64,
@@ -11,12 +11,12 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// `from` lies at `at`; each unit more lies `per_unit` further.
+    /// A scale with `from` at coordinate `at`, and `per_unit` between two units.
     pub(crate) fn new(from: f64, at: f64, per_unit: f64) -> Self {
         Self { from, at, per_unit }
     }
 
-    /// The range laid over the coordinates.
+    /// A scale from this range to these coordinates.
     pub(crate) fn over(range: (f64, f64), at: (f64, f64)) -> Self {
         Self::new(range.0, at.0, (at.1 - at.0) / (range.1 - range.0))
     }
@@ -26,7 +26,7 @@ impl Scale {
     }
 }
 
-/// A coordinate, written with two decimals and no "-0.00"; a number that is none is drawn at 0.
+/// A coordinate, written with two decimals and never as "-0.00"; if not finite, it is drawn at 0.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub(crate) struct Px(pub(crate) f64);
 
@@ -53,7 +53,7 @@ pub(crate) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
     ((first..=last).map(|i| i as f64 * step).collect(), decimals)
 }
 
-/// Text made safe inside HTML and SVG.
+/// Text escaped for HTML and SVG.
 pub(crate) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -63,7 +63,7 @@ pub(crate) fn escape(text: &str) -> String {
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
-            // XML has no place for control characters, not even escaped.
+            // XML forbids control characters, even escaped.
             c if c.is_control() => safe.push(' '),
             c => safe.push(c),
         }

@@ -14,7 +14,7 @@ fn run(truth: f64, driven_with: f64) -> RunReport {
     let steps = (0..=500).map(|i| WheelPair::default().toward(turns, f64::from(i) / 500.0));
     let path = dead_reckon(Pose::ORIGIN, &geometry, truth, steps);
     let end = path[path.len() - 1];
-    // A fixed pattern in place of a camera's noise: a picture wants no chance.
+    // A fixed pattern in place of a camera's noise, so that the picture is always the same.
     let jitter = |i: usize| 0.001 * ((i * 7919 % 100) as f64 / 50.0 - 1.0);
     let points_m =
         path.iter().enumerate().map(|(i, pose)| (pose.x_m, pose.y_m + jitter(i))).collect();
@@ -90,7 +90,7 @@ fn straighter_is_half_as_far_or_on_the_line_and_nothing_less() {
     assert!(!straighter(0.04, 0.039) && !straighter(0.04, 0.021) && !straighter(0.04, -0.05));
     // Within 1.96 mrad of straight, and still no worse than before.
     assert!(straighter(0.003, 0.0019) && !straighter(0.003, 0.0021) && !straighter(0.001, 0.0015));
-    // A pull of 0.02 is in both runs: 0.04 of radius went down to 0.001.
+    // A pull of 0.02 is in both runs: what the radii cause went from 0.04 down to 0.001.
     assert!(turned(0.021).is_straighter_than(&turned(0.06), 0.02));
     assert!(!turned(0.021).is_straighter_than(&turned(0.04), 0.0));
 }
@@ -154,7 +154,7 @@ fn elements_are_closed_and_no_coordinate_is_nan() {
     broken.after.path.clear();
     for report in [report("Bee"), broken] {
         let html = to_html(&report);
-        assert!(!html.contains("NaN") && !html.contains("inf"), "a number that is none");
+        assert!(!html.contains("NaN") && !html.contains("inf"), "a number is not finite");
         for tag in ["svg", "table", "tr", "td", "div", "g", "text", "p", "h2", "span"] {
             let opened = html.matches(&format!("<{tag}>")).count()
                 + html.matches(&format!("<{tag} ")).count();

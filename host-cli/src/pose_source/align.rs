@@ -1,18 +1,18 @@
-//! A tracker's clock brought to the robot's.
+//! How much a tracker's clock must be shifted to agree with the robot's.
 //!
-//! How far the robot is from its start, and how far it has turned, depend neither on where the tracker's
-//! axes lie nor on the start pose. The shift is the one at which both look the same by the tracker and
-//! by the wheels, least squares:
+//! The distance from the start and the angle turned depend neither on the tracker's axes nor on the
+//! start pose. The shift is the one at which tracker and wheels agree best on both, by least
+//! squares:
 //!
 //! ```text
 //! shift = argmin  min over k_d, k_h of
 //!         sum ((d_track(t) - k_d d_wheels(t + shift)) / 1 mm)^2 + ((h_track - k_h h_wheels) / 2 mrad)^2
 //! ```
 //!
-//! The factors k keep a wrong wheel radius or track width out of the clock.
+//! The factors k absorb a wrong wheel radius or track width.
 //!
-//! A constant lateness of the tracker goes into the shift, too: two clocks that were never compared
-//! cannot show it.
+//! The shift also contains a constant delay of the tracker, which cannot be told from a difference
+//! of the clocks. Delays that change within a run are left to `robot-model`.
 
 use robot_model::calibration::TrackSample;
 use robot_model::kinematics::Pose;
@@ -21,16 +21,16 @@ use shared_proto::{Config, Telemetry};
 
 use crate::wheels;
 
-/// The robot by its wheels at one time.
+/// A pose by dead reckoning, and its time.
 #[derive(Clone, Copy, Debug)]
 pub struct Reckoned {
-    /// The robot's clock \[s\].
+    /// Time on the robot's clock \[s\].
     pub t_s: f64,
-    /// Dead reckoning from anywhere.
+    /// The pose, from an arbitrary start.
     pub pose: Pose,
 }
 
-/// The robot by its wheels, from anywhere, with the configuration in use.
+/// Dead reckoning with the configuration in use, from an arbitrary start.
 pub fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
     let turns = telemetry.iter().map(|frame| wheels::turns(frame, config));
     let geometry = wheels::geometry(config, 0.0);
@@ -39,15 +39,18 @@ pub fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
     times.zip(poses).map(|(t_s, pose)| Reckoned { t_s, pose }).collect()
 }
 
-/// A track by another clock, on the robot's. A track of a robot that stood still is put over the
-/// telemetry as it is: there is no motion to go by, and none is needed.
+/// A track with its times shifted to the robot's clock; `None` if it has no motion in common with
+/// the wheels.
+///
+/// If the robot stood still, the first sample is put at the first telemetry: there is no motion to
+/// align by, and an exact shift is not needed.
 pub fn on_robot_clock(
     mut samples: Vec<TrackSample>,
     reckoned: &[Reckoned],
 ) -> Option<Vec<TrackSample>> {
     let moved = |poses: &[Reckoned]| {
-        poses.iter().any(|it| {
-            let (a, b) = (it.pose, poses[0].pose);
+        poses.iter().any(|reckoned| {
+            let (a, b) = (reckoned.pose, poses[0].pose);
             (a.x_m - b.x_m).hypot(a.y_m - b.y_m) > 0.02
                 || (a.heading_rad - b.heading_rad).abs() > 0.05
         })
@@ -57,45 +60,50 @@ pub fn on_robot_clock(
     } else {
         reckoned.first()?.t_s - samples.first()?.t_s
     };
-    samples.iter_mut().for_each(|it| it.t_s += shift_s);
+    samples.iter_mut().for_each(|sample| sample.t_s += shift_s);
     Some(samples)
 }
 
-/// Beyond any tracking noise, early in the first ramp \[m, rad\].
+/// The robot has moved: far above tracking noise, and early in the first ramp \[m, rad\].
 const MOVED: (f64, f64) = (0.02, 0.05);
-/// What counts alike.
+/// Distance and angle of equal weight in the sum \[m, rad\].
 const SCALE: (f64, f64) = (0.001, 0.002);
-/// The first guess is right to this \[s\].
+/// The first guess is at most this wrong \[s\].
 const NEAR_S: f64 = 0.5;
 
-/// What to add to the track's times to have them on the robot's clock \[s\]; `None` where either of
-/// them did not move.
+/// What to add to the track's times to get the robot's \[s\]; `None` if the robot did not move by
+/// the track or by the wheels.
 pub fn shift_s(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<f64> {
-    let by_track = travels(track.iter().map(|it| (it.t_s, it.x_m, it.y_m, it.heading_rad)));
+    let by_track = travels(
+        track.iter().map(|sample| (sample.t_s, sample.x_m, sample.y_m, sample.heading_rad)),
+    );
     let by_wheels = travels(
-        reckoned.iter().map(|it| (it.t_s, it.pose.x_m, it.pose.y_m, Some(it.pose.heading_rad))),
+        reckoned
+            .iter()
+            .map(|&Reckoned { t_s, pose }| (t_s, pose.x_m, pose.y_m, Some(pose.heading_rad))),
     );
     let first_s = |travels: &[Travel]| {
-        let moved = |it: &&Travel| {
-            it.distance_m > MOVED.0 || it.turned_rad.is_some_and(|it| it.abs() > MOVED.1)
+        let moved = |travel: &&Travel| {
+            travel.distance_m > MOVED.0
+                || travel.turned_rad.is_some_and(|turned_rad| turned_rad.abs() > MOVED.1)
         };
-        travels.iter().find(moved).map(|it| it.t_s)
+        travels.iter().find(moved).map(|travel| travel.t_s)
     };
     let guess_s = first_s(&by_wheels)? - first_s(&by_track)?;
     let cost = |shift_s: f64| {
-        let (mut along, mut round) = (Products::default(), Products::default());
-        for it in &by_track {
-            let (distance_m, turned_rad) = at(&by_wheels, it.t_s + shift_s);
-            along.add(it.distance_m / SCALE.0, distance_m / SCALE.0);
-            if let Some(seen_rad) = it.turned_rad {
-                round.add(seen_rad / SCALE.1, turned_rad / SCALE.1);
+        let (mut distances, mut turns) = (Products::default(), Products::default());
+        for travel in &by_track {
+            let (distance_m, turned_rad) = at(&by_wheels, travel.t_s + shift_s);
+            distances.add(travel.distance_m / SCALE.0, distance_m / SCALE.0);
+            if let Some(measured_rad) = travel.turned_rad {
+                turns.add(measured_rad / SCALE.1, turned_rad / SCALE.1);
             }
         }
-        along.left_over() + round.left_over()
+        distances.residual() + turns.residual()
     };
     let mut best_s = guess_s;
     let mut step_s = NEAR_S / 4.0;
-    // To a tenth of a millisecond.
+    // Down to a tenth of a millisecond.
     while step_s > 1e-4 {
         let tries = (-4..=4).map(|k| best_s + f64::from(k) * step_s);
         best_s = tries.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
@@ -104,28 +112,28 @@ pub fn shift_s(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<f64> {
     Some(best_s)
 }
 
-/// Sums of products of what was seen and what was reckoned.
+/// Sums of the products of measured and reckoned values.
 #[derive(Default)]
 struct Products {
-    seen: f64,
+    measured: f64,
     both: f64,
     reckoned: f64,
 }
 
 impl Products {
-    fn add(&mut self, seen: f64, reckoned: f64) {
-        self.seen += seen * seen;
-        self.both += seen * reckoned;
+    fn add(&mut self, measured: f64, reckoned: f64) {
+        self.measured += measured * measured;
+        self.both += measured * reckoned;
         self.reckoned += reckoned * reckoned;
     }
 
-    /// min over k of sum (seen - k reckoned)^2.
-    fn left_over(&self) -> f64 {
-        self.seen - self.both * self.both / self.reckoned.max(f64::MIN_POSITIVE)
+    /// min over k of sum (measured - k reckoned)^2.
+    fn residual(&self) -> f64 {
+        self.measured - self.both * self.both / self.reckoned.max(f64::MIN_POSITIVE)
     }
 }
 
-/// How far from the start, how far turned.
+/// Distance from the start, and angle turned.
 struct Travel {
     t_s: f64,
     distance_m: f64,
@@ -140,7 +148,7 @@ fn travels(poses: impl Iterator<Item = (f64, f64, f64, Option<f64>)>) -> Vec<Tra
             let (x0_m, y0_m) = *start.get_or_insert((x_m, y_m));
             let turned_rad = heading_rad.map(|now| {
                 let step = now - last_rad.replace(now).unwrap_or(now);
-                // Wrapped or not, the shorter way round.
+                // The shorter way round, whether headings are wrapped or not.
                 turned_rad += step - std::f64::consts::TAU * (step / std::f64::consts::TAU).round();
                 turned_rad
             });
@@ -151,15 +159,15 @@ fn travels(poses: impl Iterator<Item = (f64, f64, f64, Option<f64>)>) -> Vec<Tra
 
 /// Distance and turn at a time, linear between samples, constant outside.
 fn at(travels: &[Travel], t_s: f64) -> (f64, f64) {
-    let value = |it: &Travel| (it.distance_m, it.turned_rad.unwrap_or(0.0));
-    let after = travels.partition_point(|it| it.t_s <= t_s);
+    let value = |travel: &Travel| (travel.distance_m, travel.turned_rad.unwrap_or(0.0));
+    let after = travels.partition_point(|travel| travel.t_s <= t_s);
     match (after.checked_sub(1).map(|i| &travels[i]), travels.get(after)) {
         (Some(a), Some(b)) => {
             let share = (t_s - a.t_s) / (b.t_s - a.t_s);
             let ((da, ha), (db, hb)) = (value(a), value(b));
             (da + share * (db - da), ha + share * (hb - ha))
         }
-        (Some(it), None) | (None, Some(it)) => value(it),
+        (Some(travel), None) | (None, Some(travel)) => value(travel),
         (None, None) => (0.0, 0.0),
     }
 }
@@ -188,7 +196,8 @@ mod tests {
                 Reckoned { t_s: 100.0 + t_s, pose: Pose::new(x_m, y_m, heading_rad) }
             })
             .collect();
-        // Seen in other axes, 7.1234 s earlier by another clock, wheels 1 % too small, headings wrapped.
+        // In other axes, 7.1234 s earlier by another clock, with wheels 1 % too small and headings
+        // wrapped.
         let track: Vec<_> = (0..240)
             .map(|k| {
                 let t_s = f64::from(k) / 30.0;
@@ -206,7 +215,7 @@ mod tests {
 
     #[test]
     fn straights_and_spins_find_the_shift_whatever_the_axes() {
-        // A millisecond at 0.2 m/s is 0.2 mm, far below what a camera sees.
+        // A millisecond at 0.2 m/s is 0.2 mm, far below a camera's noise.
         let straight = shift_of(|t_s| (profile(t_s), 0.0, 0.0));
         assert!((straight - 7.1234).abs() < 1e-3, "{straight}");
         let spin = shift_of(|t_s| (0.0, 0.0, 10.0 * profile(t_s)));
@@ -214,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_stands_says_nothing_about_clocks() {
+    fn a_robot_that_stands_still_has_no_clock_shift() {
         let reckoned = [0.0, 1.0].map(|t_s| Reckoned { t_s, pose: Pose::ORIGIN });
         let track =
             [0.0, 1.0].map(|t_s| TrackSample { t_s, x_m: 0.0, y_m: 0.0, heading_rad: None });

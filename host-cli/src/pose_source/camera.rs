@@ -1,4 +1,5 @@
-//! The simulator's overhead camera, its gyro, and its person who carries the robot.
+//! The simulator's laboratory as a source of poses: its overhead camera, its gyro, and somebody who
+//! carries the robot to its marks.
 
 use std::time::Duration;
 
@@ -14,13 +15,13 @@ use super::align::Reckoned;
 use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate, cannot_read};
 use crate::error::Result;
 
-/// How long the simulator's person takes to carry the robot to the mark of a run.
+/// How long it takes to carry the robot to the mark of a run.
 const CARRY: Duration = Duration::from_secs(10);
 
 /// The simulator's camera.
 pub struct Camera {
     lab: Lab,
-    /// Readings of the yaw rate sensor before the run.
+    /// The number of readings of the yaw rate sensor before the run.
     rates_before: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Asks that the robot be put at a mark.
+//! Asks a person to put the robot at a mark.
 
 use host_link::Clock;
 
@@ -6,7 +6,7 @@ use super::{Go, Mark, ask_for, stopped};
 use crate::error::{Error, Result};
 use crate::ui;
 
-/// Asks that the robot be put at a mark, and waits until somebody says that it is.
+/// Asks a person to put the robot at a mark, and waits for the answer.
 pub(super) async fn confirm(clock: &Clock, mark: Mark<'_>) -> Result<Go> {
     match mark {
         Mark::Line(place) => {

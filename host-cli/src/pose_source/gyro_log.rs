@@ -1,16 +1,17 @@
-//! A yaw rate sensor that a logger writes to a file while the robot drives, by a clock of its own.
+//! What a yaw rate sensor measured during a run, from a file that a logger appends to by a clock of
+//! its own.
 //!
-//! Its clock is brought to the robot's by the turns themselves: the shift is the one at which readings and
-//! yaw rate by the wheels are most alike,
+//! The log is moved to the robot's clock by the turns themselves: the shift is the one at which
+//! readings and yaw rate by the wheels have the greatest correlation,
 //!
 //! ```text
 //! shift = argmax  corr(reading(t), omega_wheels(t + shift))
 //! ```
 //!
-//! A correlation knows neither bias nor scale, so both stay in the data for `explain` to find. A constant
-//! lateness of the sensor goes into the shift. Where a run does not turn, the shift of the last one that did
-//! is used; before the first turn, the file's first reading of the run is put at the run's first sample, which
-//! a robot that does not turn cannot mind.
+//! A correlation depends neither on bias nor on scale, so both stay in the data for `explain` to
+//! find. The shift contains a constant delay of the sensor. A run without a turn uses the shift of
+//! the last run with one; before the first turn, the first reading of the run is put at the run's
+//! first sample, which is exact enough for a robot that does not turn.
 
 use std::path::{Path, PathBuf};
 
@@ -21,31 +22,32 @@ use campaign::growing::whole_lines;
 use campaign::table::Table;
 use campaign::{CampaignError, Column};
 
-/// Below this spread of the yaw rate by the wheels a run does not turn \[rad/s\].
+/// A run does not turn if the yaw rate by the wheels has a smaller standard deviation than this
+/// \[rad/s\].
 const TURNS: f64 = 0.03;
-/// How far the first guess may be off \[s\], and how closely it is looked for first.
+/// How wrong the first guess may be \[s\], and the step of the first search.
 const REACH_S: f64 = 4.0;
 const COARSE_S: f64 = 0.02;
-/// A gyro that reads the robot is far more like its wheels than this.
-const ALIKE: f64 = 0.7;
-/// Fewer readings in a run are no log of it.
-const READINGS: usize = 10;
+/// The least correlation between a gyro and the wheels of its robot: it is usually far greater.
+const CORRELATION_MIN: f64 = 0.7;
+/// With fewer readings in a run the logger was not running.
+const READINGS_MIN: usize = 10;
 
-/// The log, and how much of it is from before the run.
+/// The log, and how many of its readings are from before the run.
 #[derive(Clone, Debug)]
 pub struct GyroLog {
     path: PathBuf,
-    seen: usize,
+    before: usize,
     shift_s: Option<f64>,
 }
 
 impl GyroLog {
-    /// A log that is there, or will be when a run begins.
+    /// A log that exists, or will exist when a run begins.
     pub fn new(path: &Path) -> Self {
-        Self { path: path.into(), seen: 0, shift_s: None }
+        Self { path: path.into(), before: 0, shift_s: None }
     }
 
-    /// Notes where the log stands before a run.
+    /// Notes how far the log has come before a run.
     ///
     /// # Errors
     /// If it cannot be read, or lacks a column.
@@ -54,18 +56,18 @@ impl GyroLog {
             return Err(Error::new(format_args!("there is no gyro log {}", self.path.display()))
                 .hint("start the logger first, so that the file is there"));
         }
-        self.seen = self.so_far()?.len();
+        self.before = self.so_far()?.len();
         Ok(())
     }
 
-    /// What was read during the run that the wheels have made: time on the robot's clock, rate, \[s, rad/s\].
+    /// The readings of the run that `wheels` drove: time on the robot's clock, rate \[s, rad/s\].
     ///
     /// # Errors
-    /// If the log did not grow, or turned when the robot did not.
+    /// If the log did not grow, or its turns are not those of the wheels.
     pub fn take(&mut self, run: &str, wheels: &[Reckoned]) -> Result<Vec<(f64, f64)>> {
-        let mut readings = self.so_far()?.split_off(self.seen);
+        let mut readings = self.so_far()?.split_off(self.before);
         let path = self.path.display();
-        if readings.len() < READINGS {
+        if readings.len() < READINGS_MIN {
             return Err(Error::new(format_args!(
                 "{path} got {} readings during the run {run}",
                 readings.len()
@@ -77,11 +79,11 @@ impl GyroLog {
             return Ok(Vec::new());
         };
         let guess_s = self.shift_s.unwrap_or(begin.t_s - first.0);
-        let shift_s = if spread(rates.iter().map(|it| it.1)) < TURNS {
+        let shift_s = if standard_deviation(rates.iter().map(|(_, rate)| *rate)) < TURNS {
             guess_s
         } else {
-            let (shift_s, alike) = best_shift_s(&readings, &rates, guess_s);
-            if alike < ALIKE {
+            let (shift_s, correlation) = best_shift_s(&readings, &rates, guess_s);
+            if correlation < CORRELATION_MIN {
                 return Err(Error::new(format_args!(
                     "{path} and the wheels have no turn in common in the run {run}"
                 ))
@@ -90,11 +92,11 @@ impl GyroLog {
             self.shift_s = Some(shift_s);
             shift_s
         };
-        readings.iter_mut().for_each(|it| it.0 += shift_s);
+        readings.iter_mut().for_each(|(t_s, _)| *t_s += shift_s);
         Ok(readings)
     }
 
-    /// All whole lines of the log; none if there is no row yet.
+    /// The readings in all whole lines of the log; none if there is no row yet.
     fn so_far(&self) -> Result<Vec<(f64, f64)>> {
         const HEADER_AND_TWO_ROWS: usize = 3;
         let text = whole_lines(&self.path)
@@ -103,21 +105,23 @@ impl GyroLog {
             return Ok(Vec::new());
         }
         let known = |name: &str| {
-            Column::from_name(name).filter(|it| matches!(it, Column::Time | Column::GyroZ))
+            Column::from_name(name).filter(|column| matches!(column, Column::Time | Column::GyroZ))
         };
         let required = [Column::Time, Column::GyroZ].map(|column| (column, column.name()));
         let short = text.lines().count() < HEADER_AND_TWO_ROWS;
-        // Two rows stand in for those that will come: the header is judged now.
+        // Two rows stand in for those that will come, so that the header is checked now.
         let text = if short { header_and_zeros(&text) } else { text };
         let table = Table::parse(&self.path, text.as_bytes(), known, Column::Time, &required)?;
         if short {
             return Ok(Vec::new());
         }
-        if self.seen == 0 {
+        if self.before == 0 {
             table.warnings.iter().for_each(ui::warn);
         }
         let reading = |cells: &[(Column, Option<f64>)]| {
-            let cell = |column| cells.iter().find(|it| it.0 == column).and_then(|it| it.1);
+            let cell = |wanted| {
+                cells.iter().find(|(column, _)| *column == wanted).and_then(|(_, value)| *value)
+            };
             Some((cell(Column::Time)?, cell(Column::GyroZ)?))
         };
         Ok(table.rows.iter().filter_map(|(_, cells)| reading(cells)).collect())
@@ -130,7 +134,7 @@ fn header_and_zeros(text: &str) -> String {
     format!("{header}\n{}\n{}\n", row(0), row(1))
 }
 
-/// Yaw rate by the wheels between samples: time, rate \[s, rad/s\].
+/// The yaw rate by the wheels, between samples: time, rate \[s, rad/s\].
 fn yaw_rates(wheels: &[Reckoned]) -> Vec<(f64, f64)> {
     let rate = |pair: &[Reckoned]| {
         let dt_s = pair[1].t_s - pair[0].t_s;
@@ -140,24 +144,23 @@ fn yaw_rates(wheels: &[Reckoned]) -> Vec<(f64, f64)> {
     wheels.windows(2).filter_map(rate).collect()
 }
 
-/// Standard deviation.
-fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
+fn standard_deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let n = values.clone().count().max(1) as f64;
     let mean = values.clone().sum::<f64>() / n;
-    (values.map(|it| (it - mean).powi(2)).sum::<f64>() / n).sqrt()
+    (values.map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// The shift at which both are most alike \[s\], and how alike they are, -1 to 1.
+/// The shift with the greatest correlation \[s\], and that correlation.
 fn best_shift_s(readings: &[(f64, f64)], rates: &[(f64, f64)], guess_s: f64) -> (f64, f64) {
-    let alike = |shift_s: f64| correlation(readings, rates, shift_s);
+    let score = |shift_s: f64| correlation(readings, rates, shift_s);
     let best_of = |tries: &mut dyn Iterator<Item = f64>| {
-        let scored = tries.map(|shift_s| (shift_s, alike(shift_s)));
-        scored.fold((guess_s, -1.0), |best, it| if it.1 > best.1 { it } else { best })
+        let scored = tries.map(|shift_s| (shift_s, score(shift_s)));
+        scored.fold((guess_s, -1.0), |best, tried| if tried.1 > best.1 { tried } else { best })
     };
     let steps = (REACH_S / COARSE_S) as i32;
     let mut best = best_of(&mut (-steps..=steps).map(|k| guess_s + f64::from(k) * COARSE_S));
     let mut step_s = COARSE_S / 4.0;
-    // To a tenth of a millisecond.
+    // Down to a tenth of a millisecond.
     while step_s > 1e-4 {
         let about = best.0;
         best = best_of(&mut (-4..=4).map(|k| about + f64::from(k) * step_s));
@@ -166,8 +169,8 @@ fn best_shift_s(readings: &[(f64, f64)], rates: &[(f64, f64)], guess_s: f64) -> 
     best
 }
 
-/// Whether a log with this shift has the whole run, to a tenth at each end. Else a turn to the right could be
-/// laid over one to the left that came before it.
+/// Whether a log with this shift covers the whole run, except for a tenth at each end. Otherwise
+/// the shift could match a turn to an earlier or later one.
 fn covers(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> bool {
     let ends = |of: &[(f64, f64)]| Some((of.first()?.0, of.last()?.0));
     let (Some((log0, log1)), Some((run0, run1))) = (ends(readings), ends(rates)) else {
@@ -177,7 +180,8 @@ fn covers(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> bool {
     log0 + shift_s <= run0 + slack_s && log1 + shift_s >= run1 - slack_s
 }
 
-/// Of the readings that lie within the wheels' time.
+/// The correlation of the readings with the yaw rate by the wheels, over the time of the wheels; -1
+/// if the log does not cover the run.
 fn correlation(readings: &[(f64, f64)], rates: &[(f64, f64)], shift_s: f64) -> f64 {
     if !covers(readings, rates, shift_s) {
         return -1.0;
@@ -233,7 +237,8 @@ mod tests {
         (0..550).map(at).collect()
     }
 
-    /// A log by a clock that is 43 s behind, begun 0.6 s before the run, with a bias and 3 % too much.
+    /// A log by a clock that is 43 s behind, begun 0.6 s before the run, with a bias and 3 % too
+    /// large a scale.
     fn log(turning: f64) -> tempfile::NamedTempFile {
         let mut text = String::from("t_s,gyro_z_rad_s\n");
         for k in 0..1200 {
@@ -247,15 +252,15 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_brings_the_clocks_together_and_leaves_bias_and_scale_alone() {
+    fn a_turn_aligns_the_clocks_and_leaves_bias_and_scale_alone() {
         let file = log(1.0);
         let mut log = GyroLog::new(file.path());
         let readings = log.take("spin", &wheels(1.0)).unwrap();
         // On ramps of 0.5 rad/s^2 a millisecond is 0.5 mrad/s.
         assert!((log.shift_s.unwrap() - 43.0).abs() < 1e-3, "{:?}", log.shift_s);
-        let cruise = readings.iter().find(|it| it.0 > 53.0).unwrap();
+        let cruise = readings.iter().find(|(t_s, _)| *t_s > 53.0).unwrap();
         assert!((cruise.1 - (1.03 * 0.5 + 0.02)).abs() < 1e-5, "{cruise:?}");
-        // The next run goes straight: the same clock.
+        // The next run goes straight, and uses the same shift.
         let file = super::tests::log(0.0);
         log.path = file.path().into();
         let readings = log.take("straight", &wheels(0.0)).unwrap();
@@ -263,20 +268,20 @@ mod tests {
     }
 
     #[test]
-    fn the_first_run_that_does_not_turn_is_laid_over_the_telemetry() {
+    fn a_first_run_without_a_turn_begins_with_the_telemetry() {
         let file = log(0.0);
         let readings = GyroLog::new(file.path()).take("rest", &wheels(0.0)).unwrap();
         assert!((readings[0].0 - 50.0).abs() < 1e-9);
     }
 
     #[test]
-    fn what_is_no_log_of_this_run_is_refused_with_its_name() {
+    fn a_file_that_is_not_a_log_of_this_run_is_refused_by_name() {
         let refused = |text: &str| {
             let file = tempfile::NamedTempFile::new().unwrap();
             std::fs::write(file.path(), text).unwrap();
             let mut log = GyroLog::new(file.path());
             let error = log.begin().and_then(|()| {
-                log.seen = 0;
+                log.before = 0;
                 log.take("spin", &wheels(1.0)).map(drop)
             });
             error.unwrap_err().to_string()
@@ -285,12 +290,13 @@ mod tests {
         assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,x\n").contains("line 3, column 2"));
         assert!(refused("t_s,gyro_z_rad_s\n0,0\n0.1,0\n").contains("got 2 readings"));
         let file = log(-1.0);
-        let taken = GyroLog::new(file.path()).take("spin", &wheels(1.0)).map(|it| it.len());
+        let taken =
+            GyroLog::new(file.path()).take("spin", &wheels(1.0)).map(|readings| readings.len());
         let error = taken.unwrap_err();
         assert!(error.to_string().contains("no turn in common in the run spin"));
         let error = GyroLog::new(Path::new("none.csv")).begin().unwrap_err();
         assert!(error.to_string().contains("none.csv"));
-        // One that has only been created, or has its header alone, is fine.
+        // A file that is empty, or has only its header, is accepted.
         for text in ["", "t_s,gyro_z_rad_s\n"] {
             std::fs::write(file.path(), text).unwrap();
             GyroLog::new(file.path()).begin().unwrap();

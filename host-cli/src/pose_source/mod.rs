@@ -1,7 +1,7 @@
-//! What measures where the robot is, and who puts it at its marks: for a calibration, a single run and a whole
-//! campaign alike.
+//! What measures where the robot is, and how it gets to its marks: for a calibration, a single run
+//! and a whole campaign alike.
 //!
-//! | source | sees the robot on its way | is asked at the end |
+//! | source | poses during the run | reading at the end |
 //! | --- | --- | --- |
 //! | [`camera`] | the simulator's overhead camera | |
 //! | [`track_file`] | a tracking system that appends to a file | |
@@ -10,8 +10,8 @@
 //! | [`nobody`] | | |
 //! | [`with_gyro`] | one of the others | and a yaw rate sensor that is logged to a file ([`gyro_log`]) |
 //!
-//! [`align`] brings a clock of their own to the robot's. What follows from a measurement is left to
-//! [`crate::calibrate`] and [`crate::survey`].
+//! [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
+//! to [`crate::calibrate`] and [`crate::survey`].
 
 pub mod align;
 pub mod camera;
@@ -36,29 +36,29 @@ use crate::error::{Error, Result};
 /// Where a robot is to be put.
 #[derive(Clone, Copy, Debug)]
 pub enum Mark<'a> {
-    /// At its line, as these words say.
+    /// At its line; the words complete the sentence "Put the robot ...".
     Line(&'a str),
-    /// Where a run of a plan begins.
+    /// At the start of a run of a plan.
     Run(&'a PlannedRun),
 }
 
-/// What to do with a run.
+/// Whether to drive a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Go {
     /// Drive it.
     Drive,
-    /// Leave it out this time.
+    /// Skip it this time.
     Skip,
 }
 
-/// What was measured of a run.
+/// The result of measuring a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Seen {
     /// Poses on the robot's clock; none if nothing was measured.
     Track(Vec<TrackSample>),
-    /// The run is to be driven again, and this one forgotten.
+    /// The run is to be discarded and driven again.
     Repeat,
-    /// The run is to be left out.
+    /// The run is to be skipped.
     Skip,
 }
 
@@ -71,24 +71,24 @@ pub struct Sigma {
     pub heading_rad: f64,
 }
 
-/// By whose clock poses come.
+/// The clock of the poses' times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseClock {
     /// The robot's.
     Robot {
-        /// How late they come is known, and taken off.
+        /// The delay of the poses is known, and already subtracted.
         delay_known: bool,
     },
-    /// One of their own.
+    /// The source's own.
     Own,
 }
 
 /// A yaw rate: time on the robot's clock, rate \[s, rad/s\].
 pub type YawRate = (f64, f64);
 
-/// Measures where the robot is, and has it put at its marks.
+/// A source of poses: measures where the robot is, and has it put at its marks.
 pub trait PoseSource {
-    /// Refuses what cannot measure anything, before the robot moves.
+    /// Refuses, before the robot moves, a source that cannot measure.
     fn check(&self) -> Result<()> {
         Ok(())
     }
@@ -96,47 +96,48 @@ pub trait PoseSource {
     /// Has the robot put at a mark.
     fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>>;
 
-    /// Notes how far the track has come before a run: the number of the first pose that will be of it.
+    /// Notes how far the track has come before a run; returns the number of the run's first pose.
     fn begin(&mut self) -> Result<usize> {
         Ok(0)
     }
 
-    /// What triggers it when a recording begins.
+    /// The trigger of the source, called when a recording begins.
     fn trigger(&self) -> Option<Trigger> {
         None
     }
 
-    /// Whether runs have measured poses without anybody being asked.
+    /// Whether poses are measured during runs, without asking anybody.
     fn sees(&self) -> bool {
         false
     }
 
-    /// How many poses have been seen so far; `None` if it does not see the robot on its way.
+    /// How many poses have been measured so far; `None` if none are measured during runs.
     fn count(&self) -> Result<Option<usize>> {
         Ok(None)
     }
 
-    /// The poses from this number on, by their own clock.
+    /// The poses from this number on, with times on [`pose_clock`](Self::pose_clock).
     fn poses_from(&self, _first: usize) -> Result<Vec<TrackSample>> {
         Ok(Vec::new())
     }
 
-    /// The same, refused if they are too few for what was driven, which `what` names.
+    /// As [`poses_from`](Self::poses_from), but an error if they are too few for the motion that
+    /// `what` names.
     fn poses_during(&self, first: usize, _what: &str) -> Result<Vec<TrackSample>> {
         self.poses_from(first)
     }
 
-    /// By whose clock poses come.
+    /// The clock of the poses' times.
     fn pose_clock(&self) -> PoseClock {
         PoseClock::Own
     }
 
-    /// Noise of the poses that it sees, where that is known.
+    /// The noise of these poses, if it is known.
     fn noise(&self) -> Option<Sigma> {
         None
     }
 
-    /// Reads how far the robot is off its line at the end, until `accept` takes what was read.
+    /// Reads how far the robot is off its line at the end, until `accept` accepts the reading.
     fn read_deviation<'a>(
         &'a mut self,
         clock: &'a Clock,
@@ -146,7 +147,7 @@ pub trait PoseSource {
     /// Reads how far the robot is ahead of its mark, and to the left of it \[m\].
     fn read_offset<'a>(&'a mut self, clock: &'a Clock) -> Waiting<'a, Result<[f64; 2]>>;
 
-    /// What is measured of a run that has just ended: the poses from `first` on, or what somebody answers.
+    /// Measures a run that has just ended: its poses from `first` on, or the answers of a person.
     fn measure<'a>(
         &'a mut self,
         clock: &'a Clock,
@@ -155,23 +156,24 @@ pub trait PoseSource {
         reckoned: &'a [Reckoned],
     ) -> Waiting<'a, Result<Seen>>;
 
-    /// How well the last run was measured, where only whoever measured it knows.
-    fn read_with(&self) -> Option<Sigma> {
+    /// The uncertainty of the last run's poses, if a person read them.
+    fn reading_sigma(&self) -> Option<Sigma> {
         None
     }
 
-    /// What a yaw rate sensor read during the run.
+    /// The readings of a yaw rate sensor during the run.
     fn yaw_rates(&mut self, _run: &str, _reckoned: &[Reckoned]) -> Result<Vec<YawRate>> {
         Ok(Vec::new())
     }
 
-    /// Whether it is the simulator's own, whose robot is a new one in each process, and as old as it likes.
+    /// Whether the source belongs to the simulator, whose robot is new in each process, with its
+    /// clock at zero.
     fn is_simulated(&self) -> bool {
         false
     }
 }
 
-/// Where and how the robot is to stand for a run.
+/// Asks a person to put the robot at the start of a run.
 fn ask_for(run: &PlannedRun) -> String {
     let deg = run.heading_rad.to_degrees().rem_euclid(360.0);
     let facing = match deg.round() as u32 {
@@ -186,12 +188,12 @@ fn ask_for(run: &PlannedRun) -> String {
     format!("{}: put the robot at its mark, {facing}{load}.", run.name)
 }
 
-/// The user wants no more for now.
+/// The error of a user who stops here.
 fn stopped() -> Error {
     Error::interrupted("stopped; the same command goes on from here")
 }
 
-/// Nobody can be asked by this source.
+/// The error of a source that reads nothing at the end.
 fn cannot_read<'a, T: 'a>() -> Waiting<'a, Result<T>> {
     Box::pin(async { Err(Error::new("nothing measures where the robot is at the end")) })
 }

@@ -1,4 +1,4 @@
-//! Nobody measures: poses are added to the files later.
+//! No source of poses: they are added to the files later.
 
 use campaign::plan::PlannedRun;
 use host_link::Clock;

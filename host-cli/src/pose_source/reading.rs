@@ -1,4 +1,4 @@
-//! What a person reads off a ruler or a tape, as typed in.
+//! What a person types in after reading a ruler or a tape.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use robot_model::calibration::Deviation;
 
 use crate::quantity::{Angle, Length, join_units};
 
-/// One length is the lateral offset, two are the paper's dx and dy.
+/// Reads a deviation: one length is the lateral offset, two are the paper's dx and dy.
 pub(super) fn parse_deviation(text: &str, sigma_m: f64) -> std::result::Result<Deviation, String> {
     let lengths: Vec<Length> = join_units(text)
         .iter()
@@ -20,7 +20,7 @@ pub(super) fn parse_deviation(text: &str, sigma_m: f64) -> std::result::Result<D
     }
 }
 
-/// A pose as typed: in metres and radians, the heading if it was read.
+/// A pose as typed, in metres and radians; the heading is optional.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reading {
     pub(super) x_m: f64,
@@ -28,7 +28,7 @@ pub(super) struct Reading {
     pub(super) heading_rad: Option<f64>,
 }
 
-/// What was answered after a run.
+/// The answer after a run.
 pub(super) enum Reply {
     Pose(Reading),
     Track(PathBuf),
@@ -38,7 +38,7 @@ pub(super) enum Reply {
     Quit,
 }
 
-/// What was answered when the heading alone was asked for.
+/// The answer to the question for the heading alone.
 pub(super) enum Heading {
     /// \[rad\], if it was read.
     Read(Option<f64>),
@@ -55,18 +55,18 @@ pub(super) fn parse_heading(text: &str) -> std::result::Result<Heading, String> 
         "q" | "quit" => Heading::Quit,
         angle => {
             no_decimal_comma(angle)?;
-            let angle = angle.parse::<Angle>().map_err(|it| it.to_string())?;
+            let angle = angle.parse::<Angle>().map_err(|error| error.to_string())?;
             Heading::Read(Some(angle.rad))
         }
     })
 }
 
-/// Refuses `1,795m`, as some write it: elsewhere a comma ends a number.
+/// Refuses a decimal comma, as in `1,795m`: elsewhere a comma separates numbers.
 fn no_decimal_comma(text: &str) -> std::result::Result<(), String> {
     let digits = text
         .as_bytes()
         .windows(3)
-        .any(|it| it[1] == b',' && it[0].is_ascii_digit() && it[2].is_ascii_digit());
+        .any(|three| three[1] == b',' && three[0].is_ascii_digit() && three[2].is_ascii_digit());
     if digits { Err(format!("`{text}`: write 1.8m, with a point, not 1,8m")) } else { Ok(()) }
 }
 
@@ -85,12 +85,16 @@ pub(super) fn parse_reply(text: &str) -> std::result::Result<Reply, String> {
     Ok(Reply::Track(text.into()))
 }
 
-/// `1.795m -12mm`, `1.795m -12mm 3deg`.
+/// Reads a pose: `1.795m -12mm`, or `1.795m -12mm 3deg`.
 pub(super) fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
     no_decimal_comma(text)?;
     let parts = join_units(text);
-    let length = |text: &str| text.parse::<Length>().map(|it| it.m).map_err(|it| it.to_string());
-    let angle = |text: &str| text.parse::<Angle>().map(|it| it.rad).map_err(|it| it.to_string());
+    let length = |text: &str| -> std::result::Result<f64, String> {
+        text.parse().map(|length: Length| length.m).map_err(|error| error.to_string())
+    };
+    let angle = |text: &str| -> std::result::Result<f64, String> {
+        text.parse().map(|angle: Angle| angle.rad).map_err(|error| error.to_string())
+    };
     let (x, y, heading) = match parts.as_slice() {
         [x, y] => (x, y, None),
         [x, y, heading] => (x, y, Some(heading)),
@@ -103,14 +107,14 @@ pub(super) fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
     Ok(Reading {
         x_m: length(x)?,
         y_m: length(y)?,
-        heading_rad: heading.map(|it| angle(it)).transpose()?,
+        heading_rad: heading.map(|heading| angle(heading)).transpose()?,
     })
 }
 
-/// A pose to the millimetre and the tenth of a degree.
+/// A pose as a person would read it, to the millimetre and the tenth of a degree.
 pub(super) fn as_read(pose: sim_target::plant::Pose) -> String {
     let deg = (pose.heading_rad.to_degrees() + 180.0).rem_euclid(360.0) - 180.0;
-    // Adding zero makes -0 a 0.
+    // Adding zero turns -0 into 0.
     let mm = |m: f64| (m * 1e3).round() + 0.0;
     let tenth = (deg * 10.0).round() / 10.0 + 0.0;
     format!("{}mm {}mm {tenth}deg", mm(pose.x_m), mm(pose.y_m))
@@ -162,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_asked_for_the_heading_may_as_well_leave() {
+    fn repeat_skip_and_quit_are_answers_to_the_question_for_the_heading() {
         assert!(matches!(parse_heading("3deg"), Ok(Heading::Read(Some(rad))) if rad > 0.05));
         assert!(matches!(parse_heading(""), Ok(Heading::Read(None))));
         assert!(matches!(parse_heading("Q"), Ok(Heading::Quit)));
@@ -174,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_tape_would_read_is_what_is_understood() {
+    fn a_pose_as_a_tape_would_read_it_is_understood() {
         let pose = sim_target::plant::Pose { x_m: 1.7949, y_m: -0.0002, heading_rad: 12.5 };
         assert_eq!(as_read(pose), "1795mm 0mm -3.8deg");
         let read = parse_pose(&as_read(pose)).unwrap();

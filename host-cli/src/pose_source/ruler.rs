@@ -1,4 +1,4 @@
-//! The simulator's ruler.
+//! The simulator's ruler: reads where the robot is at the end.
 
 use campaign::plan::PlannedRun;
 use host_link::Clock;

@@ -1,7 +1,9 @@
-//! A person with a ruler or a tape measure: where the robot stands before a run, and where after it.
+//! A person with a ruler or a tape measure: where the robot stands before a run, and where after
+//! it.
 //!
-//! After a line: how far it is off it. After a run of a campaign two poses, the first at its first sample, the last at its last one: the robot stands still at
-//! both. Between the pieces of a run it stands for a blink, which nobody can measure.
+//! After a line this is the distance from the line. A run of a campaign gets two poses, one at its
+//! first sample and one at its last: the robot stands still at both. The pauses between the pieces
+//! of a run are too short to measure in.
 
 use campaign::how_far;
 use campaign::plan::PlannedRun;
@@ -25,45 +27,45 @@ use crate::error::Result;
 use crate::quantity::{Length, join_units};
 use crate::ui;
 
-/// A person who measures.
+/// A person who measures with a tape or a ruler.
 pub struct Tape {
     /// Whether to ask before each run.
     confirm: bool,
-    /// Where the robot is a simulated one.
+    /// The laboratory of a simulated robot.
     lab: Option<Lab>,
-    /// How well the tape is read.
+    /// The uncertainty of a reading.
     sigma: Sigma,
     /// Where the robot stood before the run.
     start: Pose,
-    /// The last run was measured with the tape.
+    /// Whether the last run was measured with the tape.
     by_tape: bool,
-    /// It was said what is asked for.
-    told: bool,
+    /// Whether the axes and units were explained.
+    explained: bool,
 }
 
 impl Sigma {
-    /// A tape to the mark under the axle, and the robot's side against a line.
+    /// A tape from the start mark to the axle, and the robot's side against a line.
     pub const TAPE: Self = Self { position_m: 0.002, heading_rad: 0.01 };
 
-    /// A ruler whose marks are this far apart \[m\]: rounded to the nearest, and the eye that reads it.
+    /// A ruler whose marks are this far apart \[m\]: rounding to the nearest mark, and parallax.
     pub fn of_ruler(resolution_m: f64) -> Self {
         Self { position_m: resolution_m / 2.0, ..Self::TAPE }
     }
 }
 
 impl Tape {
-    /// Somebody who reads a tape this well; `lab` is that of a simulated robot.
+    /// A person who reads with this uncertainty; `lab` is that of a simulated robot.
     pub fn new(confirm: bool, sigma: Sigma, lab: Option<Lab>) -> Self {
-        Self { confirm, lab, sigma, start: Pose::ORIGIN, by_tape: false, told: false }
+        Self { confirm, lab, sigma, start: Pose::ORIGIN, by_tape: false, explained: false }
     }
 
-    /// Has the robot put at the mark of a run, or hears where it stands instead.
+    /// Has the robot put at the mark of a run, or asks where it stands instead.
     async fn put_at_its_mark(&mut self, clock: &Clock, run: &PlannedRun) -> Result<Go> {
         let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
-        if !self.told && (self.confirm || self.lab.is_some()) {
-            self.told = true;
+        if !self.explained && (self.confirm || self.lab.is_some()) {
+            self.explained = true;
             ui::note(format_args!(
                 "  x along the campaign's axis, y to its left, from the start mark to the middle of the axle; \
                  headings to the left\n  good to {} mm and {} mrad, one sigma (--position-sigma, \
@@ -82,7 +84,7 @@ impl Tape {
                 "q" | "quit" => return Err(stopped()),
                 pose => match parse_pose(pose) {
                     Ok(read) => {
-                        // A heading that was not read is that of the mark.
+                        // Without a heading, the mark's is assumed.
                         let heading_rad = read.heading_rad.unwrap_or(mark.heading_rad);
                         self.start = Pose::new(read.x_m, read.y_m, heading_rad);
                         break;
@@ -102,7 +104,7 @@ impl Tape {
         Ok(Go::Drive)
     }
 
-    /// Asks where the robot stands after a run; `reckoned` is the run by its wheels.
+    /// Asks where the robot stands after a run; `reckoned` is the run by dead reckoning.
     async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
         if let Some(lab) = &self.lab {
             ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
@@ -146,13 +148,13 @@ impl Tape {
         }
     }
 
-    /// Both ends of a run as poses; refuses an end that the wheels cannot have reached.
+    /// The poses at both ends of a run; an error if the wheels cannot have reached the end.
     fn ends(
         &mut self,
         end: Reading,
         reckoned: &[Reckoned],
     ) -> std::result::Result<Vec<TrackSample>, String> {
-        /// Wheels that are larger than they are said to be, and a crooked tape.
+        /// Allows for wheels that are larger than nominal, and for a crooked tape.
         const FARTHER: f64 = 1.25;
         const MARGIN_M: f64 = 0.1;
         let (Some(first), Some(last)) = (reckoned.first(), reckoned.last()) else {
@@ -160,8 +162,8 @@ impl Tape {
         };
         let rolled_m: f64 = reckoned
             .windows(2)
-            .map(|it| {
-                let (a, b) = (it[0].pose, it[1].pose);
+            .map(|pair| {
+                let (a, b) = (pair[0].pose, pair[1].pose);
                 (b.x_m - a.x_m).hypot(b.y_m - a.y_m)
             })
             .sum();
@@ -237,20 +239,20 @@ impl PoseSource for Tape {
         Box::pin(self.ask_where(clock, reckoned))
     }
 
-    fn read_with(&self) -> Option<Sigma> {
+    fn reading_sigma(&self) -> Option<Sigma> {
         self.by_tape.then_some(self.sigma)
     }
 }
 
-/// Why both ends of a run, as read, cannot well be those of the wheels: a digit, a sign.
+/// Why the ends of a run, as read, hardly agree with the wheels: perhaps a wrong digit or sign.
 fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
-    let sight = |it: &TrackSample| PoseMeasurement {
-        t_s: it.t_s,
-        position_m: Some([it.x_m, it.y_m]),
-        heading_rad: it.heading_rad,
+    let measured = |sample: &TrackSample| PoseMeasurement {
+        t_s: sample.t_s,
+        position_m: Some([sample.x_m, sample.y_m]),
+        heading_rad: sample.heading_rad,
     };
-    let wheels: Vec<Pose> = reckoned.iter().map(|it| it.pose).collect();
-    let off = doubtful(&sight(track.first()?), &sight(track.last()?), &wheels)?;
+    let wheels: Vec<Pose> = reckoned.iter().map(|reckoned| reckoned.pose).collect();
+    let off = doubtful(&measured(track.first()?), &measured(track.last()?), &wheels)?;
     Some(format!(
         "that is {} from where its wheels led: read it again; what is typed a second time is taken",
         how_far(off.position_m, off.heading_rad)
@@ -275,18 +277,18 @@ mod tests {
     #[test]
     fn an_end_that_the_wheels_cannot_have_reached_is_refused() {
         let at = |t_s: f64, x_m: f64| Reckoned { t_s, pose: Pose::new(x_m, 0.0, 0.0) };
-        // Out and back: where it stands is near, however far it rolled.
+        // Out and back: the robot ends near its start, although its wheels rolled far.
         let reckoned = [at(5.0, 0.0), at(6.0, 0.9), at(8.0, 0.0)];
-        let mut person = Tape::new(true, Sigma::TAPE, None);
+        let mut tape = Tape::new(true, Sigma::TAPE, None);
         let end = |x_m: f64| Reading { x_m, y_m: 0.0, heading_rad: None };
-        let said = person.ends(end(18.0), &reckoned).unwrap_err();
+        let said = tape.ends(end(18.0), &reckoned).unwrap_err();
         assert!(
             said.contains("18.00 m from where it started") && said.contains("1.80 m"),
             "{said}"
         );
-        assert_eq!(person.read_with(), None);
-        let track = person.ends(end(1.8), &reckoned).unwrap();
-        assert_eq!(track.iter().map(|it| it.t_s).collect::<Vec<_>>(), [5.0, 8.0]);
-        assert_eq!(person.read_with(), Some(Sigma::TAPE));
+        assert_eq!(tape.reading_sigma(), None);
+        let track = tape.ends(end(1.8), &reckoned).unwrap();
+        assert_eq!(track.iter().map(|sample| sample.t_s).collect::<Vec<_>>(), [5.0, 8.0]);
+        assert_eq!(tape.reading_sigma(), Some(Sigma::TAPE));
     }
 }

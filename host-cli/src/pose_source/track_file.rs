@@ -1,4 +1,4 @@
-//! A tracking system that appends to a file while the robot drives, by a clock of its own.
+//! A tracking system that appends poses to a file while the robot drives, by a clock of its own.
 
 use std::path::{Path, PathBuf};
 
@@ -14,16 +14,16 @@ use super::{Go, Mark, PoseSource, Seen, Sigma, cannot_read};
 use crate::error::{Error, Result};
 use crate::ui;
 
-/// A track of fewer poses is none of what was driven.
+/// With fewer poses the track is not of the drive.
 const POSES_MIN: usize = 10;
 
 /// A file to which a tracking system appends.
 pub struct TrackFile {
     /// The file.
     pub path: PathBuf,
-    /// Its noise, if it is known.
+    /// The noise of its poses, if it is known.
     pub noise: Option<Sigma>,
-    /// Whether to ask that the robot be put at its mark.
+    /// Whether to ask a person to put the robot at its mark.
     pub confirm: bool,
 }
 
@@ -100,7 +100,7 @@ impl PoseSource for TrackFile {
     }
 }
 
-/// A track of another run, or of another robot.
+/// The error of a track that is of another run or robot.
 pub(super) fn no_shift(path: &Path) -> Error {
     Error::new(format_args!("{} and the wheels have no motion in common", path.display()))
         .hint("is it the track of this run?")

@@ -1,4 +1,4 @@
-//! One source of poses, and a yaw rate sensor beside it.
+//! Any source of poses together with a yaw rate sensor that is logged to a file.
 
 use campaign::plan::PlannedRun;
 use host_link::Clock;
@@ -11,14 +11,14 @@ use super::gyro_log::GyroLog;
 use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate};
 use crate::error::Result;
 
-/// A source of poses with a yaw rate sensor that is logged to a file.
+/// A source of poses together with a logged yaw rate sensor.
 pub struct WithGyro {
     poses: Box<dyn PoseSource>,
     log: GyroLog,
 }
 
 impl WithGyro {
-    /// This source, and this log.
+    /// This source together with this log.
     pub fn new(poses: Box<dyn PoseSource>, log: GyroLog) -> Self {
         Self { poses, log }
     }
@@ -89,8 +89,8 @@ impl PoseSource for WithGyro {
         self.poses.measure(clock, first, run, reckoned)
     }
 
-    fn read_with(&self) -> Option<Sigma> {
-        self.poses.read_with()
+    fn reading_sigma(&self) -> Option<Sigma> {
+        self.poses.reading_sigma()
     }
 
     fn yaw_rates(&mut self, run: &str, reckoned: &[Reckoned]) -> Result<Vec<YawRate>> {

@@ -1,8 +1,8 @@
-//! Why a text is not the quantity that is wanted.
+//! Why a text is not the quantity that is expected.
 
 use std::fmt;
 
-/// Why a text is not the quantity that is wanted.
+/// Why a text is not the quantity that is expected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     pub(super) what: &'static str,
@@ -11,7 +11,7 @@ pub struct QuantityError {
     pub(super) example: &'static str,
 }
 
-/// What is wrong with it.
+/// What is wrong with the text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Problem {
     NoNumber,

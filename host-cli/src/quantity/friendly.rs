@@ -1,9 +1,10 @@
-//! Parameters as people read them: a ratio in per cent, a length in millimetres, an angle in mrad.
+//! Fitted values in the units that are easiest to read: a ratio in percent, a length in
+//! millimetres, an angle in mrad.
 
 use super::plus_minus;
 use super::print::DECIMALS_MAX;
 
-/// The factor and the unit in which a value of this size reads best.
+/// The factor and the unit in which a value of this size is easiest to read.
 pub fn scaled_unit(size: f64, unit: &str) -> (f64, String) {
     let milli = |name: &str| (1e3, name.to_owned());
     match unit {
@@ -25,14 +26,14 @@ pub fn friendly(value: f64, sigma: f64, unit: &str) -> String {
     format!("{} {name}", plus_minus(value * factor, sigma * factor)).trim_end().to_owned()
 }
 
-/// A value beside another one that is known to this sigma, with as many digits: `0.83 %`.
+/// An exact value, with the digits of another one that has this sigma: `0.83 %`.
 pub fn friendly_exact(value: f64, sigma: f64, unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     let decimals = super::decimals(sigma * factor);
     format!("{:.decimals$} {name}", value * factor).trim_end().to_owned()
 }
 
-/// Both ends of the 95 % interval of such a value: `0.80 to 0.88 %`.
+/// The 95 % interval of such a value: `0.80 to 0.88 %`.
 pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     let decimals = super::decimals(sigma * factor);
@@ -66,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_come_in_the_unit_in_which_they_read_best() {
+    fn values_have_the_unit_that_is_easiest_to_read() {
         assert_eq!(friendly(0.0084, 0.0002, "1"), "0.840 ± 0.020 %");
         assert_eq!(friendly(0.021, 0.001, "s"), "21.0 ± 1.0 ms");
         assert_eq!(friendly(1.546, 0.26, "rad/s"), "1.55 ± 0.26 rad/s");

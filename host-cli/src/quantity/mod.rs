@@ -1,6 +1,7 @@
-//! Quantities as people type them, with their units, and as people like to read them.
+//! Numbers with units: read as people type them, and written as people read them.
 //!
-//! A bare number is refused: `--dx 2.5` could be anything, `--dx 2.5cm` cannot.
+//! A number without a unit is refused: `--dx 2.5` could mean anything, `--dx 2.5cm` cannot. Which
+//! values make sense is left to the caller.
 
 mod error;
 mod friendly;

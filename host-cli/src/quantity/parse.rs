@@ -1,4 +1,4 @@
-//! From text to quantities.
+//! Reads quantities from text.
 
 use std::str::FromStr;
 
@@ -60,7 +60,7 @@ parse_ground_or_wheel!(
     "0.101rev/s^2 or 0.02m/s^2"
 );
 
-/// What is being parsed.
+/// The quantity that is parsed.
 struct Kind {
     what: &'static str,
     units: &'static [Units],
@@ -68,7 +68,7 @@ struct Kind {
 }
 
 impl Kind {
-    /// The value in SI units, and which list its unit stood in.
+    /// The value in SI units, and the index of the list that has its unit.
     fn parse(&self, text: &str) -> Result<(f64, usize), QuantityError> {
         let fail = |problem| QuantityError {
             what: self.what,
@@ -121,7 +121,7 @@ fn number_length(text: &str) -> usize {
     while digit(at) || bytes.get(at) == Some(&b'.') {
         at += 1;
     }
-    // An exponent counts only with a digit behind it, so that "3e" is a 3 with a strange unit.
+    // An exponent needs a digit after it, so that "3e" is a 3 with an unknown unit.
     if matches!(bytes.get(at), Some(b'e' | b'E')) {
         let digits = at + 1 + usize::from(sign(at + 1));
         if digit(digits) {

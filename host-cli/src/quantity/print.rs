@@ -1,25 +1,26 @@
-//! From quantities to text with as many digits as have meaning.
+//! Writes quantities with their significant digits.
 
 use std::f64::consts::TAU;
 use std::fmt;
 
 use super::Distance;
 
-/// With more decimals a number is written with its power of ten.
+/// A number with more decimals is written with its power of ten.
 pub(super) const DECIMALS_MAX: usize = 9;
 
-/// Decimals that show a sigma with two significant digits; six at most without one.
+/// The decimals that show a sigma with two significant digits; six if there is no sigma.
 pub fn decimals(sigma: f64) -> usize {
     if !(sigma > 0.0 && sigma.is_finite()) {
         return 6;
     }
-    // A sigma of 0.0996 rounds to 0.10: the power of ten is taken after rounding.
+    // The power of ten is taken after rounding: a sigma of 0.0996 rounds to 0.10.
     let text = format!("{sigma:.1e}");
     let power: i32 = text.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0);
     (1 - power).clamp(0, 12) as usize
 }
 
-/// `0.9919 ± 0.0041`: both with as many decimals as the sigma has meaning; `1.23e-15 ± 3.01e-16`, never a row of zeros.
+/// `0.9919 ± 0.0041`, with the decimals of the sigma's two significant digits;
+/// `1.23e-15 ± 3.01e-16` for very small numbers.
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     let decimals = decimals(sigma);
     if decimals > DECIMALS_MAX {
@@ -29,7 +30,8 @@ pub fn plus_minus(value: f64, sigma: f64) -> String {
 }
 
 impl fmt::Display for Distance {
-    /// As a person would have typed it: a unit's rounding (33.3 x 0.01 is not quite 0.333) is not shown.
+    /// As a person would type it: rounding by the unit (33.3 x 0.01 is not quite 0.333) is not
+    /// shown.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (value, unit) = match self {
             Self::Ground(m) => (*m, "m"),
@@ -61,7 +63,7 @@ impl LengthUnit {
         }
     }
 
-    /// This many to a metre.
+    /// How many of this unit are a metre.
     pub const fn per_m(self) -> f64 {
         match self {
             Self::Mm => 1000.0,

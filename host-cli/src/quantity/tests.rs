@@ -59,7 +59,7 @@ fn text_infinity_and_overflow_are_refused() {
 }
 
 #[test]
-fn values_show_as_many_digits_as_their_sigma_has_meaning() {
+fn values_show_the_digits_that_their_sigma_makes_significant() {
     assert_eq!(plus_minus(0.991_858, 0.004_065), "0.9919 ± 0.0041");
     assert_eq!(plus_minus(1.0, 0.0996), "1.00 ± 0.10");
     assert_eq!(plus_minus(1234.5, 120.0), "1234 ± 120");

@@ -1,8 +1,8 @@
-//! The units that are understood.
+//! Which units are known.
 
 use std::f64::consts::TAU;
 
-/// Names of units, and what one of each is in SI units.
+/// Names of units, and the value of each in SI units.
 pub(super) type Units = &'static [(&'static str, f64)];
 
 pub(super) const LENGTH: Units = &[

@@ -1,8 +1,8 @@
-//! One clock for all runs of a campaign, over interruptions.
+//! When a run began, on one clock for the whole campaign, even over interruptions.
 //!
-//! `started_s` of the first run is zero. Whoever goes on with a campaign, perhaps on another day and with
-//! a robot that was switched off meanwhile, finds the clock by the last run that is there: its file was
-//! finished when the run was.
+//! `started_s` of the first run is zero. A campaign that is continued, perhaps on another day and
+//! with a robot that was switched off meanwhile, takes the clock from its last run: the file was
+//! written when the run ended.
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -16,22 +16,22 @@ use crate::pose_source::PoseSource;
 /// The clock of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub struct CampaignClock {
-    /// What it shows at `since_us` of the session's clock \[s\].
+    /// The time that it shows at `since_us` of the session's clock \[s\].
     shown_s: f64,
     since_us: u64,
 }
 
-/// What is known of a campaign's runs so far.
+/// When the last run of a campaign ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LastRun {
     /// When it ended, on the campaign's clock \[s\].
     pub ended_s: f64,
-    /// How long ago that was, by its file \[s\].
+    /// How long ago that was, by the time of its file \[s\].
     pub ago_s: f64,
 }
 
 impl LastRun {
-    /// The last run of a folder whose runs have times.
+    /// The last run of a folder, of those that have a start time.
     pub fn of(folder: &Path, campaign: &Campaign) -> Option<Self> {
         let ended = campaign.runs.iter().filter_map(|run| {
             let (first, last) = (run.rows.first()?, run.rows.last()?);
@@ -39,8 +39,8 @@ impl LastRun {
         });
         let (run, ended_s) = ended.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let file = folder.join("runs").join(format!("{}.csv", run.name));
-        let written = std::fs::metadata(file).and_then(|it| it.modified());
-        let ago = written.ok().and_then(|it| SystemTime::now().duration_since(it).ok());
+        let written = std::fs::metadata(file).and_then(|metadata| metadata.modified());
+        let ago = written.ok().and_then(|written| SystemTime::now().duration_since(written).ok());
         Some(Self { ended_s, ago_s: ago.unwrap_or_default().as_secs_f64() })
     }
 }
@@ -51,19 +51,20 @@ impl CampaignClock {
         Self { shown_s, since_us }
     }
 
-    /// What it shows at a time of the session's clock \[s\].
+    /// The campaign's time at a time of the session's clock \[s\].
     pub fn at(&self, t_us: u64) -> f64 {
         self.shown_s + (t_us as f64 - self.since_us as f64) * 1e-6
     }
 }
 
-/// A run that is to start so soon after another may start at once \[s\].
+/// A run that is to start at most this long after another may start at once \[s\]: putting the
+/// robot back at its mark takes a while anyway.
 const SOON_S: f64 = 300.0;
 
-/// The clock that goes on where the campaign's last run left it.
+/// The clock of a campaign, continued after its last run.
 ///
-/// A simulated robot is a new one in each process, at time zero: it waits until it is as old as the
-/// campaign, so that clock and noise go on as if nobody had stopped.
+/// A simulated robot is new in each process, with its clock at zero: it waits until its clock shows
+/// the campaign's time, so that time and noise continue as if there had been no interruption.
 pub(super) async fn start_clock(
     session: &mut Session,
     source: &dyn PoseSource,
@@ -78,7 +79,6 @@ pub(super) async fn start_clock(
         return Ok(CampaignClock::new(last.ended_s + later_s, clock.now_us()));
     }
     let missing_s = later_s - last.ago_s;
-    // Whoever puts the robot back to its mark takes that little while anyway.
     if later_s > SOON_S && missing_s > 0.0 {
         return Err(Error::new(format_args!(
             "this run is to start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",

@@ -1,4 +1,4 @@
-//! What the wheels do in a piece of a run.
+//! The motion that drives a piece of a run.
 
 use host_link::Motion;
 pub use robot_model::recording::Piece;
@@ -6,8 +6,8 @@ use shared_proto::{TravelUnit, WheelPair};
 
 /// The motion that drives a piece; `None` for a rest.
 ///
-/// The speed of an arc is that of the body's middle, the speed of a spin that of the rims; the motion's is that
-/// of the faster wheel.
+/// The speed of an arc is that of the robot's middle, that of a spin is of the rims; the motion's
+/// is that of the faster wheel.
 pub fn motion(piece: &Piece, track_width_m: f64, acceleration_mps2: f64) -> Option<Motion> {
     if let Piece::Rest { .. } = piece {
         return None;

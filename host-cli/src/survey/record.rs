@@ -1,4 +1,6 @@
-//! The procedure: drives the runs of a plan that a campaign does not have yet.
+//! Records a campaign: drives the runs of a plan that its folder does not have yet.
+//!
+//! What the user sees is left to [`crate::command`].
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -25,20 +27,21 @@ use host_link::motion::{self, RecordOptions};
 pub struct RecordSettings {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
-    /// The plan is that of the whole campaign and is kept in its folder; else the runs are extra.
+    /// Whether the plan is that of the whole campaign, which is kept in its folder; otherwise its
+    /// runs are added.
     pub whole: bool,
-    /// Start at least this long after the last run that is there \[s\].
+    /// Start at least this long after the campaign's last run \[s\].
     pub later_s: f64,
-    /// Noise of the measured positions, where it is known \[m\].
+    /// Noise of the measured positions, if it is known \[m\].
     pub position_sigma_m: Option<f64>,
-    /// Noise of the measured headings, where it is known \[rad\].
+    /// Noise of the measured headings, if it is known \[rad\].
     pub heading_sigma_rad: Option<f64>,
-    /// Which robot it is, if it is a simulated one.
+    /// The simulated robot, if it is one.
     pub simulated: Option<Simulated>,
 }
 
 impl Default for RecordSettings {
-    /// 50 samples a second: a wheel at 0.4 m/s turns by 30 counts of 900 between two.
+    /// 50 samples per second: a wheel at 0.4 m/s turns by 30 of 900 counts between two.
     fn default() -> Self {
         Self {
             period_ms: 20,
@@ -51,31 +54,31 @@ impl Default for RecordSettings {
     }
 }
 
-/// Where the procedure is; told to whoever looks on.
+/// How far the procedure is, for the caller.
 #[derive(Debug)]
 pub enum RecordStep<'a> {
-    /// The new campaign's model has these effects: the robot compensates them already.
+    /// The robot compensates these effects already; they are in the model of the new campaign.
     Compensated(&'a [String]),
-    /// The robot compensates this effect by another value than when the campaign was begun.
+    /// The robot compensates another value of this effect than when the campaign began.
     CompensatedAnew(&'a str),
-    /// So many runs of the plan are there already.
+    /// The folder has this many runs of the plan already.
     GoesOn(usize),
-    /// A run begins: its place in the plan, from 1, and how many there are.
+    /// A run begins: its number in the plan, from 1, and the number of runs.
     Begins(usize, usize, &'a PlannedRun),
-    /// It is under way; the share that is done.
+    /// The run is under way, with the share that is done.
     Driving(f64),
-    /// It is in the folder.
+    /// The run is in the folder.
     Recorded {
-        /// Where.
+        /// Its file.
         path: &'a Path,
         /// Its samples.
         samples: usize,
         /// Samples with a measured pose.
         poses: usize,
-        /// Samples that the line was too slow for.
+        /// Samples that were dropped because the line was too slow.
         dropped: u32,
     },
-    /// It was left out.
+    /// The run was skipped.
     Skipped(&'a PlannedRun),
     /// Something that the user should know.
     Warning(&'a Warning),
@@ -88,7 +91,7 @@ pub struct RecordedRun {
     pub rows: Vec<Row>,
     /// When it began, on the session's clock \[us\].
     pub started_us: u64,
-    /// Samples that the line was too slow for.
+    /// Samples that were dropped because the line was too slow.
     pub dropped: u32,
 }
 
@@ -104,32 +107,32 @@ impl RecordedRun {
     }
 }
 
-/// What became of one run.
+/// The result of one run.
 #[derive(Clone, Debug)]
 pub enum Ran {
     /// It was recorded.
     Recorded(RecordedRun),
     /// It is to be driven again.
     Repeat,
-    /// It is to be left out.
+    /// It is to be skipped.
     Skip,
 }
 
-/// What came of it.
+/// What was recorded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Runs that were there before.
+    /// Runs of the plan that the folder had before.
     pub before: usize,
     /// Files of this call.
     pub recorded: Vec<PathBuf>,
-    /// Names of the runs left out.
+    /// Names of the runs that were skipped.
     pub skipped: Vec<String>,
-    /// Runs of this call without any measured pose.
+    /// Recorded runs without a measured pose.
     pub without_poses: usize,
 }
 
-/// Drives every run of the plan that the folder does not have, and puts each there as soon as it is
-/// complete. An error leaves all complete runs; the same call goes on with the rest.
+/// Drives every run of the plan that the folder does not have, and writes each as soon as it is
+/// complete. After an error all complete runs are kept; the same call goes on with the rest.
 pub async fn record_campaign(
     session: &mut Session,
     source: &mut dyn PoseSource,
@@ -166,7 +169,7 @@ pub async fn record_campaign(
             summary.skipped.push(run.name.clone());
             continue;
         };
-        if let Some(sigma) = source.read_with() {
+        if let Some(sigma) = source.reading_sigma() {
             let other = writer.keep_sigmas(sigma.position_m, sigma.heading_rad)?;
             other.iter().for_each(|warning| tell(RecordStep::Warning(warning)));
         }
@@ -187,8 +190,8 @@ pub async fn record_campaign(
     Ok(summary)
 }
 
-/// Opens the folder for this robot, and says what is odd about going on with it; with the campaign that is
-/// there, if it has a run.
+/// Opens the folder for this robot, with warnings if the robot has changed; also returns the
+/// campaign in it, if it has a run.
 async fn open_folder(
     session: &mut Session,
     source: &dyn PoseSource,
@@ -202,7 +205,7 @@ async fn open_folder(
     robot.position_sigma_m = settings.position_sigma_m.or(robot.position_sigma_m);
     robot.heading_sigma_rad = settings.heading_sigma_rad.or(robot.heading_sigma_rad);
     robot.simulated.clone_from(&settings.simulated);
-    // A simulated robot is another one with each seed, and it is the same campaign all the same.
+    // A simulated robot has another uid with each seed, and still belongs to the same campaign.
     if !source.is_simulated() {
         robot.uid = Some(hex(&session.identify().await?.uid));
     }
@@ -224,7 +227,8 @@ async fn open_folder(
     Ok((writer, there))
 }
 
-/// Has the robot put at the mark of a run and records it, again and again until nobody wants it repeated.
+/// Has the robot put at the mark of a run and records it, again until the user does not want it
+/// repeated.
 async fn ask_and_record(
     session: &mut Session,
     source: &mut dyn PoseSource,
@@ -247,7 +251,7 @@ async fn ask_and_record(
     }
 }
 
-/// Drives one run, has it measured, and leaves the robot standing still with its motors off.
+/// Drives one run, has it measured, and leaves the robot at standstill with its motors off.
 pub async fn record_run(
     session: &mut Session,
     source: &mut dyn PoseSource,
@@ -265,16 +269,16 @@ pub async fn record_run(
     let options = RecordOptions {
         period_ms,
         rest: Duration::from_secs_f64(PAUSE_S),
-        // It sees the pauses between the pieces as well.
+        // A camera records the pauses between the pieces as well.
         trigger: None,
     };
     let whole_s = run.duration_s(track_m, plan.acceleration_mps2);
     let mut telemetry = Vec::new();
     let mut done_s = 0.0;
-    for it in &run.pieces {
-        let piece_s = it.duration_s(track_m, plan.acceleration_mps2);
+    for piece in &run.pieces {
+        let piece_s = piece.duration_s(track_m, plan.acceleration_mps2);
         let mut at = |share: f64| progress(((done_s + share * piece_s) / whole_s).min(1.0));
-        match (it, piece::motion(it, track_m, plan.acceleration_mps2)) {
+        match (piece, piece::motion(piece, track_m, plan.acceleration_mps2)) {
             (Piece::Rest { duration_s }, _) => {
                 rest(session, *duration_s, period_ms, &mut telemetry, &mut at).await?;
             }
@@ -303,7 +307,7 @@ pub async fn record_run(
     Ok(Ran::Recorded(RecordedRun { rows, started_us, dropped }))
 }
 
-/// Stands still and records.
+/// Records the robot standing still.
 async fn rest(
     session: &mut Session,
     duration_s: f64,
@@ -311,12 +315,12 @@ async fn rest(
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<()> {
-    const LOOK_EVERY: Duration = Duration::from_millis(100);
+    const LISTEN_FOR: Duration = Duration::from_millis(100);
     let _stale = session.take_telemetry().count();
     session.request(Command::Subscribe { period_ms }).await?;
     let start_us = session.clock().now_us();
     loop {
-        session.listen(LOOK_EVERY).await?;
+        session.listen(LISTEN_FOR).await?;
         telemetry.extend(session.take_telemetry());
         let rested_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
         progress((rested_s / duration_s).min(1.0));
@@ -335,7 +339,7 @@ async fn rest(
     }
 }
 
-/// Refuses, before anything moves, what this robot may not do.
+/// Refuses, before anything moves, a plan beyond this robot's limits.
 fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
     let limits = config.limits;
     if plan.acceleration_mps2 > limits.acceleration_mps2_max {
@@ -347,9 +351,10 @@ fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
     }
     plan.check_durations(config.geometry.track_width_m)?;
     for run in &plan.runs {
-        for it in &run.pieces {
-            let motion = piece::motion(it, config.geometry.track_width_m, plan.acceleration_mps2);
-            // To rounding: a plan may go right up to the limit.
+        for piece in &run.pieces {
+            let motion =
+                piece::motion(piece, config.geometry.track_width_m, plan.acceleration_mps2);
+            // A plan may reach the limit; rounding must not refuse it.
             if let Some(motion) = motion
                 && motion.cruise > limits.speed_mps_max * (1.0 + 1e-9)
             {
@@ -364,6 +369,7 @@ fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
     Ok(())
 }
 
+/// Writes the plan into the folder; refused if its runs were recorded by another plan.
 fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
     let path = plan_path(folder);
     if path.exists() && has_runs {

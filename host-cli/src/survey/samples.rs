@@ -1,4 +1,4 @@
-//! Telemetry and measured poses as rows of a run file.
+//! Converts telemetry, measured poses and yaw rates into the rows of a run file.
 
 use robot_model::calibration::TrackSample;
 use shared_proto::{Config, Telemetry};
@@ -7,9 +7,10 @@ use crate::pose_source::Sigma;
 
 use campaign::{Column, RobotFile, Row};
 
-/// What `robot.toml` says of a robot with this configuration, whose poses have this noise if it is known.
+/// The `robot.toml` of a robot with this configuration, and with this noise of its poses if it is
+/// known.
 ///
-/// It has one encoder for both wheels, the left one: see [`on_one_encoder`].
+/// The file has one encoder for both wheels, the left one: see [`on_one_encoder`].
 pub fn robot_file(config: &Config, noise: Option<Sigma>) -> RobotFile {
     RobotFile {
         position_sigma_m: noise.map(|noise| noise.position_m),
@@ -30,8 +31,8 @@ pub fn columns(poses: bool, gyro: bool) -> Vec<Column> {
     columns
 }
 
-/// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose gets a row
-/// of its own. What is from before and after the telemetry is left out.
+/// Telemetry, measured poses and yaw rates, all on the robot's clock, in order of time; a pose has
+/// a row of its own. Poses and rates before or after the telemetry are dropped.
 pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)]) -> Vec<Row> {
     let (Some(first), Some(last)) = (telemetry.first(), telemetry.last()) else {
         return Vec::new();
@@ -49,8 +50,8 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)])
         .collect();
     let end_s = (last.t_us - start_us) as f64 * 1e-6;
     for sample in track {
-        // In whole microseconds: the same instants of two recordings have the same bits, however long
-        // the robot had been on.
+        // In whole microseconds, so that equal instants of two recordings have equal bits, however
+        // long the robot has been switched on.
         let t_s = ((sample.t_s * 1e6).round() - start_us as f64) * 1e-6;
         if (0.0..=end_s).contains(&t_s) {
             let (x_m, y_m) = (Some(sample.x_m), Some(sample.y_m));
@@ -68,18 +69,18 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)])
     merge_equal_times(rows)
 }
 
-/// A row with the right wheel's counts as the left one's encoder would count them: a file has one number
+/// A row with the right wheel's counts converted to the left wheel's encoder: a file has one number
 /// of counts per revolution for both wheels.
 pub fn on_one_encoder(row: &Row, config: &Config) -> Row {
-    let per_turn = config.encoder.map(|it| it.counts_per_rev * it.gear_reduction);
+    let per_turn = config.encoder.map(|encoder| encoder.counts_per_rev * encoder.gear_reduction);
     let mut row = *row;
     if per_turn.left != per_turn.right {
-        row.counts.right = row.counts.right.map(|it| it * per_turn.left / per_turn.right);
+        row.counts.right = row.counts.right.map(|counts| counts * per_turn.left / per_turn.right);
     }
     row
 }
 
-/// One row for each time: file times have microseconds, and increase.
+/// One row for each time: the times in a file are whole microseconds, and increase strictly.
 fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
     let mut merged: Vec<Row> = Vec::with_capacity(rows.len());
     for row in rows {
@@ -108,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wheels_with_different_encoders_that_turn_alike_have_the_same_counts() {
+    fn wheels_that_turn_equally_have_equal_counts_whatever_their_encoders() {
         let mut config = Config::default();
         config.encoder.left.counts_per_rev = 900.0;
         config.encoder.right.counts_per_rev = 1024.0;
@@ -116,7 +117,7 @@ mod tests {
         let written = on_one_encoder(&row, &config);
         assert_eq!(written.counts, WheelPair::both(Some(1800.0)));
         assert_eq!(robot_file(&config, None).counts_per_rev, 900.0);
-        // Encoders alike: to the last bit.
+        // With equal encoders the row does not change by a bit.
         config.encoder.right = config.encoder.left;
         assert_eq!(on_one_encoder(&row, &config), row);
     }

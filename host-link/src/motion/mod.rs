@@ -1,4 +1,7 @@
-//! Driving: arms, commands, keeps the motion alive, listens, and leaves the robot standing still.
+//! Drives a motion: arms the robot, commands and renews the motion, records telemetry, and leaves
+//! the robot standing still.
+//!
+//! What follows from the recording is left to the caller.
 
 mod rest;
 
@@ -18,18 +21,18 @@ use self::rest::{bring_to_rest, leave_as_found, stop_if_cancelled, wait_for_stop
 /// The robot stops by itself if it hears nothing for this long \[ms\].
 pub const TTL_MS: u16 = 200;
 
-/// The host renews a motion this often: of six in a time to live five may be lost, the shortest
-/// `protection.link_timeout_s` leaves room for one, and a line of
-/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries it.
+/// The host renews a motion this often: of the six renewals in a time to live, five may be lost;
+/// one fits into the shortest `protection.link_timeout_s`; and a line of
+/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries them.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
 
-/// From the command to the beginning of the recording: room to say it seven times.
+/// From the command to the beginning of the recording: enough to send the command seven times.
 const LEAD: Duration = Duration::from_millis(300);
 
-/// A motion whose command always came too late is given up after this many.
+/// A motion is given up after this many commands that arrived too late.
 const START_TRIES: u32 = 3;
 
-/// Telemetry that is this late will not come: twice the longest period there is.
+/// Telemetry that is this late will not come: twice the longest period.
 const TELEMETRY_LATE: Duration = Duration::from_secs(2);
 
 /// What to drive, on the wheels.
@@ -62,7 +65,7 @@ impl Motion {
     /// How long it takes, from a standing start \[s\].
     ///
     /// With d the farther wheel's distance, v the cruise speed and a the acceleration:
-    /// d/v + v/a where the ramps leave room for a cruise, else 2 sqrt(d/a).
+    /// d/v + v/a if the ramps leave room for a cruise, else 2 sqrt(d/a).
     pub fn duration_s(&self) -> f64 {
         let Self { distance, cruise, acceleration, .. } = *self;
         let distance = distance.left.abs().max(distance.right.abs());
@@ -73,7 +76,8 @@ impl Motion {
         }
     }
 
-    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a cruise.
+    /// How long each of its ramps takes, from a standing start \[s\]: v/a, or sqrt(d/a) without a
+    /// cruise.
     pub fn ramp_s(&self) -> f64 {
         let Self { distance, cruise, acceleration, .. } = *self;
         let distance = distance.left.abs().max(distance.right.abs());
@@ -86,11 +90,11 @@ impl Motion {
 pub struct Recording {
     /// Telemetry from a moment before the motion to a moment after it.
     pub telemetry: Vec<Telemetry>,
-    /// How it ended: at its target or by a stop. A fault is an error.
+    /// How the motion ended: at its target or by a stop. A fault is an error.
     pub end: MotionEnd,
 }
 
-/// Triggers a camera, so that its pictures count from the beginning of a recording.
+/// Triggers a camera, so that its images are numbered from the beginning of a recording.
 pub type Trigger = Rc<dyn Fn(u64)>;
 
 /// How to record a motion.
@@ -98,9 +102,10 @@ pub type Trigger = Rc<dyn Fn(u64)>;
 pub struct RecordOptions {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
-    /// Recording goes on this long before and after the motion, standing still.
+    /// How long to record the robot standing still before and after the motion.
     pub rest: Duration,
-    /// Told when the recording begins, on the robot's clock \[us\], before the robot is told to drive.
+    /// Called with the time at which the recording begins, on the robot's clock \[us\], before the
+    /// robot is commanded to drive.
     pub trigger: Option<Trigger>,
 }
 
@@ -112,8 +117,9 @@ impl Default for RecordOptions {
 
 /// Drives a motion to its end, with the motors off before and after.
 ///
-/// However this ends, by a fault, a [`Cancel`](crate::Cancel) or a lost link, the robot is left standing still. What it does
-/// on somebody else's command is left alone: a robot that moves already is an error, and nothing changes.
+/// However this ends, by a fault, a [`Cancel`](crate::Cancel) or a lost link, the robot is left
+/// standing still. A robot that is already moving, by another command, is an error, and nothing
+/// changes.
 pub async fn drive(
     session: &mut Session,
     motion: &Motion,
@@ -125,8 +131,7 @@ pub async fn drive(
     Ok(Recording { telemetry, end })
 }
 
-/// As [`drive`], but whoever calls has the telemetry even if this fails, added to what is there of motions
-/// before.
+/// As [`drive`], but appends the telemetry to the caller's, who has it even if this fails.
 pub async fn drive_into(
     session: &mut Session,
     motion: &Motion,
@@ -136,7 +141,7 @@ pub async fn drive_into(
 ) -> Result<MotionEnd> {
     let status = session.status().await?;
     if let Some(report) = status.fault {
-        // It may be braking for it still: the fault says more than that.
+        // The robot may still be braking for the fault, which says more than its state.
         return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
     }
     let found = status.state;
@@ -145,11 +150,11 @@ pub async fn drive_into(
     }
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
     let mut commanded = false;
-    // What was recorded before is no concern of this motion's.
+    // Telemetry of earlier motions must not be taken for this one's.
     let mut own = Vec::new();
     let outcome = drive_armed(session, motion, &options, &mut own, progress, &mut commanded).await;
     telemetry.append(&mut own);
-    // Where it failed for want of a link this fails too, and the robot has stopped by itself.
+    // If the link is lost, this fails as well, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let rest = match commanded {
             true => bring_to_rest(session, motion).await,
@@ -183,14 +188,15 @@ async fn drive_armed(
 
     let mut heard_us = session.clock().now_us();
     let mut last_us = 0;
-    /// Against a pull a wheel is steered by b c / 2 farther: by their ranges at most 5 m x 0.1 rad/m / 2.
+    /// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2
+    /// by their ranges.
     const STEERED: f64 = 1.25;
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
         telemetry.extend(session.take_telemetry());
         let now_us = session.clock().now_us();
-        // The robot's own clock says how far it is: an emulated one may be slower than the world.
+        // Progress is taken from the robot's clock: an emulated robot may be slower than real time.
         if let Some(frame) = telemetry.last()
             && frame.t_us != last_us
         {
@@ -207,7 +213,7 @@ async fn drive_armed(
         {
             break;
         }
-        // A motion that has just ended by a fault says so in the status below.
+        // If the motion has just ended by a fault, the status below says so.
         session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
     }
     let status = wait_for_stop(session, motion, true).await?;
@@ -226,10 +232,11 @@ async fn drive_armed(
     Ok(end)
 }
 
-/// Has the motion begin at a time of the robot's own clock, which it returns \[us\].
+/// Commands the motion to begin at a time on the robot's clock, and returns that time \[us\].
 ///
-/// So a command that had to be repeated begins no later, and the recording holds the same instants of
-/// the motion, whatever the line lost. `commanded` is true from when the robot may have heard of it.
+/// So a command that is repeated does not begin later, and the recording has the same instants of
+/// the motion, whatever the line lost. `commanded` is true as soon as the robot may have received
+/// the command.
 async fn start(
     session: &mut Session,
     motion: &Motion,
@@ -242,9 +249,9 @@ async fn start(
     let rest_us = options.rest.as_micros() as u64;
     let period_us = u64::from(options.period_ms.max(1)) * 1000;
     for attempt in 0..START_TRIES {
-        let now_us = first_sight(session, telemetry).await?;
-        // In step with the telemetry: its instants are the same ones of every motion.
-        // A line so full that the first word came too late gets four times as long for the next.
+        let now_us = latest_time_us(session, telemetry).await?;
+        // A multiple of the telemetry period, so that every recording has the same instants of its
+        // motion. If the command came too late on a busy line, the next one has four times as long.
         let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
         let start_us = now_us + ahead_us.next_multiple_of(period_us);
         let drive = Drive {
@@ -264,7 +271,7 @@ async fn start(
         *commanded = answer.is_ok();
         match answer {
             Ok(_) => return Ok(start_us),
-            // Too many copies of the command got lost.
+            // So many copies of the command were lost that its time had passed.
             Err(Refusal::Motion(MotionError::Start)) => {}
             Err(refusal) => return Err(Error::Refused { request: "drive", refusal }),
         }
@@ -272,8 +279,8 @@ async fn start(
     Err(Error::StartTooLate)
 }
 
-/// The time of the latest telemetry on the robot's clock \[us\]; the first may be still to come.
-async fn first_sight(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> Result<u64> {
+/// The time of the latest telemetry on the robot's clock \[us\]; waits for the first frame.
+async fn latest_time_us(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> Result<u64> {
     let give_up_us = session.clock().now_us() + TELEMETRY_LATE.as_micros() as u64;
     loop {
         telemetry.extend(session.take_telemetry());
@@ -287,7 +294,8 @@ async fn first_sight(session: &mut Session, telemetry: &mut Vec<Telemetry>) -> R
     }
 }
 
-/// Listens until the rest after the motion has come in whole; returns when it ends on the robot's clock.
+/// Listens until all telemetry of the rest after the motion has arrived; returns when that rest
+/// ends, on the robot's clock \[us\].
 async fn listen_to_the_end(
     session: &mut Session,
     start_us: u64,
@@ -311,9 +319,9 @@ async fn listen_to_the_end(
     }
 }
 
-/// When the motion that set off at `start_us` was over, by the telemetry \[us\].
+/// When the motion that began at `start_us` ended, by the telemetry \[us\].
 fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
-    // From the back: once it is over, it is over in all that follows.
+    // Searched from the end: after the motion no frame shows the robot moving.
     let over = |frame: &&Telemetry| frame.t_us > start_us && !is_moving(frame.state);
     telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
 }

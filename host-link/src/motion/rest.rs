@@ -1,4 +1,4 @@
-//! How a motion ends before its time, and what is taken back then.
+//! How a motion is ended early, and how the robot is brought to standstill.
 
 use shared_proto::{Command, State};
 
@@ -6,7 +6,8 @@ use super::{Motion, RENEW_EVERY, TTL_MS, is_moving};
 use crate::error::{Error, Left, Result};
 use crate::session::Session;
 
-/// Whoever sees this error brings the robot to a stand, and says how that went.
+/// An error if the session is cancelled. [`drive_into`](super::drive_into) then brings the robot to
+/// standstill, and replaces the state in the error by the one that it found.
 pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
     if session.is_cancelled() {
         return Err(Error::Cancelled(Left::In(State::Driving)));
@@ -14,12 +15,12 @@ pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
     Ok(())
 }
 
-/// Brakes, waits for the stand and takes the power off; the state in which the robot is then.
+/// Brakes, waits until the robot stands still, and disarms it; returns its state then.
 pub(super) async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> {
-    // Refused where a fault has stopped it already.
+    // Refused if a fault has stopped the robot already.
     let _refused = session.ask(Command::Stop).await?;
     if wait_for_stop(session, motion, false).await.is_err() {
-        // It answers and does not stop, or did not answer for long enough.
+        // The robot answers but does not stop, or has not answered for too long.
         let _refused = session.ask(Command::EmergencyStop).await?;
     }
     let _refused = session.ask(Command::Disarm).await?;
@@ -28,9 +29,9 @@ pub(super) async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Res
     Ok(state)
 }
 
-/// After a motion that never began: takes back what was asked for it, and nothing else.
+/// After a motion that never began: takes back the arming and the subscription, and nothing else.
 pub(super) async fn leave_as_found(session: &mut Session, found: State) -> Result<State> {
-    // To a robot that moves this would be a stop, and the motion is none of ours.
+    // Disarming a moving robot would stop it, and that motion is not ours.
     if found == State::Idle && session.status().await?.state == State::Armed {
         session.request(Command::Disarm).await?;
     }
@@ -38,7 +39,7 @@ pub(super) async fn leave_as_found(session: &mut Session, found: State) -> Resul
     Ok(session.status().await?.state)
 }
 
-/// Waits until the robot stands, for as long as its ramp takes and a little more.
+/// Waits until the robot stands still, for as long as its ramp takes and a little more.
 pub(super) async fn wait_for_stop(
     session: &mut Session,
     motion: &Motion,

@@ -1,5 +1,8 @@
-//! UMBmark: squares driven both ways, and what their ends say about wheels and track.
+//! UMBmark: drives squares both ways, corrects radii and track by where they end, and tests the
+//! correction.
 //!
+//! [`systematic`] has the equations, `square` drives one square.
+
 mod square;
 pub mod systematic;
 
@@ -18,37 +21,40 @@ use crate::pose_source::{Mark, PoseSource};
 use crate::survey::samples::robot_file;
 use crate::undo::{self, Undo};
 
-/// Where the procedure is.
+/// How far the procedure is, for the caller.
 #[derive(Debug)]
 pub enum UmbmarkStep<'a> {
-    /// Link, supply and state are good.
+    /// Link, supply and state are in order.
     Checked(&'a Checks),
-    /// A square is under way: after the correction or before, its number from 1, of how many; the share.
+    /// A square is under way: whether after the correction, its number from 1, the number of
+    /// squares, and the share that is done.
     Driving(bool, u16, u16, f64),
-    /// All squares of a set are measured.
+    /// All squares of a set are measured: whether after the correction, and what they say.
     Measured(bool, &'a Systematic),
     /// The correction is in use and was read back.
     Written(&'a GeometryConfig),
-    /// It survives power-off.
+    /// The correction survives power-off.
     Saved,
 }
 
-/// What came of it.
+/// The result of UMBmark.
 #[derive(Clone, Debug)]
 pub struct UmbmarkOutcome {
-    /// Before.
+    /// Before the correction.
     pub before: Systematic,
-    /// With the correction.
+    /// After the correction.
     pub after: Systematic,
     /// The geometry before and as corrected.
     pub geometry: [GeometryConfig; 2],
-    /// Whether the correction is saved; if not it made it no better, and the old one is back.
+    /// Whether the correction is saved; if not, it did not reduce the error, and the old geometry
+    /// is in use again.
     pub saved: bool,
-    /// The first set as a campaign, where tracks were measured.
+    /// The first set as a campaign, if tracks were measured.
     pub campaign: Option<Campaign>,
 }
 
-/// Drives squares both ways, corrects radii and track, drives them again, and keeps what is better.
+/// Drives squares both ways, corrects radii and track, drives them again, and keeps the better
+/// geometry.
 pub async fn umbmark(
     session: &mut Session,
     source: &mut dyn PoseSource,
@@ -65,7 +71,7 @@ pub async fn umbmark(
     let outcome = experiment(session, source, settings, &checks, tell).await;
     let saved = matches!(&outcome, Ok(outcome) if outcome.saved);
     if !saved && session.read_config().await.is_ok_and(|now| now != *config) {
-        // Without a link this fails; what is saved is untouched all the same.
+        // This fails without a link; the saved configuration is unchanged all the same.
         let _ = session.restore_config(ConfigOrigin::Saved).await;
     }
     outcome

@@ -1,4 +1,4 @@
-//! One square: driven side by side, its start and its end measured.
+//! Drives one square, one side after the other, and measures its start and its end.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
@@ -28,11 +28,11 @@ pub struct UmbmarkSettings {
     pub speed_mps: f64,
     /// Their acceleration \[m/s^2\].
     pub acceleration_mps2: f64,
-    /// Where the geometry before this one is remembered, so that it can be undone; `None`: nowhere.
+    /// The folder that remembers the old geometry for an undo; `None`: it is not remembered.
     pub undo_folder: Option<PathBuf>,
 }
 
-/// Which way round.
+/// The direction of the turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turning {
     /// Turns to the left.
@@ -43,13 +43,13 @@ pub(super) enum Turning {
 
 /// One square.
 pub(super) struct Square {
-    /// Its end, measured less reckoned, as seen from its start \[m\].
+    /// Its end, measured less dead reckoning, in the frame of its start \[m\].
     pub(super) error_m: [f64; 2],
-    /// Its track, where there is one.
+    /// Its track, if there is one.
     pub(super) run: Option<Run>,
 }
 
-/// The robot stands; long enough for a camera to average.
+/// How long the robot stands still, so that poses can be averaged.
 const STAND: Duration = Duration::from_millis(500);
 
 /// Drives one square and has its end measured.
@@ -67,14 +67,15 @@ pub(super) async fn square(
         Piece::Straight { travel_m: settings.side_m, speed_mps },
         Piece::Spin { turn_rad, speed_mps: speed_mps / 2.0 },
     ];
-    // It was put at its mark just now: what was seen before is from elsewhere.
+    // The robot was put at its mark just now: earlier poses are from elsewhere.
     let first = source.count()?.unwrap_or(0);
     let start = stand(session, source).await?;
     let started_us = session.clock().now_us();
     let mut telemetry = Vec::new();
     let pieces = side.repeat(4);
-    for (done, it) in pieces.iter().enumerate() {
-        let motion = piece::motion(it, config.geometry.track_width_m, settings.acceleration_mps2);
+    for (done, piece) in pieces.iter().enumerate() {
+        let motion =
+            piece::motion(piece, config.geometry.track_width_m, settings.acceleration_mps2);
         let Some(motion) = motion else { continue };
         let options = RecordOptions { period_ms: 20, rest: STAND / 2, ..RecordOptions::default() };
         motion::drive_into(session, &motion, options, &mut telemetry, &mut |share| {
@@ -84,7 +85,7 @@ pub(super) async fn square(
     }
     let end = stand(session, source).await?;
     let poses = reckoned(config, &telemetry);
-    let reckoned = poses.last().map_or(Pose::ORIGIN, |it| it.pose);
+    let reckoned = poses.last().map_or(Pose::ORIGIN, |last| last.pose);
     let end_m = end_m(session, source, start.zip(end)).await?;
     let run = match source.is_simulated() {
         true => Some(Run {
@@ -100,9 +101,9 @@ pub(super) async fn square(
     Ok(Square { error_m: [end_m[0] - reckoned.x_m, end_m[1] - reckoned.y_m], run })
 }
 
-/// Lets the robot stand until it was seen standing, and gives the mean of what was seen meanwhile.
+/// Lets the robot stand still until poses of it were measured, and returns their mean.
 async fn stand(session: &mut Session, source: &dyn PoseSource) -> Result<Option<Pose>> {
-    /// Enough for a mean, and how often to wait for so many.
+    /// Enough poses for a mean, and how often to wait for them.
     const POSES: usize = 3;
     const WAITS: usize = 10;
     let before = source.count()?;
@@ -115,29 +116,30 @@ async fn stand(session: &mut Session, source: &dyn PoseSource) -> Result<Option<
     before.map_or(Ok(None), |before| standing_pose(source, before))
 }
 
-/// Mean of the last poses that were seen of a robot that has stood since the one with number `from`;
-/// `None` where nobody sees it now.
+/// The mean of the last poses of a robot that has stood still since the pose with number `from`;
+/// `None` if the source has no poses.
 fn standing_pose(source: &dyn PoseSource, from: usize) -> Result<Option<Pose>> {
     const POSES: usize = 10;
     let Some(count) = source.count()? else { return Ok(None) };
     let track = source.poses_from(from.max(count.saturating_sub(POSES)).min(count))?;
-    let headings: Option<Vec<f64>> = track.iter().map(|it| it.heading_rad).collect();
-    let Some(headings) = headings.filter(|it| !it.is_empty()) else {
+    let headings: Option<Vec<f64>> = track.iter().map(|pose| pose.heading_rad).collect();
+    let Some(headings) = headings.filter(|headings| !headings.is_empty()) else {
         return Err(Error::new("the track has no pose with a heading of the robot at its mark")
             .hint("UMBmark needs heading_rad, and a tracking system that is running; or --measure ask"));
     };
     let n = headings.len() as f64;
-    // Headings of a robot that stands differ by noise alone: about the first, unwrapped.
+    // Headings of a robot that stands still differ by noise alone: averaged about the first,
+    // unwrapped.
     let about = headings[0];
-    let off = headings.iter().map(|it| (it - about).sin().atan2((it - about).cos()));
+    let off = headings.iter().map(|heading| (heading - about).sin().atan2((heading - about).cos()));
     Ok(Some(Pose {
-        x_m: track.iter().map(|it| it.x_m).sum::<f64>() / n,
-        y_m: track.iter().map(|it| it.y_m).sum::<f64>() / n,
+        x_m: track.iter().map(|pose| pose.x_m).sum::<f64>() / n,
+        y_m: track.iter().map(|pose| pose.y_m).sum::<f64>() / n,
         heading_rad: about + off.sum::<f64>() / n,
     }))
 }
 
-/// Where the robot is, as seen from where it started \[m\].
+/// Where the robot is, in the frame of its start \[m\].
 async fn end_m(
     session: &mut Session,
     source: &mut dyn PoseSource,
@@ -156,11 +158,11 @@ mod tests {
     use crate::pose_source::track_file::TrackFile;
 
     #[test]
-    fn a_robot_at_its_mark_is_not_where_it_was_before_it_was_put_there() {
+    fn poses_from_before_the_robot_was_put_at_its_mark_do_not_count() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let mut text = String::from("t_s,x_m,y_m,heading_rad\n");
         for k in 0..15 {
-            // Five pictures of the mark, after ten of where it was.
+            // Five poses at the mark, after ten from elsewhere.
             let pose = if k < 10 { "0.5,-0.2,0.3" } else { "0.1,0.2,0.05" };
             text += &format!("{}.5,{pose}\n", k);
         }
@@ -171,7 +173,7 @@ mod tests {
         for (is, want) in [(pose.x_m, 0.1), (pose.y_m, 0.2), (pose.heading_rad, 0.05)] {
             assert!((is - want).abs() < 1e-12, "{pose:?}");
         }
-        // Nothing was seen since: no pose, and not an old one.
+        // No pose since then: an error, and not an old pose.
         let error = standing_pose(&track, 15).unwrap_err().to_string();
         assert!(error.contains("no pose with a heading"), "{error}");
     }

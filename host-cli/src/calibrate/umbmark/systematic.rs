@@ -1,9 +1,10 @@
-//! What the ends of squares driven both ways say about wheels and track.
+//! What the ends of squares driven both ways say about wheels and track: the equations of UMBmark.
 //!
 //! # Equations
 //!
-//! A square of side L begins along x. Its end, measured less reckoned by the wheels, is e, the mean of
-//! several. If every leg bends by beta to the left and every turn is too wide by a, then to first order
+//! A square of side L begins along x. Its end, measured less dead reckoning, is e, the mean over
+//! several squares. If every leg bends by beta to the left and every turn is too wide by a, then to
+//! first order
 //!
 //! ```text
 //! left turns:  e = 2 L (a + beta) ( 1, -1)              (1)
@@ -18,20 +19,20 @@
 //! E_max,syst = max |e| of the two ways                                                  (5)
 //! ```
 //!
-//! The mean of both radii stays: a closed path says nothing about it. Source: Borenstein and Feng, UMBmark:
-//! a benchmark test for measuring odometry errors in mobile robots, 1995; (1) and (2) are derived anew
-//! for turns to the left positive, and use both coordinates.
+//! The mean of both radii stays: a closed path says nothing about it. Source: Borenstein and Feng,
+//! UMBmark: a benchmark test for measuring odometry errors in mobile robots, 1995; (1) and (2) are
+//! derived anew for turns to the left positive, and use both coordinates.
 
 use std::f64::consts::FRAC_PI_2;
 
 use shared_proto::GeometryConfig;
 
-/// What two sets of squares say.
+/// The systematic error of two sets of squares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Systematic {
-    /// Ends less reckoned ends of each square to the left \[m\].
+    /// Measured ends less dead reckoning, of each square to the left \[m\].
     pub left_m: Vec<[f64; 2]>,
-    /// Of each square to the right \[m\].
+    /// The same of each square to the right \[m\].
     pub right_m: Vec<[f64; 2]>,
     /// E_max,syst (5) \[m\].
     pub error_m: f64,
@@ -42,11 +43,11 @@ pub struct Systematic {
 }
 
 impl Systematic {
-    /// What these errors say.
+    /// The systematic error that follows from these ends.
     pub fn new(left_m: Vec<[f64; 2]>, right_m: Vec<[f64; 2]>, side_m: f64, track_m: f64) -> Self {
         let mean = |errors: &[[f64; 2]]| {
             let n = errors.len().max(1) as f64;
-            let sum = |k: usize| errors.iter().map(|it| it[k]).sum::<f64>() / n;
+            let sum = |k: usize| errors.iter().map(|error| error[k]).sum::<f64>() / n;
             [sum(0), sum(1)]
         };
         let (left, right) = (mean(&left_m), mean(&right_m));
@@ -66,7 +67,7 @@ impl Systematic {
         }
     }
 
-    /// The geometry with (3) and (4) in it, the mean radius as it was.
+    /// The geometry corrected by (3) and (4), with the mean radius as before.
     pub fn corrected(&self, in_use: &GeometryConfig) -> GeometryConfig {
         let wheel_weight = in_use.wheel_weight * self.wheel_ratio;
         GeometryConfig {
@@ -85,12 +86,12 @@ mod tests {
 
     use super::*;
 
-    /// Where a robot ends whose wheels and track are not as its odometry has them, less where it thinks
-    /// it ends: its exact path.
+    /// The end of a robot whose wheels and track differ from those of its odometry, less the end by
+    /// its odometry; exact.
     fn error_m(way: f64, side_m: f64, track_m: f64, true_track_m: f64, ratio: f64) -> [f64; 2] {
         let (mut x, mut y, mut h) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut roll = |left_m: f64, right_m: f64| {
-            // The mean of both wheels' true radii is as it should be.
+            // The mean of the true radii is the nominal one.
             let (left_m, right_m) =
                 (left_m * 2.0 / (1.0 + ratio), right_m * 2.0 * ratio / (1.0 + ratio));
             let (s, turn) = ((left_m + right_m) / 2.0, (right_m - left_m) / true_track_m);
@@ -112,13 +113,13 @@ mod tests {
         let in_use = Config::default().geometry;
         for (true_track_m, ratio) in [(0.380, 1.0), (0.372, 1.005), (0.368, 0.994)] {
             let errors = |way: f64| vec![error_m(way, 1.0, 0.372, true_track_m, ratio); 2];
-            let it = Systematic::new(errors(1.0), errors(-1.0), 1.0, 0.372);
-            let corrected = it.corrected(&in_use);
-            // First order: what is left is of the order of the error squared, 5 % of a 2 % error.
+            let systematic = Systematic::new(errors(1.0), errors(-1.0), 1.0, 0.372);
+            let corrected = systematic.corrected(&in_use);
+            // First order: the residual is of the order of the error squared, 5 % of a 2 % error.
             let (track, weight) =
                 (corrected.track_width_m / true_track_m, corrected.wheel_weight / ratio);
-            assert!((track - 1.0).abs() < 1e-3, "{track} {it:?}");
-            assert!((weight - 1.0).abs() < 3e-4, "{weight} {it:?}");
+            assert!((track - 1.0).abs() < 1e-3, "{track} {systematic:?}");
+            assert!((weight - 1.0).abs() < 3e-4, "{weight} {systematic:?}");
             let mean = corrected.wheel_radius_m * (1.0 + corrected.wheel_weight) / 2.0;
             assert!((mean / 0.036 - 1.0).abs() < 1e-12);
         }
@@ -126,7 +127,8 @@ mod tests {
 
     #[test]
     fn a_perfect_robot_has_no_systematic_error_and_is_left_alone() {
-        let it = Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
-        assert_eq!((it.error_m, it.wheel_ratio, it.track_ratio), (0.0, 1.0, 1.0));
+        let Systematic { error_m, wheel_ratio, track_ratio, .. } =
+            Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
+        assert_eq!((error_m, wheel_ratio, track_ratio), (0.0, 1.0, 1.0));
     }
 }

@@ -1,4 +1,6 @@
-//! `beeline calibrate`
+//! `beeline calibrate`: checks the options, runs the calibration and shows its result.
+//!
+//! The procedure itself is [`crate::calibrate`].
 
 mod next;
 mod outcome;
@@ -35,7 +37,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     // Before the robot moves: a picture that cannot be written must not cost a calibration.
     check_writable(&args.output)
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
-    // Connecting takes a robot from whoever drives it: what cannot be is refused before.
+    // Connecting takes the robot from the host that drives it: wrong options are refused before.
     if !common.port.is_sim() {
         pose_source::of_calibration(args, None)?;
     }

@@ -1,4 +1,4 @@
-//! What to do next: never what has just been done.
+//! What a user can do after a calibration. Never suggests what was just done.
 
 use robot_model::calibration::Source;
 
@@ -9,25 +9,25 @@ use crate::port::Port;
 use crate::ui::{DIM, paint, say};
 use crate::words;
 
-/// The seed that is suggested, and the one for whoever has just used it.
+/// The seed that is suggested, and the one for a user who has just used it.
 const OTHER_SEEDS: [u64; 2] = [7, 8];
 
-/// What would make W_T more certain, one thought a line.
+/// Says what would make W_T more certain, one suggestion a line.
 pub(super) fn advise(outcome: &Outcome) {
     if outcome.basis != Basis::OneRun {
-        // The advice is about one run by itself.
+        // The advice is about a single run.
         say(format_args!("           {}", outcome.basis));
         return;
     }
-    for thought in words::advice(&outcome.before.wheel_weight.advice).split("; ") {
-        say(format_args!("           {thought}"));
+    for suggestion in words::advice(&outcome.before.wheel_weight.advice).split("; ") {
+        say(format_args!("           {suggestion}"));
     }
     if outcome.before.wheel_weight.advice.dominating == Source::Wander {
         say("           beeline calibrate --runs 4 does that");
     }
 }
 
-/// What to try after a measurement from which nothing follows.
+/// What to try after a measurement that cannot tell whether W_T is wrong.
 pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> String {
     let weight = &outcome.before.wheel_weight;
     match outcome.basis {
@@ -45,7 +45,7 @@ pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Stri
     }
 }
 
-/// What to try after a new W_T that made it no better.
+/// What to try after a new W_T that made the robot no straighter.
 pub(super) fn after_no_better(args: &CalibrateArgs) -> &'static str {
     match (args.out_and_back, args.runs) {
         (false, None | Some(1)) => {
@@ -58,7 +58,7 @@ pub(super) fn after_no_better(args: &CalibrateArgs) -> &'static str {
     }
 }
 
-/// Commands to try after a calibration that went well.
+/// Suggests commands after a successful calibration.
 pub(super) fn say_steps(common: &Common, args: &CalibrateArgs) {
     let steps = match common.port {
         Port::Sim(_) => on_simulator(common, args),
@@ -92,7 +92,7 @@ fn on_simulator(common: &Common, args: &CalibrateArgs) -> Vec<(String, &'static 
         ),
     };
     let first = match &common.flash {
-        // A robot that remembers drives straight now: to measure it once more says no more than that.
+        // A robot with a flash drives straight now: measuring it again would only confirm that.
         Some(flash) => (
             format!("calibrate --undo --flash {}{scenario}", flash.display()),
             "put the old W_T back",

@@ -1,4 +1,4 @@
-//! What came of a calibration: for people, for machines, and as a picture.
+//! The result of a calibration: as text, as JSON, and as a picture.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use campaign::file::write_whole;
 
-/// Says what came of it, and draws it.
+/// Prints the result, and draws it.
 pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()> {
     let after = match &outcome.decision {
         Decision::Corrected(after) => Some(after),
@@ -155,7 +155,7 @@ fn report(
     }
 }
 
-/// What came of it, for machines; with the picture if one was drawn.
+/// The result as JSON, with the file of the picture if one was drawn.
 fn to_json(outcome: &Outcome, picture: Option<&Path>) -> Value {
     let run = |measurement: &Measurement| {
         let end = measurement.run.end;

@@ -1,4 +1,4 @@
-//! What the user is told while a calibration goes on.
+//! What the user is told during a calibration.
 
 use crate::calibrate::{CalibrateStep, Checks, Measurement, Pass, Settings, plausibility};
 use crate::cli::{CalibrateArgs, Common};
@@ -7,12 +7,12 @@ use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, Progress, note, paint, warn};
 use crate::words;
 
-/// Tells the user what is going on.
+/// Tells the user how far the calibration is.
 pub(super) struct Teller {
     quiet: bool,
     forgets: bool,
     distance: String,
-    /// Drives with the W_T that was there.
+    /// Drives with the old W_T.
     drives: u32,
     progress: Option<Progress>,
 }
@@ -108,7 +108,7 @@ impl Teller {
                     warn(doubt);
                 }
             }
-            // What it says takes both ways: see the verdict.
+            // Only both ways together say something: see the verdict.
             Pass::Back => {}
             Pass::After => {
                 note(format_args!(

@@ -109,8 +109,8 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
     // Raw counts of a robot that has another geometry by now are explained by the same effects.
     let value = |json: &serde_json::Value, id: &str| {
         let effects = json["effects"].as_array().unwrap();
-        let it = effects.iter().find(|it| it["effect"] == id).unwrap();
-        it["parameters"][0]["value"].as_f64().unwrap()
+        let effect = effects.iter().find(|effect| effect["effect"] == id).unwrap();
+        effect["parameters"][0]["value"].as_f64().unwrap()
     };
     let fitted = "model add wheel_radius_ratio track_width robot --json";
     let json = desk.run(fitted).ok().json();
@@ -259,7 +259,7 @@ fn a_robot_that_is_pulled_aside_drives_straight_after_apply() {
     assert!(model.contains("id = \"heading_pull\"\n"), "{model}");
     let json = desk.run("explain after --json").ok().json();
     let steps = json["steps"].as_array().unwrap();
-    assert!(steps.iter().all(|it| it["effect"] != "heading_pull"), "{json}");
+    assert!(steps.iter().all(|step| step["effect"] != "heading_pull"), "{json}");
     desk.run("apply after --yes --flash flash").ok();
     let again = geometry(&desk, "heading_pull_rad_per_m");
     assert!((again / pull - 1.0).abs() < 0.2, "{pull} {again}");

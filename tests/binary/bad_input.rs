@@ -200,7 +200,7 @@ fn an_error_under_json_is_one_value_too() {
     ] {
         let value = desk.run(arguments).json();
         assert!(
-            value[field].as_str().is_some_and(|it| it.contains(expected)),
+            value[field].as_str().is_some_and(|text| text.contains(expected)),
             "{arguments}: {value}"
         );
     }

@@ -58,7 +58,7 @@ fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
     assert_eq!(campaign.robot.position_sigma_m, Some(0.001));
     assert_eq!(campaign.robot.heading_sigma_rad, Some(0.002));
     let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
-    assert!(began.windows(2).all(|it| it[1] > it[0] + 1.0), "{began:?}");
+    assert!(began.windows(2).all(|pair| pair[1] > pair[0] + 1.0), "{began:?}");
     let poses = |run: usize| campaign.runs[run].rows.iter().filter_map(|row| row.heading_rad);
     let north = poses(1).next().unwrap();
     // Ten sigma of the camera, put there to half a milliradian.
@@ -81,7 +81,7 @@ fn a_run_of_several_pieces_is_recorded_whole() {
     assert!((most - counts[0] - 1194.0).abs() < 10.0, "{} {most}", counts[0]);
     assert!((counts[counts.len() - 1] - counts[0]).abs() < 10.0);
     // 2.2 s a way, a second of rest or so round each, and no hole between them.
-    let steps = rows.windows(2).map(|it| it[1].t_s - it[0].t_s);
+    let steps = rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
     assert!(rows[rows.len() - 1].t_s > 4.4, "{}", rows[rows.len() - 1].t_s);
     assert!(steps.fold(0.0, f64::max) < 1.0);
 }

@@ -79,6 +79,8 @@ pub fn words(line: &str) -> Vec<&str> {
     let quoted = |(index, part): (usize, &'_ str)| index % 2 == 1 && !part.is_empty();
     let parts = line.split('"').enumerate();
     parts
-        .flat_map(|it| if quoted(it) { vec![it.1] } else { it.1.split_whitespace().collect() })
+        .flat_map(
+            |part| if quoted(part) { vec![part.1] } else { part.1.split_whitespace().collect() },
+        )
         .collect()
 }

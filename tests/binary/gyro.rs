@@ -38,7 +38,7 @@ fn what_is_wrong_with_a_gyro_is_found_in_a_campaign_that_was_recorded_with_it() 
     let answer = desk.run("explain robot --json").ok().json();
     for (effect, truth) in [("gyro_bias", 0.01), ("gyro_scale", 0.02)] {
         let steps = answer["steps"].as_array().unwrap();
-        let step = steps.iter().find(|it| it["effect"] == effect);
+        let step = steps.iter().find(|step| step["effect"] == effect);
         let step = step.unwrap_or_else(|| panic!("{effect}: {answer:#}"));
         assert_eq!(step["class"], serde_json::json!([effect]));
         let value = |name: &str| step["parameters"][0][name].as_f64().unwrap();

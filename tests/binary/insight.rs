@@ -112,11 +112,11 @@ fn runs_that_a_plan_keeps_aside_are_judged_by_themselves_everywhere() {
     assert_eq!(toml.matches("held_out = true").count(), 2, "{toml}");
 
     let explained = desk.run("explain robot").ok().stdout;
-    let line = explained.lines().find(|it| it.contains("on the 2 runs kept aside (spin)"));
+    let line = explained.lines().find(|line| line.contains("on the 2 runs kept aside (spin)"));
     let line = line.unwrap_or_else(|| panic!("{explained}"));
     // 1 % of a turn is 63 mrad; twice that at the end, a third of it in root mean square.
     let mrad: Vec<f64> =
-        line.split(" mrad").filter_map(|it| it.rsplit(' ').next()?.parse().ok()).collect();
+        line.split(" mrad").filter_map(|text| text.rsplit(' ').next()?.parse().ok()).collect();
     assert!(mrad.len() == 2 && mrad[0] > 5.0 && mrad[1] < 0.5 * mrad[0], "{line}");
     let json = desk.run("explain robot --format json").ok().json();
     assert_eq!(violation(&json), None);

@@ -55,7 +55,7 @@ fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() 
     let ahead = "1m\n12mm -3mm 1deg\n500 3\n5m 0m\n50.8cm -4mm 2mm\n50.8cm -4mm\ntwo\n2\n2.5deg\n";
     let outcome = record(&desk, &format!("{ahead}\n0mm 0.497m 91deg\n\n1mm 2mm\n\n")).ok();
     let warnings: Vec<&str> =
-        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+        outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     for (warning, expected) in warnings.iter().zip([
         "`1m` is no pose",
         "no unit",
@@ -93,7 +93,7 @@ fn what_the_wheels_contradict_is_asked_again_and_taken_when_typed_twice() {
     let north = "\n0m -0.5m 90deg\n0m -0.5m 90deg\n";
     let outcome = record(&desk, &format!("{ahead}{north}\n0m 0m 90deg\n0m 0m\n1deg\n")).ok();
     let warnings: Vec<&str> =
-        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+        outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     let [ahead, north, spin] = warnings[..] else { panic!("{outcome:#?}") };
     for (warning, off) in [(ahead, " degrees from where"), (north, " m from"), (spin, " degrees")] {
         assert!(warning.contains(off) && warning.contains("read it again"), "{warning}");
@@ -199,7 +199,7 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
         .filter_map(|line| line.trim().strip_prefix("a tape would read "))
         .collect();
     assert_eq!(read.len(), 6, "{practice:#?}");
-    let answers: String = read.iter().map(|it| format!("\n{it}\n")).collect();
+    let answers: String = read.iter().map(|line| format!("\n{line}\n")).collect();
     record("robot", &answers);
     let compared = desk.run("compare robot").ok().stdout;
     assert!(compared.contains("05_left_3"), "{compared}");
@@ -211,13 +211,13 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
         .find(|class| class.as_array().unwrap().iter().any(|id| id == "wheel_radius_ratio"));
     let class = class.unwrap_or_else(|| panic!("{answer:#}"));
     for id in ["heading_pull", "turn_asymmetry"] {
-        assert!(class.as_array().unwrap().iter().any(|it| it == id), "{answer:#}");
+        assert!(class.as_array().unwrap().iter().any(|member| member == id), "{answer:#}");
     }
     assert!(!answer["next_run"].is_null(), "{answer:#}");
     // The next run is to be driven by the robot that was recorded.
     let said = desk.run("explain robot").ok().stdout;
     let next = said.lines().find(|line| line.contains("beeline campaign record robot --run"));
-    assert!(next.is_some_and(|it| it.ends_with(" --port sim:unequal.toml")), "{said}");
+    assert!(next.is_some_and(|command| command.ends_with(" --port sim:unequal.toml")), "{said}");
 }
 
 #[test]

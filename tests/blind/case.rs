@@ -79,7 +79,7 @@ pub struct Case {
 
 /// The cases of a benchmark: effects take turns, the seed draws the rest.
 pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
-    let whole: f64 = Kind::SHARES.iter().map(|it| it.1).sum();
+    let whole: f64 = Kind::SHARES.iter().map(|entry| entry.1).sum();
     let mut kinds = Vec::new();
     let mut upto = 0.0;
     for (kind, share) in Kind::SHARES {
@@ -108,7 +108,7 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
 /// Two effects that are not one and the same on this robot.
 fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
     let first = inside[turn % inside.len()];
-    let differs = |it: &&HiddenEffect| **it != first && !same(first, **it);
+    let differs = |other: &&HiddenEffect| **other != first && !same(first, **other);
     let others: Vec<HiddenEffect> = inside.iter().filter(differs).copied().collect();
     vec![first, others.choose(rng).copied().unwrap_or(first)]
 }
@@ -126,23 +126,25 @@ mod tests {
     fn the_default_benchmark_has_two_hundred_sound_robots_and_every_effect_in_every_strength() {
         let cases = cases(1, 420);
         assert_eq!(cases.len(), 420);
-        let count = |kind: Kind| cases.iter().filter(|it| it.kind == kind).count();
+        let count = |kind: Kind| cases.iter().filter(|case| case.kind == kind).count();
         assert_eq!(count(Kind::Nothing) + count(Kind::Nuisance), 200);
         for kind in [Kind::Strong, Kind::Medium, Kind::Weak] {
             for effect in inside() {
                 assert!(
-                    cases.iter().any(|it| it.kind == kind && it.effects == [effect]),
+                    cases.iter().any(|case| case.kind == kind && case.effects == [effect]),
                     "{effect}"
                 );
             }
         }
-        assert!(cases.iter().filter(|it| it.kind == Kind::Two).all(|it| it.effects.len() == 2));
+        assert!(
+            cases.iter().filter(|case| case.kind == Kind::Two).all(|case| case.effects.len() == 2)
+        );
     }
 
     #[test]
     fn the_same_seed_hides_the_same_and_another_one_something_else() {
         let effects =
-            |seed| cases(seed, 100).into_iter().flat_map(|it| it.effects).collect::<Vec<_>>();
+            |seed| cases(seed, 100).into_iter().flat_map(|case| case.effects).collect::<Vec<_>>();
         assert_eq!(effects(7), effects(7));
         assert_ne!(effects(7), effects(8));
     }

@@ -76,7 +76,7 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
     scenario.placement =
         PlacementParameters { heading_sigma_rad: 0.02, position_sigma_m: 0.01, ..placement };
     // Every other robot has a gyro, and those have one whose gyro is the matter.
-    let gyro_is_hidden = effects.iter().any(|it| it.id().starts_with("gyro_"));
+    let gyro_is_hidden = effects.iter().any(|effect| effect.id().starts_with("gyro_"));
     if rng.random_bool(0.5) || gyro_is_hidden {
         scenario.gyro = Some(GyroParameters { rate_hz: GYRO_HZ, ..GyroParameters::default() });
     }

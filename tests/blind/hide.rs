@@ -11,12 +11,12 @@ pub const REFERENCE: f64 = 1.0;
 
 /// Effects of the catalogue.
 pub fn inside() -> Vec<HiddenEffect> {
-    HiddenEffect::ALL.iter().copied().filter(|it| it.is_in_catalogue()).collect()
+    HiddenEffect::ALL.iter().copied().filter(|effect| effect.is_in_catalogue()).collect()
 }
 
 /// Effects outside the catalogue.
 pub fn outside() -> Vec<HiddenEffect> {
-    HiddenEffect::ALL.iter().copied().filter(|it| !it.is_in_catalogue()).collect()
+    HiddenEffect::ALL.iter().copied().filter(|effect| !effect.is_in_catalogue()).collect()
 }
 
 /// One effect to be hidden.

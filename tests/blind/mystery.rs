@@ -29,7 +29,7 @@ impl Mystery {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x6d79_7374_6572_7900);
         // What is wrong with a robot's yaw rate sensor does not bend its path.
         let effects: Vec<_> =
-            inside().into_iter().filter(|it| !it.id().starts_with("gyro_")).collect();
+            inside().into_iter().filter(|effect| !effect.id().starts_with("gyro_")).collect();
         let effect = *effects.choose(&mut rng).expect("the catalogue is not empty");
         let hidden = Hidden { effect, strength: rng.random_range(1.0..2.0), seed };
         Self { seed, hidden }
@@ -89,7 +89,8 @@ pub fn seal(text: &str) -> String {
 pub fn read_sealed(text: &str) -> Result<(u64, String), String> {
     let field = |name: &str| {
         let line = text.lines().find_map(|line| line.strip_prefix(name)?.trim().strip_prefix('='));
-        line.map(|it| it.trim().trim_matches('"').to_owned()).ok_or(format!("it has no {name}"))
+        line.map(|value| value.trim().trim_matches('"').to_owned())
+            .ok_or(format!("it has no {name}"))
     };
     let seed = field("seed")?.parse().map_err(|_| "its seed is not a number".to_owned())?;
     Ok((seed, field("sha256")?))

@@ -25,21 +25,20 @@ use robot_model::recording::RecordingError;
 
 /// By how many sigma an effect of a fitted model stands out; its amplitudes taken to be independent.
 pub fn sigmas(model: &Model, id: &str) -> f64 {
-    let Some(fitted) = model.effects.iter().find(|it| it.effect == id) else { return 0.0 };
-    let facts = robot_model::effect::find(id).map(|it| it.facts());
+    let Some(fitted) = model.effects.iter().find(|fitted| fitted.effect == id) else { return 0.0 };
+    let facts = robot_model::effect::find(id).map(|effect| effect.facts());
     let is_amplitude = |name: &str| {
         facts.is_some_and(|facts| {
-            facts
-                .parameters
-                .iter()
-                .any(|it| it.name == name && it.role == robot_model::effect::Role::Amplitude)
+            facts.parameters.iter().any(|parameter| {
+                parameter.name == name && parameter.role == robot_model::effect::Role::Amplitude
+            })
         })
     };
-    let squares = fitted
-        .parameters
-        .iter()
-        .filter(|it| is_amplitude(&it.name))
-        .map(|it| if it.sigma > 0.0 { (it.value / it.sigma).powi(2) } else { 0.0 });
+    let squares = fitted.parameters.iter().filter(|parameter| is_amplitude(&parameter.name)).map(
+        |parameter| {
+            if parameter.sigma > 0.0 { (parameter.value / parameter.sigma).powi(2) } else { 0.0 }
+        },
+    );
     squares.sum::<f64>().sqrt()
 }
 

@@ -59,7 +59,7 @@ impl Verdict {
     /// Whether the answer is what the bar of its kind asks for.
     pub fn good(&self) -> bool {
         match self.case.kind {
-            Kind::Strong | Kind::Medium | Kind::Weak => self.named.iter().all(|it| *it),
+            Kind::Strong | Kind::Medium | Kind::Weak => self.named.iter().all(|named| *named),
             Kind::Two => self.named_apart(),
             Kind::Nothing | Kind::Nuisance => !self.false_alarm(),
             Kind::Outside => self.owned_up(),
@@ -69,17 +69,17 @@ impl Verdict {
     /// Whether each of two hidden effects has a step of its own that names it.
     fn named_apart(&self) -> bool {
         let [first, second] = self.case.effects.as_slice() else { return false };
-        let names = |step: &Vec<String>, id: &str| step.iter().any(|it| it == id);
+        let names = |step: &Vec<String>, id: &str| step.iter().any(|name| name == id);
         self.found.iter().enumerate().any(|(i, one)| {
             let others = self.found.iter().enumerate().filter(|(j, _)| *j != i);
-            names(one, first.id()) && others.into_iter().any(|(_, it)| names(it, second.id()))
+            names(one, first.id()) && others.into_iter().any(|(_, other)| names(other, second.id()))
         })
     }
 
     /// How many effects the steps name that name something hidden: one is an answer, many are a list.
     pub fn class_sizes(&self) -> Vec<usize> {
         let hidden = |step: &&Vec<String>| {
-            step.iter().any(|it| self.case.effects.iter().any(|effect| effect.id() == it))
+            step.iter().any(|member| self.case.effects.iter().any(|effect| effect.id() == member))
         };
         self.found.iter().filter(hidden).map(Vec::len).collect()
     }
@@ -98,7 +98,11 @@ impl Verdict {
     /// right by chance.
     pub fn regressor_named(&self) -> Option<bool> {
         (self.case.kind == Kind::Outside && self.flagged && !self.regressors.is_empty()).then(
-            || self.depends_on.first().is_some_and(|it| self.regressors.contains(&it.as_str())),
+            || {
+                self.depends_on
+                    .first()
+                    .is_some_and(|regressor| self.regressors.contains(&regressor.as_str()))
+            },
         )
     }
 }
@@ -119,7 +123,7 @@ fn drivable<T>(
         if outcome.is_ok() {
             break;
         }
-        hidden.iter_mut().for_each(|it| it.strength *= 0.7);
+        hidden.iter_mut().for_each(|secret| secret.strength *= 0.7);
         outcome = run(hidden);
     }
     outcome
@@ -133,8 +137,8 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
     let plan = plan();
     let mut truth: Vec<&'static dyn Effect> = Vec::new();
-    for effect in case.effects.iter().flat_map(|it| with_companions(*it)) {
-        if truth.iter().all(|it| it.facts().id != effect.facts().id) {
+    for effect in case.effects.iter().flat_map(|hidden| with_companions(*hidden)) {
+        if truth.iter().all(|known| known.facts().id != effect.facts().id) {
             truth.push(effect);
         }
     }
@@ -143,8 +147,8 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
     let knows_its_camera = ChaCha8Rng::seed_from_u64(case.seed ^ (1 << 32)).random_bool(0.5);
     let run = |hidden: &[Hidden]| {
         let mut scenario = sound.clone();
-        for it in hidden {
-            it.hide(&mut scenario);
+        for secret in hidden {
+            secret.hide(&mut scenario);
         }
         scenario.validate().map_err(|error| text(&error))?;
         let mut campaign = record(&scenario, &plan, PERIOD_MS).map_err(|error| text(&error))?;
@@ -168,19 +172,19 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
         })
         .collect();
     if let (Some(wanted), true) = (case.kind.sigmas(), case.kind != Kind::Outside) {
-        for it in &mut hidden {
+        for secret in &mut hidden {
             for _ in 0..TRIALS {
-                let mut alone = [it.possible_in(&sound)];
+                let mut alone = [secret.possible_in(&sound)];
                 let (_, _, believed) = drivable(&mut alone, &run)?;
-                let known = with_companions(it.effect);
+                let known = with_companions(secret.effect);
                 let model = fit(&believed, &known).map_err(|error| text(&error))?;
-                let reached = sigmas(&model, it.effect.id());
-                it.strength = scaled(alone[0].strength, wanted, reached);
+                let reached = sigmas(&model, secret.effect.id());
+                secret.strength = scaled(alone[0].strength, wanted, reached);
                 if (reached / wanted).ln().abs() < NEAR {
                     break;
                 }
             }
-            *it = it.possible_in(&sound);
+            *secret = secret.possible_in(&sound);
         }
     }
     let without = if case.kind == Kind::Outside { Some(run(&[])?.2) } else { None };
@@ -208,7 +212,7 @@ pub fn judge(case: &Case) -> Result<Verdict, String> {
     };
     let oracle = oracle.map_err(|error| text(&error))?;
     if without.is_none() {
-        shows = case.effects.iter().map(|it| sigmas(&oracle, it.id())).collect();
+        shows = case.effects.iter().map(|hidden| sigmas(&oracle, hidden.id())).collect();
     }
     let covered = covered(&answer, &hidden, &scenario);
     Ok(verdict(case, campaign, answer, &oracle, (shows, covered), explain_s))
@@ -223,7 +227,7 @@ fn verdict(
     explain_s: f64,
 ) -> Verdict {
     let found: Vec<Vec<String>> = answer.steps.iter().map(|step| step.class.clone()).collect();
-    let holds = |class: &[String], id: &str| class.iter().any(|it| it == id);
+    let holds = |class: &[String], id: &str| class.iter().any(|member| member == id);
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     Verdict {
@@ -231,18 +235,22 @@ fn verdict(
         named: case
             .effects
             .iter()
-            .map(|it| found.iter().any(|class| holds(class, it.id())))
+            .map(|hidden| found.iter().any(|class| holds(class, hidden.id())))
             .collect(),
         extra: found
             .iter()
             .filter(|class| {
-                let known = case.effects.iter().flat_map(|it| with_companions(*it));
-                !known.into_iter().any(|it| holds(class, it.facts().id))
+                let known = case.effects.iter().flat_map(|hidden| with_companions(*hidden));
+                !known.into_iter().any(|effect| holds(class, effect.facts().id))
             })
             .count(),
         flagged: answer.unexplained.structure,
-        depends_on: answer.unexplained.depends_on.iter().map(|it| (*it).to_string()).collect(),
-        regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
+        depends_on: answer.unexplained.depends_on.iter().map(|name| (*name).to_string()).collect(),
+        regressors: case
+            .effects
+            .iter()
+            .flat_map(|hidden| regressors(*hidden).iter().copied())
+            .collect(),
         held_out_ratio: after.position_rms_m / oracle.errors.cross_validated.position_rms_m,
         found,
         covered,
@@ -261,14 +269,14 @@ fn covered(
 ) -> Vec<(String, bool)> {
     let mut covered = Vec::new();
     for step in &answer.steps {
-        if !hidden.iter().any(|it| it.effect.id() == step.effect) {
+        if !hidden.iter().any(|hidden| hidden.effect.id() == step.effect) {
             continue;
         }
         for (name, value) in super::hide::true_parameters(&step.effect, scenario) {
-            let holds = |it: &&ParameterFound| it.name == name;
-            if let Some(it) = step.parameters.iter().find(holds) {
+            let holds = |parameter: &&ParameterFound| parameter.name == name;
+            if let Some(found) = step.parameters.iter().find(holds) {
                 let name = format!("{}.{name}", step.effect);
-                covered.push((name, it.low95 <= value && value <= it.high95));
+                covered.push((name, found.low95 <= value && value <= found.high95));
             }
         }
     }

@@ -44,8 +44,8 @@ fn main() -> ExitCode {
     };
     let chosen: Vec<Case> = cases(arguments.seed, arguments.campaigns)
         .into_iter()
-        .filter(|it| arguments.case.is_none_or(|case| it.index == case))
-        .filter(|it| arguments.only.is_none_or(|kind| it.kind == kind))
+        .filter(|case| arguments.case.is_none_or(|index| case.index == index))
+        .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
         .collect();
     println!(
         "{} campaigns of {} runs, seed {}",
@@ -62,7 +62,7 @@ fn main() -> ExitCode {
     });
     drop(progress);
     let verdicts: Vec<Verdict> =
-        results.iter().filter_map(|it| it.as_ref().ok()).cloned().collect();
+        results.iter().filter_map(|result| result.as_ref().ok()).cloned().collect();
     for (case, result) in chosen.iter().zip(&results) {
         if let Err(why) = result {
             println!("case {} ({:?}) could not be judged: {why}", case.index, case.effects);
@@ -90,14 +90,17 @@ fn main() -> ExitCode {
     print!("{}", table(&bars));
     let mut sizes: Vec<usize> = verdicts.iter().flat_map(Verdict::class_sizes).collect();
     sizes.sort_unstable();
-    let alone = sizes.iter().filter(|it| **it == 1).count();
+    let alone = sizes.iter().filter(|size| **size == 1).count();
     println!(
         "classes with what is hidden: {alone} of {} name it alone, {} effects at most",
         sizes.len(),
         sizes.last().copied().unwrap_or(0)
     );
-    let extra = verdicts.iter().filter(|it| !it.case.effects.is_empty() && it.extra > 0).count();
-    let mut explain_s: Vec<f64> = verdicts.iter().map(|it| it.explain_s).collect();
+    let extra = verdicts
+        .iter()
+        .filter(|verdict| !verdict.case.effects.is_empty() && verdict.extra > 0)
+        .count();
+    let mut explain_s: Vec<f64> = verdicts.iter().map(|verdict| verdict.explain_s).collect();
     explain_s.sort_by(f64::total_cmp);
     println!(
         "{extra} campaigns with an effect were given one more that is not there; explained in {:.1} s (median), {:.1} s (longest); {:.0} s in all",
@@ -113,15 +116,20 @@ fn main() -> ExitCode {
     }
 }
 
-fn print_answer(it: &Verdict) {
-    println!("\ncase {}: {} {:?}", it.case.index, it.case.kind.name(), it.case.effects);
+fn print_answer(verdict: &Verdict) {
+    println!(
+        "\ncase {}: {} {:?}",
+        verdict.case.index,
+        verdict.case.kind.name(),
+        verdict.case.effects
+    );
     let mm = |errors: robot_model::estimation::Errors| errors.position_rms_m * 1e3;
-    println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.cross_validated));
-    for step in &it.answer.steps {
+    println!("  {:<24} held out {:.3} mm", "nominal", mm(verdict.answer.baseline.cross_validated));
+    for step in &verdict.answer.steps {
         println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.cross_validated), step.why);
     }
-    println!("  unexplained: {:?}", it.answer.unexplained);
-    println!("  held out over the truth's: {:.3}", it.held_out_ratio);
+    println!("  unexplained: {:?}", verdict.answer.unexplained);
+    println!("  held out over the truth's: {:.3}", verdict.held_out_ratio);
 }
 
 /// Leaves campaigns in folders, and what they hide in a file beside them.
@@ -129,23 +137,24 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let mut truth =
         String::from("case\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\theldout_m\n");
-    for it in verdicts.iter().filter(|it| all || !it.good()) {
-        let place = folder.join(format!("case_{:04}", it.case.index));
+    for verdict in verdicts.iter().filter(|verdict| all || !verdict.good()) {
+        let place = folder.join(format!("case_{:04}", verdict.case.index));
         let _ = std::fs::remove_dir_all(&place);
-        field::keep(&it.campaign, &place).map_err(|error| error.to_string())?;
+        field::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
             "{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\n",
-            it.case.index,
-            it.case.kind.name(),
-            ids(it).join(","),
-            it.good(),
-            it.reached,
-            it.as_strong_as_asked(),
-            it.held_out_ratio,
-            it.answer
+            verdict.case.index,
+            verdict.case.kind.name(),
+            ids(verdict).join(","),
+            verdict.good(),
+            verdict.reached,
+            verdict.as_strong_as_asked(),
+            verdict.held_out_ratio,
+            verdict
+                .answer
                 .steps
                 .last()
-                .map_or(it.answer.baseline.cross_validated, |step| step.cross_validated)
+                .map_or(verdict.answer.baseline.cross_validated, |step| step.cross_validated)
                 .position_rms_m,
         );
     }
@@ -184,7 +193,7 @@ fn arguments() -> Result<Arguments, String> {
                     ("nuisance", Kind::Nuisance),
                     ("outside", Kind::Outside),
                 ];
-                let kind = kinds.iter().find(|it| it.0 == name);
+                let kind = kinds.iter().find(|entry| entry.0 == name);
                 arguments.only = Some(kind.ok_or(format!("no kind `{name}`"))?.1);
             }
             _ => return Err(format!("unknown argument {word}")),

@@ -14,28 +14,30 @@ fn hidden_effects_are_named_and_sound_robots_left_alone() {
     let cases = cases(SEED, 20);
     let results = judge_all(&cases, &|_, _| ());
     let verdicts: Vec<Verdict> =
-        results.into_iter().map(|it| it.unwrap_or_else(|why| panic!("{why}"))).collect();
+        results.into_iter().map(|result| result.unwrap_or_else(|why| panic!("{why}"))).collect();
     let misses = misses(&verdicts);
     println!("{misses}");
     let bars = bars(&verdicts);
     let counted = bars.iter().filter_map(Counted::of);
-    let (sound, hiding): (Vec<_>, Vec<_>) = counted.partition(|it| it.claim.starts_with("nothing"));
+    let (sound, hiding): (Vec<_>, Vec<_>) =
+        counted.partition(|bar| bar.claim.starts_with("nothing"));
     assert_eq!((sound.len(), hiding.len()), (1, 6), "all but the ratio");
     assert!(sound[0].of >= 8, "{} sound robots", sound[0].of);
-    let named = hiding.iter().find(|it| it.claim.starts_with("one effect, medium")).unwrap();
+    let named = hiding.iter().find(|bar| bar.claim.starts_with("one effect, medium")).unwrap();
     assert!(named.of >= 3, "{} of them", named.of);
     // A bar of one or two campaigns is not broken by both of them; together with the others it counts.
-    let hidden: Vec<(usize, f64)> = hiding.iter().map(|it| (it.of, it.chance)).collect();
-    let (failures, of) = hiding.iter().fold((0, 0), |sum, it| (sum.0 + it.failures, sum.1 + it.of));
+    let hidden: Vec<(usize, f64)> = hiding.iter().map(|bar| (bar.of, bar.chance)).collect();
+    let (failures, of) =
+        hiding.iter().fold((0, 0), |sum, bar| (sum.0 + bar.failures, sum.1 + bar.of));
     let most = allowance(&hidden);
     assert!(most < of, "{most} of {of} cannot be broken");
     assert!(failures <= most, "{failures} of {of} failed together: {misses}");
-    for it in hiding.iter().chain(&sound) {
-        let most = allowance(&[(it.of, it.chance)]);
-        assert!(it.failures <= most, "{}: {} of {}: {misses}", it.claim, it.failures, it.of);
+    for bar in hiding.iter().chain(&sound) {
+        let most = allowance(&[(bar.of, bar.chance)]);
+        assert!(bar.failures <= most, "{}: {} of {}: {misses}", bar.claim, bar.failures, bar.of);
     }
 
-    let ratio = bars.iter().find(|it| it.ratio).unwrap(); // bar 1.15
+    let ratio = bars.iter().find(|bar| bar.ratio).unwrap(); // bar 1.15
     // Two-sided: far better than the fit that knows the truth would be a judge that cheats.
     assert!((0.5..1.15).contains(&ratio.measured), "{ratio:?}: {misses}");
 }
@@ -110,6 +112,6 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let campaign = campaign::Campaign::read(&folder).unwrap();
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];
-    assert!(first.class.iter().any(|it| it == mystery.hidden()), "{:?}", first.class);
+    assert!(first.class.iter().any(|member| member == mystery.hidden()), "{:?}", first.class);
     assert!(first.cross_validated.position_rms_m < answer.baseline.cross_validated.position_rms_m);
 }

@@ -1,4 +1,4 @@
-//! The shape of what a model leaves: its systematic error, in bins of everything it might depend on.
+//! How does the residual of a model depend on speed, heading and other regressors? Its systematic error, in bins.
 
 use core::f64::consts::TAU;
 
@@ -11,30 +11,30 @@ use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
 
-/// Bins of a regressor that goes round.
+/// Bins of a regressor that is an angle.
 const BINS_ROUND: usize = 8;
 /// Bins of any other, each with the same number of steps.
 const BINS: usize = 9;
 
-/// What is left of one aspect, against one regressor.
+/// The systematic error of one aspect, against one regressor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curve {
-    /// Which; by the name that it has in what stays unexplained.
+    /// Name of the regressor, the same as in [`crate::residuals`].
     pub regressor: &'static str,
-    /// What stands on the axis.
+    /// Label of the axis.
     pub axis: &'static str,
-    /// Of what the error is shown.
+    /// Which error is shown.
     pub aspect: Aspect,
     /// From low to high.
     pub bins: Vec<Bin>,
-    /// Root mean square of the bins in their own standard errors: 1 is noise.
+    /// Root mean square of the bins in units of their standard errors: 1 is noise.
     pub chi: f64,
 }
 
 /// One bin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bin {
-    /// Middle of the regressor in it.
+    /// Mean of the regressor in it.
     pub at: f64,
     /// The systematic error.
     pub drift: Drift,
@@ -48,60 +48,65 @@ struct Regressor {
 }
 
 static REGRESSORS: [Regressor; 10] = [
-    Regressor { name: "speed", axis: "speed in m/s", round: false, of: |it| Some(it.speed_mps()) },
+    Regressor {
+        name: "speed",
+        axis: "speed in m/s",
+        round: false,
+        of: |step| Some(step.speed_mps()),
+    },
     Regressor {
         name: "turn rate",
         axis: "turn rate in rad/s",
         round: false,
-        of: |it| Some(it.turn_rate_rad_s()),
+        of: |step| Some(step.turn_rate_rad_s()),
     },
     Regressor {
         name: "acceleration",
         axis: "speeding up of the middle in m/s\u{b2}",
         round: false,
-        of: |it| Some(it.wheel_accel_mps2.mean() * it.speed_mps().signum()),
+        of: |step| Some(step.wheel_accel_mps2.mean() * step.speed_mps().signum()),
     },
     Regressor {
         name: "wheel speed",
         axis: "speed of the faster rim in m/s",
         round: false,
-        of: |it| Some(rim_mps(it)),
+        of: |step| Some(rim_mps(step)),
     },
     Regressor {
         name: "heading",
         axis: "heading in degrees",
         round: true,
-        of: |it| Some(it.heading_rad),
+        of: |step| Some(step.heading_rad),
     },
     Regressor {
         name: "wheel angle",
         axis: "angle of the left wheel in degrees",
         round: true,
-        of: |it| Some(it.phi_rad.left + it.dphi_rad.left / 2.0),
+        of: |step| Some(step.phi_rad.left + step.dphi_rad.left / 2.0),
     },
     Regressor {
         name: "wheel angle",
         axis: "angle of the right wheel in degrees",
         round: true,
-        of: |it| Some(it.phi_rad.right + it.dphi_rad.right / 2.0),
+        of: |step| Some(step.phi_rad.right + step.dphi_rad.right / 2.0),
     },
     Regressor {
         name: "distance since reversal",
         axis: "way since the last reversal in m",
         round: false,
-        of: |it| it.since_reversal_m,
+        of: |step| step.since_reversal_m,
     },
     Regressor {
         name: "time in the run",
         axis: "time in the run in s",
         round: false,
-        of: |it| Some(it.t_s),
+        of: |step| Some(step.t_s),
     },
     Regressor {
         name: "time in the campaign",
         axis: "time in the campaign in s",
         round: false,
-        of: |it| Some(it.clock_s),
+        of: |step| Some(step.clock_s),
     },
 ];
 
@@ -110,8 +115,8 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
     let mut curves = Vec::new();
     for regressor in &REGRESSORS {
         let value = |step: &Step| {
-            let it = (regressor.of)(step).filter(|_| moving(step))?;
-            Some(if regressor.round { it.rem_euclid(TAU) } else { it })
+            let number = (regressor.of)(step).filter(|_| moving(step))?;
+            Some(if regressor.round { number.rem_euclid(TAU) } else { number })
         };
         let edges = if regressor.round {
             (1..BINS_ROUND).map(|k| k as f64 * TAU / BINS_ROUND as f64).collect()
@@ -144,11 +149,11 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
                 })
                 .filter(|bin| bin.drift.sigma > 0.0)
                 .collect();
-            let squares: f64 = bins.iter().map(|it| it.drift.sigmas().powi(2)).sum();
+            let squares: f64 = bins.iter().map(|bin| bin.drift.sigmas().powi(2)).sum();
             let chi = (squares / (bins.len() as f64).max(1.0)).sqrt();
             Curve { regressor: regressor.name, axis: regressor.axis, aspect, bins, chi }
         });
-        curves.extend(by_aspect.into_iter().filter(|it| it.bins.len() > 2));
+        curves.extend(by_aspect.into_iter().filter(|curve| curve.bins.len() > 2));
     }
     curves
 }

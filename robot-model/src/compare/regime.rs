@@ -1,4 +1,4 @@
-//! By what the error might depend on: the questions asked, and the cells of each.
+//! In which regimes is the error beyond noise? Run kind, path, speed, heading and others, each with its cells.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,27 +12,27 @@ use crate::numeric::distributions::chi_squared;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
 
-/// Slower than this is rest \[m/s, of a rim\].
+/// A rim slower than this is at rest \[m/s\].
 const MOVING_MPS: f64 = 0.01;
 /// A rim that gains this share of the run's fastest speed in a second is on a ramp, and at least
 /// [`RAMP_MIN_MPS2`].
 const RAMP_SHARE_PER_S: f64 = 0.15;
-/// What the smoothing of counted wheel angles makes of cruising \[m/s^2\].
+/// Acceleration at cruise that smoothed counts may show \[m/s^2\].
 const RAMP_MIN_MPS2: f64 = 0.03;
 /// Radius above which a path counts as straight \[m\], below which the robot turns on the spot.
 const STRAIGHT_RADIUS_M: f64 = 3.0;
 const SPIN_RADIUS_M: f64 = 0.05;
-/// Noise alone puts a cell beyond it this often, all cells of a question together.
+/// Probability that noise alone puts any cell of a question beyond noise.
 const FALSE_ALARM: f64 = 0.01;
 
-/// A systematic error of so many standard errors is none of chance: three aspects of some thirty cells
-/// reach it once in two hundred campaigns.
+/// A systematic error of this many standard errors is not chance: with three aspects of some thirty cells,
+/// chance reaches it in one of two hundred campaigns.
 const DRIFT_SIGMAS: f64 = 4.0;
 
 /// One thing that the error might depend on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Question {
-    /// What it is: "run kind", "speed".
+    /// Its name: "run kind", "speed".
     pub name: &'static str,
     /// Its values.
     pub cells: Vec<Cell>,
@@ -41,13 +41,13 @@ pub struct Question {
 /// All stretches of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
-    /// Of which kind: "spin", "0.1 to 0.2 m/s".
+    /// Its label: "spin", "0.1 to 0.2 m/s".
     pub name: String,
     /// How many runs have such stretches.
     pub runs: usize,
-    /// How many there are.
+    /// How many stretches there are.
     pub stretches: usize,
-    /// How long they are on average, in rolling of the rims \[m\].
+    /// Mean length, in rolling of the rims \[m\].
     pub rolled_m: f64,
     /// Distance between the predicted and the measured move, over one stretch \[m\].
     pub position_m: Rms,
@@ -57,7 +57,7 @@ pub struct Cell {
     pub chi: f64,
     /// The stretches scatter more than noise does.
     pub scattered: bool,
-    /// More than noise explains: in all, or in what is the same in all of them.
+    /// More than noise explains: by their scatter, or by what is the same in all of them.
     pub beyond_noise: bool,
     /// What is the same in all of them: ahead, left, turned.
     pub drifts: [Drift; 3],
@@ -81,7 +81,7 @@ struct Labels<'a> {
     of: Sorter<'a>,
 }
 
-/// Asks everything.
+/// All questions, each with the cells that have stretches.
 pub(super) fn questions(
     prepared: &Prepared,
     terms: &[Term<'_>],
@@ -98,7 +98,7 @@ pub(super) fn questions(
                     found[label].push(stretch);
                 }
             }
-            let there = found.iter().filter(|it| !it.is_empty()).count();
+            let there = found.iter().filter(|stretches| !stretches.is_empty()).count();
             let cells: Vec<Cell> = labels
                 .names
                 .into_iter()
@@ -106,7 +106,7 @@ pub(super) fn questions(
                 .filter(|(_, stretches)| !stretches.is_empty())
                 .map(|(name, stretches)| cell(name, stretches, there))
                 .collect();
-            // One cell alone answers no question, but for the kinds of runs.
+            // One cell alone answers no question, except that of the run kind.
             let tells = cells.len() > 1 || (labels.name == "run kind" && !cells.is_empty());
             tells.then_some(Question { name: labels.name, cells })
         })
@@ -118,30 +118,32 @@ fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
     let mean = |of: &dyn Fn(&Stretch) -> f64| found.iter().map(of).sum::<f64>() / n;
     let rms = |parts: &[usize]| {
         let sum = |of: &dyn Fn(&Stretch, usize) -> f64| {
-            mean(&|it| parts.iter().map(|i| of(it, *i).powi(2)).sum()).sqrt()
+            mean(&|stretch| parts.iter().map(|i| of(stretch, *i).powi(2)).sum()).sqrt()
         };
-        let noise = sum(&|it, i| it.sigma[i]);
+        let noise = sum(&|stretch, i| stretch.sigma[i]);
         // The mean of n chi squares of one degree scatters by sqrt(2/n); 2.33 sigma are 99 %.
         let high = 1.0 + 2.33 * (2.0 / (n * parts.len() as f64)).sqrt();
-        Rms { rms: sum(&|it, i| it.error[i]), noise, noise_high: noise * high.sqrt() }
+        Rms { rms: sum(&|stretch, i| stretch.error[i]), noise, noise_high: noise * high.sqrt() }
     };
-    let squares: f64 =
-        found.iter().flat_map(|it| (0..3).map(|i| (it.error[i] / it.sigma[i]).powi(2))).sum();
+    let squares: f64 = found
+        .iter()
+        .flat_map(|stretch| (0..3).map(|i| (stretch.error[i] / stretch.sigma[i]).powi(2)))
+        .sum();
     let all: Vec<&Stretch> = found.iter().collect();
-    let mut runs: Vec<usize> = found.iter().map(|it| it.run).collect();
+    let mut runs: Vec<usize> = found.iter().map(|stretch| stretch.run).collect();
     runs.sort_unstable();
     runs.dedup();
     let chi = (squares / (3.0 * n)).sqrt();
-    // Noise is known to a few per cent only: what exceeds it by less is not held against the model.
+    // Noise is known to a few per cent only: a smaller excess does not count against the model.
     let excess = squares / NOISE_KNOWN_TO.powi(2);
     let drifts = Aspect::ALL.map(|aspect| drift(&all, aspect));
-    let steady = drifts.iter().any(|it| it.sigmas() > DRIFT_SIGMAS);
+    let steady = drifts.iter().any(|drift| drift.sigmas() > DRIFT_SIGMAS);
     let scattered = chi_squared(3 * found.len(), excess) * (cells as f64) < FALSE_ALARM;
     Cell {
         name,
         runs: runs.len(),
         stretches: found.len(),
-        rolled_m: mean(&|it| it.rolled_m),
+        rolled_m: mean(&|stretch| stretch.rolled_m),
         position_m: rms(&[0, 1]),
         heading_rad: rms(&[2]),
         chi,
@@ -155,7 +157,7 @@ fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
 const NOISE_KNOWN_TO: f64 = 1.1;
 
 fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
-    let mut kinds: Vec<_> = prepared.runs.iter().map(|it| it.kind).collect();
+    let mut kinds: Vec<_> = prepared.runs.iter().map(|run| run.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let kind_names = kinds.iter().map(ToString::to_string).collect();
@@ -174,12 +176,12 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
     let of = |name, names: &[&str], of: Sorter<'static>| Labels {
         name,
-        names: names.iter().map(|it| (*it).to_owned()).collect(),
+        names: names.iter().map(|name| (*name).to_owned()).collect(),
         of,
     };
     let quarters = |what: &str| -> Vec<String> {
         ["0 to 90", "90 to 180", "180 to 270", "270 to 360"]
-            .map(|it| format!("{what}{it} deg"))
+            .map(|quarter| format!("{what}{quarter} deg"))
             .into()
     };
     vec![
@@ -187,7 +189,7 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
             name: "run kind",
             names: kind_names,
             of: Box::new(move |run, step| {
-                moving(step).then(|| kinds.iter().position(|it| *it == run.kind)).flatten()
+                moving(step).then(|| kinds.iter().position(|kind| *kind == run.kind)).flatten()
             }),
         },
         of(
@@ -230,7 +232,9 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
         },
         Labels {
             name: "heading",
-            names: ["0 deg", "90 deg", "180 deg", "270 deg"].map(|it| format!("round {it}")).into(),
+            names: ["0 deg", "90 deg", "180 deg", "270 deg"]
+                .map(|facing| format!("round {facing}"))
+                .into(),
             of: Box::new(move |_, step| {
                 (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
             }),
@@ -274,17 +278,17 @@ fn path_of(step: &Step) -> usize {
     }
 }
 
-/// Speeds that part the rolling of all runs in three, where they differ.
+/// Speeds that divide the steps of all runs into three parts, where they differ.
 fn quantile_edges(prepared: &Prepared) -> Vec<f64> {
     let steps = prepared.runs.iter().flat_map(|run| &run.motion.steps);
-    let mut speeds: Vec<f64> = steps.filter(|it| moving(it)).map(rim_mps).collect();
+    let mut speeds: Vec<f64> = steps.filter(|step| moving(step)).map(rim_mps).collect();
     if speeds.is_empty() {
         return Vec::new();
     }
     speeds.sort_by(f64::total_cmp);
     let mut edges =
         [0.33, 0.67].map(|share| speeds[(share * speeds.len() as f64) as usize]).to_vec();
-    // Speeds that differ by less than a quarter are one speed.
+    // Speeds that differ by less than a quarter count as one speed.
     edges.dedup_by(|b, a| *b < 1.25 * *a);
     edges
 }

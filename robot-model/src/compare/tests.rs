@@ -1,4 +1,4 @@
-//! Comparisons of known robots with known models.
+//! Comparisons of simulated robots of known truth with known models.
 
 use super::*;
 use crate::effect::composition::Term;
@@ -14,18 +14,25 @@ fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
 }
 
 fn cell<'a>(comparison: &'a Comparison, question: &str, name: &str) -> &'a Cell {
-    let question = comparison.regimes.iter().find(|it| it.name == question).unwrap();
-    question.cells.iter().find(|it| it.name == name).unwrap()
+    let question = comparison.regimes.iter().find(|regime| regime.name == question).unwrap();
+    question.cells.iter().find(|cell| cell.name == name).unwrap()
 }
 
 #[test]
 fn a_perfect_robot_is_noise_everywhere() {
     for seed in 300..303 {
-        let it = compared(&[], &[], seed);
-        assert!(!it.position_m.beyond_noise() && !it.heading_rad.beyond_noise(), "{}", it.finding);
-        // What noise gives is found to what the 15 runs of a campaign scatter by.
-        assert!((0.7..1.3).contains(&(it.position_m.rms / it.position_m.noise)), "{it:?}");
-        for question in &it.regimes {
+        let comparison = compared(&[], &[], seed);
+        assert!(
+            !comparison.position_m.beyond_noise() && !comparison.heading_rad.beyond_noise(),
+            "{}",
+            comparison.finding
+        );
+        // 0.7 to 1.3: the scatter of the noise of the 15 runs of a campaign.
+        assert!(
+            (0.7..1.3).contains(&(comparison.position_m.rms / comparison.position_m.noise)),
+            "{comparison:?}"
+        );
+        for question in &comparison.regimes {
             for cell in &question.cells {
                 assert!(!cell.beyond_noise, "{}: {cell:?}", question.name);
                 // Three numbers a stretch, and some hundred cells in all: four sigma.
@@ -33,15 +40,19 @@ fn a_perfect_robot_is_noise_everywhere() {
                 assert!((cell.chi - 1.0).abs() < 0.1 + four_sigma, "{}: {cell:?}", question.name);
             }
         }
-        assert!(it.finding.contains("which is what noise alone would give"), "{}", it.finding);
+        assert!(
+            comparison.finding.contains("which is what noise alone would give"),
+            "{}",
+            comparison.finding
+        );
     }
 }
 
 #[test]
 fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
     let ratio = compared(&[term("wheel_radius_ratio", &[0.01])], &[], 1);
-    let turn = |it: &Comparison, name: &str| {
-        let drift = cell(it, "direction of travel", name).drifts[Aspect::Turn as usize];
+    let turn = |comparison: &Comparison, name: &str| {
+        let drift = cell(comparison, "direction of travel", name).drifts[Aspect::Turn as usize];
         assert!(drift.sigmas() > 4.0, "{name}: {drift:?}");
         drift.per_m
     };
@@ -59,7 +70,7 @@ fn what_the_model_knows_is_no_longer_an_error() {
     let truth = [term("side_slip", &[0.05])];
     let before = compared(&truth, &[], 2);
     let after = compared(&truth, &[assumed("side_slip", &[0.05])], 2);
-    let arc = |it: &Comparison| cell(it, "run kind", "arc").clone();
+    let arc = |comparison: &Comparison| cell(comparison, "run kind", "arc").clone();
     assert!(arc(&before).beyond_noise && !arc(&after).beyond_noise);
     assert!(!after.position_m.beyond_noise(), "{}", after.finding);
     // To the outside: in turns to the left, to the right; as arcs differ in speed, so do they in slip.
@@ -68,13 +79,11 @@ fn what_the_model_knows_is_no_longer_an_error() {
 }
 
 #[test]
-fn a_curve_shows_the_shape_of_what_is_left() {
+fn a_curve_shows_the_shape_of_the_residual() {
     let truth = [term("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])];
     let comparer = Comparer::new(&campaign(&full_plan(), &truth, 9), &[]).unwrap();
-    let worst = |curves: Vec<Curve>| {
-        let it = curves.into_iter().max_by(|a, b| a.chi.total_cmp(&b.chi));
-        it.unwrap()
-    };
+    let worst =
+        |curves: Vec<Curve>| curves.into_iter().max_by(|a, b| a.chi.total_cmp(&b.chi)).unwrap();
     let before = worst(comparer.curves(&[]));
     assert_eq!(before.axis, "angle of the left wheel in degrees", "{before:?}");
     let after = worst(comparer.curves(&[assumed("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])]));
@@ -99,9 +108,9 @@ fn what_a_class_has_in_common_is_one_plain_number() {
 #[test]
 fn runs_without_headings_or_places_are_compared_as_far_as_they_go() {
     let mut runs = campaign(&part_of_plan(&["square"]), &[], 3);
-    runs.runs[0].measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+    runs.runs[0].measured_poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     runs.runs[1].measured_poses.clear();
-    let it = Comparer::new(&runs, &[]).unwrap().compare(&[]);
-    assert!(it.runs[0].position_m.is_some() && it.runs[0].heading_rad.is_none());
-    assert!(it.runs[1].position_m.is_none() && it.runs[1].end_m.is_none());
+    let comparison = Comparer::new(&runs, &[]).unwrap().compare(&[]);
+    assert!(comparison.runs[0].position_m.is_some() && comparison.runs[0].heading_rad.is_none());
+    assert!(comparison.runs[1].position_m.is_none() && comparison.runs[1].end_m.is_none());
 }

@@ -1,5 +1,5 @@
-//! Errors of a model, as a user sees them: predicted against measured tracks, from the best start, on the
-//! runs fitted to and on runs held out.
+//! How large are the errors of a model, as a user sees them? Predicted against measured tracks, from the best start,
+//! on the runs fitted to and cross-validated.
 
 use nalgebra::DVector;
 
@@ -13,7 +13,7 @@ use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 
-/// Errors on the runs fitted to, and on runs held out.
+/// Errors on the runs fitted to, and cross-validated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorPair {
     /// Fitted to all runs.
@@ -23,7 +23,7 @@ pub struct ErrorPair {
     pub cross_validated: Errors,
 }
 
-/// How far predicted and measured tracks lie apart.
+/// Distances between predicted and measured tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
     /// Root of the mean squared distance, from the best start \[m\].
@@ -78,7 +78,7 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
     }
 }
 
-/// Terms with some columns moved, shapes within what the runs can show.
+/// Terms with some columns moved, shapes within the range that the runs can show.
 fn moved<'a>(
     prepared: &Prepared,
     terms: &[PlacedTerm<'a>],
@@ -119,8 +119,8 @@ pub(crate) struct TrackErrors {
 }
 
 impl TrackErrors {
-    /// Whether these are greater than others by more than a share `tolerance`: places and headings each by
-    /// their own measure, and in the mean.
+    /// Whether these exceed the others by more than a share `tolerance`, in the mean of the ratio of positions and
+    /// that of headings.
     pub fn worse_than(self, other: Self, tolerance: f64) -> bool {
         let share = |now: f64, then: f64| if then > 0.0 { now / then } else { 1.0 };
         let place = share(self.position_m2, other.position_m2);
@@ -148,13 +148,16 @@ pub(crate) fn cross_validated_tracks(
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
-    Some(TrackErrors { position_m2: sum(|it| it.position), heading_rad2: sum(|it| it.heading) })
+    Some(TrackErrors {
+        position_m2: sum(|squares| squares.position),
+        heading_rad2: sum(|squares| squares.heading),
+    })
 }
 
 /// Errors with these columns fitted, for each run, to all others.
 ///
-/// Of a campaign of one run, its blocks are held out of chi in turn; its track is that of the fit to
-/// all of it, as a block has no start of its own.
+/// In a campaign of one run, chi is cross-validated over its blocks; the track is that of the fit to the whole run,
+/// as a block has no start of its own.
 pub(crate) fn cross_validated(
     prepared: &Prepared,
     (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),

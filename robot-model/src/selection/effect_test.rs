@@ -1,22 +1,22 @@
-//! Judges one effect, given a model: is it there?
+//! Tests one effect, given a model: is it there?
 //!
-//! With the sums A, b of each unit (run) about the model's best point, and e the effect's columns:
+//! With the normal equations A, b of each unit (run) about the model's best point, and e the effect's columns:
 //!
 //! ```text
 //! gain       = chi^2(model) - chi^2(model + e)                                        (1)
-//! held out   = sum over units of the same gain on a unit, both fitted to all others   (2)
+//! cross-validated gain = sum over units of that gain on a unit, both fitted to all others  (2)
 //! u_r        = b_e - A_em A_mm^-1 b_m of unit r: its score                            (3)
 //! phi        = (n + 1)/n  sum u_r' C^-1 u_r / q after the effect, C = sum cov(u_r)    (4)
 //! ```
 //!
-//! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
-//! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
-//! few units say little about it: an effect that shows in one run is not judged by that run's noise alone,
-//! but by how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi by
-//! Fisher's F: phi is known from as many degrees as runs tell it, and those of the belief.
+//! (4), the dispersion, is by how much more the units disagree about the effect than their noise explains; it is 1
+//! if the noise is right and the effect is the same in all runs. It is taken as at least 1, and shrunk towards a
+//! prior, as few units tell little about it: an effect that shows in one run is not tested against that run's noise
+//! alone, but against how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi
+//! by Fisher's F; the degrees of freedom of phi are those of the runs plus those of the prior.
 //!
-//! An effect that shows in few runs has a large spread of gains over runs, which says nothing against it.
-//! Only the units it touches are asked, each once, whether they get better:
+//! The gains of an effect that shows in few runs differ widely from run to run, which says nothing against it. Of
+//! the units that it touches, each has one vote, whether it gets better:
 //!
 //! ```text
 //! touched: d_r^2 = values' cov(u_r) values > 1,    better: 2 values' u_r > d_r^2         (5)
@@ -31,28 +31,28 @@ use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::run_kind::RunKind;
 
-/// So many units' worth of belief that runs disagree about an effect as they do about others.
-const BELIEF_UNITS: f64 = 4.0;
-/// So many degrees of freedom it takes to tell how much runs disagree.
+/// Weight of the prior, in units: runs disagree about this effect as they do about others.
+const PRIOR_UNITS: f64 = 4.0;
+/// Fewest degrees of freedom that tell how much runs disagree.
 const FREEDOM_MIN: f64 = 3.0;
 /// A kind of run may be predicted worse by this much in -2 log likelihood, by chance: two sigma.
 const KIND_LOSS_MAX: f64 = 4.0;
-/// A kind contradicts an effect if its gain lies this many sigmas below what the effect promises it.
+/// A kind contradicts an effect if its gain lies this many sigmas below what the effect predicts.
 const KIND_CONTRADICTS_SIGMAS: f64 = 3.5;
-/// Runs of other kinds excite an effect if they alone tell it to within this share of its value.
+/// Runs of other kinds excite an effect if they alone determine it to within this share of its value.
 const EXCITED_SHARE: f64 = 0.5;
 
-/// Which columns are asked about, given which.
+/// Which columns are tested, given which.
 pub(crate) struct Hypothesis<'q> {
     pub model: &'q [usize],
     pub asked: &'q [usize],
     pub effect: &'q dyn Effect,
-    /// How much runs disagree about other things, [`scatter`].
+    /// By how much runs disagree about everything else, [`scatter`].
     pub scatter: f64,
 }
 
-/// Equation (4) of what runs are typically asked about, at least 1: the median of these, each columns of a
-/// model and columns asked about.
+/// The typical dispersion, equation (4), at least 1: the median over these pairs of a model's columns and the columns
+/// tested.
 pub(crate) fn scatter<'q>(
     equations: &CampaignEquations,
     asked: impl Iterator<Item = (&'q [usize], &'q [usize])>,
@@ -66,23 +66,23 @@ pub(crate) fn scatter<'q>(
         })
         .collect();
     raws.sort_by(f64::total_cmp);
-    raws.get(raws.len() / 2).map_or(1.0, |it| it.max(1.0))
+    raws.get(raws.len() / 2).map_or(1.0, |median| median.max(1.0))
 }
 
-/// The middle of a chi^2 of three degrees, by degree.
-const MIDDLE: f64 = 0.79;
+/// Median of a chi^2 of three degrees of freedom, divided by three.
+const MEDIAN_PER_DEGREE: f64 = 0.79;
 
-/// By how much more runs differ in numbers of their own than their noise explains, in the median; at least 1.
+/// By how much more runs differ in parameters of their own than their noise explains, in the median; at least 1.
 ///
-/// Whatever is asked about single runs has to stand out from this: runs that have accidents of their own
-/// have one whether they are loaded or not.
+/// A test of single runs has to stand out from this: runs that differ by accident do so whether they are loaded or
+/// not.
 pub(crate) fn run_scatter(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> f64 {
     let mut shares = run_shares(equations, model, own);
     shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).map_or(1.0, |it| (it / MIDDLE).max(1.0))
+    shares.get(shares.len() / 2).map_or(1.0, |median| (median / MEDIAN_PER_DEGREE).max(1.0))
 }
 
-/// The same in the mean: a trend over runs has to stand out from the few that have much of their own, too.
+/// The same in the mean: a trend over runs has to stand out from the few runs that differ much, too.
 pub(crate) fn run_scatter_in_the_mean(
     equations: &CampaignEquations,
     model: &[usize],
@@ -92,7 +92,7 @@ pub(crate) fn run_scatter_in_the_mean(
     (shares.iter().sum::<f64>() / shares.len().max(1) as f64).max(1.0)
 }
 
-/// What each run gains by these columns fitted to it alone, by degree of freedom.
+/// Gain of each run by these columns fitted to that run alone, per degree of freedom.
 fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> Vec<f64> {
     let best = equations.solve(&equations.total, model).delta;
     equations
@@ -115,11 +115,11 @@ fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> 
         .collect()
 }
 
-/// Below this share, an effect lives on the small difference of two large ones, which anything that
-/// is not in the model passes for.
+/// Below this share, an effect rests on the small difference of two large ones, which anything that
+/// is not in the model may imitate.
 pub(crate) const OWN_SHARE_MIN: f64 = 0.02;
 
-/// What speaks for an effect.
+/// The result of the test of an effect.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EffectTest {
     /// Equation (1).
@@ -128,20 +128,20 @@ pub(crate) struct EffectTest {
     pub cross_validated_gain: f64,
     /// Equation (4), at least 1.
     pub dispersion: f64,
-    /// By chance at least this much gain.
+    /// Probability of at least this gain by chance.
     pub p_value: f64,
-    /// The same, were it known for sure how much runs disagree.
+    /// The same, if the dispersion were known exactly.
     pub p_value_of_many: f64,
-    /// One unit alone says nearly all that is known of it; what is given as gain on units held out is then
-    /// what a fit to as much again would have.
+    /// One unit alone holds nearly all information about it. The cross-validated gain is then the one to be expected
+    /// on as much data again.
     pub one_run_alone: bool,
     /// Fitted amplitudes.
     pub values: Vec<f64>,
-    /// No robot has such values.
+    /// The values are outside what any robot can have.
     pub implausible: bool,
     /// The greatest share of a column's information that is its own, not the model's as well.
     pub own_share: f64,
-    /// Equation (5): how many units it touches, and how many of those get better by it.
+    /// Equation (5): how many units it touches, and how many of those it improves.
     pub touched: usize,
     pub better: usize,
     /// A kind of run that it predicts worse when fitted to the others, and by how much.
@@ -149,7 +149,7 @@ pub(crate) struct EffectTest {
 }
 
 impl EffectTest {
-    /// Held-out runs get better, and the value is physical.
+    /// Cross-validated runs get better, and the value is physical.
     pub fn is_sound(&self) -> bool {
         self.cross_validated_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
     }
@@ -165,14 +165,14 @@ impl EffectTest {
     }
 }
 
-/// What an effect, fitted to some sums, does for others.
+/// Gain of an effect, fitted to some units, on others.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gain {
     /// chi^2 without it less chi^2 with it.
     gain: f64,
-    /// What that would be were the effect exactly as fitted, v'A v, with v what the fit changes by it.
+    /// That gain if the effect were exactly as fitted: v'A v, with v the change of the fit by the effect.
     promised: f64,
-    /// What the fit does not know of it: v'A C A v, C the fit's covariance.
+    /// Its variance by the fit's uncertainty: v'A C A v, with C the fit's covariance.
     unknown: f64,
 }
 
@@ -185,14 +185,14 @@ impl Gain {
         }
     }
 
-    /// By how many sigma the gain is what was promised: were the effect there, it would be
+    /// By how many sigma the gain differs from the predicted one: if the effect is there, the gain is
     /// promised +- 2 sqrt(promised + unknown).
     fn kept_promise_sigmas(&self) -> f64 {
         (self.gain - self.promised) / (2.0 * (self.promised + self.unknown).sqrt())
     }
 }
 
-/// What the effect fitted to some sums does for others.
+/// The gain on some units of the effect fitted to others.
 fn gain_on(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -217,7 +217,7 @@ fn gain_on(
     }
 }
 
-/// Answers the question.
+/// Tests the hypothesis.
 pub(crate) fn test_effect(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -231,23 +231,25 @@ pub(crate) fn test_effect(
         .iter()
         .enumerate()
         .map(|(index, unit)| {
-            let others = equations.without(|it, _| it == index);
+            let others = equations.without(|other, _| other == index);
             gain_on(equations, hypothesis, &others, &unit.sums).gain
         })
         .sum();
     let spread = spread(equations, (hypothesis.model, hypothesis.asked), &solution.delta);
     let dispersion = spread.dispersion(hypothesis.scatter);
     let Spread { own_share, touched, better, one_run_alone, freedom, .. } = spread;
-    // Without the one unit that shows it there is nothing to fit it with: what is left is the gain that
-    // a fit to as much again would have, less what chance gives it.
+    // Without the one unit that shows it, it cannot be fitted: in place of the cross-validated gain stands the one
+    // to be expected on as much data again, less what chance gives.
     let cross_validated_gain = if one_run_alone {
         gain - 2.0 * hypothesis.asked.len() as f64
     } else {
         cross_validated_gain
     };
     let parameters = hypothesis.effect.facts().parameters.iter();
-    let limits: Vec<(f64, f64)> =
-        parameters.filter(|it| it.role == Role::Amplitude).map(|it| (it.low, it.high)).collect();
+    let limits: Vec<(f64, f64)> = parameters
+        .filter(|parameter| parameter.role == Role::Amplitude)
+        .map(|parameter| (parameter.low, parameter.high))
+        .collect();
     let values: Vec<f64> = (0..hypothesis.asked.len()).map(|j| solution.delta[first + j]).collect();
     let sigmas: Vec<f64> = (0..hypothesis.asked.len())
         .map(|j| (dispersion * solution.covariance[(first + j, first + j)]).sqrt())
@@ -279,19 +281,19 @@ pub(crate) fn test_effect(
     }
 }
 
-/// From how many degrees phi is known: those of the effect's own runs, those of the belief, and as the belief
-/// is what runs disagree about everything else, all runs of the campaign.
+/// The degrees of freedom of phi: those of the effect's own runs, those of the prior, and those of all runs of the
+/// campaign, as the prior is how much these disagree about everything else.
 ///
-/// `None` for a single run: it says nothing of how runs differ, and whoever shows its answer has to say so.
+/// `None` for a single run: it tells nothing about how runs differ, and whoever shows the result has to say so.
 fn known_from(equations: &CampaignEquations, freedom: f64) -> Option<f64> {
-    let mut runs: Vec<usize> = equations.units.iter().map(|it| it.run).collect();
+    let mut runs: Vec<usize> = equations.units.iter().map(|unit| unit.run).collect();
     runs.dedup();
-    (runs.len() > 1).then_some(BELIEF_UNITS + freedom + (runs.len() as f64 - 1.0))
+    (runs.len() > 1).then_some(PRIOR_UNITS + freedom + (runs.len() as f64 - 1.0))
 }
 
-/// How units differ about an effect.
+/// How much units disagree about an effect.
 struct Spread {
-    /// Equation (4), of so many degrees of freedom.
+    /// Equation (4), and its degrees of freedom.
     raw: f64,
     freedom: f64,
     /// The share of the effect's information that is its own.
@@ -299,20 +301,20 @@ struct Spread {
     /// Equation (5).
     touched: usize,
     better: usize,
-    /// One unit alone says nearly all that is known of it.
+    /// One unit alone holds nearly all information about it.
     one_run_alone: bool,
 }
 
 impl Spread {
-    /// Equation (4), moderated.
+    /// Equation (4), shrunk towards the prior, at least 1.
     fn dispersion(&self, scatter: f64) -> f64 {
-        let belief = BELIEF_UNITS * scatter.max(1.0);
-        ((belief + self.freedom * self.raw) / (BELIEF_UNITS + self.freedom)).max(1.0)
+        let prior = PRIOR_UNITS * scatter.max(1.0);
+        ((prior + self.freedom * self.raw) / (PRIOR_UNITS + self.freedom)).max(1.0)
     }
 }
 
-/// From this share of all that is known of an effect on, a unit is the only one that shows it.
-const LONE_SHARE: f64 = 0.8;
+/// With at least this share of the information about an effect, a unit counts as the only one that shows it.
+const SINGLE_UNIT_SHARE: f64 = 0.8;
 
 /// Equations (4) and (5), with `delta` the model's values and the effect's.
 fn spread(
@@ -346,7 +348,7 @@ fn spread(
             + &projection * pick(&unit.sums, m, m) * projection.transpose();
         total += &covariance;
         match scores.last_mut() {
-            // Blocks of one run share its accidents: together they are one voice.
+            // Blocks of one run share its accidents: together they have one vote.
             Some((sum, known)) if run == Some(unit.run) => {
                 *sum += score;
                 *known += covariance;
@@ -361,14 +363,14 @@ fn spread(
     let (mut most, mut all) = (0.0_f64, 0.0);
     for (score, covariance) in &scores {
         let promised = (values.transpose() * covariance * &values)[0];
-        // The score is what is left with the effect in; without it there was this much more.
+        // The score is taken with the effect in the model; without the effect it is larger by this.
         let gain = 2.0 * values.dot(score) + promised;
         most = most.max(promised);
         all += promised;
         touched += usize::from(promised > 1.0);
         better += usize::from(promised > 1.0 && gain > 0.0);
     }
-    let one_run_alone = most > LONE_SHARE * all;
+    let one_run_alone = most > SINGLE_UNIT_SHARE * all;
     let own_share = (0..e.len())
         .map(|j| total[(j, j)] / equations.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
         .fold(0.0, f64::max);
@@ -386,58 +388,58 @@ fn spread(
     if squared_shares <= 0.0 {
         return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
     }
-    // So many units speak about it, were they all equal; one of them is used up by the fit.
+    // Effective number of units that hold information about it; the fit uses up one of them.
     let units = shares * shares / squared_shares;
     let freedom = (units - 1.0).max(0.0);
     let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
     Spread { raw, freedom, own_share, touched, better, one_run_alone }
 }
 
-/// The kind of run that gets worst, if any does, by an effect fitted to the other kinds.
+/// The kind of run that an effect fitted to the other kinds makes worst, if there is one.
 ///
-/// Where the other kinds do not tell the effect, half of the kind's own units join them.
+/// Where the other kinds do not excite the effect, half of the kind's own units join them.
 fn worse_kind(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
     values: &[f64],
     dispersion: f64,
 ) -> Option<(RunKind, f64)> {
-    let mut kinds: Vec<RunKind> = equations.units.iter().map(|it| it.kind).collect();
+    let mut kinds: Vec<RunKind> = equations.units.iter().map(|unit| unit.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
     let first = hypothesis.model.len();
     let mut worst = None;
     for kind in kinds {
-        let held_out: Vec<usize> = equations
+        let left_out: Vec<usize> = equations
             .units
             .iter()
             .enumerate()
             .filter(|(_, unit)| unit.kind == kind)
             .map(|(index, _)| index)
             .collect();
-        let score = |held_out: &dyn Fn(usize) -> bool| {
-            let rest = equations.without(|index, _| held_out(index));
+        let score = |left_out: &dyn Fn(usize) -> bool| {
+            let rest = equations.without(|index, _| left_out(index));
             let mut on = equations.total.clone();
             on.add(&rest, -1.0);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {
                 covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()
             });
-            let it = gain_on(equations, hypothesis, &rest, &on);
+            let gain = gain_on(equations, hypothesis, &rest, &on);
             let share = Gain {
-                gain: it.gain / dispersion,
-                promised: it.promised / dispersion,
-                unknown: it.unknown / dispersion,
+                gain: gain.gain / dispersion,
+                promised: gain.promised / dispersion,
+                unknown: gain.unknown / dispersion,
             };
             (excited, share)
         };
-        let (excited, mut gain) = score(&|index| held_out.contains(&index));
+        let (excited, mut gain) = score(&|index| left_out.contains(&index));
         if !excited {
             let half = |parity: usize| {
-                let position = held_out.iter().enumerate();
+                let position = left_out.iter().enumerate();
                 let part: Vec<usize> =
-                    position.filter(|(i, _)| i % 2 == parity).map(|(_, it)| *it).collect();
+                    position.filter(|(i, _)| i % 2 == parity).map(|(_, index)| *index).collect();
                 score(&|index| part.contains(&index)).1
             };
             gain = half(0).add(half(1));

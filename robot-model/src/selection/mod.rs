@@ -7,8 +7,8 @@
 //! | `effect_test.rs` | what speaks for one effect: likelihood, cross-validation, agreement between runs |
 //! | `classes.rs` | effects that a campaign cannot tell apart |
 //!
-//! Values come from [`crate::estimation`]. What no effect of the catalogue explains is asked about in
-//! [`crate::residuals`]; what a user is told, in [`crate::explain`].
+//! Parameter values come from [`crate::estimation`]. What no effect of the catalogue explains is tested in
+//! [`crate::residuals`]. What a user is told is put together in [`crate::explain`].
 
 pub(crate) mod candidates;
 pub(crate) mod classes;

@@ -48,9 +48,10 @@ fn main() -> ExitCode {
         let seconds = began.elapsed().as_secs_f64();
         let megabytes = peak_megabytes();
         let ratio = seconds / *first.get_or_insert(seconds);
-        let memory = megabytes.map_or_else(|| "unknown".into(), |it| format!("{it:.0} MB"));
+        let memory =
+            megabytes.map_or_else(|| "unknown".into(), |megabytes| format!("{megabytes:.0} MB"));
         println!("{:>14} {seconds:>10.2} {ratio:>10.1} {memory:>12}", SAMPLES * times);
-        let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
+        let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.as_str()).collect();
         println!("{:>14} found: {}", "", found.join(", "));
         if times == 1 {
             good &= bar(&format!("at most {SECONDS_MAX} s"), seconds <= SECONDS_MAX);
@@ -151,8 +152,9 @@ fn seen(run: &mut Recording, seed: u64) {
         before = *wheel;
     }
     for wheel in &mut run.wheels {
-        wheel.phi_rad =
-            wheel.phi_rad.map(|it| (it / ROBOT.rad_per_count).floor() * ROBOT.rad_per_count);
+        wheel.phi_rad = wheel
+            .phi_rad
+            .map(|phi_rad| (phi_rad / ROBOT.rad_per_count).floor() * ROBOT.rad_per_count);
     }
 }
 
@@ -184,7 +186,7 @@ fn beside_scipy() {
     let began = Instant::now();
     let model = fit(&campaign, &three).expect("a sound campaign");
     let here_s = began.elapsed().as_secs_f64();
-    let values: Vec<f64> = model.effects.iter().map(|it| it.parameters[0].value).collect();
+    let values: Vec<f64> = model.effects.iter().map(|effect| effect.parameters[0].value).collect();
     println!(
         "\nthree parameters, {RUNS} runs of {SAMPLES} samples (truth {TRUTH:?}, side slip left out)"
     );
@@ -224,7 +226,7 @@ fn scipy(campaign: &Campaign) -> Result<(f64, Vec<f64>), String> {
         return Err(text.lines().last().unwrap_or("it failed").to_owned());
     }
     let text = String::from_utf8_lossy(&output.stdout);
-    let mut numbers = text.split_whitespace().filter_map(|it| it.parse::<f64>().ok());
+    let mut numbers = text.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     let seconds = numbers.next().ok_or("it printed nothing")?;
     Ok((seconds, numbers.take(3).collect()))
 }

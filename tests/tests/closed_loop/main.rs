@@ -63,16 +63,16 @@ fn classes(answer: &Answer) -> Vec<Vec<&str>> {
 fn is_class(answer: &Answer, case: &Case<'_>) -> bool {
     let all = classes(answer);
     let [only] = &all[..] else { return false };
-    case.class.iter().all(|it| only.contains(it))
-        && only.iter().all(|it| case.class.contains(it) || case.or.contains(it))
+    case.class.iter().all(|id| only.contains(id))
+        && only.iter().all(|id| case.class.contains(id) || case.or.contains(id))
 }
 
 /// Whether the truth stands alone and first, and nothing else of its class is believed but what is true as well.
 fn is_resolved(answer: &Answer, case: &Case<'_>) -> bool {
     let classes = classes(answer);
-    let of_class = classes.iter().flatten().filter(|it| case.class.contains(it));
+    let of_class = classes.iter().flatten().filter(|id| case.class.contains(id));
     classes.first().is_some_and(|class| class[..] == [case.truth])
-        && of_class.into_iter().all(|it| *it == case.truth || case.besides.contains(it))
+        && of_class.into_iter().all(|id| *id == case.truth || case.besides.contains(id))
 }
 
 /// Follows what is suggested, from a campaign that was recorded, until the class is resolved.
@@ -80,8 +80,10 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
     let Case { truth, class, scenario, .. } = case;
     let mut answer = user.explain();
     let refused = |answer: &Answer| {
-        let of_class = answer.rejected.iter().filter(|it| class.contains(&it.effect.as_str()));
-        let reasons: Vec<_> = of_class.map(|it| format!("{}: {}", it.effect, it.reason)).collect();
+        let of_class =
+            answer.rejected.iter().filter(|rejected| class.contains(&rejected.effect.as_str()));
+        let reasons: Vec<_> =
+            of_class.map(|rejected| format!("{}: {}", rejected.effect, rejected.reason)).collect();
         format!("{:?}, {reasons:?}, {:?}", classes(answer), answer.unexplained)
     };
     assert!(is_class(&answer, case), "{truth}, seed {}: {}", scenario.seed, refused(&answer));
@@ -91,14 +93,14 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
         let next = next.unwrap_or_else(|| {
             panic!("{truth}, seed {}: {way:?}, no run for {}", scenario.seed, refused(&answer))
         });
-        let promised = next.separates.iter().filter(|it| class.contains(&it.as_str()));
+        let promised = next.separates.iter().filter(|id| class.contains(&id.as_str()));
         assert!(!way.is_empty() || promised.count() > 1, "{truth}: {next:?}");
         user.follow(&next.kind);
         answer = user.explain();
         way.push(format!("{} -> {:?}", next.kind, classes(&answer)));
         if is_resolved(&answer, case) {
             let steps = answer.steps.into_iter();
-            let step = steps.into_iter().find(|it| it.class == [*truth]);
+            let step = steps.into_iter().find(|step| step.class == [*truth]);
             println!("{truth}, seed {}: {class:?} -> {}", scenario.seed, way.join(" -> "));
             let step = step.expect("it is resolved");
             return Closed { suggestions: way.len(), step };
@@ -117,8 +119,11 @@ struct Intervals {
 impl Intervals {
     fn compare(&mut self, scenario: &Scenario, step: &StepFound) {
         for (name, truth) in robot::truth(&step.effect, scenario) {
-            let found: &ParameterFound =
-                step.parameters.iter().find(|it| it.name == name).expect("a parameter");
+            let found: &ParameterFound = step
+                .parameters
+                .iter()
+                .find(|parameter| parameter.name == name)
+                .expect("a parameter");
             // Four sigma: one in 16,000 by chance.
             let what = format!("{} {found:?}, truth {truth}", step.effect);
             println!("{what}");

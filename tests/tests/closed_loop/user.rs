@@ -119,7 +119,7 @@ impl User {
 
 /// A run of which only its ends are measured.
 fn ends_only(run: &Run) -> Run {
-    let seen = || (0..run.rows.len()).filter(|it| run.rows[*it].x_m.is_some());
+    let seen = || (0..run.rows.len()).filter(|row| run.rows[*row].x_m.is_some());
     let ends = [seen().next(), seen().next_back()];
     let mut run = run.clone();
     for (index, row) in run.rows.iter_mut().enumerate() {

@@ -7,9 +7,9 @@
 //! k \[1/kg\] > 0: smaller under load m.
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::kinematics::wheel_pair::WheelPair;
 
 /// A load flattens the tyres.
 #[derive(Debug)]

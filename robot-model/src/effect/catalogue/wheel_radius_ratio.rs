@@ -7,9 +7,9 @@
 //! rho > 0: the right wheel is the larger one, so that equal turns curve to the left.
 
 use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Group, Memory, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::kinematics::wheel_pair::WheelPair;
 
 /// One wheel is larger than the other.
 #[derive(Debug)]

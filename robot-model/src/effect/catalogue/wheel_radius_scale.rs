@@ -7,9 +7,9 @@
 //! s > 0: the robot goes further than its encoders say.
 
 use crate::effect::definition::{Change, Effect, Facts, FirmwareTerm, Group, Memory, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::kinematics::wheel_pair::WheelPair;
 
 /// Both wheels are larger than their data sheet says.
 #[derive(Debug)]

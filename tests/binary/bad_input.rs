@@ -1,4 +1,4 @@
-//! Bad input: exit code 2, one error and a hint, nothing half-written, and the robot does not move.
+//! Bad input: exit code 2, one error with a hint, no file half written, and no motion of the robot.
 
 use shared_proto::{Config, EncoderConfig, WheelPair};
 

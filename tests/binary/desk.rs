@@ -29,7 +29,7 @@ impl Desk {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// A file's bytes; what the test expects to be there is there.
+    /// A file's bytes; the file must be there.
     pub fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }

@@ -1,4 +1,4 @@
-//! What is written is written, or it is said: devices, links, full disks, folders that are not there.
+//! Is every file written, or its failure reported? Devices, links, full disks, missing folders.
 #![cfg(unix)]
 
 use std::os::unix::fs::{FileTypeExt, symlink};

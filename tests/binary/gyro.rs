@@ -1,4 +1,4 @@
-//! A yaw rate sensor from the scenario to the verdict.
+//! A yaw rate sensor, from the scenario to the answer of `explain`.
 
 use campaign::Campaign;
 
@@ -42,7 +42,7 @@ fn what_is_wrong_with_a_gyro_is_found_in_a_campaign_that_was_recorded_with_it() 
         let step = step.unwrap_or_else(|| panic!("{effect}: {answer:#}"));
         assert_eq!(step["class"], serde_json::json!([effect]));
         let value = |name: &str| step["parameters"][0][name].as_f64().unwrap();
-        // Four sigma; and no surer than a hundredth of what is to be found allows.
+        // Within four sigma, and the sigma is below a fiftieth of the value.
         assert!((value("value") - truth).abs() < 4.0 * value("sigma"), "{effect}: {step:#}");
         assert!(value("sigma") < 0.02 * truth, "{effect}: {step:#}");
     }

@@ -1,4 +1,4 @@
-//! Compare, explain, add, watch the error fall: on real recordings, and on runs of a simulated robot.
+//! Compare, explain, add, and compare again: on real recordings, and on runs of a simulated robot.
 
 use std::path::{Path, PathBuf};
 
@@ -74,7 +74,7 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     );
 }
 
-/// A robot with a track 1 % too wide; of its four spins two are kept aside.
+/// A robot with a track 1 % too wide; two of its four spins are held out.
 const KEPT_ASIDE: &str = "\
 acceleration_mps2 = 0.3
 [[run]]
@@ -103,7 +103,7 @@ pieces = [{ spin_deg = -360, speed_mps = 0.12 }]
 ";
 
 #[test]
-fn runs_that_a_plan_keeps_aside_are_judged_by_themselves_everywhere() {
+fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     let desk = Desk::new();
     desk.write("plan.toml", KEPT_ASIDE);
     desk.write("wide.toml", "name = \"wide\"\n[plant]\ngeometry.track_width_m = 0.37572\n");
@@ -205,7 +205,7 @@ fn an_effect_of_ones_own_is_added_fitted_and_kept() {
         assert!(text.contains(line), "{line}: {text}");
     }
     let own = number(&added, "/effects/0/parameters/0/value");
-    // What it is called and who wrote it makes no difference to what it is.
+    // Neither the name nor the author of an effect makes a difference to its fit.
     let built_in = desk.run("model add side_slip robot --model other.toml --json").ok().json();
     let other = number(&built_in, "/effects/0/parameters/0/value");
     let sigma = number(&built_in, "/effects/0/parameters/0/sigma");

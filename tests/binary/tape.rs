@@ -116,7 +116,7 @@ fn how_well_a_tape_is_read_is_in_robot_toml_once_it_was_read() {
     let robot = campaign(&desk).robot;
     assert_eq!((robot.position_sigma_m, robot.heading_sigma_rad), (Some(0.002), Some(0.01)));
 
-    // What was said first stays, and another way of measuring is warned of.
+    // The first value stays, and another instrument leads to a warning.
     let finer = [&RECORD[..], &["--position-sigma", "0.5mm"]].concat();
     let outcome = desk.run_with(&finer, "\n0m 0.5m 90deg\ns\n").ok();
     assert!(outcome.stderr.contains("position_sigma_m = 0.002 is not how well"), "{outcome:#?}");
@@ -160,7 +160,7 @@ fn a_run_is_left_out_or_driven_again_after_it_was_seen_to_go_wrong() {
     assert_eq!(outcome.stderr.matches("north: put the robot").count(), 2, "{outcome:#?}");
     assert_eq!(names(&desk), ["01_north"]);
     assert_eq!(seen(&desk, 0).len(), 2);
-    // What was left out is asked for again.
+    // A run that was left out is asked for again.
     record(&desk, "\n0.5m 0m 0deg\n\n0m 0m 0deg\n").ok();
     assert_eq!(names(&desk), ["01_north", "02_ahead", "03_spin"]);
 }
@@ -179,8 +179,8 @@ fn squares() -> String {
     plan
 }
 
-/// The robot is measured by the tape as it truly stands: what the first recording says it would read is what
-/// is typed in the second time.
+/// The tape reads the robot's true pose: the first recording prints what the tape would read, and this is typed in the
+/// second time.
 #[test]
 fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
     let desk = Desk::new();
@@ -214,7 +214,7 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
         assert!(class.as_array().unwrap().iter().any(|member| member == id), "{answer:#}");
     }
     assert!(!answer["next_run"].is_null(), "{answer:#}");
-    // The next run is to be driven by the robot that was recorded.
+    // The same robot has to drive the next run.
     let said = desk.run("explain robot").ok().stdout;
     let next = said.lines().find(|line| line.contains("beeline campaign record robot --run"));
     assert!(next.is_some_and(|command| command.ends_with(" --port sim:unequal.toml")), "{said}");
@@ -224,7 +224,7 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
 fn a_run_that_is_suggested_may_follow_at_once() {
     let desk = desk();
     record(&desk, "\n49.8cm 1mm 0deg\nq\n");
-    // The advice ends with the tape, and is taken in the same minute.
+    // The suggested command measures with the tape, too, and is followed within the same minute.
     desk.run("explain robot").ok();
     let once_more = |answers: &str| {
         let straight = ["campaign", "record", "robot", "--run", "straight", "--measure", "ask"];

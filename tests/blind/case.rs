@@ -1,4 +1,4 @@
-//! What is hidden, drawn by seed.
+//! What does each campaign of the benchmark hide? Drawn by seed.
 
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -23,12 +23,12 @@ pub enum Kind {
     Nothing,
     /// Nothing but crooked starts, another camera, other motors.
     Nuisance,
-    /// Something that the catalogue does not have, as strong as it is in the field, 30 sigma at least.
+    /// An effect outside the catalogue, at its typical strength, and at least at 30 sigma.
     Outside,
 }
 
 impl Kind {
-    /// All of them, with their share of a benchmark.
+    /// All kinds, with their share of a benchmark.
     const SHARES: [(Kind, f64); 7] = [
         (Kind::Nothing, 100.0),
         (Kind::Nuisance, 100.0),
@@ -39,7 +39,7 @@ impl Kind {
         (Kind::Outside, 44.0),
     ];
 
-    /// By how many sigma each effect is to stand out, where that is given.
+    /// By how many sigma each effect has to stand out, where that is given.
     pub fn sigmas(self) -> Option<f64> {
         match self {
             Kind::Strong | Kind::Outside => Some(30.0),
@@ -50,7 +50,7 @@ impl Kind {
         }
     }
 
-    /// In a table.
+    /// Its name in a table.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Strong => "one, strong",
@@ -67,7 +67,7 @@ impl Kind {
 /// One campaign to be recorded and explained.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Its place in the benchmark.
+    /// Its index in the benchmark.
     pub index: usize,
     /// Draws everything about it.
     pub seed: u64,
@@ -89,7 +89,7 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
         }
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // Which effect comes first is drawn, so that a small benchmark is not always about the same ones.
+    // The first effect is drawn, so that a small benchmark does not always have the same ones.
     let mut turn: usize = rng.random_range(0..1000);
     let (inside, outside) = (inside(), outside());
     let each = kinds.into_iter().enumerate().map(|(index, kind)| {
@@ -105,7 +105,7 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
     each.collect()
 }
 
-/// Two effects that are not one and the same on this robot.
+/// Two effects that differ on this robot.
 fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
     let first = inside[turn % inside.len()];
     let differs = |other: &&HiddenEffect| **other != first && !same(first, **other);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_hides_the_same_and_another_one_something_else() {
+    fn the_same_seed_hides_the_same_effects_and_another_seed_others() {
         let effects =
             |seed| cases(seed, 100).into_iter().flat_map(|case| case.effects).collect::<Vec<_>>();
         assert_eq!(effects(7), effects(7));

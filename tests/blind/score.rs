@@ -1,4 +1,4 @@
-//! Many verdicts against the bars.
+//! Does the benchmark meet its bars? Shares over many verdicts, and tables of what was missed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,20 +9,20 @@ use super::verdict::Verdict;
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// What is asked for.
+    /// The claim.
     pub claim: &'static str,
-    /// What was measured, a share or a ratio.
+    /// The measured share or ratio.
     pub measured: f64,
     /// Of how many.
     pub of: usize,
-    /// Lowest and highest value that will do.
+    /// Lowest and highest value that meets it.
     pub within: [f64; 2],
     /// Printed as it is, not in percent.
     pub ratio: bool,
 }
 
 impl Bar {
-    /// Whether it is met; what was asked of nothing is.
+    /// Whether it is met; a bar without cases is.
     pub fn holds(&self) -> bool {
         self.of == 0 || (self.within[0]..=self.within[1]).contains(&self.measured)
     }
@@ -49,7 +49,7 @@ impl Bar {
     }
 }
 
-/// Share of `of` for which it is true.
+/// The share of these verdicts for which `is` holds, and their number.
 fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> bool) -> (f64, usize) {
     let (mut all, mut hits) = (0, 0);
     for verdict in of {
@@ -61,11 +61,11 @@ fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> boo
 
 /// The bars of the benchmark.
 ///
-/// A campaign whose effect stands out by less than half of what was asked for, or by more than twice, counts in
-/// none of them; it is listed ([`too_weak`]).
+/// A campaign whose effect stands out by less than half of what is required, or by more than twice, counts in none
+/// of them; it is listed by [`too_weak`].
 pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     let verdicts: &Vec<Verdict> =
-        &verdicts.iter().filter(|verdict| verdict.as_strong_as_asked()).cloned().collect();
+        &verdicts.iter().filter(|verdict| verdict.as_strong_as_required()).cloned().collect();
     let of = |kinds: &'static [Kind]| {
         verdicts.iter().filter(move |verdict| kinds.contains(&verdict.case.kind))
     };
@@ -105,7 +105,7 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
         bar("  flagged: a right regressor named", (regressor, named.len()), [0.80, 1.0]),
         bar("95 % intervals: cover", (coverage, covered.len()), [0.90, 0.98]),
         Bar {
-            claim: "held-out error over the truth's, 95 of 100 below",
+            claim: "cross-validated error over truth's, 95 of 100",
             measured: quantile(&ratios, 0.95),
             of: ratios.len(),
             within: [0.0, 1.15],
@@ -114,15 +114,16 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     ]
 }
 
-/// Held-out error over that of the fit that knows the truth, where there is one.
+/// Cross-validated error over that of the fit that knows the truth, where there is one.
 fn ratios(verdicts: &[Verdict]) -> Vec<f64> {
     // A robot that hides nothing has a ratio of one unless something is found in it.
     let inside = verdicts
         .iter()
         .filter(|verdict| verdict.case.kind != Kind::Outside && !verdict.case.effects.is_empty());
-    // What cannot be divided is no error of the truth's.
+    // A ratio that is not a number counts against the answer.
     let number = |ratio: f64| if ratio.is_finite() { ratio } else { f64::INFINITY };
-    let mut ratios: Vec<f64> = inside.map(|verdict| number(verdict.held_out_ratio)).collect();
+    let mut ratios: Vec<f64> =
+        inside.map(|verdict| number(verdict.cross_validated_ratio)).collect();
     ratios.sort_by(f64::total_cmp);
     ratios
 }
@@ -143,7 +144,7 @@ pub fn ids(verdict: &Verdict) -> Vec<&'static str> {
     verdict.case.effects.iter().map(|effect| effect.id()).collect()
 }
 
-/// What was found where what was hidden, most frequent first; classes by their first member.
+/// For each hidden effect what was found, most frequent first; classes by their first member.
 pub fn confusion(verdicts: &[Verdict]) -> String {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     let hidden = |verdict: &Verdict| match verdict.case.effects.len() {
@@ -178,10 +179,10 @@ pub fn confusion(verdicts: &[Verdict]) -> String {
     text
 }
 
-/// Cases whose effect does not stand out as it should, a line each.
+/// Cases whose effect does not stand out as required, a line each.
 pub fn too_weak(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for verdict in verdicts.iter().filter(|verdict| !verdict.as_strong_as_asked()) {
+    for verdict in verdicts.iter().filter(|verdict| !verdict.as_strong_as_required()) {
         let reached: Vec<String> =
             verdict.reached.iter().map(|sigmas| format!("{sigmas:.1}")).collect();
         let (ids, wanted) = (ids(verdict).join(", "), verdict.case.kind.sigmas().unwrap_or(0.0));
@@ -195,11 +196,11 @@ pub fn too_weak(verdicts: &[Verdict]) -> String {
     text
 }
 
-/// Every case that is not as it should be, a line each.
+/// Every case that misses its bar, a line each.
 pub fn misses(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for verdict in verdicts.iter().filter(|verdict| verdict.as_strong_as_asked()) {
-        let ratio_bad = verdict.case.kind != Kind::Outside && verdict.held_out_ratio > 1.15;
+    for verdict in verdicts.iter().filter(|verdict| verdict.as_strong_as_required()) {
+        let ratio_bad = verdict.case.kind != Kind::Outside && verdict.cross_validated_ratio > 1.15;
         let uncovered: Vec<&str> = verdict
             .covered
             .iter()
@@ -232,7 +233,11 @@ pub fn misses(verdicts: &[Verdict]) -> String {
             text.push_str("; MISSED");
         }
         if ratio_bad || verdict.case.kind == Kind::Outside {
-            let _ = write!(text, "; held out {:.3} of the truth's", verdict.held_out_ratio);
+            let _ = write!(
+                text,
+                "; cross-validated {:.3} of the truth's",
+                verdict.cross_validated_ratio
+            );
         }
         if wrong_regressor {
             let _ = write!(text, "; depends on {}", verdict.regressors.join(" or "));

@@ -1,10 +1,10 @@
-//! Robots with a hidden effect, explained without being told: `cargo xtask bench blind`.
+//! Does `explain` find hidden effects? The whole blind benchmark: `cargo xtask bench blind`.
 //!
 //! ```text
 //! cargo xtask bench blind [--seed S] [--campaigns N]    the whole of it; exit code 1 if a bar is missed
 //!     --case I        only this case, with its answer
 //!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
-//!     --keep DIR      leaves the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
+//!     --keep DIR      writes the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
 
 use std::path::PathBuf;
@@ -15,10 +15,10 @@ use std::time::Instant;
 use beeline_tests::blind::case::{Case, Kind, cases};
 use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
-use beeline_tests::blind::{field, judge_all};
+use beeline_tests::blind::{field, verdicts_on};
 use host_cli::ui::Progress;
 
-/// What is reported; whoever tunes takes others.
+/// The seed of the reported figures; tuning uses others.
 const SEED: u64 = 1;
 /// Half of them hide nothing.
 const CAMPAIGNS: usize = 420;
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     let began = Instant::now();
     let progress = Progress::new("blind campaigns", false);
     let done = AtomicUsize::new(0);
-    let results = judge_all(&chosen, &|_, _| {
+    let results = verdicts_on(&chosen, &|_, _| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress.set(done as f64 / chosen.len() as f64);
     });
@@ -65,7 +65,7 @@ fn main() -> ExitCode {
         results.iter().filter_map(|result| result.as_ref().ok()).cloned().collect();
     for (case, result) in chosen.iter().zip(&results) {
         if let Err(why) = result {
-            println!("case {} ({:?}) could not be judged: {why}", case.index, case.effects);
+            println!("case {} ({:?}) failed: {why}", case.index, case.effects);
         }
     }
     if let Some(folder) = &arguments.keep
@@ -108,8 +108,8 @@ fn main() -> ExitCode {
         explain_s.last().copied().unwrap_or(f64::NAN),
         began.elapsed().as_secs_f64()
     );
-    let all_judged = results.iter().all(Result::is_ok);
-    if all_judged && bars.iter().all(|bar| bar.holds()) {
+    let all_done = results.iter().all(Result::is_ok);
+    if all_done && bars.iter().all(|bar| bar.holds()) {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
@@ -124,15 +124,24 @@ fn print_answer(verdict: &Verdict) {
         verdict.case.effects
     );
     let mm = |errors: robot_model::estimation::Errors| errors.position_rms_m * 1e3;
-    println!("  {:<24} held out {:.3} mm", "nominal", mm(verdict.answer.baseline.cross_validated));
+    println!(
+        "  {:<24} cross-validated {:.3} mm",
+        "nominal",
+        mm(verdict.answer.baseline.cross_validated)
+    );
     for step in &verdict.answer.steps {
-        println!("  {:<24} held out {:.3} mm; {}", step.effect, mm(step.cross_validated), step.why);
+        println!(
+            "  {:<24} cross-validated {:.3} mm; {}",
+            step.effect,
+            mm(step.cross_validated),
+            step.why
+        );
     }
     println!("  unexplained: {:?}", verdict.answer.unexplained);
-    println!("  held out over the truth's: {:.3}", verdict.held_out_ratio);
+    println!("  cross-validated error over the truth's: {:.3}", verdict.cross_validated_ratio);
 }
 
-/// Leaves campaigns in folders, and what they hide in a file beside them.
+/// Writes campaigns to folders, and what they hide to a file beside them.
 fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let mut truth =
@@ -148,8 +157,8 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
             ids(verdict).join(","),
             verdict.good(),
             verdict.reached,
-            verdict.as_strong_as_asked(),
-            verdict.held_out_ratio,
+            verdict.as_strong_as_required(),
+            verdict.cross_validated_ratio,
             verdict
                 .answer
                 .steps

@@ -156,104 +156,104 @@ fn cell(name: String, found: &[Stretch], cells: usize) -> Cell {
 /// A factor that the noise's sigma may be off by.
 const NOISE_KNOWN_TO: f64 = 1.1;
 
+/// The labels of all questions.
 fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
+    vec![
+        run_kind(prepared),
+        path(),
+        ramp_or_cruise(prepared),
+        direction_of_travel(),
+        turn_direction(),
+        speed(prepared),
+        heading(),
+        wheel_angle("left wheel's angle", |step| step.phi_rad.left + step.dphi_rad.left / 2.0),
+        wheel_angle("right wheel's angle", |step| step.phi_rad.right + step.dphi_rad.right / 2.0),
+    ]
+}
+
+/// Labels whose names are known beforehand.
+fn fixed<'a>(name: &'static str, names: &[&str], of: Sorter<'a>) -> Labels<'a> {
+    Labels { name, names: names.iter().map(|name| (*name).to_owned()).collect(), of }
+}
+
+fn run_kind<'a>(prepared: &Prepared) -> Labels<'a> {
     let mut kinds: Vec<_> = prepared.runs.iter().map(|run| run.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let kind_names = kinds.iter().map(ToString::to_string).collect();
-    let fastest: Vec<f64> = prepared
+    Labels {
+        name: "run kind",
+        names: kinds.iter().map(ToString::to_string).collect(),
+        of: Box::new(move |run, step| {
+            moving(step).then(|| kinds.iter().position(|kind| *kind == run.kind)).flatten()
+        }),
+    }
+}
+
+fn path<'a>() -> Labels<'a> {
+    let names = &["straight", "arc", "on the spot"];
+    fixed("path", names, Box::new(|_, step| moving(step).then(|| path_of(step))))
+}
+
+fn ramp_or_cruise<'a>(prepared: &Prepared) -> Labels<'a> {
+    let fastest = prepared
         .runs
         .iter()
         .map(|run| run.motion.steps.iter().map(rim_mps).fold(0.0, f64::max))
-        .collect();
-    let top = fastest.iter().copied().fold(0.0, f64::max);
-    let slow_and_fast = quantile_edges(prepared);
-    let edges = slow_and_fast.clone();
+        .fold(0.0, f64::max);
+    let ramp_mps2 = RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * fastest);
+    let of = move |_: &PreparedRun, step: &Step| {
+        let accel = step.wheel_accel_mps2.map(f64::abs);
+        let ramp = accel.left.max(accel.right) > ramp_mps2;
+        moving(step).then_some(usize::from(!ramp))
+    };
+    fixed("ramp or cruise", &["ramp", "cruise"], Box::new(of))
+}
+
+fn direction_of_travel<'a>() -> Labels<'a> {
+    let of = |_: &PreparedRun, step: &Step| {
+        let on_the_spot = path_of(step) == 2;
+        (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
+    };
+    fixed("direction of travel", &["forward", "backward"], Box::new(of))
+}
+
+fn turn_direction<'a>() -> Labels<'a> {
+    let of = |_: &PreparedRun, step: &Step| {
+        let turning = path_of(step) > 0;
+        (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
+    };
+    fixed("turn direction", &["left", "right"], Box::new(of))
+}
+
+fn speed<'a>(prepared: &Prepared) -> Labels<'a> {
+    let edges = quantile_edges(prepared);
+    Labels {
+        name: "speed",
+        names: speed_names(&edges),
+        of: Box::new(move |_, step| {
+            let speed = rim_mps(step);
+            moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
+        }),
+    }
+}
+
+fn heading<'a>() -> Labels<'a> {
     let facing = |angle_rad: f64| {
         ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
     };
+    let of = move |_: &PreparedRun, step: &Step| {
+        (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
+    };
+    let names = &["round 0 deg", "round 90 deg", "round 180 deg", "round 270 deg"];
+    fixed("heading", names, Box::new(of))
+}
+
+fn wheel_angle<'a>(name: &'static str, angle_rad: fn(&Step) -> f64) -> Labels<'a> {
     let quadrant =
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
-    let of = |name, names: &[&str], of: Sorter<'static>| Labels {
-        name,
-        names: names.iter().map(|name| (*name).to_owned()).collect(),
-        of,
-    };
-    let quarters = |what: &str| -> Vec<String> {
-        ["0 to 90", "90 to 180", "180 to 270", "270 to 360"]
-            .map(|quarter| format!("{what}{quarter} deg"))
-            .into()
-    };
-    vec![
-        Labels {
-            name: "run kind",
-            names: kind_names,
-            of: Box::new(move |run, step| {
-                moving(step).then(|| kinds.iter().position(|kind| *kind == run.kind)).flatten()
-            }),
-        },
-        of(
-            "path",
-            &["straight", "arc", "on the spot"],
-            Box::new(|_, step| moving(step).then(|| path_of(step))),
-        ),
-        of(
-            "ramp or cruise",
-            &["ramp", "cruise"],
-            Box::new(move |_, step| {
-                let accel = step.wheel_accel_mps2.map(f64::abs);
-                let ramp = accel.left.max(accel.right) > RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * top);
-                moving(step).then_some(usize::from(!ramp))
-            }),
-        ),
-        of(
-            "direction of travel",
-            &["forward", "backward"],
-            Box::new(|_, step| {
-                let on_the_spot = path_of(step) == 2;
-                (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
-            }),
-        ),
-        of(
-            "turn direction",
-            &["left", "right"],
-            Box::new(|_, step| {
-                let turning = path_of(step) > 0;
-                (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
-            }),
-        ),
-        Labels {
-            name: "speed",
-            names: speed_names(&slow_and_fast),
-            of: Box::new(move |_, step| {
-                let speed = rim_mps(step);
-                moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
-            }),
-        },
-        Labels {
-            name: "heading",
-            names: ["0 deg", "90 deg", "180 deg", "270 deg"]
-                .map(|facing| format!("round {facing}"))
-                .into(),
-            of: Box::new(move |_, step| {
-                (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
-            }),
-        },
-        Labels {
-            name: "left wheel's angle",
-            names: quarters(""),
-            of: Box::new(move |_, step| {
-                moving(step).then(|| quadrant(step.phi_rad.left + step.dphi_rad.left / 2.0))
-            }),
-        },
-        Labels {
-            name: "right wheel's angle",
-            names: quarters(""),
-            of: Box::new(move |_, step| {
-                moving(step).then(|| quadrant(step.phi_rad.right + step.dphi_rad.right / 2.0))
-            }),
-        },
-    ]
+    let of = move |_: &PreparedRun, step: &Step| moving(step).then(|| quadrant(angle_rad(step)));
+    let names = &["0 to 90 deg", "90 to 180 deg", "180 to 270 deg", "270 to 360 deg"];
+    fixed(name, names, Box::new(of))
 }
 
 /// Speed of the faster rim \[m/s\].

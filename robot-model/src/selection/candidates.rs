@@ -11,7 +11,8 @@ use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
-use crate::selection::effect_test::{EffectTest, Hypothesis, run_scatter, scatter, test_effect};
+use crate::selection::dispersion::{run_scatter, scatter};
+use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
 
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
 pub(crate) const RIVAL_MARGIN: f64 = 9.0;

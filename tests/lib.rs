@@ -1,6 +1,6 @@
-//! End to end.
+//! End-to-end tests: what they share. Robots in virtual time, verdicts on calibrations, the blind benchmark.
 
 pub mod blind;
-pub mod judge;
+pub mod calibration;
 pub mod parallel;
 pub mod robot;

@@ -1,4 +1,4 @@
-//! A simulated robot, a session with it, and a witness of what really happens.
+//! A simulated robot in virtual time, a session with it, and an observer of what really happens.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,17 +15,17 @@ use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_unti
 
 pub use host_link::motion::TTL_MS;
 
-/// Between two looks of the witness: a control period \[us\].
-const LOOK_EVERY_US: u64 = 1000;
+/// Time between two snapshots: a control period \[us\].
+const SNAPSHOT_EVERY_US: u64 = 1000;
 
-/// What an observer sees of the robot at one instant.
+/// The true state of the robot at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct Snapshot {
     /// When \[us\].
     pub t_us: u64,
     /// Where the robot is.
     pub pose: Pose,
-    /// How far each wheel's rim has turned \[m\].
+    /// Travel of each wheel's rim \[m\].
     pub rolled_m: WheelPair<f64>,
     /// Current in each motor \[A\]; exactly zero when its driver is off.
     pub current_a: WheelPair<f64>,
@@ -33,21 +33,21 @@ pub struct Sight {
 
 /// A robot in its laboratory, and a host that has shaken hands with it.
 pub struct Robot {
-    /// The host's conversation.
+    /// The host's session.
     pub session: Session,
     /// What surrounds the robot.
     pub lab: Lab,
     /// The host's end of the line, for what no well-behaved host does.
     pub wire: HostWire,
-    sights: Rc<RefCell<Vec<Sight>>>,
+    snapshots: Rc<RefCell<Vec<Snapshot>>>,
 }
 
-/// Carries a procedure out on a robot in virtual time, while a witness looks on.
+/// Runs a procedure on a robot in virtual time, while an observer takes snapshots.
 pub fn on_robot<T>(scenario: &Scenario, procedure: impl AsyncFnOnce(&mut Robot) -> T) -> T {
     on_robot_with(scenario, Options::default(), procedure)
 }
 
-/// As [`on_robot`], with a flash or a configuration that is there already.
+/// As [`on_robot`], with a given flash or configuration.
 pub fn on_robot_with<T>(
     scenario: &Scenario,
     options: Options,
@@ -55,19 +55,19 @@ pub fn on_robot_with<T>(
 ) -> T {
     let mut target = SimTarget::new(scenario, options).expect("the flash's file can be read");
     let (lab, wire) = (target.lab(), target.host_wire());
-    let sights = Rc::new(RefCell::new(Vec::new()));
-    let witness = witness(lab.clone(), sights.clone());
-    let mut robot = Robot { session: new_session(&wire, 1), lab, wire, sights };
+    let snapshots = Rc::new(RefCell::new(Vec::new()));
+    let observer = observer(lab.clone(), snapshots.clone());
+    let mut robot = Robot { session: new_session(&wire, 1), lab, wire, snapshots };
     target.run(future::or(
         async {
             robot.session.open().await.expect("the robot answers");
             procedure(&mut robot).await
         },
-        witness,
+        observer,
     ))
 }
 
-/// As [`on_robot`] without the witness, who takes time to look: for benches.
+/// As [`on_robot`] without the observer, who takes time: for benchmarks.
 pub fn on_unwatched_robot<T>(
     scenario: &Scenario,
     procedure: impl AsyncFnOnce(&mut Session) -> T,
@@ -84,15 +84,15 @@ fn new_session(wire: &HostWire, number: u32) -> Session {
     sim_link::session(wire, number, "sim")
 }
 
-async fn witness<T>(lab: Lab, sights: Rc<RefCell<Vec<Sight>>>) -> T {
+async fn observer<T>(lab: Lab, snapshots: Rc<RefCell<Vec<Snapshot>>>) -> T {
     loop {
-        sights.borrow_mut().push(look(&lab));
-        sleep_until_us(now_us() + LOOK_EVERY_US).await;
+        snapshots.borrow_mut().push(snapshot(&lab));
+        sleep_until_us(now_us() + SNAPSHOT_EVERY_US).await;
     }
 }
 
-fn look(lab: &Lab) -> Sight {
-    lab.plant(|plant| Sight {
+fn snapshot(lab: &Lab) -> Snapshot {
+    lab.plant(|plant| Snapshot {
         t_us: plant.t_us(),
         pose: plant.pose(),
         rolled_m: plant
@@ -103,14 +103,14 @@ fn look(lab: &Lab) -> Sight {
     })
 }
 
-impl Sight {
+impl Snapshot {
     /// Whether a motor carries current.
     pub fn is_powered(&self) -> bool {
         self.current_a.any(|current_a| current_a != 0.0)
     }
 
-    /// Farthest that a wheel's rim or the robot's middle has moved since another look \[m\].
-    pub fn moved_since_m(&self, earlier: &Sight) -> f64 {
+    /// Farthest that a wheel's rim or the robot's middle has moved since an earlier snapshot \[m\].
+    pub fn moved_since_m(&self, earlier: &Snapshot) -> f64 {
         let rims_m =
             self.rolled_m.zip(earlier.rolled_m).map(|(now_m, then_m)| (now_m - then_m).abs());
         let way = self.pose.relative_to(earlier.pose);
@@ -119,32 +119,36 @@ impl Sight {
 }
 
 impl Robot {
-    /// What is there to be seen now.
-    pub fn look(&self) -> Sight {
-        look(&self.lab)
+    /// The true state now.
+    pub fn snapshot(&self) -> Snapshot {
+        snapshot(&self.lab)
     }
 
-    /// Everything the witness has seen from this time on.
-    pub fn sights_from(&self, t_us: u64) -> Vec<Sight> {
-        self.sights.borrow().iter().copied().filter(|sight| sight.t_us >= t_us).collect()
+    /// All snapshots from this time on.
+    pub fn snapshots_from(&self, t_us: u64) -> Vec<Snapshot> {
+        self.snapshots.borrow().iter().copied().filter(|snapshot| snapshot.t_us >= t_us).collect()
     }
 
     /// The last time at which a motor carried current, after `t_us` \[us\].
     pub fn last_powered_us(&self, t_us: u64) -> Option<u64> {
-        self.sights_from(t_us).iter().rev().find(|sight| sight.is_powered()).map(|sight| sight.t_us)
+        self.snapshots_from(t_us)
+            .iter()
+            .rev()
+            .find(|snapshot| snapshot.is_powered())
+            .map(|snapshot| snapshot.t_us)
     }
 
-    /// Does nothing for this long; what the robot says meanwhile is kept.
+    /// Does nothing for this long; messages from the robot are kept.
     pub async fn listen(&mut self, s: f64) {
         self.session.listen(Duration::from_secs_f64(s)).await.expect("the line is there");
     }
 
-    /// Asks; a refusal is an answer.
+    /// Sends a command; a refusal is an answer.
     pub async fn ask(&mut self, command: Command) -> Result<Answer, Refusal> {
         self.session.ask(command).await.expect("the robot answers")
     }
 
-    /// Asks for something that must succeed.
+    /// Sends a command that must succeed.
     pub async fn tell(&mut self, command: Command) -> Answer {
         self.ask(command.clone()).await.unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"))
     }
@@ -177,9 +181,9 @@ impl Robot {
     pub async fn renew(&mut self, motion: MotionId, s: f64) {
         let until_us = now_us() + (s * 1e6).round() as u64;
         while now_us() < until_us {
-            // A motion that has ended by itself or by a fault is the caller's to notice.
+            // It is for the caller to notice a motion that has ended by itself or by a fault.
             let _ = self.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await;
-            // To the microsecond: what follows is to happen at that very time.
+            // To the microsecond: what follows has to happen at exactly that time.
             let pause_us = until_us.saturating_sub(now_us()).min(50_000);
             self.session.listen(Duration::from_micros(pause_us)).await.expect("the line is there");
         }
@@ -192,7 +196,7 @@ impl Robot {
         }
     }
 
-    /// A new host on the same line: the last one was killed.
+    /// A new host on the same line, after the last one was killed.
     pub async fn reconnect(&mut self, number: u32) {
         self.session = new_session(&self.wire, number);
         self.session.open().await.expect("the robot answers again");

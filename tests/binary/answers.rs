@@ -1,4 +1,4 @@
-//! Every kind of answer that `explain` has, in the shape of its schema, and with its exit code.
+//! Does every kind of answer of `explain` follow its schema, with the right exit code?
 
 use std::path::Path;
 
@@ -23,8 +23,8 @@ fn runs_of(desk: &Desk, example: &str, parts: &[&str], to: &str) {
     }
 }
 
-/// The answer; it keeps to the schema, and its exit code says whether something is missing.
-fn asked(desk: &Desk, campaign: &str) -> Value {
+/// The answer to a campaign. It must follow the schema, and its exit code must say whether something is missing.
+fn explained(desk: &Desk, campaign: &str) -> Value {
     let outcome = desk.run(&format!("explain {campaign} --format json --exit-code"));
     let answer = outcome.json();
     assert_eq!(violation(&answer), None, "{campaign}");
@@ -41,7 +41,7 @@ fn steps(answer: &Value) -> usize {
 fn nothing_missing() {
     let desk = Desk::new();
     runs_of(&desk, "mystery-robot", &["rest"], "robot");
-    let answer = asked(&desk, "robot");
+    let answer = explained(&desk, "robot");
     assert_eq!(steps(&answer), 0, "{answer:#}");
     assert_eq!(answer["unexplained"]["structure"], false, "{answer:#}");
     assert_eq!(answer["unexplained"]["depends_on"], serde_json::json!([]));
@@ -52,7 +52,7 @@ fn nothing_missing() {
 fn one_effect_and_no_further_run() {
     let desk = Desk::new();
     runs_of(&desk, "mystery-robot", &[""], "robot");
-    let answer = asked(&desk, "robot");
+    let answer = explained(&desk, "robot");
     assert_eq!(steps(&answer), 1, "{answer:#}");
     assert_eq!(answer["next_run"], Value::Null, "{answer:#}");
 }
@@ -61,7 +61,7 @@ fn one_effect_and_no_further_run() {
 fn a_class_and_the_run_that_tells_it_apart() {
     let desk = Desk::new();
     runs_of(&desk, "mystery-robot", &["spin_fast"], "robot");
-    let answer = asked(&desk, "robot");
+    let answer = explained(&desk, "robot");
     let class = answer["steps"][0]["class"].as_array().unwrap();
     assert!(class.len() > 1, "{answer:#}");
     assert!(class.contains(&answer["steps"][0]["effect"]), "the chosen one is included");
@@ -72,7 +72,7 @@ fn a_class_and_the_run_that_tells_it_apart() {
 fn structure_that_nothing_explains() {
     let desk = Desk::new();
     runs_of(&desk, "optiodom", &["circular", "ivanjko"], "robot");
-    let answer = asked(&desk, "robot");
+    let answer = explained(&desk, "robot");
     assert_eq!(answer["unexplained"]["structure"], true, "{answer:#}");
     assert!(!answer["unexplained"]["depends_on"].as_array().unwrap().is_empty(), "{answer:#}");
 }

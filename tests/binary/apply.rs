@@ -2,7 +2,7 @@
 
 use crate::desk::Desk;
 
-/// Wheels that differ by 1 %, a track 1 % too wide, hard tyres that do nothing else.
+/// Wheels that differ by 1 %, a track 1 % too wide, and stiff tyres without effects of their own.
 const CROOKED: &str = "\
 name = \"crooked\"
 [plant]
@@ -81,7 +81,7 @@ fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone
 
     desk.run("apply --undo --flash flash").ok();
     assert_eq!(geometry(&desk, "wheel_weight"), 1.0);
-    // A model is believed where there is one: the track is not in it.
+    // If there is a model, it is used as it is: the track is not in it.
     desk.run("model add wheel_radius_ratio robot").ok();
     desk.run("apply robot --yes --flash flash").ok();
     assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
@@ -106,11 +106,11 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
         toml.starts_with(&nominal),
         "what is nominal stays: the runs before were explained by it"
     );
-    // Raw counts of a robot that has another geometry by now are explained by the same effects.
+    // The same effects explain the raw counts of a robot whose configuration has changed.
     let value = |json: &serde_json::Value, id: &str| {
         let effects = json["effects"].as_array().unwrap();
-        let it = effects.iter().find(|it| it["effect"] == id).unwrap();
-        it["parameters"][0]["value"].as_f64().unwrap()
+        let effect = effects.iter().find(|effect| effect["effect"] == id).unwrap();
+        effect["parameters"][0]["value"].as_f64().unwrap()
     };
     let fitted = "model add wheel_radius_ratio track_width robot --json";
     let json = desk.run(fitted).ok().json();
@@ -203,7 +203,7 @@ fn what_is_compensated_and_no_longer_there_is_taken_back() {
     let robot = desk.read("robot/robot.toml");
     desk.run("apply robot --yes --flash flash").ok();
     assert!((geometry(&desk, "wheel_weight") - 1.0).abs() < 1e-3);
-    // Whoever goes on with the campaign is told, and keeps both files as they are.
+    // Going on with the campaign gives a warning, and leaves both files as they are.
     let spins =
         "campaign record robot --run \"spins both ways\" --port sim:equal.toml --flash flash";
     let model = desk.read("robot/model.toml");
@@ -254,12 +254,12 @@ fn a_robot_that_is_pulled_aside_drives_straight_after_apply() {
     recorded(&desk, "after", "pulled.toml");
     let after = turned_rad(&desk, "after/runs/01_out_and_back.csv");
     assert!(after.abs() < before / 5.0, "{before} {after}");
-    // Known, and by the new runs the same: counts show what was steered.
+    // The value is in the configuration, and the new runs give the same one: counts show the steering.
     let model = String::from_utf8(desk.read("after/model.toml")).unwrap();
     assert!(model.contains("id = \"heading_pull\"\n"), "{model}");
     let json = desk.run("explain after --json").ok().json();
     let steps = json["steps"].as_array().unwrap();
-    assert!(steps.iter().all(|it| it["effect"] != "heading_pull"), "{json}");
+    assert!(steps.iter().all(|step| step["effect"] != "heading_pull"), "{json}");
     desk.run("apply after --yes --flash flash").ok();
     let again = geometry(&desk, "heading_pull_rad_per_m");
     assert!((again / pull - 1.0).abs() < 0.2, "{pull} {again}");

@@ -1,4 +1,4 @@
-//! Bad input: exit code 2, one error and a hint, nothing half-written, and the robot does not move.
+//! Bad input: exit code 2, one error with a hint, no file half written, and no motion of the robot.
 
 use shared_proto::{Config, EncoderConfig, WheelPair};
 
@@ -200,7 +200,7 @@ fn an_error_under_json_is_one_value_too() {
     ] {
         let value = desk.run(arguments).json();
         assert!(
-            value[field].as_str().is_some_and(|it| it.contains(expected)),
+            value[field].as_str().is_some_and(|text| text.contains(expected)),
             "{arguments}: {value}"
         );
     }

@@ -1,4 +1,4 @@
-//! What is not a Beeline robot: one clear error each.
+//! Ports without a Beeline robot: one clear error each.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -7,7 +7,7 @@ use shared_proto::{Channel, Decoder, Encoder, Hello, PROTOCOL_VERSION};
 
 use crate::desk::Desk;
 
-/// Something that listens where a robot is expected; each client gets what `behave` gives it.
+/// A server in the place of a robot; `behave` serves each client.
 fn impostor(behave: impl Fn(TcpStream) + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("tcp:{}", listener.local_addr().unwrap());
@@ -94,7 +94,7 @@ fn another_layout_of_the_same_version_is_refused_with_both_named() {
 #[test]
 fn noise_on_the_port_ends_in_one_error() {
     let port = impostor(|mut stream| {
-        // xorshift: any bytes will do, zeros among them, for as long as somebody listens.
+        // xorshift: any bytes will do, zeros among them, for as long as the client listens.
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
         let mut noise = [0; 4096];
         loop {

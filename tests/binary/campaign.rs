@@ -36,7 +36,7 @@ fn the_usual_plan_is_shown_with_room_time_and_reason_and_can_be_edited_and_given
     }
     desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o plan.toml").ok();
     let text = String::from_utf8(desk.read("plan.toml")).unwrap();
-    // The squares are to be predicted, not fitted to.
+    // The squares are held out.
     assert_eq!(text.matches("held_out = true").count(), 2, "{text}");
     desk.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
     let edited = CampaignPlan::read(&desk.path("plan.toml")).unwrap();
@@ -58,7 +58,7 @@ fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
     assert_eq!(campaign.robot.position_sigma_m, Some(0.001));
     assert_eq!(campaign.robot.heading_sigma_rad, Some(0.002));
     let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
-    assert!(began.windows(2).all(|it| it[1] > it[0] + 1.0), "{began:?}");
+    assert!(began.windows(2).all(|pair| pair[1] > pair[0] + 1.0), "{began:?}");
     let poses = |run: usize| campaign.runs[run].rows.iter().filter_map(|row| row.heading_rad);
     let north = poses(1).next().unwrap();
     // Ten sigma of the camera, put there to half a milliradian.
@@ -67,7 +67,7 @@ fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
     assert!((turned + std::f64::consts::FRAC_PI_2).abs() < 0.05, "{turned}");
 }
 
-/// Nothing else in the suite looks at the middle of a run: only its last piece was recorded once.
+/// No other test checks the middle of a run: in an old bug only the last piece was recorded.
 #[test]
 fn a_run_of_several_pieces_is_recorded_whole() {
     let desk = Desk::new();
@@ -81,7 +81,7 @@ fn a_run_of_several_pieces_is_recorded_whole() {
     assert!((most - counts[0] - 1194.0).abs() < 10.0, "{} {most}", counts[0]);
     assert!((counts[counts.len() - 1] - counts[0]).abs() < 10.0);
     // 2.2 s a way, a second of rest or so round each, and no hole between them.
-    let steps = rows.windows(2).map(|it| it[1].t_s - it[0].t_s);
+    let steps = rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
     assert!(rows[rows.len() - 1].t_s > 4.4, "{}", rows[rows.len() - 1].t_s);
     assert!(steps.fold(0.0, f64::max) < 1.0);
 }
@@ -104,7 +104,7 @@ fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files
         assert!(said.contains("complete and kept"), "{said}");
         assert!(runs(&desk).len() < 3, "{said}");
     } else {
-        // It was faster than the signal.
+        // The campaign was faster than the signal.
         assert_eq!(outcome.code, Some(0), "{said}");
     }
     let kept = desk.read("robot/runs/01_a.csv");
@@ -132,7 +132,7 @@ fn a_fault_ends_the_campaign_with_the_complete_runs_kept_and_nothing_of_the_brok
     assert!(message.contains("1 run complete"), "{message}");
     assert_eq!(runs(&desk), ["01_a"]);
     assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
-    // Mended.
+    // Repaired.
     let outcome = desk.run("campaign record robot").ok();
     assert!(outcome.stderr.contains("there already: 1 run of the plan"), "{outcome:#?}");
     assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);

@@ -29,7 +29,7 @@ impl Desk {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// A file's bytes; what the test expects to be there is there.
+    /// A file's bytes; the file must be there.
     pub fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
@@ -79,6 +79,8 @@ pub fn words(line: &str) -> Vec<&str> {
     let quoted = |(index, part): (usize, &'_ str)| index % 2 == 1 && !part.is_empty();
     let parts = line.split('"').enumerate();
     parts
-        .flat_map(|it| if quoted(it) { vec![it.1] } else { it.1.split_whitespace().collect() })
+        .flat_map(
+            |part| if quoted(part) { vec![part.1] } else { part.1.split_whitespace().collect() },
+        )
         .collect()
 }

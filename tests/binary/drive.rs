@@ -105,7 +105,7 @@ fn recorded_runs_are_numbered_and_read_back() {
     let campaign = Campaign::read(&desk.path("robot")).unwrap();
     let names: Vec<_> = campaign.runs.iter().map(|run| run.name.as_str()).collect();
     assert_eq!(names, ["01_straight", "02_straight", "03_turn_left"]);
-    // None of them says when it began, and that is all there is to say.
+    // None of them has a start time; there is no other warning.
     let [Warning::NoStart { runs: 3, of: 3, .. }] = campaign.warnings[..] else {
         panic!("{:?}", campaign.warnings);
     };

@@ -1,4 +1,4 @@
-//! What is written is written, or it is said: devices, links, full disks, folders that are not there.
+//! Is every file written, or its failure reported? Devices, links, full disks, missing folders.
 #![cfg(unix)]
 
 use std::os::unix::fs::{FileTypeExt, symlink};
@@ -10,7 +10,7 @@ use crate::desk::Desk;
 /// A device on which every write fails, where the system has it.
 fn full_disk() -> Option<&'static Path> {
     let device = Path::new("/dev/full");
-    let there = device.metadata().is_ok_and(|it| it.file_type().is_char_device());
+    let there = device.metadata().is_ok_and(|metadata| metadata.file_type().is_char_device());
     there.then_some(device)
 }
 

@@ -1,4 +1,4 @@
-//! `beeline` without arguments: the main job.
+//! `beeline` without arguments: the calibration.
 
 use crate::desk::Desk;
 
@@ -149,7 +149,7 @@ fn a_measurement_that_knows_nothing_changes_nothing() {
     assert_eq!(value["exit_code"], 1);
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let half_width = 1.96 * number(&value["wheel_weight"]["sigma"]);
-    // That is why it cannot tell.
+    // The interval contains 1, so it cannot tell.
     assert!((number(&value["wheel_weight"]["value"]) - 1.0).abs() < half_width, "{value}");
     assert!(value["after"].is_null() && value["picture"].is_null(), "{value}");
 }

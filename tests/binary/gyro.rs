@@ -1,4 +1,4 @@
-//! A yaw rate sensor from the scenario to the verdict.
+//! A yaw rate sensor, from the scenario to the answer of `explain`.
 
 use campaign::Campaign;
 
@@ -38,11 +38,11 @@ fn what_is_wrong_with_a_gyro_is_found_in_a_campaign_that_was_recorded_with_it() 
     let answer = desk.run("explain robot --json").ok().json();
     for (effect, truth) in [("gyro_bias", 0.01), ("gyro_scale", 0.02)] {
         let steps = answer["steps"].as_array().unwrap();
-        let step = steps.iter().find(|it| it["effect"] == effect);
+        let step = steps.iter().find(|step| step["effect"] == effect);
         let step = step.unwrap_or_else(|| panic!("{effect}: {answer:#}"));
         assert_eq!(step["class"], serde_json::json!([effect]));
         let value = |name: &str| step["parameters"][0][name].as_f64().unwrap();
-        // Four sigma; and no surer than a hundredth of what is to be found allows.
+        // Within four sigma, and the sigma is below a fiftieth of the value.
         assert!((value("value") - truth).abs() < 4.0 * value("sigma"), "{effect}: {step:#}");
         assert!(value("sigma") < 0.02 * truth, "{effect}: {step:#}");
     }

@@ -1,4 +1,4 @@
-//! What `beeline` says about itself is true.
+//! Is the help of `beeline` true? Its examples, defaults and completions.
 
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
@@ -18,7 +18,7 @@ fn commands() -> Vec<(String, clap::Command)> {
     all
 }
 
-/// Every example in any help: the command without what is said about it.
+/// Every example in any help, without its explanation.
 fn examples() -> Vec<String> {
     let examples = |text: String| {
         let lines = text.lines().filter_map(|line| line.trim().strip_prefix("beeline"));
@@ -106,7 +106,7 @@ fn the_defaults_of_the_command_line_are_those_of_the_procedure() {
         panic!("`beeline calibrate` is a calibration");
     };
     let settings = Settings::default();
-    // A turn of any wheel will do: what is compared is in turns.
+    // Any wheel radius will do: the comparison is in turns.
     let radius_m = 0.036;
     assert_eq!(args.distance.rev(radius_m), Motion::PAPER.distance.left);
     assert_eq!(args.distance.rev(radius_m), Motion::PAPER.distance.right);

@@ -1,4 +1,4 @@
-//! Compare, explain, add, watch the error fall: on real recordings, and on runs of a simulated robot.
+//! Compare, explain, add, and compare again: on real recordings, and on runs of a simulated robot.
 
 use std::path::{Path, PathBuf};
 
@@ -74,7 +74,7 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     );
 }
 
-/// A robot with a track 1 % too wide; of its four spins two are kept aside.
+/// A robot with a track 1 % too wide; two of its four spins are held out.
 const KEPT_ASIDE: &str = "\
 acceleration_mps2 = 0.3
 [[run]]
@@ -103,7 +103,7 @@ pieces = [{ spin_deg = -360, speed_mps = 0.12 }]
 ";
 
 #[test]
-fn runs_that_a_plan_keeps_aside_are_judged_by_themselves_everywhere() {
+fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     let desk = Desk::new();
     desk.write("plan.toml", KEPT_ASIDE);
     desk.write("wide.toml", "name = \"wide\"\n[plant]\ngeometry.track_width_m = 0.37572\n");
@@ -112,11 +112,11 @@ fn runs_that_a_plan_keeps_aside_are_judged_by_themselves_everywhere() {
     assert_eq!(toml.matches("held_out = true").count(), 2, "{toml}");
 
     let explained = desk.run("explain robot").ok().stdout;
-    let line = explained.lines().find(|it| it.contains("on the 2 runs kept aside (spin)"));
+    let line = explained.lines().find(|line| line.contains("on the 2 runs kept aside (spin)"));
     let line = line.unwrap_or_else(|| panic!("{explained}"));
     // 1 % of a turn is 63 mrad; twice that at the end, a third of it in root mean square.
     let mrad: Vec<f64> =
-        line.split(" mrad").filter_map(|it| it.rsplit(' ').next()?.parse().ok()).collect();
+        line.split(" mrad").filter_map(|text| text.rsplit(' ').next()?.parse().ok()).collect();
     assert!(mrad.len() == 2 && mrad[0] > 5.0 && mrad[1] < 0.5 * mrad[0], "{line}");
     let json = desk.run("explain robot --format json").ok().json();
     assert_eq!(violation(&json), None);
@@ -205,7 +205,7 @@ fn an_effect_of_ones_own_is_added_fitted_and_kept() {
         assert!(text.contains(line), "{line}: {text}");
     }
     let own = number(&added, "/effects/0/parameters/0/value");
-    // What it is called and who wrote it makes no difference to what it is.
+    // Neither the name nor the author of an effect makes a difference to its fit.
     let built_in = desk.run("model add side_slip robot --model other.toml --json").ok().json();
     let other = number(&built_in, "/effects/0/parameters/0/value");
     let sigma = number(&built_in, "/effects/0/parameters/0/sigma");

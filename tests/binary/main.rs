@@ -1,5 +1,5 @@
-//! The `beeline` executable itself, as a user would run it: arguments in; exit code, output and
-//! files out. In its own folder each time, and with nothing remembered from before.
+//! The `beeline` executable, as a user runs it: arguments in; exit code, output and files out. Each test has a folder
+//! of its own, and no state from earlier runs.
 
 mod answers;
 mod apply;

@@ -131,7 +131,7 @@ fn a_calibration_that_cannot_be_remembered_is_refused_before_the_robot_moves() {
     assert!(message.contains("for --undo") && message.contains("XDG_STATE_HOME"), "{message}");
     assert!(!message.contains("Driving"), "{message}");
     assert_eq!(desk.read("flash"), flash);
-    // A robot that forgets needs no memory on the host.
+    // A robot without a flash needs no memory on the host.
     desk.run("calibrate").ok();
 }
 

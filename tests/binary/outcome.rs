@@ -1,4 +1,4 @@
-//! How a run of the program ended, and what it said.
+//! How a run of the program ended, and its output.
 
 use std::io::Read;
 use std::process::Child;
@@ -6,35 +6,35 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// Only against hanging: the longest command takes some seconds, on a busy machine a minute.
+/// A guard against hanging: the longest command takes some seconds, on a busy machine a minute.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How a run of the program ended, and what it said.
+/// How a run of the program ended, and its output.
 #[derive(Debug)]
 pub struct Outcome {
     /// Exit code; `None` if a signal ended it.
     pub code: Option<i32>,
-    /// The result.
+    /// Standard output: the result.
     pub stdout: String,
-    /// Everything else.
+    /// Standard error: everything else.
     pub stderr: String,
 }
 
 impl Outcome {
-    /// It must have gone well.
+    /// Requires success.
     #[track_caller]
     pub fn ok(self) -> Self {
         assert_eq!(self.code, Some(0), "{self:#?}");
         self
     }
 
-    /// It must have printed exactly one JSON value.
+    /// Requires exactly one JSON value on standard output.
     #[track_caller]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {self:#?}"))
     }
 
-    /// It must have been refused: exit code 2, no result, one error and a hint. Returns both lines.
+    /// Requires a refusal: exit code 2, no result, one error and a hint. Returns both lines.
     #[track_caller]
     pub fn refused(&self) -> String {
         assert_eq!(self.code, Some(2), "{self:#?}");
@@ -48,7 +48,7 @@ impl Outcome {
     }
 }
 
-/// Reads what a child says until it ends.
+/// Reads the output of a child until it ends.
 #[track_caller]
 pub fn collect(mut child: Child) -> Outcome {
     let stdout = in_background(child.stdout.take());
@@ -68,12 +68,12 @@ pub fn collect(mut child: Child) -> Outcome {
     Outcome { code: status.code(), stdout: stdout.join().unwrap(), stderr: stderr.join().unwrap() }
 }
 
-/// Asks until the answer is there.
+/// Polls until there is a value.
 #[track_caller]
-pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &str, mut poll: impl FnMut() -> Option<T>) -> T {
     let give_up = Instant::now() + PATIENCE;
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = poll() {
             return found;
         }
         assert!(Instant::now() < give_up, "waited {PATIENCE:?} for {what}");

@@ -1,8 +1,7 @@
-//! What the pages say of `beeline` is so: every `.md` file of the root and of `docs/`.
+//! Is what the pages say of `beeline` true? Every `.md` file of the root and of `docs/`.
 //!
-//! Command lines and flags are held against the parser; keys of the configuration and of scenarios
-//! against the program's own; examples of a campaign's files are read by it. Paths and links are held
-//! by `cargo xtask check`.
+//! Command lines and flags are checked against the parser, keys of the configuration and of scenarios against the
+//! program's own; examples of a campaign's files are read by it. Paths and links are checked by `cargo xtask check`.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -45,7 +44,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// All pages: their names, and what stands in them.
+/// All pages: names and texts.
 fn pages() -> Vec<(String, String)> {
     let mut pages = Vec::new();
     for folder in ["", "docs"] {
@@ -61,7 +60,7 @@ fn pages() -> Vec<(String, String)> {
     pages
 }
 
-/// What is wrong in each page, by one check of a piece of code.
+/// The findings of one check in all pages.
 fn findings(check: impl Fn(&Code) -> Option<String>) -> Vec<String> {
     let mut findings = Vec::new();
     for (name, page) in pages() {
@@ -92,8 +91,8 @@ fn shell_words(line: &str) -> Vec<String> {
     words
 }
 
-/// What the parser refuses in a command line of `beeline`. A line of a block is whole; in the text a
-/// command may be named without what it needs, and a value in capitals stands for one of the reader's.
+/// The parser's error for a command line of `beeline`. A line of a block is complete; in running text a command may
+/// lack its arguments, and a value in capitals stands for one of the reader's.
 fn refusal(code: &Code) -> Option<String> {
     let line = code.text.trim();
     let line = line.strip_prefix("$ ").unwrap_or(line);
@@ -143,10 +142,10 @@ fn unknown_flag(code: &Code) -> Option<String> {
     (is_flag && !is_known()).then(|| format!("`{}`: no command has this flag", code.text))
 }
 
-/// What looks like a dotted key and is one neither of the configuration nor of a scenario.
+/// A dotted name that is a key neither of the configuration nor of a scenario.
 fn unknown_key(code: &Code) -> Option<String> {
     let key = if code.is_block {
-        // Of a block only what `config set` is given.
+        // In a block, only the arguments of `config set`.
         let words = shell_words(&code.text);
         let set = words.iter().position(|word| word == "config")?;
         words.get(set + 2).filter(|_| words.get(set + 1).is_some_and(|word| word == "set"))?.clone()
@@ -170,7 +169,7 @@ fn unknown_key(code: &Code) -> Option<String> {
 fn is_config_key(key: &str) -> bool {
     let left = key.replace('*', "left");
     Config::FIELDS.iter().any(|field| field.path == left) || {
-        // What is no number is no field of the table, but stands in the file.
+        // Keys that are not numbers are not in the table of fields, but they are in the file.
         let value = toml::Value::try_from(Config::default()).expect("a configuration is TOML");
         left.split('.').try_fold(&value, |value, part| value.get(part)).is_some()
     }
@@ -207,7 +206,7 @@ fn every_key_is_one_of_the_configuration_or_of_a_scenario() {
     assert!(findings.is_empty(), "{}", findings.join("\n"));
 }
 
-/// What a check says of a page with nothing but this.
+/// The findings of a check in a page with only this text.
 fn planted(page: &str, check: impl Fn(&Code) -> Option<String>) -> Vec<String> {
     code_in(page).iter().filter_map(check).collect()
 }
@@ -262,7 +261,7 @@ fn the_robot_and_the_plan_of_the_campaigns_page_are_read() {
     let runs: Vec<PathBuf> = runs.map(|entry| entry.unwrap().path()).collect();
     let [run] = &runs[..] else { panic!("one run: {runs:?}") };
     let run = run.file_stem().unwrap().to_str().unwrap();
-    // The page's run, with what was recorded in its place.
+    // The page's run, with a recorded one in its place.
     let robot = block("docs/campaign.md", "robot.toml")
         .replace("01_straight", run)
         .replace("held_out = true", "held_out = false");

@@ -78,7 +78,7 @@ fn killed_and_reconnected(listen: &str) {
     assert!(message.contains("fault is latched") && message.contains("beeline clear"), "{message}");
     let message = robot.calibrated().refused();
     assert!(message.contains("fault is latched"), "{message}");
-    // It is named while the robot still brakes for it, and cleared once it stands.
+    // The fault is reported while the robot still brakes, and cleared once it stands.
     wait_for("the robot to stand", || {
         (robot.identify()["status"]["state"] == "faulted").then_some(())
     });
@@ -222,7 +222,7 @@ fn ctrl_c_between_the_last_reading_and_the_saving_saves_nothing() {
     wait_for_text(&mut stderr, b"1mm): ");
     stdin.write_all(b"-2.7mm\n").unwrap();
     wait_for_text(&mut stderr, b"1mm): ");
-    // Both are there when it goes on: the last answer, and Ctrl-C.
+    // Both are pending when the process continues: the last answer, and Ctrl-C.
     signal(host.id(), "STOP");
     stdin.write_all(b"0mm\n").unwrap();
     interrupt(&host);

@@ -1,4 +1,4 @@
-//! The shape of an answer in JSON, as `docs/explain.schema.json` promises it.
+//! Does an answer in JSON follow `docs/explain.schema.json`?
 
 use boon::{Compiler, Schemas};
 use serde_json::Value;

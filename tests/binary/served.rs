@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::desk::Desk;
 use crate::outcome::{Outcome, wait_for};
 
-/// Wheels so unequal that one revolution shows it: W_T = 0.96.
+/// Wheels so unequal that one revolution shows the difference: W_T = 0.96.
 const SCENARIO: &str = "\
 name = \"uneven\"
 [plant.geometry.wheel_radius_m]
@@ -29,12 +29,12 @@ pub struct Served<'a> {
     child: Child,
     desk: &'a Desk,
     port: String,
-    // One robot at a time: real time is not for sharing among tests.
+    // One robot at a time: tests in real time must not share the machine.
     _turn: MutexGuard<'static, ()>,
 }
 
 impl<'a> Served<'a> {
-    /// Starts one that listens there, with a camera and a flash.
+    /// Starts one that listens at this address, with a camera and a flash.
     pub fn start(desk: &'a Desk, listen: &str) -> Self {
         Self::start_with(desk, listen, "")
     }
@@ -92,7 +92,7 @@ impl<'a> Served<'a> {
         self.child.id()
     }
 
-    /// How far the camera has seen the robot from where it started \[m\].
+    /// Distance between the camera's first and last position of the robot \[m\].
     pub fn travelled_m(&self) -> f64 {
         let places = self.places_m();
         match (places.first(), places.last()) {
@@ -101,14 +101,14 @@ impl<'a> Served<'a> {
         }
     }
 
-    /// Where the camera has seen the robot, (x, y) \[m\].
+    /// The camera's positions of the robot, (x, y) \[m\].
     pub fn places_m(&self) -> Vec<(f64, f64)> {
         let track = String::from_utf8(self.desk.read("track.csv")).unwrap();
         let place = |line: &str| -> Option<(f64, f64)> {
             let mut cells = line.split(',').skip(1).map(|cell| cell.parse().ok());
             Some((cells.next()??, cells.next()??))
         };
-        // The last line may be in the making.
+        // The last line may be incomplete.
         let whole = &track[..track.rfind('\n').unwrap_or(0)];
         whole.lines().filter_map(place).collect()
     }

@@ -55,7 +55,7 @@ fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() 
     let ahead = "1m\n12mm -3mm 1deg\n500 3\n5m 0m\n50.8cm -4mm 2mm\n50.8cm -4mm\ntwo\n2\n2.5deg\n";
     let outcome = record(&desk, &format!("{ahead}\n0mm 0.497m 91deg\n\n1mm 2mm\n\n")).ok();
     let warnings: Vec<&str> =
-        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+        outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     for (warning, expected) in warnings.iter().zip([
         "`1m` is no pose",
         "no unit",
@@ -93,7 +93,7 @@ fn what_the_wheels_contradict_is_asked_again_and_taken_when_typed_twice() {
     let north = "\n0m -0.5m 90deg\n0m -0.5m 90deg\n";
     let outcome = record(&desk, &format!("{ahead}{north}\n0m 0m 90deg\n0m 0m\n1deg\n")).ok();
     let warnings: Vec<&str> =
-        outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
+        outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     let [ahead, north, spin] = warnings[..] else { panic!("{outcome:#?}") };
     for (warning, off) in [(ahead, " degrees from where"), (north, " m from"), (spin, " degrees")] {
         assert!(warning.contains(off) && warning.contains("read it again"), "{warning}");
@@ -116,7 +116,7 @@ fn how_well_a_tape_is_read_is_in_robot_toml_once_it_was_read() {
     let robot = campaign(&desk).robot;
     assert_eq!((robot.position_sigma_m, robot.heading_sigma_rad), (Some(0.002), Some(0.01)));
 
-    // What was said first stays, and another way of measuring is warned of.
+    // The first value stays, and another instrument leads to a warning.
     let finer = [&RECORD[..], &["--position-sigma", "0.5mm"]].concat();
     let outcome = desk.run_with(&finer, "\n0m 0.5m 90deg\ns\n").ok();
     assert!(outcome.stderr.contains("position_sigma_m = 0.002 is not how well"), "{outcome:#?}");
@@ -160,7 +160,7 @@ fn a_run_is_left_out_or_driven_again_after_it_was_seen_to_go_wrong() {
     assert_eq!(outcome.stderr.matches("north: put the robot").count(), 2, "{outcome:#?}");
     assert_eq!(names(&desk), ["01_north"]);
     assert_eq!(seen(&desk, 0).len(), 2);
-    // What was left out is asked for again.
+    // A run that was left out is asked for again.
     record(&desk, "\n0.5m 0m 0deg\n\n0m 0m 0deg\n").ok();
     assert_eq!(names(&desk), ["01_north", "02_ahead", "03_spin"]);
 }
@@ -179,8 +179,8 @@ fn squares() -> String {
     plan
 }
 
-/// The robot is measured by the tape as it truly stands: what the first recording says it would read is what
-/// is typed in the second time.
+/// The tape reads the robot's true pose: the first recording prints what the tape would read, and this is typed in the
+/// second time.
 #[test]
 fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
     let desk = Desk::new();
@@ -199,7 +199,7 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
         .filter_map(|line| line.trim().strip_prefix("a tape would read "))
         .collect();
     assert_eq!(read.len(), 6, "{practice:#?}");
-    let answers: String = read.iter().map(|it| format!("\n{it}\n")).collect();
+    let answers: String = read.iter().map(|line| format!("\n{line}\n")).collect();
     record("robot", &answers);
     let compared = desk.run("compare robot").ok().stdout;
     assert!(compared.contains("05_left_3"), "{compared}");
@@ -211,20 +211,20 @@ fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
         .find(|class| class.as_array().unwrap().iter().any(|id| id == "wheel_radius_ratio"));
     let class = class.unwrap_or_else(|| panic!("{answer:#}"));
     for id in ["heading_pull", "turn_asymmetry"] {
-        assert!(class.as_array().unwrap().iter().any(|it| it == id), "{answer:#}");
+        assert!(class.as_array().unwrap().iter().any(|member| member == id), "{answer:#}");
     }
     assert!(!answer["next_run"].is_null(), "{answer:#}");
-    // The next run is to be driven by the robot that was recorded.
+    // The same robot has to drive the next run.
     let said = desk.run("explain robot").ok().stdout;
     let next = said.lines().find(|line| line.contains("beeline campaign record robot --run"));
-    assert!(next.is_some_and(|it| it.ends_with(" --port sim:unequal.toml")), "{said}");
+    assert!(next.is_some_and(|command| command.ends_with(" --port sim:unequal.toml")), "{said}");
 }
 
 #[test]
 fn a_run_that_is_suggested_may_follow_at_once() {
     let desk = desk();
     record(&desk, "\n49.8cm 1mm 0deg\nq\n");
-    // The advice ends with the tape, and is taken in the same minute.
+    // The suggested command measures with the tape, too, and is followed within the same minute.
     desk.run("explain robot").ok();
     let once_more = |answers: &str| {
         let straight = ["campaign", "record", "robot", "--run", "straight", "--measure", "ask"];

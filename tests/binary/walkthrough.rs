@@ -50,7 +50,7 @@ fn examples(page: &'static str, text: &str) -> Vec<Example> {
     examples
 }
 
-/// What is wrong with the output that a page shows, and what is to be written there.
+/// The difference between the output that a page shows and the real one, with the line to write there.
 fn difference(example: &Example, printed: &str) -> Option<String> {
     let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
     let (mut at, mut skip) = (0, false);
@@ -65,7 +65,7 @@ fn difference(example: &Example, printed: &str) -> Option<String> {
             (printed.get(at) == Some(&shown.as_str())).then_some(at)
         };
         let Some(found) = found else {
-            // The line that begins as the shown one does, or the one in its place.
+            // The line that begins like the shown one, or else the line at its position.
             let first = |text: &str| text.split_whitespace().take(2).collect::<String>();
             let same = printed[at..].iter().find(|line| first(line) == first(shown));
             let now = same.or(printed.get(at)).unwrap_or(&"(nothing)");
@@ -90,7 +90,7 @@ fn difference(example: &Example, printed: &str) -> Option<String> {
     })
 }
 
-/// Does what the command line says; `None` where it is another program's business.
+/// Runs the command line; `None` if it is for another program.
 fn output_of(desk: &Desk, command: &str) -> Option<String> {
     if let Some(arguments) = command.strip_prefix("beeline ") {
         return Some(desk.run(arguments).ok().stdout);
@@ -105,7 +105,7 @@ fn output_of(desk: &Desk, command: &str) -> Option<String> {
             let text = String::from_utf8(desk.read(file)).unwrap();
             text.lines().last().map(str::to_owned)
         }
-        // Held by the tests of the example itself.
+        // The tests of the example itself cover this.
         ["cargo", "run", "--release", "-p", "beeline-tests", "--example", "mystery", ..] => None,
         _ => panic!("a page has a command that this test does not know: {command}"),
     }

@@ -1,4 +1,4 @@
-//! What is hidden, drawn by seed.
+//! What does each campaign of the benchmark hide? Drawn by seed.
 
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -23,12 +23,12 @@ pub enum Kind {
     Nothing,
     /// Nothing but crooked starts, another camera, other motors.
     Nuisance,
-    /// Something that the catalogue does not have, as strong as it is in the field, 30 sigma at least.
+    /// An effect outside the catalogue, at its typical strength, and at least at 30 sigma.
     Outside,
 }
 
 impl Kind {
-    /// All of them, with their share of a benchmark.
+    /// All kinds, with their share of a benchmark.
     const SHARES: [(Kind, f64); 7] = [
         (Kind::Nothing, 100.0),
         (Kind::Nuisance, 100.0),
@@ -39,7 +39,7 @@ impl Kind {
         (Kind::Outside, 44.0),
     ];
 
-    /// By how many sigma each effect is to stand out, where that is given.
+    /// By how many sigma each effect has to stand out, where that is given.
     pub fn sigmas(self) -> Option<f64> {
         match self {
             Kind::Strong | Kind::Outside => Some(30.0),
@@ -50,7 +50,7 @@ impl Kind {
         }
     }
 
-    /// In a table.
+    /// Its name in a table.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Strong => "one, strong",
@@ -67,7 +67,7 @@ impl Kind {
 /// One campaign to be recorded and explained.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Its place in the benchmark.
+    /// Its index in the benchmark.
     pub index: usize,
     /// Draws everything about it.
     pub seed: u64,
@@ -79,7 +79,7 @@ pub struct Case {
 
 /// The cases of a benchmark: effects take turns, the seed draws the rest.
 pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
-    let whole: f64 = Kind::SHARES.iter().map(|it| it.1).sum();
+    let whole: f64 = Kind::SHARES.iter().map(|entry| entry.1).sum();
     let mut kinds = Vec::new();
     let mut upto = 0.0;
     for (kind, share) in Kind::SHARES {
@@ -89,7 +89,7 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
         }
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // Which effect comes first is drawn, so that a small benchmark is not always about the same ones.
+    // The first effect is drawn, so that a small benchmark does not always have the same ones.
     let mut turn: usize = rng.random_range(0..1000);
     let (inside, outside) = (inside(), outside());
     let each = kinds.into_iter().enumerate().map(|(index, kind)| {
@@ -105,10 +105,10 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
     each.collect()
 }
 
-/// Two effects that are not one and the same on this robot.
+/// Two effects that differ on this robot.
 fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
     let first = inside[turn % inside.len()];
-    let differs = |it: &&HiddenEffect| **it != first && !same(first, **it);
+    let differs = |other: &&HiddenEffect| **other != first && !same(first, **other);
     let others: Vec<HiddenEffect> = inside.iter().filter(differs).copied().collect();
     vec![first, others.choose(rng).copied().unwrap_or(first)]
 }
@@ -126,23 +126,25 @@ mod tests {
     fn the_default_benchmark_has_two_hundred_sound_robots_and_every_effect_in_every_strength() {
         let cases = cases(1, 420);
         assert_eq!(cases.len(), 420);
-        let count = |kind: Kind| cases.iter().filter(|it| it.kind == kind).count();
+        let count = |kind: Kind| cases.iter().filter(|case| case.kind == kind).count();
         assert_eq!(count(Kind::Nothing) + count(Kind::Nuisance), 200);
         for kind in [Kind::Strong, Kind::Medium, Kind::Weak] {
             for effect in inside() {
                 assert!(
-                    cases.iter().any(|it| it.kind == kind && it.effects == [effect]),
+                    cases.iter().any(|case| case.kind == kind && case.effects == [effect]),
                     "{effect}"
                 );
             }
         }
-        assert!(cases.iter().filter(|it| it.kind == Kind::Two).all(|it| it.effects.len() == 2));
+        assert!(
+            cases.iter().filter(|case| case.kind == Kind::Two).all(|case| case.effects.len() == 2)
+        );
     }
 
     #[test]
-    fn the_same_seed_hides_the_same_and_another_one_something_else() {
+    fn the_same_seed_hides_the_same_effects_and_another_seed_others() {
         let effects =
-            |seed| cases(seed, 100).into_iter().flat_map(|it| it.effects).collect::<Vec<_>>();
+            |seed| cases(seed, 100).into_iter().flat_map(|case| case.effects).collect::<Vec<_>>();
         assert_eq!(effects(7), effects(7));
         assert_ne!(effects(7), effects(8));
     }

@@ -1,4 +1,4 @@
-//! The robot recorded: the procedure of `beeline campaign record`, in this process.
+//! How is a robot of the benchmark recorded? By the procedure of `beeline campaign record`, in this process.
 
 use campaign::plan::{CampaignPlan, PlanSettings};
 use campaign::{Campaign, CampaignWriter, Run, RunFacts};
@@ -18,16 +18,16 @@ use sim_target::{Options, Scenario, SimTarget};
 
 use super::case::Kind;
 
-/// Telemetry of the benchmark's campaigns \[ms\]: a wheel at 0.35 m/s turns by a tenth of a turn.
+/// Telemetry period of the benchmark's campaigns \[ms\]: a wheel at 0.35 m/s makes a tenth of a turn in it.
 pub const PERIOD_MS: u16 = 50;
-/// Pictures of its camera \[Hz\].
+/// Rate of its camera \[Hz\].
 const CAMERA_HZ: f64 = 10.0;
 
-/// Tyres of a sound robot, times as hard as the standard robot's.
+/// Stiffness of a sound robot's tyres, relative to the standard robot's.
 const HARD: f64 = 6.0;
-/// Their patch, times as long, for the same deflection at so much less slip.
+/// Relaxation length, relative to the standard robot's: the same deflection at less slip.
 const LONG: f64 = 4.0;
-/// Their rolling resistance, of the standard robot's.
+/// Rolling resistance, relative to the standard robot's.
 const EASY: f64 = 0.25;
 /// Hard tyres vibrate faster \[us\].
 const SUBSTEP_US: u32 = 200;
@@ -40,12 +40,11 @@ pub fn plan() -> CampaignPlan {
     CampaignPlan::usual(&settings).expect("the usual floor is large enough")
 }
 
-/// A sound robot of nominal size, no two alike: what its own tyres and caster do stays below what its
-/// campaign can see.
+/// A sound robot of nominal size, no two alike: its own tyres and caster have no effect that its campaign can detect.
 ///
-/// The standard robot's do not: its narrow rubber rings slip by 0.8 % per m/s^2, which is an effect
-/// of the catalogue (traction_slip), and their rolling resistance makes the wheels look 0.05 % too small.
-/// So a sound robot has hard tyres that roll easily.
+/// Those of the standard robot have: its narrow rubber rings slip by 0.8 % per m/s^2, which is an effect of the
+/// catalogue (traction_slip), and their rolling resistance makes the wheels appear 0.05 % too small. So a sound robot
+/// has stiff tyres that roll easily.
 pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut plant = PlantParameters { substep_us: SUBSTEP_US, ..PlantParameters::default() };
@@ -71,12 +70,12 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
         .map(|encoder| sim_target::plant::EncoderParameters { phase: None, ..encoder });
     let mut scenario = Scenario { name: "sound".into(), seed, plant, ..Scenario::default() };
     scenario.camera.rate_hz = CAMERA_HZ;
-    // By hand on a mark: a centimetre, a degree.
+    // Placed by hand on a mark: to a centimetre and a degree.
     let placement = scenario.placement;
     scenario.placement =
         PlacementParameters { heading_sigma_rad: 0.02, position_sigma_m: 0.01, ..placement };
-    // Every other robot has a gyro, and those have one whose gyro is the matter.
-    let gyro_is_hidden = effects.iter().any(|it| it.id().starts_with("gyro_"));
+    // Every other robot has a gyro, and so has every robot whose gyro is at fault.
+    let gyro_is_hidden = effects.iter().any(|effect| effect.id().starts_with("gyro_"));
     if rng.random_bool(0.5) || gyro_is_hidden {
         scenario.gyro = Some(GyroParameters { rate_hz: GYRO_HZ, ..GyroParameters::default() });
     }
@@ -85,7 +84,7 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
             PlacementParameters { heading_sigma_rad: 0.1, position_sigma_m: 0.05, ..placement };
         scenario.camera.position_sigma_m = 0.001 * rng.random_range(0.5..=2.0);
         scenario.camera.heading_sigma_rad = 0.002 * rng.random_range(0.5..=2.0);
-        // Known, and taken off by whoever writes the recording.
+        // Known, and subtracted by whoever writes the recording.
         scenario.camera.delay_s = rng.random_range(0.01..=0.12);
     }
     scenario
@@ -135,7 +134,7 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
     ))
 }
 
-/// Leaves a campaign in a folder, as `beeline campaign record` would.
+/// Writes a campaign to a folder, as `beeline campaign record` would.
 pub fn keep(campaign: &Campaign, folder: &std::path::Path) -> Result<(), Error> {
     let robot = campaign::RobotFile { runs: Vec::new(), ..campaign.robot.clone() };
     let writer = CampaignWriter::open(folder, &robot)?;
@@ -174,7 +173,7 @@ mod tests {
         assert!(spans_s > 0.9 * planned_s, "{spans_s} s of {planned_s} s");
         let left: Vec<f64> = rows.iter().filter_map(|row| row.counts.left).collect();
         let most = left.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        // Out, and back to where it began: both ways are there.
+        // Out, and back to the start: both ways are in the recording.
         let (out, back) = (most - left[0], most - left[left.len() - 1]);
         assert!(out > 1000.0 && back > 0.95 * out, "{out} counts out, {back} back");
     }

@@ -1,4 +1,4 @@
-//! What is hidden in a robot, and what of it the model has in so many words.
+//! Which effects can be hidden in a robot, and which of the model's parameters do they correspond to?
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -11,12 +11,12 @@ pub const REFERENCE: f64 = 1.0;
 
 /// Effects of the catalogue.
 pub fn inside() -> Vec<HiddenEffect> {
-    HiddenEffect::ALL.iter().copied().filter(|it| it.is_in_catalogue()).collect()
+    HiddenEffect::ALL.iter().copied().filter(|effect| effect.is_in_catalogue()).collect()
 }
 
 /// Effects outside the catalogue.
 pub fn outside() -> Vec<HiddenEffect> {
-    HiddenEffect::ALL.iter().copied().filter(|it| !it.is_in_catalogue()).collect()
+    HiddenEffect::ALL.iter().copied().filter(|effect| !effect.is_in_catalogue()).collect()
 }
 
 /// One effect to be hidden.
@@ -35,8 +35,8 @@ impl Hidden {
     pub fn hide(&self, scenario: &mut Scenario) {
         self.effect.apply(scenario, self.strength, &mut ChaCha8Rng::seed_from_u64(self.seed));
         if self.effect == HiddenEffect::CasterKick {
-            // As every procedure asks for: else each run begins with a kick of its own, which belongs to
-            // a reversal that nobody recorded.
+            // Every procedure asks for this. Otherwise each run begins with a kick of its own, after a reversal
+            // that is not in the recording.
             scenario.placement.caster_trails = true;
         }
     }
@@ -55,29 +55,29 @@ impl Hidden {
     }
 }
 
-/// An effect of the catalogue with what the same part of the robot brings along: the fit that knows the truth
-/// knows these, too.
+/// An effect of the catalogue, with the effects that the same part of the robot causes as well: the fit that knows
+/// the truth has these, too.
 pub fn with_companions(effect: HiddenEffect) -> Vec<&'static dyn Effect> {
     let companions: &[&str] = match effect {
-        // Wheels that give way to a load that shifts give way to one that is put on.
+        // Wheels that yield to a shifted load also yield to an added one.
         HiddenEffect::TurnLoadTransfer => &["payload"],
         _ => &[],
     };
     core::iter::once(effect.id()).chain(companions.iter().copied()).filter_map(find).collect()
 }
 
-/// What the unexplained part of an effect outside the catalogue depends on by its physics, in the words
-/// of `explain`; any of them is right.
+/// The regressors on which an effect outside the catalogue depends by its physics, by the names of `explain`; any of
+/// them is right.
 pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
     use HiddenEffect as E;
     match effect {
-        // A force builds up along the way after each change of motion.
+        // A force builds up along the path after each change of motion.
         E::RelaxationLength => &["distance since reversal", "acceleration", "turn rate"],
-        // Beyond a torque: when it accelerates, the more so the heavier it is; now and then.
+        // Above a torque: under acceleration, the more the heavier the robot is; now and then.
         E::SetScrewSlip => &["acceleration", "direction of travel", "time in the run", "load"],
         E::WetPatch | E::FloorBump | E::LensDistortion => &["place", "heading"],
         E::BentAxle | E::MagneticEncoder | E::GearRipple | E::FlatSpot => &["wheel angle"],
-        // Against the motion, whatever its speed: what it turns depends on the way and its sign.
+        // A force against the motion, whatever the speed: the turn depends on the travel and its sign.
         E::DraggingBrush => &["direction of travel", "turn rate", "speed"],
         E::StaleFrames => &["speed", "wheel speed", "turn rate", "time in the run"],
         E::StickyCaster => &["distance since reversal", "turn rate", "direction of travel"],
@@ -88,8 +88,8 @@ pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
     }
 }
 
-/// Parameters of an effect as the plant has them, by the names of the model: where one of the plant's
-/// numbers is a parameter of the model, not where it merely causes one.
+/// True parameters of an effect, by the names of the model, where one of the plant's numbers is a parameter of the
+/// model; not where it merely causes one.
 pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
     let share = super::field::radius_shares(scenario);
     let nominal = sim_target::plant::PlantParameters::default().geometry;

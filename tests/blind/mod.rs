@@ -1,21 +1,24 @@
-//! The blind benchmark: robots with a hidden effect, recorded as a user would, explained without being
-//! told, and judged by the truth.
+//! The blind benchmark: does `explain` find the effect that is hidden in a robot, and nothing in a sound one?
+//!
+//! The robots are recorded as a user would record them, explained without knowledge of what is hidden, and the answer
+//! is compared with the truth.
 //!
 //! ```text
-//! seed -> case: which effect, how strong          (kept from everything but the judge)
+//! seed -> case: which effect, how strong          (known to the verdict alone)
 //!      -> robot of forces, firmware, camera       -> campaign, as `beeline campaign record` drives it
 //!                                                       |-> explain(campaign)        -> answer
-//!      truth ------------------------------------------------> judge(truth, answer)  -> verdict
+//!      truth ------------------------------------------------> compare(truth, answer)  -> verdict
 //! ```
 //!
 //! | module | what it is |
 //! | --- | --- |
 //! | [`case`] | what is hidden, drawn by seed |
-//! | [`field`] | the robot recorded |
+//! | [`field`] | the robot, recorded |
+//! | [`hide`] | the effects that can be hidden, and their true parameters |
 //! | [`strength`] | how strong an effect must be to stand out by so many sigma |
 //! | [`verdict`] | the answer against the truth |
 //! | [`score`] | many verdicts against the bars |
-//! | [`mystery`] | one such campaign to try oneself, its answer sealed |
+//! | [`mystery`] | one such campaign for a reader to solve, with its answer sealed |
 
 pub mod case;
 pub mod field;
@@ -27,16 +30,16 @@ pub mod verdict;
 
 use crate::parallel::in_order;
 use case::Case;
-use verdict::{Verdict, judge};
+use verdict::{Verdict, verdict_on};
 
-/// Judges cases on all cores; `seen` hears of each as it is done.
-pub fn judge_all(
+/// The verdicts on these cases, on all cores; `seen` is called for each as it is done.
+pub fn verdicts_on(
     cases: &[Case],
     seen: &(dyn Fn(usize, &Result<Verdict, String>) + Sync),
 ) -> Vec<Result<Verdict, String>> {
     let indices: Vec<usize> = (0..cases.len()).collect();
     in_order(&indices, |index| {
-        let result = judge(&cases[*index]);
+        let result = verdict_on(&cases[*index]);
         seen(*index, &result);
         result
     })

@@ -1,5 +1,5 @@
-//! A campaign with something hidden in it, and its seal: what is hidden can be looked up when one has an
-//! answer of one's own, and cannot have been changed meanwhile.
+//! A campaign with a hidden effect for a reader to find, and its seal: the reader can look up the answer afterwards,
+//! and be sure that nobody has changed it.
 //!
 //! ```text
 //! answer = TOML text: seed, hidden effect, strength                     printed by `open`
@@ -27,9 +27,9 @@ impl Mystery {
     /// The one that this seed draws: an effect of the catalogue, one to two times as strong as typical.
     pub fn draw(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x6d79_7374_6572_7900);
-        // What is wrong with a robot's yaw rate sensor does not bend its path.
+        // A fault of the yaw rate sensor does not change the robot's path.
         let effects: Vec<_> =
-            inside().into_iter().filter(|it| !it.id().starts_with("gyro_")).collect();
+            inside().into_iter().filter(|effect| !effect.id().starts_with("gyro_")).collect();
         let effect = *effects.choose(&mut rng).expect("the catalogue is not empty");
         let hidden = Hidden { effect, strength: rng.random_range(1.0..2.0), seed };
         Self { seed, hidden }
@@ -51,7 +51,7 @@ impl Mystery {
         )
     }
 
-    /// The seal: it says nothing of what is hidden, and fixes it.
+    /// The seal: it fixes the answer without revealing it.
     pub fn sealed(&self) -> String {
         format!(
             "# What is hidden in this robot was drawn by this seed; `cargo run --release -p beeline-tests\n\
@@ -85,11 +85,12 @@ pub fn seal(text: &str) -> String {
 /// The seed of a sealed answer, and its seal.
 ///
 /// # Errors
-/// What is missing.
+/// The field that is missing.
 pub fn read_sealed(text: &str) -> Result<(u64, String), String> {
     let field = |name: &str| {
         let line = text.lines().find_map(|line| line.strip_prefix(name)?.trim().strip_prefix('='));
-        line.map(|it| it.trim().trim_matches('"').to_owned()).ok_or(format!("it has no {name}"))
+        line.map(|value| value.trim().trim_matches('"').to_owned())
+            .ok_or(format!("it has no {name}"))
     };
     let seed = field("seed")?.parse().map_err(|_| "its seed is not a number".to_owned())?;
     Ok((seed, field("sha256")?))
@@ -100,13 +101,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_seal_is_the_hash_of_the_answer_and_says_nothing_of_it() {
+    fn the_seal_is_the_hash_of_the_answer_and_does_not_reveal_it() {
         let mystery = Mystery::draw(7);
         let (seed, sha256) = read_sealed(&mystery.sealed()).unwrap();
         assert_eq!((seed, sha256.clone()), (7, seal(&mystery.answer())));
         assert!(!mystery.sealed().contains(mystery.hidden.effect.id()));
         assert_ne!(seal(&Mystery::draw(8).answer()), sha256);
-        // Of three letters, from the standard itself (FIPS 180-4).
+        // The standard's own example (FIPS 180-4).
         let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(seal("abc"), abc);
     }

@@ -1,4 +1,4 @@
-//! Many verdicts against the bars.
+//! Does the benchmark meet its bars? Shares over many verdicts, and tables of what was missed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,20 +9,20 @@ use super::verdict::Verdict;
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// What is asked for.
+    /// The claim.
     pub claim: &'static str,
-    /// What was measured, a share or a ratio.
+    /// The measured share or ratio.
     pub measured: f64,
     /// Of how many.
     pub of: usize,
-    /// Lowest and highest value that will do.
+    /// Lowest and highest value that meets it.
     pub within: [f64; 2],
     /// Printed as it is, not in percent.
     pub ratio: bool,
 }
 
 impl Bar {
-    /// Whether it is met; what was asked of nothing is.
+    /// Whether it is met; a bar without cases is.
     pub fn holds(&self) -> bool {
         self.of == 0 || (self.within[0]..=self.within[1]).contains(&self.measured)
     }
@@ -49,25 +49,26 @@ impl Bar {
     }
 }
 
-/// Share of `of` for which it is true.
+/// The share of these verdicts for which `is` holds, and their number.
 fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> bool) -> (f64, usize) {
     let (mut all, mut hits) = (0, 0);
-    for it in of {
+    for verdict in of {
         all += 1;
-        hits += usize::from(is(it));
+        hits += usize::from(is(verdict));
     }
     (hits as f64 / f64::from(u32::try_from(all).unwrap_or(u32::MAX)).max(1.0), all)
 }
 
 /// The bars of the benchmark.
 ///
-/// A campaign whose effect stands out by less than half of what was asked for, or by more than twice, counts in
-/// none of them; it is listed ([`too_weak`]).
+/// A campaign whose effect stands out by less than half of what is required, or by more than twice, counts in none
+/// of them; it is listed by [`too_weak`].
 pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     let verdicts: &Vec<Verdict> =
-        &verdicts.iter().filter(|it| it.as_strong_as_asked()).cloned().collect();
-    let of =
-        |kinds: &'static [Kind]| verdicts.iter().filter(move |it| kinds.contains(&it.case.kind));
+        &verdicts.iter().filter(|verdict| verdict.as_strong_as_required()).cloned().collect();
+    let of = |kinds: &'static [Kind]| {
+        verdicts.iter().filter(move |verdict| kinds.contains(&verdict.case.kind))
+    };
     let bar = |claim, (measured, of): (f64, usize), within| Bar {
         claim,
         measured,
@@ -75,11 +76,13 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
         within,
         ratio: false,
     };
-    let covered: Vec<bool> =
-        verdicts.iter().flat_map(|it| it.covered.iter().map(|it| it.1)).collect();
-    let coverage = covered.iter().filter(|it| **it).count() as f64 / covered.len().max(1) as f64;
+    let covered: Vec<bool> = verdicts
+        .iter()
+        .flat_map(|verdict| verdict.covered.iter().map(|interval| interval.1))
+        .collect();
+    let coverage = covered.iter().filter(|hit| **hit).count() as f64 / covered.len().max(1) as f64;
     let named = of(&[Kind::Outside]).filter_map(Verdict::regressor_named).collect::<Vec<_>>();
-    let regressor = named.iter().filter(|it| **it).count() as f64 / named.len().max(1) as f64;
+    let regressor = named.iter().filter(|hit| **hit).count() as f64 / named.len().max(1) as f64;
     let ratios = ratios(verdicts);
     vec![
         bar(
@@ -102,7 +105,7 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
         bar("  flagged: a right regressor named", (regressor, named.len()), [0.80, 1.0]),
         bar("95 % intervals: cover", (coverage, covered.len()), [0.90, 0.98]),
         Bar {
-            claim: "held-out error over the truth's, 95 of 100 below",
+            claim: "cross-validated error over truth's, 95 of 100",
             measured: quantile(&ratios, 0.95),
             of: ratios.len(),
             within: [0.0, 1.15],
@@ -111,14 +114,16 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     ]
 }
 
-/// Held-out error over that of the fit that knows the truth, where there is one.
+/// Cross-validated error over that of the fit that knows the truth, where there is one.
 fn ratios(verdicts: &[Verdict]) -> Vec<f64> {
     // A robot that hides nothing has a ratio of one unless something is found in it.
-    let inside =
-        verdicts.iter().filter(|it| it.case.kind != Kind::Outside && !it.case.effects.is_empty());
-    // What cannot be divided is no error of the truth's.
-    let number = |it: f64| if it.is_finite() { it } else { f64::INFINITY };
-    let mut ratios: Vec<f64> = inside.map(|it| number(it.held_out_ratio)).collect();
+    let inside = verdicts
+        .iter()
+        .filter(|verdict| verdict.case.kind != Kind::Outside && !verdict.case.effects.is_empty());
+    // A ratio that is not a number counts against the answer.
+    let number = |ratio: f64| if ratio.is_finite() { ratio } else { f64::INFINITY };
+    let mut ratios: Vec<f64> =
+        inside.map(|verdict| number(verdict.cross_validated_ratio)).collect();
     ratios.sort_by(f64::total_cmp);
     ratios
 }
@@ -135,32 +140,32 @@ pub fn table(bars: &[Bar]) -> String {
 }
 
 /// What a case hides, by name.
-pub fn ids(it: &Verdict) -> Vec<&'static str> {
-    it.case.effects.iter().map(|it| it.id()).collect()
+pub fn ids(verdict: &Verdict) -> Vec<&'static str> {
+    verdict.case.effects.iter().map(|effect| effect.id()).collect()
 }
 
-/// What was found where what was hidden, most frequent first; classes by their first member.
+/// For each hidden effect what was found, most frequent first; classes by their first member.
 pub fn confusion(verdicts: &[Verdict]) -> String {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
-    let hidden = |it: &Verdict| match it.case.effects.len() {
+    let hidden = |verdict: &Verdict| match verdict.case.effects.len() {
         0 => "(nothing)".to_owned(),
-        _ => ids(it).join(" + "),
+        _ => ids(verdict).join(" + "),
     };
-    for it in verdicts.iter().filter(|it| it.case.kind != Kind::Two) {
-        let row = rows.entry(hidden(it)).or_default();
+    for verdict in verdicts.iter().filter(|verdict| verdict.case.kind != Kind::Two) {
+        let row = rows.entry(hidden(verdict)).or_default();
         let mut add = |name: String| *row.entry(name).or_default() += 1;
-        if it.found.is_empty() {
+        if verdict.found.is_empty() {
             add("nothing".into());
         }
-        for class in &it.found {
-            let right = class.iter().find(|id| ids(it).contains(&id.as_str()));
+        for class in &verdict.found {
+            let right = class.iter().find(|id| ids(verdict).contains(&id.as_str()));
             match (right, class.len()) {
                 (Some(_), 1) => add("itself".into()),
                 (Some(_), n) => add(format!("a class of {n}")),
                 (None, _) => add(class[0].clone()),
             }
         }
-        if it.flagged {
+        if verdict.flagged {
             add("flag".into());
         }
     }
@@ -174,58 +179,68 @@ pub fn confusion(verdicts: &[Verdict]) -> String {
     text
 }
 
-/// Cases whose effect does not stand out as it should, a line each.
+/// Cases whose effect does not stand out as required, a line each.
 pub fn too_weak(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for it in verdicts.iter().filter(|it| !it.as_strong_as_asked()) {
-        let reached: Vec<String> = it.reached.iter().map(|it| format!("{it:.1}")).collect();
-        let (ids, wanted) = (ids(it).join(", "), it.case.kind.sigmas().unwrap_or(0.0));
+    for verdict in verdicts.iter().filter(|verdict| !verdict.as_strong_as_required()) {
+        let reached: Vec<String> =
+            verdict.reached.iter().map(|sigmas| format!("{sigmas:.1}")).collect();
+        let (ids, wanted) = (ids(verdict).join(", "), verdict.case.kind.sigmas().unwrap_or(0.0));
         let _ = writeln!(
             text,
             "  case {:<4} [{ids}] at [{}] of {wanted} sigma",
-            it.case.index,
+            verdict.case.index,
             reached.join(", ")
         );
     }
     text
 }
 
-/// Every case that is not as it should be, a line each.
+/// Every case that misses its bar, a line each.
 pub fn misses(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for it in verdicts.iter().filter(|it| it.as_strong_as_asked()) {
-        let ratio_bad = it.case.kind != Kind::Outside && it.held_out_ratio > 1.15;
-        let uncovered: Vec<&str> =
-            it.covered.iter().filter(|it| !it.1).map(|it| it.0.as_str()).collect();
-        let wrong_regressor = it.regressor_named() == Some(false);
-        if it.good() && !ratio_bad && uncovered.is_empty() && !wrong_regressor {
+    for verdict in verdicts.iter().filter(|verdict| verdict.as_strong_as_required()) {
+        let ratio_bad = verdict.case.kind != Kind::Outside && verdict.cross_validated_ratio > 1.15;
+        let uncovered: Vec<&str> = verdict
+            .covered
+            .iter()
+            .filter(|interval| !interval.1)
+            .map(|interval| interval.0.as_str())
+            .collect();
+        let wrong_regressor = verdict.regressor_named() == Some(false);
+        if verdict.good() && !ratio_bad && uncovered.is_empty() && !wrong_regressor {
             continue;
         }
-        let found: Vec<String> = it.found.iter().map(|class| class.join("|")).collect();
-        let reached: Vec<String> = it.reached.iter().map(|it| format!("{it:.0}")).collect();
+        let found: Vec<String> = verdict.found.iter().map(|class| class.join("|")).collect();
+        let reached: Vec<String> =
+            verdict.reached.iter().map(|sigmas| format!("{sigmas:.0}")).collect();
         let _ = write!(
             text,
             "  case {:<4} seed {:<11} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
-            it.case.index,
-            it.case.seed,
-            it.case.kind.name(),
-            ids(it).join(", "),
+            verdict.case.index,
+            verdict.case.seed,
+            verdict.case.kind.name(),
+            ids(verdict).join(", "),
             reached.join(", "),
             found.join(", "),
-            if it.flagged {
-                format!(", flag on {}", it.depends_on.join(", "))
+            if verdict.flagged {
+                format!(", flag on {}", verdict.depends_on.join(", "))
             } else {
                 String::new()
             },
         );
-        if !it.good() {
+        if !verdict.good() {
             text.push_str("; MISSED");
         }
-        if ratio_bad || it.case.kind == Kind::Outside {
-            let _ = write!(text, "; held out {:.3} of the truth's", it.held_out_ratio);
+        if ratio_bad || verdict.case.kind == Kind::Outside {
+            let _ = write!(
+                text,
+                "; cross-validated {:.3} of the truth's",
+                verdict.cross_validated_ratio
+            );
         }
         if wrong_regressor {
-            let _ = write!(text, "; depends on {}", it.regressors.join(" or "));
+            let _ = write!(text, "; depends on {}", verdict.regressors.join(" or "));
         }
         if !uncovered.is_empty() {
             let _ = write!(text, "; outside its interval: {}", uncovered.join(", "));

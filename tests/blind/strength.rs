@@ -1,18 +1,17 @@
 //! How strong an effect must be to stand out by so many sigma in a campaign.
 //!
-//! The effect is first hidden at a reference strength, far above the noise. The fit that knows what is
-//! hidden then says by how many of its own standard errors it stands out, every run's free start and the
-//! noise fitted along:
+//! The effect is first hidden at a reference strength, far above the noise. A fit of the known effect, with every
+//! run's start free and the noise estimated, then gives by how many of its standard errors it stands out:
 //!
 //! ```text
 //! D_ref = sqrt( sum over amplitudes of (value / sigma)^2 ),    strength = reference D / D_ref       (1)
 //! ```
 //!
-//! (1) takes the effect to be linear in its strength; what was reached is measured again in the campaign
-//! itself and reported.
+//! (1) takes the effect to be linear in its strength; the strength reached is measured again in the campaign itself,
+//! and reported.
 //!
-//! Of an effect outside the catalogue no fit knows. It stands out by how much further the campaign is from
-//! what a sound robot's geometry and noise explain than the same campaign without it:
+//! An effect outside the catalogue cannot be fitted. It stands out by the chi^2 that it adds to what a sound robot's
+//! geometry and noise leave:
 //!
 //! ```text
 //! D^2 = chi^2(with it) - chi^2(without it)                                                            (2)
@@ -23,27 +22,26 @@ use robot_model::explain::model::{Model, fit};
 use robot_model::recording::Campaign;
 use robot_model::recording::RecordingError;
 
-/// By how many sigma an effect of a fitted model stands out; its amplitudes taken to be independent.
+/// By how many sigma an effect of a fitted model stands out, with its amplitudes taken as independent.
 pub fn sigmas(model: &Model, id: &str) -> f64 {
-    let Some(fitted) = model.effects.iter().find(|it| it.effect == id) else { return 0.0 };
-    let facts = robot_model::effect::find(id).map(|it| it.facts());
+    let Some(fitted) = model.effects.iter().find(|fitted| fitted.effect == id) else { return 0.0 };
+    let facts = robot_model::effect::find(id).map(|effect| effect.facts());
     let is_amplitude = |name: &str| {
         facts.is_some_and(|facts| {
-            facts
-                .parameters
-                .iter()
-                .any(|it| it.name == name && it.role == robot_model::effect::Role::Amplitude)
+            facts.parameters.iter().any(|parameter| {
+                parameter.name == name && parameter.role == robot_model::effect::Role::Amplitude
+            })
         })
     };
-    let squares = fitted
-        .parameters
-        .iter()
-        .filter(|it| is_amplitude(&it.name))
-        .map(|it| if it.sigma > 0.0 { (it.value / it.sigma).powi(2) } else { 0.0 });
+    let squares = fitted.parameters.iter().filter(|parameter| is_amplitude(&parameter.name)).map(
+        |parameter| {
+            if parameter.sigma > 0.0 { (parameter.value / parameter.sigma).powi(2) } else { 0.0 }
+        },
+    );
     squares.sum::<f64>().sqrt()
 }
 
-/// By how many sigma what is in one campaign and not in the other stands out, by (2).
+/// By how many sigma the difference of two campaigns stands out, by (2).
 ///
 /// # Errors
 /// If a campaign cannot be fitted to.
@@ -55,7 +53,7 @@ pub fn visibility(without: &Campaign, with: &Campaign) -> Result<f64, RecordingE
             .collect();
     let sound = fit(without, &geometry)?;
     let squares = |campaign: &Campaign| -> Result<f64, RecordingError> {
-        // Of what is explained: the runs kept aside show nothing to whoever explains.
+        // Only of the runs that are explained, not of those held out.
         let runs = campaign.fitted_runs().cloned().collect();
         let seen = Campaign { robot: campaign.robot, runs };
         let numbers: usize = seen.runs.iter().map(|run| 3 * run.measured_poses.len()).sum();
@@ -66,7 +64,7 @@ pub fn visibility(without: &Campaign, with: &Campaign) -> Result<f64, RecordingE
 
 /// The strength at which an effect stands out by `wanted` sigma, given what it does at a reference.
 pub fn scaled(reference: f64, wanted: f64, reached: f64) -> f64 {
-    /// An effect that hardly shows at its reference is not blown up without bounds.
+    /// An effect that hardly shows at its reference is not magnified without bound.
     const MOST: f64 = 10.0;
     reference * (wanted / reached.max(1e-9)).min(MOST)
 }

@@ -1,10 +1,10 @@
-//! Robots with a hidden effect, explained without being told: `cargo xtask bench blind`.
+//! Does `explain` find hidden effects? The whole blind benchmark: `cargo xtask bench blind`.
 //!
 //! ```text
 //! cargo xtask bench blind [--seed S] [--campaigns N]    the whole of it; exit code 1 if a bar is missed
 //!     --case I        only this case, with its answer
 //!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
-//!     --keep DIR      leaves the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
+//!     --keep DIR      writes the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
 
 use host_cli::words;
@@ -16,10 +16,10 @@ use std::time::Instant;
 use beeline_tests::blind::case::{Case, Kind, cases};
 use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
-use beeline_tests::blind::{field, judge_all};
+use beeline_tests::blind::{field, verdicts_on};
 use host_cli::ui::Progress;
 
-/// What is reported; whoever tunes takes others.
+/// The seed of the reported figures; tuning uses others.
 const SEED: u64 = 1;
 /// Half of them hide nothing.
 const CAMPAIGNS: usize = 420;
@@ -45,8 +45,8 @@ fn main() -> ExitCode {
     };
     let chosen: Vec<Case> = cases(arguments.seed, arguments.campaigns)
         .into_iter()
-        .filter(|it| arguments.case.is_none_or(|case| it.index == case))
-        .filter(|it| arguments.only.is_none_or(|kind| it.kind == kind))
+        .filter(|case| arguments.case.is_none_or(|index| case.index == index))
+        .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
         .collect();
     println!(
         "{} campaigns of {} runs, seed {}",
@@ -57,16 +57,16 @@ fn main() -> ExitCode {
     let began = Instant::now();
     let progress = Progress::new("blind campaigns", false);
     let done = AtomicUsize::new(0);
-    let results = judge_all(&chosen, &|_, _| {
+    let results = verdicts_on(&chosen, &|_, _| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress.set(done as f64 / chosen.len() as f64);
     });
     drop(progress);
     let verdicts: Vec<Verdict> =
-        results.iter().filter_map(|it| it.as_ref().ok()).cloned().collect();
+        results.iter().filter_map(|result| result.as_ref().ok()).cloned().collect();
     for (case, result) in chosen.iter().zip(&results) {
         if let Err(why) = result {
-            println!("case {} ({:?}) could not be judged: {why}", case.index, case.effects);
+            println!("case {} ({:?}) failed: {why}", case.index, case.effects);
         }
     }
     if let Some(folder) = &arguments.keep
@@ -91,14 +91,17 @@ fn main() -> ExitCode {
     print!("{}", table(&bars));
     let mut sizes: Vec<usize> = verdicts.iter().flat_map(Verdict::class_sizes).collect();
     sizes.sort_unstable();
-    let alone = sizes.iter().filter(|it| **it == 1).count();
+    let alone = sizes.iter().filter(|size| **size == 1).count();
     println!(
         "classes with what is hidden: {alone} of {} name it alone, {} effects at most",
         sizes.len(),
         sizes.last().copied().unwrap_or(0)
     );
-    let extra = verdicts.iter().filter(|it| !it.case.effects.is_empty() && it.extra > 0).count();
-    let mut explain_s: Vec<f64> = verdicts.iter().map(|it| it.explain_s).collect();
+    let extra = verdicts
+        .iter()
+        .filter(|verdict| !verdict.case.effects.is_empty() && verdict.extra > 0)
+        .count();
+    let mut explain_s: Vec<f64> = verdicts.iter().map(|verdict| verdict.explain_s).collect();
     explain_s.sort_by(f64::total_cmp);
     println!(
         "{extra} campaigns with an effect were given one more that is not there; explained in {:.1} s (median), {:.1} s (longest); {:.0} s in all",
@@ -106,52 +109,62 @@ fn main() -> ExitCode {
         explain_s.last().copied().unwrap_or(f64::NAN),
         began.elapsed().as_secs_f64()
     );
-    let all_judged = results.iter().all(Result::is_ok);
-    if all_judged && bars.iter().all(|bar| bar.holds()) {
+    let all_done = results.iter().all(Result::is_ok);
+    if all_done && bars.iter().all(|bar| bar.holds()) {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
     }
 }
 
-fn print_answer(it: &Verdict) {
-    println!("\ncase {}: {} {:?}", it.case.index, it.case.kind.name(), it.case.effects);
+fn print_answer(verdict: &Verdict) {
+    println!(
+        "\ncase {}: {} {:?}",
+        verdict.case.index,
+        verdict.case.kind.name(),
+        verdict.case.effects
+    );
     let mm = |errors: robot_model::estimation::Errors| errors.position_rms_m * 1e3;
-    println!("  {:<24} held out {:.3} mm", "nominal", mm(it.answer.baseline.cross_validated));
-    for step in &it.answer.steps {
+    println!(
+        "  {:<24} cross-validated {:.3} mm",
+        "nominal",
+        mm(verdict.answer.baseline.cross_validated)
+    );
+    for step in &verdict.answer.steps {
         println!(
-            "  {:<24} held out {:.3} mm; {}",
+            "  {:<24} cross-validated {:.3} mm; {}",
             step.effect,
             mm(step.cross_validated),
             words::why(step)
         );
     }
-    println!("  unexplained: {:?}", it.answer.unexplained);
-    println!("  held out over the truth's: {:.3}", it.held_out_ratio);
+    println!("  unexplained: {:?}", verdict.answer.unexplained);
+    println!("  cross-validated error over the truth's: {:.3}", verdict.cross_validated_ratio);
 }
 
-/// Leaves campaigns in folders, and what they hide in a file beside them.
+/// Writes campaigns to folders, and what they hide to a file beside them.
 fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let mut truth =
         String::from("case\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\theldout_m\n");
-    for it in verdicts.iter().filter(|it| all || !it.good()) {
-        let place = folder.join(format!("case_{:04}", it.case.index));
+    for verdict in verdicts.iter().filter(|verdict| all || !verdict.good()) {
+        let place = folder.join(format!("case_{:04}", verdict.case.index));
         let _ = std::fs::remove_dir_all(&place);
-        field::keep(&it.campaign, &place).map_err(|error| error.to_string())?;
+        field::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
             "{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\n",
-            it.case.index,
-            it.case.kind.name(),
-            ids(it).join(","),
-            it.good(),
-            it.reached,
-            it.as_strong_as_asked(),
-            it.held_out_ratio,
-            it.answer
+            verdict.case.index,
+            verdict.case.kind.name(),
+            ids(verdict).join(","),
+            verdict.good(),
+            verdict.reached,
+            verdict.as_strong_as_required(),
+            verdict.cross_validated_ratio,
+            verdict
+                .answer
                 .steps
                 .last()
-                .map_or(it.answer.baseline.cross_validated, |step| step.cross_validated)
+                .map_or(verdict.answer.baseline.cross_validated, |step| step.cross_validated)
                 .position_rms_m,
         );
     }
@@ -190,7 +203,7 @@ fn arguments() -> Result<Arguments, String> {
                     ("nuisance", Kind::Nuisance),
                     ("outside", Kind::Outside),
                 ];
-                let kind = kinds.iter().find(|it| it.0 == name);
+                let kind = kinds.iter().find(|entry| entry.0 == name);
                 arguments.only = Some(kind.ok_or(format!("no kind `{name}`"))?.1);
             }
             _ => return Err(format!("unknown argument {word}")),

@@ -1,10 +1,10 @@
-//! 200 robots drawn by seed, each calibrated once with the camera and once with the ruler, judged by
-//! the truth: `cargo xtask bench calibration`.
+//! How straight do robots drive after a calibration? 200 robots drawn by seed, each calibrated once with the camera
+//! and once with the ruler, compared with the truth: `cargo xtask bench calibration`.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use beeline_tests::judge::{Eye, Verdict, judge_all, quartiles};
+use beeline_tests::calibration::{Instrument, Verdict, quartiles, verdicts_on};
 
 /// The lateral error's median must fall by this factor with the camera.
 const FACTOR_MIN: f64 = 20.0;
@@ -39,8 +39,8 @@ fn main() -> ExitCode {
         "rms",
         "covers"
     );
-    let camera = report("camera", &seeds, Eye::Camera);
-    let ruler = report("ruler", &seeds, Eye::Ruler);
+    let camera = report("camera", &seeds, Instrument::Camera);
+    let ruler = report("ruler", &seeds, Instrument::Ruler);
     println!(
         "{:<8} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}   Borenstein & Feng 1996, for scale",
         "UMBmark", "", "", "", "10", "", "22"
@@ -68,15 +68,15 @@ fn arguments() -> Result<(u64, u64), String> {
     Ok((robots, seed))
 }
 
-/// What the bars are held against.
+/// The figures of the bars.
 struct Figures {
     factor: f64,
     coverage: f64,
     failed: Vec<u64>,
 }
 
-fn report(name: &str, seeds: &[u64], eye: Eye) -> Figures {
-    let results = judge_all(seeds, eye);
+fn report(name: &str, seeds: &[u64], instrument: Instrument) -> Figures {
+    let results = verdicts_on(seeds, instrument);
     let good: Vec<&Verdict> = results.iter().flatten().collect();
     let column =
         |f: fn(&Verdict) -> f64| good.iter().map(|verdict| f(verdict)).collect::<Vec<f64>>();

@@ -15,7 +15,7 @@ use sim_target::{Options, Scenario, SimTarget, now_us};
 
 /// Times real time, on one core.
 const SPEED_MIN: f64 = 500.0;
-/// The best of so many: what the machine can do when nobody disturbs it.
+/// The fastest of this many: the machine undisturbed.
 const REPEATS: usize = 7;
 
 fn main() -> ExitCode {
@@ -59,13 +59,13 @@ fn experiment() -> f64 {
     })
 }
 
-/// The plant at the paper's cruise, looked at every millisecond as the firmware does.
+/// The plant at the paper's cruise, read every millisecond as the firmware does.
 fn plant_alone(simulated_s: f64) {
     let scenario = Scenario::default();
     let setup = scenario.set_up();
     let mut plant: Plant = setup.plant;
     plant.set_enabled(true);
-    // What the feedforward asks for at 0.118 m/s.
+    // The duty of the feedforward at 0.118 m/s.
     plant.set_duty(WheelPair::both(0.28));
     let mut sum = 0;
     for tick in 1..=(simulated_s * 1000.0) as u64 {

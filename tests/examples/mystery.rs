@@ -1,4 +1,4 @@
-//! A robot with something hidden in it, to be found out:
+//! Records a robot with a hidden effect for a reader to find, or opens the answer:
 //!
 //! ```text
 //! cargo run --release -p beeline-tests --example mystery -- record FOLDER [SEED]
@@ -35,10 +35,10 @@ fn main() -> ExitCode {
     }
 }
 
-/// Without a seed, one that nobody has chosen.
+/// Without a seed, one is drawn from the clock.
 fn record(folder: &Path, seed: Option<u64>) -> Result<(), String> {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    let seed = seed.unwrap_or_else(|| now.map_or(0, |it| u64::from(it.subsec_nanos())));
+    let seed = seed.unwrap_or_else(|| now.map_or(0, |since| u64::from(since.subsec_nanos())));
     let mystery = Mystery::draw(seed);
     let campaign = mystery.campaign().map_err(|error| error.to_string())?;
     keep(&campaign, folder).map_err(|error| error.to_string())?;

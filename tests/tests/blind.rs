@@ -1,46 +1,48 @@
 //! A small blind benchmark: `cargo xtask bench blind` is the whole of it.
 
 use beeline_tests::blind::case::cases;
-use beeline_tests::blind::judge_all;
 use beeline_tests::blind::mystery::{Mystery, read_sealed, seal};
 use beeline_tests::blind::score::{Bar, bars, misses};
 use beeline_tests::blind::verdict::Verdict;
+use beeline_tests::blind::verdicts_on;
 
-/// Not a seed that is reported, nor one that anything is tuned on.
+/// Neither a seed of reported figures nor one used for tuning.
 const SEED: u64 = 20;
 
 #[test]
 fn hidden_effects_are_named_and_sound_robots_left_alone() {
     let cases = cases(SEED, 20);
-    let results = judge_all(&cases, &|_, _| ());
+    let results = verdicts_on(&cases, &|_, _| ());
     let verdicts: Vec<Verdict> =
-        results.into_iter().map(|it| it.unwrap_or_else(|why| panic!("{why}"))).collect();
+        results.into_iter().map(|result| result.unwrap_or_else(|why| panic!("{why}"))).collect();
     let misses = misses(&verdicts);
     println!("{misses}");
     let bars = bars(&verdicts);
     let counted = bars.iter().filter_map(Counted::of);
-    let (sound, hiding): (Vec<_>, Vec<_>) = counted.partition(|it| it.claim.starts_with("nothing"));
+    let (sound, hiding): (Vec<_>, Vec<_>) =
+        counted.partition(|bar| bar.claim.starts_with("nothing"));
     assert_eq!((sound.len(), hiding.len()), (1, 6), "all but the ratio");
     assert!(sound[0].of >= 8, "{} sound robots", sound[0].of);
-    let named = hiding.iter().find(|it| it.claim.starts_with("one effect, medium")).unwrap();
+    let named = hiding.iter().find(|bar| bar.claim.starts_with("one effect, medium")).unwrap();
     assert!(named.of >= 3, "{} of them", named.of);
-    // A bar of one or two campaigns is not broken by both of them; together with the others it counts.
-    let hidden: Vec<(usize, f64)> = hiding.iter().map(|it| (it.of, it.chance)).collect();
-    let (failures, of) = hiding.iter().fold((0, 0), |sum, it| (sum.0 + it.failures, sum.1 + it.of));
+    // One or two campaigns cannot break their bar alone; together with the others they count.
+    let hidden: Vec<(usize, f64)> = hiding.iter().map(|bar| (bar.of, bar.chance)).collect();
+    let (failures, of) =
+        hiding.iter().fold((0, 0), |sum, bar| (sum.0 + bar.failures, sum.1 + bar.of));
     let most = allowance(&hidden);
     assert!(most < of, "{most} of {of} cannot be broken");
     assert!(failures <= most, "{failures} of {of} failed together: {misses}");
-    for it in hiding.iter().chain(&sound) {
-        let most = allowance(&[(it.of, it.chance)]);
-        assert!(it.failures <= most, "{}: {} of {}: {misses}", it.claim, it.failures, it.of);
+    for bar in hiding.iter().chain(&sound) {
+        let most = allowance(&[(bar.of, bar.chance)]);
+        assert!(bar.failures <= most, "{}: {} of {}: {misses}", bar.claim, bar.failures, bar.of);
     }
 
-    let ratio = bars.iter().find(|it| it.ratio).unwrap(); // bar 1.15
-    // Two-sided: far better than the fit that knows the truth would be a judge that cheats.
+    let ratio = bars.iter().find(|bar| bar.ratio).unwrap(); // bar 1.15
+    // Two-sided: an answer far better than the fit that knows the truth means a comparison that is wrong.
     assert!((0.5..1.15).contains(&ratio.measured), "{ratio:?}: {misses}");
 }
 
-/// Were the robot-model just at a bar, its bound would be broken by chance in so many benchmarks.
+/// If robot-model were exactly at a bar, chance would break the bound in this share of benchmarks.
 const BY_CHANCE: f64 = 0.015;
 
 /// A bar about a share of campaigns, or of intervals, as a count of failures.
@@ -48,27 +50,27 @@ struct Counted {
     claim: &'static str,
     failures: usize,
     of: usize,
-    /// Of one failure, just at the bar.
+    /// Probability of one failure, exactly at the bar.
     chance: f64,
 }
 
 impl Counted {
-    /// Of intervals, only that they are not too narrow: that they are too wide takes hundreds to see.
+    /// For intervals, only whether they are too narrow: too wide shows in hundreds of intervals only.
     fn of(bar: &Bar) -> Option<Self> {
         let [low, high] = bar.within;
         let (failing, chance) =
             if low > 0.0 { (1.0 - bar.measured, 1.0 - low) } else { (bar.measured, high) };
-        // Nothing was asked: a share of none.
+        // No cases: a share of none.
         let failures = if bar.of == 0 { 0.0 } else { (failing * bar.of as f64).round() };
         let counted = Self { claim: bar.claim, failures: failures as usize, of: bar.of, chance };
         (!bar.ratio).then_some(counted)
     }
 }
 
-/// So many failures that more of them come up by chance in at most [`BY_CHANCE`] of all benchmarks; `groups`:
-/// how many may fail, and the chance of each.
+/// The least number of failures that chance exceeds in at most [`BY_CHANCE`] of all benchmarks; `groups`: the number
+/// of trials, and the probability that one fails.
 fn allowance(groups: &[(usize, f64)]) -> usize {
-    // Chance of each number of failures, one trial after the other.
+    // Probability of each number of failures, one trial after the other.
     let mut chances = vec![1.0];
     for chance in groups.iter().flat_map(|(of, chance)| std::iter::repeat_n(*chance, *of)) {
         let without = |k: usize| chances.get(k).copied().unwrap_or(0.0) * (1.0 - chance);
@@ -85,7 +87,7 @@ fn as_many_failures_are_allowed_as_chance_gives_at_the_bar() {
     assert_eq!(allowance(&[(4, 0.05)]), 1);
     assert_eq!(allowance(&[(2, 0.2)]), 2);
     assert_eq!(allowance(&[]), 0);
-    // The same trials in two heaps.
+    // The same trials in two groups.
     assert_eq!(allowance(&[(3, 0.1), (5, 0.1)]), allowance(&[(8, 0.1)]));
     // 1 - P(0) - P(1) - P(2) of ten at 0.05 = 0.0115.
     assert_eq!(allowance(&[(10, 0.05)]), 2);
@@ -96,11 +98,11 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/mystery-robot");
     let text = std::fs::read_to_string(folder.join("answer.toml.sealed")).unwrap();
     let (seed, sha256) = read_sealed(&text).unwrap();
-    // A change of the catalogue's order or of what is drawn breaks the seal: then record it anew.
+    // A change of the catalogue's order or of the draws breaks the seal: then record the campaign anew.
     let mystery = Mystery::draw(seed);
     assert_eq!(seal(&mystery.answer()), sha256);
 
-    // What the walk-through shows of the opened seal.
+    // The page shows the answer and the seal.
     const PAGE: &str = "docs/find-what-is-missing.md";
     let page = std::fs::read_to_string(folder.join("../..").join(PAGE)).unwrap();
     for words in [mystery.answer(), sha256] {
@@ -110,6 +112,6 @@ fn the_mystery_robots_seal_holds_and_its_secret_is_found() {
     let campaign = campaign::Campaign::read(&folder).unwrap();
     let answer = robot_model::explain::explain(&campaign.to_model(&folder).unwrap()).unwrap();
     let first = &answer.steps[0];
-    assert!(first.class.iter().any(|it| it == mystery.hidden()), "{:?}", first.class);
+    assert!(first.class.iter().any(|member| member == mystery.hidden()), "{:?}", first.class);
     assert!(first.cross_validated.position_rms_m < answer.baseline.cross_validated.position_rms_m);
 }

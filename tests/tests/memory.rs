@@ -1,4 +1,4 @@
-//! A program of its own, so that no other test's memory is in the figure.
+//! Do simulated robots leave memory behind? A program of its own, so that no other test's memory counts.
 
 #[cfg(target_os = "linux")]
 #[test]

@@ -45,8 +45,10 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);
-    let combinations: Vec<_> =
-        found.iter().map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change)).collect();
+    let combinations: Vec<_> = found
+        .iter()
+        .map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change))
+        .collect();
     let subject = Subject {
         robot: &read.robot.name,
         campaign: &args.campaign.to_string_lossy(),

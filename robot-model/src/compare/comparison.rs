@@ -1,4 +1,6 @@
-//! A campaign with its noise, compared with a model.
+//! The comparison of a campaign with a model, given the campaign's noise.
+//!
+//! The noise is found by [`crate::selection`]; the parts of the comparison are in the files beside this one.
 
 use super::curve::{self, Curve};
 use super::driven::{self, Path, RunCompared};
@@ -16,7 +18,7 @@ use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::run::RecordingError;
 use crate::selection::select::select;
 
-/// An effect at certain values of its parameters: one part of a model that is taken as it is.
+/// An effect with given values of its parameters: one part of a model that is taken as it is.
 #[derive(Clone, Debug)]
 pub struct Assumed<'a> {
     /// The effect.
@@ -36,9 +38,9 @@ pub struct Comparison {
     pub heading_rad: Rms,
     /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
     pub held_out: Option<[Rms; 2]>,
-    /// Each run; those kept aside come last.
+    /// Each run; those held out come last.
     pub runs: Vec<RunCompared>,
-    /// By what the error was asked to depend on; each with its cells.
+    /// What the error may depend on, each question with its cells.
     pub regimes: Vec<Question>,
 }
 
@@ -46,13 +48,13 @@ pub struct Comparison {
 #[derive(Debug)]
 pub struct Comparer {
     prepared: Prepared,
-    /// The runs kept aside.
+    /// The runs held out.
     held_out: Prepared,
     noise: OdometryNoise,
 }
 
 impl Comparer {
-    /// Finds out what is noise: what is left over with all of the catalogue and of these that `explain` believes in.
+    /// Estimates the noise: the residual with those effects of the catalogue and of `more` that `explain` accepts.
     pub fn new(campaign: &Campaign, more: &[&dyn Effect]) -> Result<Self, RecordingError> {
         let prepared = campaign.prepare()?;
         let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
@@ -61,18 +63,18 @@ impl Comparer {
         Ok(Self::of(prepared, noise))
     }
 
-    /// Takes this for noise.
+    /// With a known noise.
     pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
         Ok(Self::of(campaign.prepare()?, noise))
     }
 
     fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {
         let mut held_out = held_out::only(&prepared);
-        prepared.runs.iter_mut().chain(&mut held_out.runs).for_each(tell_headings);
+        prepared.runs.iter_mut().chain(&mut held_out.runs).for_each(set_headings);
         Self { prepared, held_out, noise }
     }
 
-    /// What is noise.
+    /// The noise.
     pub fn noise(&self) -> &OdometryNoise {
         &self.noise
     }
@@ -90,13 +92,13 @@ impl Comparer {
         Comparison { finding, position_m, heading_rad, held_out, runs, regimes }
     }
 
-    /// Where the model says that each run went, beside where it was seen to go; those kept aside last.
+    /// The predicted path of each run beside the measured one; those held out last.
     pub fn paths(&self, model: &[Assumed<'_>]) -> Vec<Path> {
         let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
         [paths(&self.prepared), paths(&self.held_out)].concat()
     }
 
-    /// What the model leaves, against everything it might depend on.
+    /// The residual of the model against everything it might depend on.
     pub fn curves(&self, model: &[Assumed<'_>]) -> Vec<Curve> {
         curve::curves(&self.prepared, &terms(model), &self.noise)
     }
@@ -107,10 +109,13 @@ impl Comparer {
     }
 }
 
-/// Tells each step the heading that was measured last before it, carried on by the wheels.
-fn tell_headings(run: &mut PreparedRun) {
-    let mut measurements =
-        run.recording.measured_poses.iter().filter_map(|it| Some((it.t_s, it.heading_rad?)));
+/// Sets the heading of each step: the last one measured before it, carried on by the wheels.
+fn set_headings(run: &mut PreparedRun) {
+    let mut measurements = run
+        .recording
+        .measured_poses
+        .iter()
+        .filter_map(|measurement| Some((measurement.t_s, measurement.heading_rad?)));
     let mut next = measurements.next();
     let mut heading_rad = next.map_or(0.0, |(_, heading_rad)| heading_rad);
     let mut now_s = run.motion.start_s;
@@ -127,6 +132,6 @@ fn tell_headings(run: &mut PreparedRun) {
 }
 
 fn terms<'a>(model: &[Assumed<'a>]) -> Vec<Term<'a>> {
-    let term = |it: &Assumed<'a>| Term::new(it.effect, it.values.clone());
+    let term = |assumed: &Assumed<'a>| Term::new(assumed.effect, assumed.values.clone());
     model.iter().map(term).collect()
 }

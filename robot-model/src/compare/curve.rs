@@ -1,4 +1,4 @@
-//! The shape of what a model leaves: its systematic error, in bins of everything it might depend on.
+//! How does the residual of a model depend on speed, heading and other regressors? Its systematic error, in bins.
 
 use core::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
 use crate::residuals::regressor::Regressor;
 
-/// Bins of a regressor that goes round.
+/// Bins of a regressor that is an angle.
 const BINS_ROUND: usize = 8;
 /// Bins of any other, each with the same number of steps.
 const BINS: usize = 9;
@@ -24,14 +24,14 @@ pub struct Curve {
     pub aspect: Aspect,
     /// From low to high.
     pub bins: Vec<Bin>,
-    /// Root mean square of the bins in their own standard errors: 1 is noise.
+    /// Root mean square of the bins in units of their standard errors: 1 is noise.
     pub chi: f64,
 }
 
 /// One bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin {
-    /// Middle of the regressor in it.
+    /// Mean of the regressor in it.
     pub at: f64,
     /// The systematic error.
     pub drift: Drift,
@@ -151,11 +151,11 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
                 })
                 .filter(|bin| bin.drift.sigma > 0.0)
                 .collect();
-            let squares: f64 = bins.iter().map(|it| it.drift.sigmas().powi(2)).sum();
+            let squares: f64 = bins.iter().map(|bin| bin.drift.sigmas().powi(2)).sum();
             let chi = (squares / (bins.len() as f64).max(1.0)).sqrt();
             Curve { axis, aspect, bins, chi }
         });
-        curves.extend(by_aspect.into_iter().filter(|it| it.bins.len() > 2));
+        curves.extend(by_aspect.into_iter().filter(|curve| curve.bins.len() > 2));
     }
     curves
 }

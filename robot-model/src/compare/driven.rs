@@ -1,5 +1,5 @@
-//! Whole runs, driven blindly by the model from the start that suits it best, and what noise alone
-//! would have made of them.
+//! How far is a model off over whole runs? Each run is predicted open loop from its best start, and simulated many
+//! times with noise alone for comparison.
 
 use super::rms::Rms;
 use super::stretch::tracks;
@@ -15,12 +15,12 @@ use crate::recording::motion::Step;
 use crate::recording::run::PoseMeasurement;
 use crate::recording::run_kind::RunKind;
 
-/// So often each run is driven with made-up noise.
+/// Number of simulations of each run with drawn noise.
 const DRAWS: usize = 100;
-/// Of these, the one that 99 % stay below.
-const HIGH: usize = 98;
-/// A root mean square does not need every measurement: of more than this many, every so many are taken.
-const SIGHTS_MAX: usize = 200;
+/// Index of the 99th percentile among them.
+const PERCENTILE_99: usize = 98;
+/// A root mean square does not need every measurement: more than this many are thinned out.
+const MEASUREMENTS_MAX: usize = 200;
 
 /// One run, predicted and measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,11 +31,11 @@ pub struct RunCompared {
     pub kind: RunKind,
     /// Whether it is kept aside: nothing is fitted to it, and it counts in no other figure.
     pub held_out: bool,
-    /// How long the path is, forwards and backwards \[m\].
+    /// Length of the path, forwards and backwards \[m\].
     pub path_m: f64,
-    /// How much it turned, left and right alike \[rad\].
+    /// Sum of all turns, left and right alike \[rad\].
     pub turned_rad: f64,
-    /// How long it took \[s\].
+    /// Duration \[s\].
     pub duration_s: f64,
     /// Distance between predicted and measured places \[m\]; `None` if no place was measured.
     pub position_m: Option<Rms>,
@@ -55,52 +55,54 @@ pub struct Path {
     pub kind: RunKind,
     /// Whether it is kept aside.
     pub held_out: bool,
-    /// Where it was seen \[m\].
+    /// Measured positions \[m\].
     pub measured_m: Vec<[f64; 2]>,
-    /// Where the model says it was then \[m\].
+    /// Positions that the model predicts for the same times \[m\].
     pub predicted_m: Vec<[f64; 2]>,
-    /// Where the model says it went between them, where it was seen seldom, as at both ends alone; else nothing \[m\].
+    /// The predicted path between them, if few positions were measured, as at both ends alone; else empty \[m\].
     pub way_m: Vec<[f64; 2]>,
 }
 
 impl Path {
-    /// Where it was, as far as that is known: as it was seen, or between that as the model says.
+    /// The path as far as it is known: measured, or predicted between few measured positions.
     pub fn shape_m(&self) -> &[[f64; 2]] {
         if self.way_m.is_empty() { &self.measured_m } else { &self.way_m }
     }
 }
 
-/// Who was seen more often than that shows the way by that.
-const SEEN_SELDOM: usize = 8;
-/// The way of the others is told by so many points.
+/// With more measured poses than this, they show the path by themselves.
+const SPARSE_POSES_MAX: usize = 8;
+/// Number of points of a predicted path.
 const WAY_POINTS: usize = 200;
 
-/// Where a run is by the model between where it was seen, if that is seldom; from the same start as what was seen.
+/// The predicted path between the measured poses, if these are few; from the same start as theirs.
 fn way(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<Pose> {
     let seen = &run.recording.measured_poses;
-    if seen.len() > SEEN_SELDOM || run.recording.wheels.len() <= seen.len() {
+    if seen.len() > SPARSE_POSES_MAX || run.recording.wheels.len() <= seen.len() {
         return Vec::new();
     }
     let every = run.recording.wheels.len().div_ceil(WAY_POINTS).max(1);
-    let between = run.recording.wheels.iter().step_by(every).map(|it| PoseMeasurement {
-        t_s: it.t_s,
+    let between = run.recording.wheels.iter().step_by(every).map(|sample| PoseMeasurement {
+        t_s: sample.t_s,
         position_m: None,
         heading_rad: None,
     });
-    let apart = |it: &PoseMeasurement| seen.iter().all(|other| other.t_s != it.t_s);
+    let apart =
+        |measurement: &PoseMeasurement| seen.iter().all(|other| other.t_s != measurement.t_s);
     let mut measurements: Vec<PoseMeasurement> =
         seen.iter().copied().chain(between.filter(apart)).collect();
     measurements.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     open_loop_as_seen(&run.motion, &measurements, terms).predicted
 }
 
-/// Squares of one run, and of each of its drawn twins: sums and counts, place and heading.
+/// Squared errors of one run, as measured and in each simulation with drawn noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Sums {
     measured: Squares,
     drawn: Vec<Squares>,
 }
 
+/// Sum and count of squared errors: of positions, of headings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Squares {
     sum: [f64; 2],
@@ -128,7 +130,7 @@ impl Squares {
     }
 }
 
-/// The runs, driven by the model; `first` is the number of the first one, which draws its noise.
+/// Compares each run with the model; `first` is the number of the first one, which seeds its noise.
 pub(super) fn runs(
     first: usize,
     prepared: &Prepared,
@@ -154,14 +156,14 @@ fn scales(noise: &OdometryNoise) -> (f64, f64) {
 fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNoise) -> RunCompared {
     let (position_m, heading_rad) = scales(noise);
     let errors = track.errors(position_m, heading_rad);
-    let end = errors.iter().rev().find_map(|it| it.position_m);
+    let end = errors.iter().rev().find_map(|error| error.position_m);
     let measured = Squares::of(&errors);
     let thinned = thinned(track);
     let mut random = Random::new(index as u64 + 1);
     let drawn: Vec<Squares> = (0..DRAWS)
         .map(|_| {
-            let twin = drawn(run, &thinned, noise, &mut random);
-            Squares::of(&twin.errors(position_m, heading_rad))
+            let simulated = drawn(run, &thinned, noise, &mut random);
+            Squares::of(&simulated.errors(position_m, heading_rad))
         })
         .collect();
     let steps = &run.motion.steps;
@@ -171,8 +173,8 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
         name: run.recording.name.clone(),
         kind: run.kind,
         held_out: run.recording.held_out,
-        path_m: steps.iter().map(|it| it.travel_m().abs()).sum(),
-        turned_rad: steps.iter().map(|it| it.turn_rad().abs()).sum(),
+        path_m: steps.iter().map(|step| step.travel_m().abs()).sum(),
+        turned_rad: steps.iter().map(|step| step.turn_rad().abs()).sum(),
         duration_s: run.recording.duration_s(),
         position_m: (measured.count[0] > 0.0).then_some(position),
         heading_rad: (measured.count[1] > 0.0).then_some(heading),
@@ -181,9 +183,9 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     }
 }
 
-/// Over all runs: places, headings.
+/// Over all runs: positions, headings.
 pub(super) fn overall(runs: &[RunCompared]) -> [Rms; 2] {
-    rms(&runs.iter().map(|it| &it.sums).collect::<Vec<_>>())
+    rms(&runs.iter().map(|run| &run.sums).collect::<Vec<_>>())
 }
 
 fn rms(runs: &[&Sums]) -> [Rms; 2] {
@@ -194,18 +196,22 @@ fn rms(runs: &[&Sums]) -> [Rms; 2] {
             let sum: f64 = runs.iter().map(|it| it.measured.count[i] * of(it)).sum();
             (sum / count.max(1.0)).sqrt()
         };
-        let mut twins: Vec<f64> =
-            (0..DRAWS).map(|draw| root(&|it| it.drawn[draw].mean(i))).collect();
-        let noise = (twins.iter().map(|it| it * it).sum::<f64>() / DRAWS as f64).sqrt();
-        twins.sort_by(f64::total_cmp);
-        Rms { rms: root(&|it| it.measured.mean(i)), noise, noise_high: twins[HIGH] }
+        let mut simulated: Vec<f64> =
+            (0..DRAWS).map(|draw| root(&|squares| squares.drawn[draw].mean(i))).collect();
+        let noise = (simulated.iter().map(|rms| rms * rms).sum::<f64>() / DRAWS as f64).sqrt();
+        simulated.sort_by(f64::total_cmp);
+        Rms {
+            rms: root(&|squares| squares.measured.mean(i)),
+            noise,
+            noise_high: simulated[PERCENTILE_99],
+        }
     })
 }
 
-/// A track with at most [`SIGHTS_MAX`] measurements, the last among them.
+/// A track with at most [`MEASUREMENTS_MAX`] measurements, the last among them.
 fn thinned(track: &Track) -> Track {
     let count = track.measured.len();
-    let every = count.div_ceil(SIGHTS_MAX).max(1);
+    let every = count.div_ceil(MEASUREMENTS_MAX).max(1);
     let kept: Vec<usize> = (0..count).filter(|k| k % every == 0 || k + 1 == count).collect();
     Track {
         measured: kept.iter().map(|k| track.measured[*k]).collect(),
@@ -214,10 +220,10 @@ fn thinned(track: &Track) -> Track {
     }
 }
 
-/// The same run as predicted, seen with made-up noise.
+/// The same run as predicted, measured with drawn noise.
 fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut Random) -> Track {
     let mut measurements = Vec::with_capacity(track.measured.len());
-    // What dead reckoning is off by: in the fixed frame, and the heading.
+    // Error of dead reckoning: in the fixed frame, and of the heading.
     let mut off = [0.0_f64; 3];
     let mut wobble = [(); 3].map(|()| random.normal());
     let scale = [noise.position_wobble_m, noise.position_wobble_m, noise.heading_wobble_rad];
@@ -237,7 +243,7 @@ fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut R
             off[2] += wander_rad;
             let fade = noise.wobble_fade(measurement.t_s - from_s);
             let fresh = (1.0 - fade * fade).sqrt();
-            wobble = wobble.map(|it| fade * it + fresh * random.normal());
+            wobble = wobble.map(|part| fade * part + fresh * random.normal());
         }
         before = Some((*pose, *step, measurement.t_s));
         let white = [noise.position_sigma_m, noise.position_sigma_m, noise.heading_sigma_rad]
@@ -276,13 +282,13 @@ pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoi
                 measured_m,
                 predicted_m: predicted
                     .into_iter()
-                    .map(|it| start.compose(it))
-                    .map(|it| [it.x_m, it.y_m])
+                    .map(|pose| start.compose(pose))
+                    .map(|pose| [pose.x_m, pose.y_m])
                     .collect(),
                 way_m: way(run, terms)
                     .into_iter()
-                    .map(|it| start.compose(it))
-                    .map(|it| [it.x_m, it.y_m])
+                    .map(|pose| start.compose(pose))
+                    .map(|pose| [pose.x_m, pose.y_m])
                     .collect(),
             }
         })

@@ -4,7 +4,7 @@ use super::regime::{Cell, Question};
 use super::rms::Rms;
 use super::stretch::Drift;
 
-/// A systematic error has to be this sure to be called one.
+/// A systematic error smaller than this many standard errors is not called one.
 const SURE_SIGMAS: f64 = 3.0;
 
 /// The main finding of a comparison.

@@ -1,27 +1,27 @@
-//! Predicted against measured: how far apart, where, and how much of it is noise.
+//! How far is a model off, where, and how much of that is noise?
 //!
-//! Two views of the same thing:
+//! Predicted and measured poses are compared in two ways:
 //!
-//! - *whole runs*: the model drives each run blindly from its best start; what it is off by then, in
-//!   millimetres and milliradians, is what a user of its odometry would see ([`RunCompared`]). What noise
-//!   alone would give is found by driving the same run again and again with made-up noise.
-//! - *stretches*: an error grows along the way and stays, so a whole run does not tell where it came from.
-//!   Every run is cut where a regime changes (from ramp to cruise, from forward to backward); over each
-//!   stretch the measured move is compared with the predicted one ([`Cell`]). Noise is then known by
-//!   formula, and what is the same in all stretches of a regime is systematic.
+//! - *whole runs*: the model predicts each run open loop from its best start. The error, in millimetres and
+//!   milliradians, is the one that a user of its odometry would see ([`RunCompared`]). The share of noise is found
+//!   by simulating the same run many times with drawn noise.
+//! - *stretches*: an error grows along the path and stays, so a whole run does not tell where it arose.
+//!   Every run is cut where a regime changes (from ramp to cruise, from forward to backward). Over each
+//!   stretch the measured move is compared with the predicted one ([`Cell`]). Its noise is known in closed
+//!   form, and what is the same in all stretches of a regime is systematic.
 //!
-//! What is noise was found with every known effect free at once, so that no effect passes for noise.
+//! The noise is estimated with every effect that `explain` accepts in the model, so that no effect passes for noise.
 //!
 //! | file | what it holds |
 //! | --- | --- |
 //! | `comparison.rs` | [`Comparer`]: a campaign with its noise, and [`Comparison`] with a model |
 //! | `driven.rs` | whole runs |
 //! | `stretch.rs`, `regime.rs` | stretches, and their errors by regime |
-//! | `curve.rs` | what is left against speed, heading, load and time |
+//! | `curve.rs` | residuals against speed, heading, wheel angle and time |
 //! | `finding.rs` | the main finding |
 //! | `rms.rs` | a root mean square beside that of noise |
 //!
-//! Which effect is behind an error is not asked here: that is [`crate::explain`].
+//! Which effect causes an error is a question for [`crate::explain`].
 
 pub(crate) mod comparison;
 mod curve;

@@ -156,7 +156,7 @@ pub(super) fn questions(
                     found[label].push(stretch);
                 }
             }
-            let there = found.iter().filter(|it| !it.is_empty()).count();
+            let there = found.iter().filter(|stretches| !stretches.is_empty()).count();
             let cells: Vec<Cell> = labels
                 .labels
                 .into_iter()
@@ -176,30 +176,32 @@ fn cell(label: Label, found: &[Stretch], cells: usize) -> Cell {
     let mean = |of: &dyn Fn(&Stretch) -> f64| found.iter().map(of).sum::<f64>() / n;
     let rms = |parts: &[usize]| {
         let sum = |of: &dyn Fn(&Stretch, usize) -> f64| {
-            mean(&|it| parts.iter().map(|i| of(it, *i).powi(2)).sum()).sqrt()
+            mean(&|stretch| parts.iter().map(|i| of(stretch, *i).powi(2)).sum()).sqrt()
         };
-        let noise = sum(&|it, i| it.sigma[i]);
+        let noise = sum(&|stretch, i| stretch.sigma[i]);
         // The mean of n chi squares of one degree scatters by sqrt(2/n); 2.33 sigma are 99 %.
         let high = 1.0 + 2.33 * (2.0 / (n * parts.len() as f64)).sqrt();
-        Rms { rms: sum(&|it, i| it.error[i]), noise, noise_high: noise * high.sqrt() }
+        Rms { rms: sum(&|stretch, i| stretch.error[i]), noise, noise_high: noise * high.sqrt() }
     };
-    let squares: f64 =
-        found.iter().flat_map(|it| (0..3).map(|i| (it.error[i] / it.sigma[i]).powi(2))).sum();
+    let squares: f64 = found
+        .iter()
+        .flat_map(|stretch| (0..3).map(|i| (stretch.error[i] / stretch.sigma[i]).powi(2)))
+        .sum();
     let all: Vec<&Stretch> = found.iter().collect();
-    let mut runs: Vec<usize> = found.iter().map(|it| it.run).collect();
+    let mut runs: Vec<usize> = found.iter().map(|stretch| stretch.run).collect();
     runs.sort_unstable();
     runs.dedup();
     let chi = (squares / (3.0 * n)).sqrt();
     // Noise is known to a few per cent only: what exceeds it by less is not held against the model.
     let excess = squares / NOISE_KNOWN_TO.powi(2);
     let drifts = Aspect::ALL.map(|aspect| drift(&all, aspect));
-    let steady = drifts.iter().any(|it| it.sigmas() > DRIFT_SIGMAS);
+    let steady = drifts.iter().any(|drift| drift.sigmas() > DRIFT_SIGMAS);
     let scattered = chi_squared(3 * found.len(), excess) * (cells as f64) < FALSE_ALARM;
     Cell {
         label,
         runs: runs.len(),
         stretches: found.len(),
-        rolled_m: mean(&|it| it.rolled_m),
+        rolled_m: mean(&|stretch| stretch.rolled_m),
         position_m: rms(&[0, 1]),
         heading_rad: rms(&[2]),
         chi,
@@ -213,100 +215,113 @@ fn cell(label: Label, found: &[Stretch], cells: usize) -> Cell {
 const NOISE_KNOWN_TO: f64 = 1.1;
 
 fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
-    let mut kinds: Vec<_> = prepared.runs.iter().map(|it| it.kind).collect();
+    vec![
+        run_kind(prepared),
+        path(),
+        ramp_or_cruise(prepared),
+        travel_direction(),
+        turn_direction(),
+        speed(prepared),
+        heading(),
+        wheel_angle(Regime::LeftWheelAngle, |step| step.phi_rad.left + step.dphi_rad.left / 2.0),
+        wheel_angle(Regime::RightWheelAngle, |step| step.phi_rad.right + step.dphi_rad.right / 2.0),
+    ]
+}
+
+fn run_kind<'a>(prepared: &Prepared) -> Labels<'a> {
+    let mut kinds: Vec<_> = prepared.runs.iter().map(|run| run.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let kind_labels = kinds.iter().copied().map(Label::Kind).collect();
-    let fastest: Vec<f64> = prepared
+    Labels {
+        regime: Regime::RunKind,
+        labels: kinds.iter().copied().map(Label::Kind).collect(),
+        of: Box::new(move |run, step| {
+            moving(step).then(|| kinds.iter().position(|kind| *kind == run.kind)).flatten()
+        }),
+    }
+}
+
+fn path<'a>() -> Labels<'a> {
+    Labels {
+        regime: Regime::Path,
+        labels: vec![Label::Straight, Label::Arc, Label::OnTheSpot],
+        of: Box::new(|_, step| moving(step).then(|| path_of(step))),
+    }
+}
+
+fn ramp_or_cruise<'a>(prepared: &Prepared) -> Labels<'a> {
+    let fastest = prepared
         .runs
         .iter()
         .map(|run| run.motion.steps.iter().map(rim_mps).fold(0.0, f64::max))
-        .collect();
-    let top = fastest.iter().copied().fold(0.0, f64::max);
-    let slow_and_fast = quantile_edges(prepared);
-    let edges = slow_and_fast.clone();
+        .fold(0.0, f64::max);
+    let ramp_mps2 = RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * fastest);
+    Labels {
+        regime: Regime::RampOrCruise,
+        labels: vec![Label::Ramp, Label::Cruise],
+        of: Box::new(move |_, step| {
+            let accel = step.wheel_accel_mps2.map(f64::abs);
+            let ramp = accel.left.max(accel.right) > ramp_mps2;
+            moving(step).then_some(usize::from(!ramp))
+        }),
+    }
+}
+
+fn travel_direction<'a>() -> Labels<'a> {
+    Labels {
+        regime: Regime::TravelDirection,
+        labels: vec![Label::Forward, Label::Backward],
+        of: Box::new(|_, step| {
+            let on_the_spot = path_of(step) == 2;
+            (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
+        }),
+    }
+}
+
+fn turn_direction<'a>() -> Labels<'a> {
+    Labels {
+        regime: Regime::TurnDirection,
+        labels: vec![Label::Left, Label::Right],
+        of: Box::new(|_, step| {
+            let turning = path_of(step) > 0;
+            (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
+        }),
+    }
+}
+
+fn speed<'a>(prepared: &Prepared) -> Labels<'a> {
+    let edges = quantile_edges(prepared);
+    Labels {
+        regime: Regime::Speed,
+        labels: speed_labels(&edges),
+        of: Box::new(move |_, step| {
+            let speed = rim_mps(step);
+            moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
+        }),
+    }
+}
+
+fn heading<'a>() -> Labels<'a> {
     let facing = |angle_rad: f64| {
         ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
     };
+    Labels {
+        regime: Regime::Heading,
+        labels: [0, 90, 180, 270].map(Label::Facing).to_vec(),
+        of: Box::new(move |_, step| {
+            (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
+        }),
+    }
+}
+
+fn wheel_angle<'a>(regime: Regime, angle_rad: fn(&Step) -> f64) -> Labels<'a> {
     let quadrant =
         |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
-    let of = |regime, labels: &[Label], of: Sorter<'static>| Labels {
+    Labels {
         regime,
-        labels: labels.to_vec(),
-        of,
-    };
-    const QUADRANTS: [Label; 4] =
-        [Label::Quadrant(0), Label::Quadrant(90), Label::Quadrant(180), Label::Quadrant(270)];
-    const FACING: [Label; 4] =
-        [Label::Facing(0), Label::Facing(90), Label::Facing(180), Label::Facing(270)];
-    vec![
-        Labels {
-            regime: Regime::RunKind,
-            labels: kind_labels,
-            of: Box::new(move |run, step| {
-                moving(step).then(|| kinds.iter().position(|it| *it == run.kind)).flatten()
-            }),
-        },
-        of(
-            Regime::Path,
-            &[Label::Straight, Label::Arc, Label::OnTheSpot],
-            Box::new(|_, step| moving(step).then(|| path_of(step))),
-        ),
-        of(
-            Regime::RampOrCruise,
-            &[Label::Ramp, Label::Cruise],
-            Box::new(move |_, step| {
-                let accel = step.wheel_accel_mps2.map(f64::abs);
-                let ramp = accel.left.max(accel.right) > RAMP_MIN_MPS2.max(RAMP_SHARE_PER_S * top);
-                moving(step).then_some(usize::from(!ramp))
-            }),
-        ),
-        of(
-            Regime::TravelDirection,
-            &[Label::Forward, Label::Backward],
-            Box::new(|_, step| {
-                let on_the_spot = path_of(step) == 2;
-                (moving(step) && !on_the_spot).then(|| usize::from(step.speed_mps() < 0.0))
-            }),
-        ),
-        of(
-            Regime::TurnDirection,
-            &[Label::Left, Label::Right],
-            Box::new(|_, step| {
-                let turning = path_of(step) > 0;
-                (moving(step) && turning).then(|| usize::from(step.turn_rate_rad_s() < 0.0))
-            }),
-        ),
-        Labels {
-            regime: Regime::Speed,
-            labels: speed_labels(&slow_and_fast),
-            of: Box::new(move |_, step| {
-                let speed = rim_mps(step);
-                moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
-            }),
-        },
-        Labels {
-            regime: Regime::Heading,
-            labels: FACING.to_vec(),
-            of: Box::new(move |_, step| {
-                (moving(step) && path_of(step) < 2).then(|| facing(step.heading_rad))
-            }),
-        },
-        Labels {
-            regime: Regime::LeftWheelAngle,
-            labels: QUADRANTS.to_vec(),
-            of: Box::new(move |_, step| {
-                moving(step).then(|| quadrant(step.phi_rad.left + step.dphi_rad.left / 2.0))
-            }),
-        },
-        Labels {
-            regime: Regime::RightWheelAngle,
-            labels: QUADRANTS.to_vec(),
-            of: Box::new(move |_, step| {
-                moving(step).then(|| quadrant(step.phi_rad.right + step.dphi_rad.right / 2.0))
-            }),
-        },
-    ]
+        labels: [0, 90, 180, 270].map(Label::Quadrant).to_vec(),
+        of: Box::new(move |_, step| moving(step).then(|| quadrant(angle_rad(step)))),
+    }
 }
 
 /// Speed of the faster rim \[m/s\].
@@ -334,7 +349,7 @@ fn path_of(step: &Step) -> usize {
 /// Speeds that part the rolling of all runs in three, where they differ.
 fn quantile_edges(prepared: &Prepared) -> Vec<f64> {
     let steps = prepared.runs.iter().flat_map(|run| &run.motion.steps);
-    let mut speeds: Vec<f64> = steps.filter(|it| moving(it)).map(rim_mps).collect();
+    let mut speeds: Vec<f64> = steps.filter(|step| moving(step)).map(rim_mps).collect();
     if speeds.is_empty() {
         return Vec::new();
     }

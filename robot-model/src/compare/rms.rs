@@ -1,9 +1,9 @@
-//! A root mean square beside what noise alone gives.
+//! Is a root mean square more than noise alone gives?
 
 /// A root mean square, beside what noise alone gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rms {
-    /// As measured.
+    /// The measured one.
     pub rms: f64,
     /// What noise alone gives.
     pub noise: f64,

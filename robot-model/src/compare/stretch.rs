@@ -1,4 +1,5 @@
-//! Moves between two measured poses, measured less predicted, and what noise alone would make of them.
+//! By how much does the move between two measured poses differ from the predicted one, and by how much would noise
+//! alone make it differ?
 //!
 //! Over a stretch of duration t on which the rims roll d and the robot moves by (c_x, c_y), with the noise
 //! of [`OdometryNoise`]:
@@ -9,8 +10,8 @@
 //! var(left)  = the same with c_x;    u = sigma_t^2 + w_t^2 + k_t^2 d / 3                (3)
 //! ```
 //!
-//! u is how well the heading is known along the stretch: the measured heading at its start, and what
-//! wanders since, which acts on a third of the way on average.
+//! u is the variance of the heading along the stretch: that of the heading measured at its start, and a third of the
+//! random walk since, as is the mean over the path.
 
 use crate::effect::composition::Term;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -23,7 +24,7 @@ use crate::recording::motion::Step;
 
 /// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
 const ROLLED_MAX_M: f64 = 0.5;
-/// Two poses with more rolling than this between them have the label that this share of it has.
+/// An interval with more rolling than [`ROLLED_MAX_M`] has a label if at least this share of its rolling has it.
 const LABEL_SHARE: f64 = 0.7;
 /// Stretches with less rolling tell nothing \[m\].
 const ROLLED_MIN_M: f64 = 0.01;
@@ -67,7 +68,7 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// How many standard errors it is from nothing.
+    /// How many standard errors it is from zero.
     pub fn sigmas(&self) -> f64 {
         if self.sigma > 0.0 { self.per_m.abs() / self.sigma } else { 0.0 }
     }
@@ -111,11 +112,11 @@ pub(super) fn stretches(
     };
     for pair in whole.windows(2) {
         let (from, to) = (track.step[pair[0]], track.step[pair[1]]);
-        // The label of the step in the middle speaks for the interval, if poses are close; what was measured at
-        // its ends alone is about no angle of a wheel that went round between them.
-        let here = label((from + to).div_ceil(2).min(steps.len() - 1)).filter(|it| {
+        // If poses are close, the interval has the label of the step in its middle. A longer one may have several:
+        // poses at its ends tell nothing about the angle of a wheel that went round between them.
+        let here = label((from + to).div_ceil(2).min(steps.len() - 1)).filter(|name| {
             let all_m = rolled[to] - rolled[from];
-            let same = (from..to).filter(|k| label(*k) == Some(*it));
+            let same = (from..to).filter(|k| label(*k) == Some(*name));
             all_m <= ROLLED_MAX_M
                 || same.map(|k| steps[k].rolled_m()).sum::<f64>() >= LABEL_SHARE * all_m
         });
@@ -159,8 +160,7 @@ fn between(
     let fading = 2.0 * (1.0 - noise.wobble_fade(t_s));
     let walk = noise.heading_variance_rad2(rolled_m);
     let heading = noise.heading_sigma_rad.powi(2) + noise.heading_wobble_rad.powi(2);
-    // A clock that is off shows where the speed is not the same at both ends; a sensor that is turned
-    // turns the whole stretch.
+    // A clock offset shows where the speeds at both ends differ; a heading offset turns the whole stretch.
     let [begin, end] = [from, to].map(|k| &steps[track.step[k]]);
     let late_var = noise.clock_offset_s.powi(2);
     let faster_mps = end.speed_mps() - begin.speed_mps();
@@ -193,19 +193,21 @@ fn between(
 /// What is the same in all of these stretches.
 pub(super) fn drift(stretches: &[&Stretch], aspect: Aspect) -> Drift {
     let i = aspect as usize;
-    // Each stretch weighs by what it tells: a move in proportion to its rolling.
-    let weight = |it: &Stretch| it.rolled_m / it.sigma[i].powi(2);
-    let total: f64 = stretches.iter().map(|it| weight(it) * it.rolled_m).sum();
+    // The weight of each stretch is its information: the move is in proportion to the rolling.
+    let weight = |stretch: &Stretch| stretch.rolled_m / stretch.sigma[i].powi(2);
+    let total: f64 = stretches.iter().map(|stretch| weight(stretch) * stretch.rolled_m).sum();
     if total <= 0.0 {
         return Drift { aspect, per_m: 0.0, sigma: 0.0 };
     }
-    let per_m = stretches.iter().map(|it| weight(it) * it.error[i]).sum::<f64>() / total;
+    let per_m =
+        stretches.iter().map(|stretch| weight(stretch) * stretch.error[i]).sum::<f64>() / total;
     let mut runs: std::collections::BTreeMap<usize, f64> = Default::default();
-    for it in stretches {
-        *runs.entry(it.run).or_default() += weight(it) * (it.error[i] - per_m * it.rolled_m);
+    for stretch in stretches {
+        *runs.entry(stretch.run).or_default() +=
+            weight(stretch) * (stretch.error[i] - per_m * stretch.rolled_m);
     }
-    let scatter: f64 = runs.values().map(|it| it * it).sum();
-    // One run is used up by the mean; of a single one nothing is known but its noise.
+    let scatter: f64 = runs.values().map(|sum| sum * sum).sum();
+    // The mean uses up one degree of freedom; with a single run only its noise is known.
     let count = runs.len() as f64;
     let between = if count > 1.0 { scatter * count / (count - 1.0) } else { 0.0 };
     Drift { aspect, per_m, sigma: total.max(between).sqrt() / total }

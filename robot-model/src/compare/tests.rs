@@ -1,4 +1,4 @@
-//! Comparisons of known robots with known models.
+//! Comparisons of simulated robots of known truth with known models.
 
 use super::*;
 use crate::effect::composition::Term;
@@ -78,13 +78,11 @@ fn what_the_model_knows_is_no_longer_an_error() {
 }
 
 #[test]
-fn a_curve_shows_the_shape_of_what_is_left() {
+fn a_curve_shows_the_shape_of_the_residual() {
     let truth = [term("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])];
     let comparer = Comparer::new(&campaign(&full_plan(), &truth, 9), &[]).unwrap();
-    let worst = |curves: Vec<Curve>| {
-        let it = curves.into_iter().max_by(|a, b| a.chi.total_cmp(&b.chi));
-        it.unwrap()
-    };
+    let worst =
+        |curves: Vec<Curve>| curves.into_iter().max_by(|a, b| a.chi.total_cmp(&b.chi)).unwrap();
     let before = worst(comparer.curves(&[]));
     assert_eq!(before.axis, Axis::LeftWheelAngle, "{before:?}");
     let after = worst(comparer.curves(&[assumed("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])]));
@@ -121,9 +119,9 @@ fn what_a_class_has_in_common_is_one_plain_number() {
 #[test]
 fn runs_without_headings_or_places_are_compared_as_far_as_they_go() {
     let mut runs = campaign(&part_of_plan(&["square"]), &[], 3);
-    runs.runs[0].measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+    runs.runs[0].measured_poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     runs.runs[1].measured_poses.clear();
-    let it = Comparer::new(&runs, &[]).unwrap().compare(&[]);
-    assert!(it.runs[0].position_m.is_some() && it.runs[0].heading_rad.is_none());
-    assert!(it.runs[1].position_m.is_none() && it.runs[1].end_m.is_none());
+    let comparison = Comparer::new(&runs, &[]).unwrap().compare(&[]);
+    assert!(comparison.runs[0].position_m.is_some() && comparison.runs[0].heading_rad.is_none());
+    assert!(comparison.runs[1].position_m.is_none() && comparison.runs[1].end_m.is_none());
 }

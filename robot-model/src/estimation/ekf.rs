@@ -1,9 +1,8 @@
-//! From a run's measured poses to residuals that are independent of each other, and to their
-//! derivatives by every parameter, in one pass.
+//! The extended Kalman filter over one run: independent residuals, and their derivatives by every parameter, in one
+//! pass.
 //!
-//! A pose error grows along the way, so the errors of a track are not independent. An extended Kalman
-//! filter follows the measured poses; what each measurement adds to what was known, its innovation
-//! nu with variance s, is independent of the others. The same gain K runs over the sensitivities:
+//! A pose error grows along the path, so the errors of a track are not independent. The filter follows the measured
+//! poses; its innovation nu with variance s is independent of all others. The same gain K acts on the sensitivities:
 //!
 //! ```text
 //! move:     x <- f(x),  P <- F P F' + Q,            S <- F S + df/dp                     (1)
@@ -13,16 +12,19 @@
 //! ```
 //!
 //! The state is x = (x, y, theta, e_x, e_y, e_theta, psi, tau), S = dx/dp, h = pose(t - tau) + e + psi:
-//! e is an error of the measured pose that does not add up along the way but fades within a second or
-//! so, psi how far the sensor's heading is turned against the way the robot rolls, tau by how much the
-//! clocks of sensor and encoders differ. Both are nuisances of a run, as its start is: drawn anew for
-//! every run with a spread that [`OdometryNoise`] holds, and never evidence of anything.
+//! e is a coloured error of the measured pose, which fades within a second or so instead of growing along the path;
+//! psi is the angle between the sensor's heading and the robot's; tau is the offset between the clocks of sensor and
+//! encoders. psi and tau are nuisance parameters of a run, as its start is: drawn anew for every run with a spread
+//! from [`OdometryNoise`], and never evidence for an effect.
 //! The rows of (2) are an ordinary least squares problem in the parameters.
-//! The first pose measured starts the filter: a start is a nuisance, never evidence.
-//! The three numbers of a pose are measured one after the other, which is the same as together.
+//! The first measured pose starts the filter.
+//! The three numbers of a pose update the filter one after the other, which is the same as together.
 //!
-//! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own: how it
-//! depends on the parameters is second order and left out.
+//! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own: its dependence on the
+//! parameters is of second order and left out.
+//!
+//! State and covariance are in [`crate::estimation::state`]; the rows are added up in
+//! [`crate::estimation::normal_equations`].
 
 use crate::effect::composition::{Composer, Increment, Terms};
 use crate::effect::definition::View;
@@ -34,8 +36,8 @@ use crate::kinematics::pose::Pose;
 use crate::recording::motion::{Motion, Step};
 use crate::recording::run::PoseMeasurement;
 
-/// Heading noise of a start at which no heading was measured \[rad\]: it was found from the whole track, and more
-/// freedom than that would let the first places turn it about, and the filter believe what it then sees.
+/// Heading sigma of a start at which no heading was measured \[rad\]. The heading was estimated from the whole track;
+/// with a larger sigma the first positions would turn it.
 pub(crate) const UNKNOWN_HEADING_SIGMA_RAD: f64 = 0.05;
 
 /// One innovation.
@@ -49,7 +51,7 @@ pub(crate) struct Innovation {
     pub variance: f64,
 }
 
-/// Takes the rows as they come.
+/// Receives the rows of the filter.
 pub(crate) trait Sink {
     /// One innovation with its whitened derivatives j / sqrt(s).
     fn row(&mut self, innovation: Innovation, whitened: &[f64]);
@@ -57,8 +59,8 @@ pub(crate) trait Sink {
     /// The robot moves by a share of a step.
     fn moved(&mut self, _step: &Step, _increment: &Increment, _share: f64) {}
 
-    /// A pose is measured here, the first of all or one to be compared with.
-    fn pose_measured(&mut self, _sight: &PoseMeasurement, _step: &Step, _pose: Pose) {}
+    /// A pose is measured here: the first one, which starts the filter, or a later one.
+    fn pose_measured(&mut self, _measurement: &PoseMeasurement, _step: &Step, _pose: Pose) {}
 }
 
 /// The filter over one run.
@@ -104,9 +106,9 @@ pub(crate) fn whiten(
         step.heading_rad = filter.state.pose.heading_rad + nominal.turn_rad() / 2.0;
         step.place_m = [filter.state.pose.x_m, filter.state.pose.y_m];
         let increment = filter.composer.step(&step);
-        // What was seen a moment before the first step or after the last was seen at rest.
+        // A pose measured a moment before the first step or after the last was measured at rest.
         while let Some(measurement) =
-            measurements.next_if(|it| k == last || it.t_s - delay_s <= end_s + TIME_ROUNDING_S)
+            measurements.next_if(|pose| k == last || pose.t_s - delay_s <= end_s + TIME_ROUNDING_S)
         {
             let seen_s = (measurement.t_s - delay_s).clamp(now_s, end_s.max(now_s));
             let share = (seen_s - now_s) / nominal.dt_s;
@@ -135,26 +137,29 @@ pub(crate) fn whiten(
     }
 }
 
-/// Where the robot stands when the wheels begin to be recorded; `None` if no position was measured, or if
-/// nothing says which way it looked.
+/// The pose at the first sample of the wheels; `None` if no position was measured, or if nothing determines the
+/// heading.
 fn start_pose(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
 ) -> Option<Pose> {
-    let first = within(motion, measurements).find(|it| it.position_m.is_some())?;
+    let first = within(motion, measurements).find(|pose| pose.position_m.is_some())?;
     let [x_m, y_m] = first.position_m?;
     let heading_rad = match first.heading_rad {
-        // It replaces what comes of this one.
+        // The first measurement sets the heading anew.
         Some(heading_rad) => heading_rad,
         None => {
             let track = open_loop(motion, measurements, terms);
             let from_heading = track.start_heading_from_headings();
             let from_positions = || {
-                // Whether places tell a heading is not to depend on the model that is asked about.
+                // Whether positions determine a heading must not depend on the model.
                 let nominal = open_loop(motion, measurements, Terms::Fixed(&[]));
-                let tells = nominal.spread_m() > HEADING_SPREAD_M;
-                tells.then(|| track.start_from_positions()).flatten().map(|it| it.heading_rad)
+                let determined = nominal.spread_m() > HEADING_SPREAD_M;
+                determined
+                    .then(|| track.start_from_positions())
+                    .flatten()
+                    .map(|start| start.heading_rad)
             };
             from_heading.or_else(from_positions)?
         }
@@ -162,12 +167,12 @@ fn start_pose(
     Some(Pose::new(x_m, y_m, heading_rad))
 }
 
-/// Places that are nearer together than this say nothing about a heading: in a turn on the spot they go
-/// round a marker that is not in the middle, wherever that is \[m\].
+/// Positions closer together than this tell nothing about a heading \[m\]: in a spin they are a circle of a marker off
+/// the middle, whatever its direction.
 const HEADING_SPREAD_M: f64 = 0.03;
 
 impl Filter<'_> {
-    /// Moves the pose alone, before anything is known of it.
+    /// Moves the pose alone, before the filter starts.
     fn dead_reckon(&mut self, increment: &Increment, share: f64) {
         self.state.pose = Transition::new(self.state.pose, increment, share).pose;
     }
@@ -186,7 +191,7 @@ impl Filter<'_> {
             s[0] += gx * s[2] + moved[0];
             s[1] += gy * s[2] + moved[1];
             s[2] += moved[2];
-            s[3..PSI].iter_mut().for_each(|it| *it *= fade);
+            s[3..PSI].iter_mut().for_each(|error| *error *= fade);
         }
         self.state.predict(there.pose, [gx, gy], fade);
         let rolled_m = step.rolled_m() * share;
@@ -202,12 +207,12 @@ impl Filter<'_> {
     }
 
     /// Velocity of the measured point in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single
-    /// step is a count or none, and goes with the error of that same count.
+    /// step is one count or none, and shares the error of that count.
     fn velocity(&self, step: &Step, sin_cos: [f64; 2]) -> [f64; 3] {
         velocity_of(step.speed_mps(), step.turn_rate_rad_s(), sin_cos, self.offset_at(sin_cos).1)
     }
 
-    /// The first pose: it is known to within the noise, and so are its sensitivities.
+    /// Starts at the first pose, with the covariance of its measurement, and with its sensitivities.
     fn start(&mut self, measurement: &PoseMeasurement, noise: &OdometryNoise, step: &Step) {
         let Some(position_m) = measurement.position_m else { return };
         let known = measurement.heading_rad.is_some();
@@ -243,11 +248,11 @@ impl Filter<'_> {
         let (sin, cos) = self.state.pose.heading_rad.sin_cos();
         let velocity = self.velocity(step, [sin, cos]);
         for (quantity, measured) in numbers(measurement) {
-            // The number before has turned the heading, and what sits on the body with it.
+            // The update before has turned the heading, and the measured point on the body with it.
             let (sin, cos) = self.state.pose.heading_rad.sin_cos();
             let (offset, by_heading) = self.offset_at([sin, cos]);
-            let glance = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
-            let update = self.state.innovation(self.noise, &glance);
+            let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+            let update = self.state.innovation(self.noise, &scalar);
             let weight = 1.0 / update.variance.sqrt();
             for (column, s) in self.sensitivity.iter_mut().enumerate() {
                 let view = &self.view_by_column[column];
@@ -263,7 +268,7 @@ impl Filter<'_> {
 }
 
 /// Velocity of a point in the fixed frame, from the robot's speed and turn rate; `by_heading` is the derivative
-/// of where it lies by the heading.
+/// of its position by the heading.
 pub(crate) fn velocity_of(
     speed_mps: f64,
     turn_rate_rad_s: f64,
@@ -279,7 +284,7 @@ pub(crate) fn velocity_of(
 
 /// The numbers of a measured pose, those that are there.
 pub(crate) fn numbers(measurement: &PoseMeasurement) -> impl Iterator<Item = (Quantity, f64)> {
-    let [x, y] = [0, 1].map(|axis| measurement.position_m.map(|it| it[axis]));
+    let [x, y] = [0, 1].map(|axis| measurement.position_m.map(|position_m| position_m[axis]));
     let all = [(Quantity::X, x), (Quantity::Y, y), (Quantity::Heading, measurement.heading_rad)];
     all.into_iter().filter_map(|(quantity, measured)| Some((quantity, measured?)))
 }

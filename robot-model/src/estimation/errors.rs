@@ -1,5 +1,5 @@
-//! Errors of a model, as a user sees them: predicted against measured tracks, from the best start, on the
-//! runs fitted to and on runs held out.
+//! How large are the errors of a model, as a user sees them? Predicted against measured tracks, from the best start,
+//! on the runs fitted to and cross-validated.
 
 use nalgebra::DVector;
 
@@ -75,7 +75,7 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
     }
 }
 
-/// Terms with some columns moved, shapes within what the runs can show.
+/// Terms with some columns moved, shapes within the range that the runs can show.
 fn moved<'a>(
     prepared: &Prepared,
     terms: &[PlacedTerm<'a>],
@@ -116,8 +116,8 @@ pub(crate) struct TrackErrors {
 }
 
 impl TrackErrors {
-    /// Whether these are greater than others by more than a share `tolerance`: places and headings each by
-    /// their own measure, and in the mean.
+    /// Whether these exceed the others by more than a share `tolerance`, in the mean of the ratio of positions and
+    /// that of headings.
     pub fn worse_than(self, other: Self, tolerance: f64) -> bool {
         let share = |now: f64, then: f64| if then > 0.0 { now / then } else { 1.0 };
         let place = share(self.position_m2, other.position_m2);
@@ -145,13 +145,16 @@ pub(crate) fn cross_validated_tracks(
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
-    Some(TrackErrors { position_m2: sum(|it| it.position), heading_rad2: sum(|it| it.heading) })
+    Some(TrackErrors {
+        position_m2: sum(|squares| squares.position),
+        heading_rad2: sum(|squares| squares.heading),
+    })
 }
 
 /// Errors with these columns fitted, for each run, to all others.
 ///
-/// Of a campaign of one run, its blocks are held out of chi in turn; its track is that of the fit to
-/// all of it, as a block has no start of its own.
+/// In a campaign of one run, chi is cross-validated over its blocks; the track is that of the fit to the whole run,
+/// as a block has no start of its own.
 pub(crate) fn cross_validated(
     prepared: &Prepared,
     (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),

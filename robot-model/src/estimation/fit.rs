@@ -1,5 +1,7 @@
-//! Fits a model to a campaign: its parameters by Gauss-Newton on whitened residuals, and the noise by
-//! maximum likelihood, in turns.
+//! Fits a model to a campaign: its parameters by Gauss-Newton on whitened residuals, and the noise by maximum
+//! likelihood, in turns.
+//!
+//! Which effects are in the model is the caller's; see [`crate::selection`].
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,9 +16,9 @@ use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::run::PoseMeasurement;
 
-/// Most rounds of Gauss-Newton.
+/// Most iterations of Gauss-Newton.
 const ROUNDS_MAX: usize = 8;
-/// A step of this many sigmas is no step.
+/// The fit has converged if its step is shorter than this many sigmas.
 const STEP_SIGMAS: f64 = 0.02;
 /// A step by which chi^2 grows more than this is too long.
 const RISE: f64 = 0.5;
@@ -28,7 +30,7 @@ pub(crate) struct Fitted<'a> {
     /// Covariance of all parameters, in the order of the terms.
     pub covariance: DMatrix<f64>,
     pub noise: OdometryNoise,
-    /// Sum of the squared whitened residuals, of every number measured.
+    /// Sum of the squared whitened residuals.
     pub chi_squared: f64,
     pub rows: f64,
 }
@@ -67,15 +69,17 @@ fn whitened(runs: &[NoiseSegments], noise: &OdometryNoise) -> Vec<Whitened> {
     let each = parallel::map(runs, |segments| {
         let mut rows: Vec<Whitened> = Vec::with_capacity(segments.rows());
         segments.whitened(noise, &mut rows);
-        follow(&segments.gyro, noise, |it, _, _| rows.push((it.value, it.variance)));
+        follow(&segments.gyro, noise, |innovation, _, _| {
+            rows.push((innovation.value, innovation.variance))
+        });
         rows
     });
     each.concat()
 }
 
-/// Poses that the noise is learnt from, on the way and in the end; of more, bursts are taken.
-const NOISE_SIGHTS_MAX: [usize; 2] = [4_000, 8_000];
-/// So many poses in a row, so that what fades within a second is seen to fade.
+/// Most poses that the noise is estimated from, during the search and at its end; of more poses, bursts are taken.
+const NOISE_POSES_MAX: [usize; 2] = [4_000, 8_000];
+/// Consecutive poses in a burst, so that noise that fades within a second shows its correlation.
 const BURST: usize = 10;
 
 /// The noise that fits best with these terms as they are.
@@ -88,13 +92,13 @@ pub(crate) fn fit_noise(
     let view = Composer::new(Terms::Fixed(terms)).view().0;
     let measurements: usize =
         prepared.runs.iter().map(|run| run.recording.measured_poses.len()).sum();
-    let most = NOISE_SIGHTS_MAX[usize::from(search == Search::Wide)];
+    let most = NOISE_POSES_MAX[usize::from(search == Search::Wide)];
     let every = measurements.div_ceil(most).max(1);
     let runs: Vec<NoiseSegments> = parallel::map(&prepared.runs, |run| {
         let bursts = run.recording.measured_poses.chunks(BURST).step_by(every);
         let thinned: Vec<PoseMeasurement> = bursts.flatten().copied().collect();
         let mut segments =
-            NoiseSegments::new(view.offset_m.map(|it| it.value), fixed_segments(run, terms));
+            NoiseSegments::new(view.offset_m.map(|jet| jet.value), fixed_segments(run, terms));
         whiten(&run.motion, &thinned, Terms::Fixed(terms), &start, &mut segments);
         segments
     });
@@ -113,8 +117,9 @@ pub(crate) fn fit_noise(
 
 /// Fits the parameters of these terms, with the noise as given.
 ///
-/// Where a whole step makes things worse, as behind a kink it may, half of it is taken; what does not come to rest is
-/// left where it was best. An effect that ended at nothing so is not believed ([`crate::selection::candidates::Screening::is_unsettled`]).
+/// Where a full step raises the cost, as it may behind a kink, half of it is taken. A fit that does not converge stays
+/// at its best point. An effect that ends at zero in this way is not accepted
+/// ([`crate::selection::candidates::Screening::is_unsettled`]).
 pub(crate) fn fit_parameters<'a>(
     prepared: &Prepared,
     mut terms: Vec<Term<'a>>,
@@ -170,43 +175,43 @@ pub(crate) fn moved_within_range(prepared: &Prepared, terms: &mut [Term<'_>], st
     }
 }
 
-/// Less change of chi^2 than this share leaves the noise as it is.
+/// The noise stays as it is if chi^2 differs from the number of rows by less than this share.
 const NOISE_CHANGE: f64 = 0.005;
 
-/// Fits parameters, and the noise anew where that made a difference.
+/// Fits the parameters, and the noise anew unless it still agrees.
 pub(crate) fn fit<'a>(
     prepared: &Prepared,
     terms: Vec<Term<'a>>,
     start: OdometryNoise,
 ) -> Fitted<'a> {
     let first = fit_parameters(prepared, terms, start);
-    // At the right noise chi^2 is the number of rows.
+    // With the right noise, chi^2 is the number of rows.
     if (first.chi_squared / first.rows.max(1.0) - 1.0).abs() < NOISE_CHANGE {
         return first;
     }
     with_noise(prepared, first, Search::Near)
 }
 
-/// Fits from nothing known of the noise, near enough to go on from there.
+/// Fits parameters and noise from typical noise, near enough to go on from there.
 pub(crate) fn fit_roughly<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
     let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
     with_noise(prepared, first, Search::Near)
 }
 
-/// Fits from nothing known of the noise.
+/// Fits parameters and noise from typical noise, with the wide search.
 pub(crate) fn fit_afresh<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
     let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
     with_noise(prepared, first, Search::Wide)
 }
 
-/// Learns the noise about a fit, and fits once more with it.
+/// Estimates the noise about a fit, and fits once more with it.
 fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fitted<'a> {
     let noise = fit_noise(prepared, &about.terms, about.noise, search);
     let fitted = fit_parameters(prepared, about.terms, noise);
-    // Its shape is learnt from some of the poses; its size is that of all of them.
+    // The ratios of the noise's parameters come from some of the poses, its overall size from all of them.
     let robot = &prepared.robot;
-    let told = robot.position_sigma_m.is_some() || robot.heading_sigma_rad.is_some();
-    if told || fitted.rows < ROWS_FOR_SIZE {
+    let given = robot.position_sigma_m.is_some() || robot.heading_sigma_rad.is_some();
+    if given || fitted.rows < ROWS_FOR_SIZE {
         return fitted;
     }
     let size = (fitted.chi_squared / fitted.rows).sqrt();
@@ -218,7 +223,7 @@ fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fit
     }
 }
 
-/// From so many rows on the size of the noise is their matter alone, not that of what is typical.
+/// From this many rows on, the data alone determine the size of the noise, not the prior.
 const ROWS_FOR_SIZE: f64 = 1000.0;
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
-//! The yaw rate sensor against the measured heading: a track of its own, in one dimension.
+//! What do the readings of a yaw rate sensor tell? A filter of its own, in one dimension, against the measured
+//! heading.
 //!
 //! ```text
 //! gyro = omega + sum sense(omega)                                                     (1)
-//! z_k = theta_0 + integral of omega + n_k,   theta_0 wandering by k_g^2 t             (2)
+//! z_k = theta_0 + integral of omega + n_k,   theta_0 a random walk, k_g^2 t            (2)
 //! ```
 //!
-//! The wheels have no part in it: a sensor that is off must not turn the track, nor a track the sensor.
+//! The wheels have no part in it: an error of the sensor must not turn the track, nor the track the sensor.
 
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::effect::definition::ActsOn;
@@ -23,12 +24,12 @@ pub(crate) struct GyroSegment {
     dt_s: f64,
     /// The heading measured at its end \[rad\].
     measured_rad: f64,
-    /// Its place in the run, in steps of the wheels: it tells which block it belongs to.
+    /// Its position in the run, in steps of the wheels: it determines the block.
     step: usize,
 }
 
-/// The legs of a run with a yaw rate sensor, none before the first measured heading; of each, the
-/// derivatives of its turn by every column, one leg after the other.
+/// The segments of a run with a yaw rate sensor, from the first measured heading on; and of each, the
+/// derivatives of its turn by every column, one segment after the other.
 fn segments(run: &PreparedRun, terms: Terms<'_, '_>) -> (Vec<GyroSegment>, Vec<f64>) {
     let columns = terms.columns();
     let gyro = &run.recording.gyro;
@@ -38,14 +39,14 @@ fn segments(run: &PreparedRun, terms: Terms<'_, '_>) -> (Vec<GyroSegment>, Vec<f
     }
     let mut sensor = terms.each();
     sensor.retain(|(term, _)| term.effect.facts().acts_on == ActsOn::Gyro);
-    // A heading that is measured late is that of a moment before.
+    // A delayed measurement is the heading of a moment before.
     let (view, view_by_column) = Composer::new(terms).view();
     let delay_s = view.delay_s.value;
     let mut measurements = run
         .recording
         .measured_poses
         .iter()
-        .filter_map(|it| Some((it.t_s - delay_s, it.heading_rad?)))
+        .filter_map(|pose| Some((pose.t_s - delay_s, pose.heading_rad?)))
         .skip_while(|(t_s, _)| *t_s < gyro[0].t_s)
         .peekable();
     let mut omega_before = 0.0;
@@ -77,12 +78,12 @@ fn segments(run: &PreparedRun, terms: Terms<'_, '_>) -> (Vec<GyroSegment>, Vec<f
     (segments, slopes)
 }
 
-/// The legs of a run with these effects as they are.
+/// The segments of a run with fixed effects.
 pub(crate) fn fixed_segments(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<GyroSegment> {
     segments(run, Terms::Fixed(terms)).0
 }
 
-/// The innovations of the legs of a run; `seen` is told each, with the gain and the leg's index.
+/// The innovations of the segments of a run; `seen` is called for each, with the gain and the segment's index.
 pub(crate) fn follow(
     segments: &[GyroSegment],
     noise: &OdometryNoise,
@@ -129,7 +130,8 @@ pub(crate) fn whiten_gyro(
 fn true_rate(reading: f64, sensor: &[(&Term<'_>, Option<usize>)], by_column: &mut [f64]) -> f64 {
     let sense = |omega: f64| -> f64 {
         let each = sensor.iter();
-        each.map(|(it, _)| it.effect.sense_rate(&Jet::parameters(&it.values), omega).value).sum()
+        each.map(|(term, _)| term.effect.sense_rate(&Jet::parameters(&term.values), omega).value)
+            .sum()
     };
     // What sensors add is linear in the rate, so one step of Newton is exact.
     let (at_zero, slope) = (sense(0.0), sense(1.0) - sense(0.0));

@@ -1,4 +1,4 @@
-//! Estimation: the parameters of a given set of effects, and the noise that goes with them.
+//! Estimation: which parameters has a given set of effects, and which noise goes with them?
 //!
 //! A run's measured poses go through an extended Kalman filter, which turns them into independent residuals and
 //! their derivatives by every parameter. Their normal equations, one set a run, are all that later questions need.
@@ -17,7 +17,7 @@
 //! | `errors.rs` | [`Errors`] of predicted tracks, on runs fitted to and cross-validated |
 //! | `profile_likelihood.rs` | intervals where the fit is not quadratic |
 //!
-//! Which effects belong in a model is asked in [`crate::selection`].
+//! Which effects belong in a model is decided in [`crate::selection`].
 
 pub(crate) mod ekf;
 pub(crate) mod errors;

@@ -1,7 +1,7 @@
-//! A run as the noise is learnt from it: the way between one measured pose and the next in one piece.
+//! The filter's innovations for any noise, quickly: the motion between two measured poses in one piece.
 //!
-//! The noise is looked for with the effects as they are, in hundreds of passes over the same runs. What the
-//! wheels did between two measurements is the same in all of them, so it is put together once:
+//! The noise is estimated with fixed effects, in hundreds of passes over the same runs. The motion between two
+//! measurements is the same in all passes, so its steps are added up once:
 //!
 //! ```text
 //! pose' = pose + R(theta) moved + drift                                               (1)
@@ -9,8 +9,9 @@
 //! cov(x' y', theta') += (n-1)/(2n) g k^2 d                                            (2)
 //! ```
 //!
-//! (2) is what n steps of the filter of [`crate::estimation::ekf`] add up to along an even way, g what a radian at
-//! its beginning moves its end by.
+//! (2) is the process noise of n steps of the filter in [`crate::estimation::ekf`] along an even motion; g is the
+//! derivative of its end by the heading at its beginning. The search for the noise itself is in
+//! [`crate::estimation::odometry_noise`].
 
 use crate::effect::composition::Increment;
 use crate::estimation::ekf::{Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, velocity_of};
@@ -22,7 +23,7 @@ use crate::kinematics::pose::Pose;
 use crate::recording::motion::Step;
 use crate::recording::run::PoseMeasurement;
 
-/// The way to a measured pose from the one before.
+/// The motion from one measured pose to the next.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     /// In the frame of the robot at its beginning.
@@ -32,7 +33,7 @@ struct Segment {
     dt_s: f64,
     rolled_m: f64,
     steps: f64,
-    /// At its end: what is measured, speed and turn rate \[m/s, rad/s\].
+    /// At its end: the measurement; speed and turn rate \[m/s, rad/s\].
     measurement: PoseMeasurement,
     speed: [f64; 2],
 }
@@ -49,7 +50,7 @@ impl Segment {
     };
 }
 
-/// One run in legs; a sink of the filter that puts them together.
+/// One run in segments; a sink of the filter that builds them.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseSegments {
     segments: Vec<Segment>,
@@ -64,13 +65,13 @@ pub(crate) struct NoiseSegments {
 impl Sink for NoiseSegments {
     fn moved(&mut self, step: &Step, increment: &Increment, share: f64) {
         let level = Increment { drift_m: [0.0; 2], ..*increment };
-        let it = &mut self.open;
-        it.moved = Transition::new(it.moved, &level, share).pose;
-        it.drift_m[0] += increment.drift_m[0] * share;
-        it.drift_m[1] += increment.drift_m[1] * share;
-        it.dt_s += step.dt_s * share;
-        it.rolled_m += step.rolled_m() * share;
-        it.steps += 1.0;
+        let open = &mut self.open;
+        open.moved = Transition::new(open.moved, &level, share).pose;
+        open.drift_m[0] += increment.drift_m[0] * share;
+        open.drift_m[1] += increment.drift_m[1] * share;
+        open.dt_s += step.dt_s * share;
+        open.rolled_m += step.rolled_m() * share;
+        open.steps += 1.0;
     }
 
     fn pose_measured(&mut self, measurement: &PoseMeasurement, step: &Step, pose: Pose) {
@@ -86,12 +87,12 @@ impl Sink for NoiseSegments {
 }
 
 impl NoiseSegments {
-    /// To be filled by the filter; the measured point lies there on the body \[m\].
+    /// To be filled by the filter; `offset_m` is the measured point on the body \[m\].
     pub fn new(offset_m: [f64; 2], gyro: Vec<GyroSegment>) -> Self {
         Self { segments: Vec::new(), heading_rad: 0.0, offset_m, open: Segment::NONE, gyro }
     }
 
-    /// How many numbers were measured, the start not counted.
+    /// How many rows there are at most.
     pub fn rows(&self) -> usize {
         3 * self.segments.len() + self.gyro.len()
     }
@@ -116,14 +117,14 @@ impl NoiseSegments {
             let fade = noise.wobble_fade(segment.dt_s);
             state.predict(there, by_heading, fade);
             state.add_process_noise(noise, segment.rolled_m, fade);
-            state.bend(noise, segment.rolled_m, by_heading, segment.steps);
+            state.couple_heading_noise(noise, segment.rolled_m, by_heading, segment.steps);
             let [sin, cos] = sin_cos(state.pose.heading_rad);
             let by_heading = self.offset_at([sin, cos]).1;
             let velocity = velocity_of(segment.speed[0], segment.speed[1], [sin, cos], by_heading);
             for (quantity, measured) in numbers(&segment.measurement) {
                 let (offset, by_heading) = self.offset_at(sin_cos(state.pose.heading_rad));
-                let glance = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
-                let update = state.innovation(noise, &glance);
+                let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+                let update = state.innovation(noise, &scalar);
                 state.update(&update);
                 rows.push((update.nu, update.variance));
             }

@@ -1,4 +1,4 @@
-//! What a campaign says about any set of parameters, boiled down to small matrices, one set a run.
+//! What do the runs of a campaign tell about any set of parameters? Normal equations, one set for each run.
 //!
 //! After whitening, with rows (r, J) about one point of all parameters, each run is
 //!
@@ -6,8 +6,8 @@
 //! A = J'J,  b = J'r,  c = r'r;      chi^2(d) = c - 2 b'd + d'A d                     (1)
 //! ```
 //!
-//! and every refit, held-out score and test after that is arithmetic on sums of these over runs. The
-//! run is the unit of evidence throughout: samples of one run share its accidents.
+//! and every refit, cross-validation and test after that is arithmetic on sums of these over runs. The run is the
+//! unit throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
 use crate::recording::run_kind::RunKind;
 
-/// A single run is cut into so many blocks, so that something can be held out.
+/// A single run is cut into this many blocks, so that it can be cross-validated.
 const BLOCKS: usize = 8;
 
 /// Equation (1) of some rows.
@@ -72,7 +72,7 @@ impl NormalEquations {
     }
 }
 
-/// One unit of evidence: a run, or a block of it where there is only one.
+/// One unit: a run, or a block of it where there is only one run.
 #[derive(Clone, Debug)]
 pub(crate) struct Unit {
     pub run: usize,
@@ -80,7 +80,7 @@ pub(crate) struct Unit {
     pub sums: NormalEquations,
 }
 
-/// What is believed about a parameter before any data.
+/// The prior of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prior {
     /// How far the point of linearisation is from the prior's middle.
@@ -88,7 +88,7 @@ pub(crate) struct Prior {
     pub spread: f64,
 }
 
-/// The evidence about one point of all parameters.
+/// The normal equations about one point of all parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct CampaignEquations {
     pub units: Vec<Unit>,
@@ -145,7 +145,7 @@ fn priors(terms: &[PlacedTerm<'_>]) -> Vec<Prior> {
 }
 
 impl CampaignEquations {
-    /// Gathers the evidence of a campaign about these terms, all of whose parameters are free.
+    /// The normal equations of a campaign for these terms, all of whose parameters are free.
     pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
         let free = Terms::Free(terms);
         let columns = free.columns();
@@ -183,7 +183,7 @@ impl CampaignEquations {
         self.priors[column].from_middle += delta;
     }
 
-    /// The best values of these columns by these sums, the others at their point.
+    /// The best values of these columns by these sums, with the others fixed.
     pub fn solve(&self, sums: &NormalEquations, columns: &[usize]) -> Solution {
         let n = columns.len();
         let spread = |i: usize| self.priors[columns[i]].spread;
@@ -204,13 +204,13 @@ impl CampaignEquations {
         Solution { delta, covariance }
     }
 
-    /// What the priors add to chi^2 at this point.
+    /// The priors' part of chi^2 at this point.
     pub fn prior_cost(&self) -> f64 {
-        self.priors.iter().map(|it| (it.from_middle / it.spread).powi(2)).sum()
+        self.priors.iter().map(|prior| (prior.from_middle / prior.spread).powi(2)).sum()
     }
 
-    /// How far the best that other columns can do stays from what these columns do at these values,
-    /// in sigmas squared: the gain in -2 log likelihood that the truth is to be expected to have.
+    /// Expected gain in -2 log likelihood of these columns at these values, if they are the truth, over the best fit
+    /// of other columns: the squared distance of the two predictions, in sigmas.
     pub fn separation(
         &self,
         sums: &NormalEquations,
@@ -224,16 +224,16 @@ impl CampaignEquations {
         }
         truth.squares = sums.quadratic(columns, &DVector::from_column_slice(values));
         let mut flat = Self { priors: self.priors.clone(), units: Vec::new(), total: truth };
-        flat.priors.iter_mut().for_each(|it| it.from_middle = 0.0);
+        flat.priors.iter_mut().for_each(|prior| prior.from_middle = 0.0);
         let delta = flat.solve(&flat.total, others).delta;
         flat.total.chi_squared(others, &delta)
     }
 
-    /// The sums of all units but those that `held_out` names.
-    pub fn without(&self, held_out: impl Fn(usize, &Unit) -> bool) -> NormalEquations {
+    /// The sums of all units but those that `left_out` names.
+    pub fn without(&self, left_out: impl Fn(usize, &Unit) -> bool) -> NormalEquations {
         let mut sums = self.total.clone();
         for (index, unit) in self.units.iter().enumerate() {
-            if held_out(index, unit) {
+            if left_out(index, unit) {
                 sums.add(&unit.sums, -1.0);
             }
         }

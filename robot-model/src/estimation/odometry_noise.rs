@@ -1,4 +1,4 @@
-//! How well poses are measured, and how fast dead reckoning loses its way.
+//! How noisy are the measured poses, and how fast does the error of dead reckoning grow?
 //!
 //! ```text
 //! measured = pose + e + white noise                                                   (1)
@@ -7,25 +7,27 @@
 //! heading measured = heading + psi,  time measured = time + tau, of each run          (4)
 //! ```
 //!
-//! (3) is whatever makes neighbouring measurements err alike without adding up: jittering time
-//! stamps, a camera that is off in one place, counts that stand still. Without it, real recordings are
-//! read as if dead reckoning lost its way fast, and what a long way tells is thrown away.
+//! (3) is coloured noise, which makes neighbouring measurements err alike without growing along the path: jitter of
+//! the time stamps, a camera that is off in one place, counts that stand still. Without it, the random walk (2) of
+//! real recordings comes out too large, and the information of long paths is lost.
 //!
-//! (4) is what is constant in a run and different in the next: a body frame that was drawn anew, a clock
-//! that was synchronised anew. Only its spread from run to run is noise; what all runs share is an effect.
+//! (4) is constant in a run and different in the next: a body frame that was drawn anew, a clock that was
+//! synchronised anew. Only its spread from run to run is noise; what all runs share is an effect.
+//!
+//! The innovations for a given noise come from [`crate::estimation::noise_segments`].
 
 use nalgebra::{DMatrix, DVector};
 
-/// Noise of measured poses, and of the way between them.
+/// Noise of measured poses, and of the odometry between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryNoise {
     /// Each coordinate of a measured position, one sigma \[m\].
     pub position_sigma_m: f64,
     /// A measured heading, one sigma \[rad\].
     pub heading_sigma_rad: f64,
-    /// Wandering of the position, k_s: sigma after one metre of rolling \[m/sqrt(m)\].
+    /// Random walk of the position, k_s: sigma after one metre of rolling \[m/sqrt(m)\].
     pub travel_walk: f64,
-    /// Wandering of the heading, k_theta: sigma after one metre of rolling \[rad/sqrt(m)\].
+    /// Random walk of the heading, k_theta: sigma after one metre of rolling \[rad/sqrt(m)\].
     pub heading_walk: f64,
     /// Of (3), each coordinate of the position, one sigma \[m\].
     pub position_wobble_m: f64,
@@ -33,7 +35,7 @@ pub struct OdometryNoise {
     pub heading_wobble_rad: f64,
     /// T of (3) \[s\].
     pub wobble_s: f64,
-    /// Wandering of the heading by the yaw rate sensor: sigma after one second \[rad/sqrt(s)\].
+    /// Random walk of the heading by the yaw rate sensor: sigma after one second \[rad/sqrt(s)\].
     pub gyro_walk: f64,
     /// psi of (4), one sigma over the runs \[rad\].
     pub heading_offset_rad: f64,
@@ -42,7 +44,7 @@ pub struct OdometryNoise {
 }
 
 impl OdometryNoise {
-    /// What is taken for typical before any data: a camera of a millimetre over a hard floor.
+    /// Typical values, the centre of the prior: a camera of a millimetre over a hard floor.
     pub const TYPICAL: Self = Self {
         position_sigma_m: 1.5e-3,
         heading_sigma_rad: 2e-3,
@@ -66,20 +68,20 @@ impl OdometryNoise {
         self.heading_walk * self.heading_walk * rolled_m
     }
 
-    /// How much of (3) is left after a time.
+    /// Correlation of (3) over a time.
     pub fn wobble_fade(&self, t_s: f64) -> f64 {
         (-t_s / self.wobble_s).exp()
     }
 
-    /// The same with all sigmas so many times as large.
+    /// The same with all sigmas scaled by a factor.
     pub(crate) fn times(self, size: f64) -> Self {
-        let mut it = self.to_array();
-        for (i, number) in it.iter_mut().enumerate() {
+        let mut numbers = self.to_array();
+        for (i, number) in numbers.iter_mut().enumerate() {
             if i != WOBBLE_S {
                 *number *= size;
             }
         }
-        Self::from_array(it)
+        Self::from_array(numbers)
     }
 
     /// As numbers, for a search.
@@ -99,18 +101,18 @@ impl OdometryNoise {
     }
 
     /// From numbers.
-    pub(crate) fn from_array(it: [f64; NUMBERS]) -> Self {
+    pub(crate) fn from_array(numbers: [f64; NUMBERS]) -> Self {
         Self {
-            position_sigma_m: it[0],
-            heading_sigma_rad: it[1],
-            travel_walk: it[2],
-            heading_walk: it[3],
-            position_wobble_m: it[4],
-            heading_wobble_rad: it[5],
-            wobble_s: it[6],
-            gyro_walk: it[7],
-            heading_offset_rad: it[8],
-            clock_offset_s: it[9],
+            position_sigma_m: numbers[0],
+            heading_sigma_rad: numbers[1],
+            travel_walk: numbers[2],
+            heading_walk: numbers[3],
+            position_wobble_m: numbers[4],
+            heading_wobble_rad: numbers[5],
+            wobble_s: numbers[6],
+            gyro_walk: numbers[7],
+            heading_offset_rad: numbers[8],
+            clock_offset_s: numbers[9],
         }
     }
 }
@@ -132,12 +134,12 @@ const WOBBLE_S_MIN: f64 = 0.02;
 /// What fades slower would be an effect, and is to be found as one \[s\].
 const WOBBLE_S_MAX: f64 = 5.0;
 
-/// How far to look for the noise.
+/// How far to search for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Search {
-    /// From two starts: errors that add up, and errors that fade.
+    /// From two starts: errors that grow along the path, and errors that fade.
     Wide,
-    /// Round what was found before.
+    /// Near the start given.
     Near,
 }
 
@@ -153,8 +155,7 @@ pub(crate) type Whitened = (f64, f64);
 /// H_ij = sum dln s/di dln s/dj + 2/s dnu/di dnu/dj                                    (6)
 /// ```
 ///
-/// What is typical counts as much as one measurement would, so that four poses in all do not give a
-/// noise of zero.
+/// The prior has the weight of one measurement, so that four poses in all do not give a noise of zero.
 pub(crate) fn most_likely(
     start: OdometryNoise,
     given: Given,
@@ -173,12 +174,12 @@ pub(crate) fn most_likely(
 
 /// A difference of logarithms that gives a derivative.
 const DIFFERENCE: f64 = 0.02;
-/// Most rounds of scoring.
+/// Most iterations of scoring.
 const ROUNDS_MAX: usize = 12;
-/// Less fall of -2 log likelihood than this is the bottom.
+/// The search has converged if -2 log likelihood falls by less than this.
 const FALL_MIN: f64 = 0.3;
 
-/// Equations (5) and (6) to the bottom; the noise and its -2 log likelihood, prior included.
+/// Iterates (5) and (6) to convergence; the noise and its -2 log likelihood, prior included.
 fn score(
     start: OdometryNoise,
     given: &Given,
@@ -228,7 +229,7 @@ fn score(
             curvature[(i, i)] += 2.0 / (PRIOR_EFOLDS * PRIOR_EFOLDS);
         }
         let before = least;
-        // Damped more until it falls.
+        // More damping until the cost falls.
         for _ in 0..4 {
             let mut damped = curvature.clone();
             for i in 0..n {
@@ -257,5 +258,5 @@ fn score(
     (OdometryNoise::from_array(best), least)
 }
 
-/// The furthest that one step of scoring goes.
+/// Longest step of one iteration, in e-folds.
 const EFOLDS_MAX: f64 = 1.5;

@@ -1,4 +1,4 @@
-//! Where a model says that the robot went, from the start on, without looking at what was measured.
+//! Where does a model predict that the robot went? Open loop: from the start on, without the measured poses.
 
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
@@ -12,9 +12,9 @@ use crate::recording::run::PoseMeasurement;
 pub struct Track {
     /// What was measured.
     pub measured: Vec<PoseMeasurement>,
-    /// What the model says was to be measured then, from a start at the origin.
+    /// What the model predicts for those times, from a start at the origin.
     pub predicted: Vec<Pose>,
-    /// For each, the index of the step within which it was measured.
+    /// For each measurement, the index of its step.
     pub step: Vec<usize>,
 }
 
@@ -25,7 +25,7 @@ pub struct PoseError {
     pub position_m: Option<[f64; 2]>,
     /// Measured less predicted \[rad\].
     pub heading_rad: Option<f64>,
-    /// Index of the step within which it was measured.
+    /// Index of the step of the measurement.
     pub step: usize,
 }
 
@@ -39,15 +39,15 @@ pub(crate) fn open_loop(
     open_loop_from(from, motion, measurements, terms)
 }
 
-/// The same from a start with the heading that was measured, or that brings the track nearest to the
-/// measured one where none was measured there: effects of the world need it.
+/// The same from a start with the first measured heading, or where that is missing with the heading that brings the
+/// track nearest to the measured one: effects of the world depend on it.
 pub(crate) fn open_loop_as_seen(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: &[Term<'_>],
 ) -> Track {
     let terms = Terms::Fixed(terms);
-    let first = within(motion, measurements).next().and_then(|it| it.heading_rad);
+    let first = within(motion, measurements).next().and_then(|measurement| measurement.heading_rad);
     let start = match first {
         Some(heading_rad) => Pose::new(0.0, 0.0, heading_rad),
         None => {
@@ -68,7 +68,7 @@ pub(crate) fn open_loop_from(
 ) -> Track {
     let mut composer = Composer::without_derivatives(terms);
     let (view, _) = composer.view();
-    let [ahead_m, left_m] = view.offset_m.map(|it| it.value);
+    let [ahead_m, left_m] = view.offset_m.map(|jet| jet.value);
     let delay_s = view.delay_s.value;
     let mut track = Track::default();
     let mut pose = start;
@@ -81,9 +81,9 @@ pub(crate) fn open_loop_from(
         step.heading_rad = pose.heading_rad + nominal.turn_rad() / 2.0;
         step.place_m = [pose.x_m, pose.y_m];
         let increment = composer.step(&step);
-        // Sums of steps are rounded; what was seen a moment before or after them was seen at rest.
+        // Sums of steps are rounded; a pose measured a moment before or after them was measured at rest.
         while let Some(measurement) =
-            measurements.next_if(|it| k == last || it.t_s - delay_s <= end_s + TIME_ROUNDING_S)
+            measurements.next_if(|pose| k == last || pose.t_s - delay_s <= end_s + TIME_ROUNDING_S)
         {
             let seen_s = (measurement.t_s - delay_s).clamp(begin_s, end_s);
             let there = Transition::new(pose, &increment, (seen_s - begin_s) / nominal.dt_s).pose;
@@ -130,14 +130,14 @@ impl Track {
         Some(Pose::new(mean[0] - moved.x_m, mean[1] - moved.y_m, heading_rad))
     }
 
-    /// The start's heading by the first heading that was measured on the way.
+    /// The start's heading by the first measured heading.
     pub(crate) fn start_heading_from_headings(&self) -> Option<f64> {
         let mut pairs = self.measured.iter().zip(&self.predicted);
         pairs
             .find_map(|(measurement, pose)| Some(wrap(measurement.heading_rad? - pose.heading_rad)))
     }
 
-    /// How far the predicted places lie about their middle, root mean square \[m\].
+    /// Root mean square distance of the predicted positions from their mean \[m\].
     pub(crate) fn spread_m(&self) -> f64 {
         let places = self.measured.iter().zip(&self.predicted);
         let places: Vec<[f64; 2]> = places
@@ -145,15 +145,15 @@ impl Track {
             .map(|(_, pose)| [pose.x_m, pose.y_m])
             .collect();
         let n = places.len().max(1) as f64;
-        let mean = [0, 1].map(|axis| places.iter().map(|it| it[axis]).sum::<f64>() / n);
-        let square = |it: &[f64; 2]| (it[0] - mean[0]).powi(2) + (it[1] - mean[1]).powi(2);
+        let mean = [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / n);
+        let square = |place: &[f64; 2]| (place[0] - mean[0]).powi(2) + (place[1] - mean[1]).powi(2);
         (places.iter().map(square).sum::<f64>() / n).sqrt()
     }
 
-    /// The start that leaves least; `None` if too little was measured for any.
+    /// The start with the least residual; `None` if too little was measured.
     ///
-    /// Positions and headings are weighed by the scales given; three Gauss-Newton steps from the
-    /// first measured pose are exact to far below either.
+    /// Positions and headings are weighted by the given scales. Three Gauss-Newton steps from the
+    /// first measured pose are exact to far below either scale.
     pub fn best_start(&self, position_scale_m: f64, heading_scale_rad: f64) -> Option<Pose> {
         let mut start = self.first_guess()?;
         let weights = [position_scale_m.powi(-2), heading_scale_rad.powi(-2)];
@@ -163,7 +163,7 @@ impl Track {
         Some(start)
     }
 
-    /// Measured less predicted at every measurement, from the start that leaves least.
+    /// Measured less predicted at every measurement, from the start with the least residual.
     pub fn errors(&self, position_scale_m: f64, heading_scale_rad: f64) -> Vec<PoseError> {
         let Some(start) = self.best_start(position_scale_m, heading_scale_rad) else {
             return Vec::new();
@@ -179,7 +179,9 @@ impl Track {
                         let seen = Pose::new(x_m, y_m, 0.0).seen_from(pose);
                         [seen.x_m, seen.y_m]
                     }),
-                    heading_rad: measurement.heading_rad.map(|it| wrap(it - pose.heading_rad)),
+                    heading_rad: measurement
+                        .heading_rad
+                        .map(|measured_rad| wrap(measured_rad - pose.heading_rad)),
                     step: *step,
                 }
             })

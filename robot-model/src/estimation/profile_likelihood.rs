@@ -1,4 +1,4 @@
-//! Intervals where the fit is not quadratic: where an effect sets in, over what length it fades.
+//! How sure is a parameter where the fit is not quadratic, as for a threshold or a fading length?
 //!
 //! A parameter is held at a value, all others are fitted anew, and the value moved until
 //!
@@ -6,8 +6,8 @@
 //! chi^2(value) - chi^2(best) = 3.84 phi                                               (1)
 //! ```
 //!
-//! 3.84 is what a chi^2 of one degree passes in 5 %, phi how much more runs scatter than their noise
-//! explains ([`crate::selection::effect_test`]). Were the fit quadratic, this would be 1.96 standard errors.
+//! 3.84 is the 95 % quantile of a chi^2 of one degree; phi is the dispersion, how much more runs scatter than their
+//! noise explains ([`crate::selection::effect_test`]). If the fit is quadratic, this is 1.96 standard errors.
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::{Fitted, moved_within_range};
@@ -16,11 +16,11 @@ use crate::recording::campaign::Prepared;
 
 /// Equation (1).
 const RISE_95: f64 = 3.84;
-/// The rise is met to this share of it: the ends are then right to 3 %.
+/// Tolerance of the rise, as a share: the ends are then right to 3 %.
 const RISE_TOLERANCE: f64 = 0.06;
 /// Most values tried on either side.
 const TRIALS_MAX: usize = 8;
-/// Rounds of fitting the others, each starting where the last trial ended.
+/// Iterations of fitting the others, each starting where the last trial ended.
 const ROUNDS: usize = 2;
 
 /// The 95 % interval of parameter `parameter` of effect `index`, by (1); `sigma` is a first guess.
@@ -30,14 +30,15 @@ pub(crate) fn interval(
     (index, parameter): (usize, usize),
     (sigma, dispersion): (f64, f64),
 ) -> (f64, f64) {
-    let column = fitted.terms[..index].iter().map(|it| it.values.len()).sum::<usize>() + parameter;
+    let column =
+        fitted.terms[..index].iter().map(|term| term.values.len()).sum::<usize>() + parameter;
     let best = fitted.terms[index].values[parameter];
     let (low, high) = fitted.terms[index].effect.range(parameter, &prepared.survey);
     let least = cost_at(prepared, fitted, &mut fitted.terms.clone(), column);
     let end = |side: f64, limit: f64| {
         let mut terms = fitted.terms.clone();
         let mut distance = 1.96 * sigma * dispersion.sqrt();
-        // Nearest value known to rise by too much.
+        // The nearest distance known to be too far.
         let mut beyond = f64::INFINITY;
         for _ in 0..TRIALS_MAX {
             let reach = (limit - best).abs();
@@ -51,7 +52,7 @@ pub(crate) fn interval(
             if rise > RISE_95 {
                 beyond = beyond.min(distance);
             }
-            // The root of the rise is straight where the fit is quadratic.
+            // Where the fit is quadratic, the square root of the rise is linear in the distance.
             let factor = (RISE_95 / rise.max(0.05)).sqrt().clamp(0.3, 3.0);
             let next = distance * factor;
             distance = if next >= beyond { (distance + beyond) / 2.0 } else { next };
@@ -61,17 +62,18 @@ pub(crate) fn interval(
     (end(-1.0, low), end(1.0, high))
 }
 
-/// chi^2 with one column held and the others fitted, which `terms` follow.
+/// chi^2 with one column fixed and the others fitted; moves `terms` there.
 fn cost_at(prepared: &Prepared, fitted: &Fitted<'_>, terms: &mut [Term<'_>], held: usize) -> f64 {
     let mut cost = 0.0;
     for _ in 0..ROUNDS {
         let equations =
             CampaignEquations::gather(prepared, &PlacedTerm::place(terms), &fitted.noise);
-        let columns: Vec<usize> = (0..equations.priors.len()).filter(|it| *it != held).collect();
+        let columns: Vec<usize> =
+            (0..equations.priors.len()).filter(|column| *column != held).collect();
         let delta = equations.solve(&equations.total, &columns).delta;
         cost = equations.total.chi_squared(&columns, &delta);
         let mut step = vec![0.0; equations.priors.len()];
-        columns.iter().zip(&delta).for_each(|(column, it)| step[*column] = *it);
+        columns.iter().zip(&delta).for_each(|(column, delta)| step[*column] = *delta);
         moved_within_range(prepared, terms, &step);
     }
     cost

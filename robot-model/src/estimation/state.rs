@@ -1,4 +1,4 @@
-//! What the filter of [`crate::estimation::ekf`] knows at one moment: the state, and how well it is known.
+//! The state of the filter in [`crate::estimation::ekf`], and its covariance: predict, add process noise, update.
 //!
 //! ```text
 //! x = (x, y, theta, e_x, e_y, e_theta, psi, tau)
@@ -15,7 +15,7 @@ pub(crate) const PSI: usize = 6;
 /// Of them, tau: how late the sensor's clock is in this run \[s\].
 const TAU: usize = 7;
 
-/// What was measured.
+/// Which number of a pose was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     X,
@@ -54,7 +54,7 @@ impl Reading {
     }
 }
 
-/// An innovation on its way into the state.
+/// An innovation with everything that the update needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Update {
     pub reading: Reading,
@@ -68,7 +68,7 @@ pub(crate) struct Update {
     ph: [f64; STATES],
 }
 
-/// What was measured and how it is seen.
+/// One measured number, and how it depends on the state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScalarMeasurement {
     pub quantity: Quantity,
@@ -87,7 +87,7 @@ impl State {
 
     /// Equation (1) of the state: moved to a pose that depends by (gx, gy) on the heading, e faded.
     pub fn predict(&mut self, there: Pose, [gx, gy]: [f64; 2], fade: f64) {
-        self.wobble = self.wobble.map(|it| it * fade);
+        self.wobble = self.wobble.map(|error| error * fade);
         let p = &mut self.covariance;
         // P F' then F P F', with x and y moved by (gx, gy) theta, and e faded.
         for row in p.iter_mut() {
@@ -102,11 +102,11 @@ impl State {
             p[0][j] += gx * from_heading;
             p[1][j] += gy * from_heading;
         }
-        p[3..PSI].iter_mut().flatten().for_each(|it| *it *= fade);
+        p[3..PSI].iter_mut().flatten().for_each(|entry| *entry *= fade);
         self.pose = there;
     }
 
-    /// Q of equation (1): what rolling so far adds, and what is new in e after fading.
+    /// Q of equation (1): the random walk along the rolling, and what renews e after fading.
     pub fn add_process_noise(&mut self, noise: &OdometryNoise, rolled_m: f64, fade: f64) {
         let p = &mut self.covariance;
         let renewed = 1.0 - fade * fade;
@@ -118,9 +118,15 @@ impl State {
         p[2][2] += noise.heading_variance_rad2(rolled_m);
     }
 
-    /// What a heading that wandered evenly in so many steps does to the place at the end of a way, which a
-    /// radian at its beginning moves by (gx, gy).
-    pub fn bend(&mut self, noise: &OdometryNoise, rolled_m: f64, g: [f64; 2], steps: f64) {
+    /// The share of the heading's random walk in the position, for a motion of so many even steps: (gx, gy) is the
+    /// derivative of its end by the heading at its beginning.
+    pub fn couple_heading_noise(
+        &mut self,
+        noise: &OdometryNoise,
+        rolled_m: f64,
+        g: [f64; 2],
+        steps: f64,
+    ) {
         let variance = noise.heading_variance_rad2(rolled_m);
         let before = (steps - 1.0).max(0.0) / steps.max(1.0);
         let place = before * (2.0 - 1.0 / steps.max(1.0)) / 6.0 * variance;
@@ -135,7 +141,7 @@ impl State {
         }
     }
 
-    /// The first pose: it is known to within the noise. `by_heading` is that of a [`ScalarMeasurement`].
+    /// The covariance at the first measured pose. `by_heading` is that of a [`ScalarMeasurement`].
     pub fn start(
         &mut self,
         noise: &OdometryNoise,
@@ -145,15 +151,16 @@ impl State {
     ) {
         let heading_var = heading_sigma_rad * heading_sigma_rad;
         let position_var = noise.position_sigma_m * noise.position_sigma_m;
-        let wobble_var = [noise.position_wobble_m, noise.heading_wobble_rad].map(|it| it * it);
-        // pose = z - offset(theta) - e - psi - noise + tau velocity: what is not known of these goes
-        // into the pose as well.
+        let wobble_var =
+            [noise.position_wobble_m, noise.heading_wobble_rad].map(|sigma| sigma * sigma);
+        // pose = z - offset(theta) - e - psi - noise + tau velocity: the uncertainty of each of these is part of
+        // that of the pose.
         let psi_var = noise.heading_offset_rad.powi(2);
         let tau_var = noise.clock_offset_s.powi(2);
         let independent = [position_var + wobble_var[0], heading_var + wobble_var[1] + psi_var];
         let lever = [-by_heading[0], -by_heading[1], 1.0];
-        // A later clock means a pose further on; of the velocity of the point its lever's share is none of
-        // the pose's.
+        // A later clock means a pose further on; the velocity of the pose is that of the point less the share of
+        // its lever.
         let later: [f64; 3] = core::array::from_fn(|i| {
             if i < 2 { velocity[i] + lever[i] * velocity[2] } else { velocity[2] }
         });
@@ -184,8 +191,8 @@ impl State {
     }
 
     /// Equation (2) of the state.
-    pub fn innovation(&self, noise: &OdometryNoise, glance: &ScalarMeasurement) -> Update {
-        let ScalarMeasurement { quantity, measured, offset, by_heading, velocity } = *glance;
+    pub fn innovation(&self, noise: &OdometryNoise, scalar: &ScalarMeasurement) -> Update {
+        let ScalarMeasurement { quantity, measured, offset, by_heading, velocity } = *scalar;
         let [ex, ey, turned] = self.wobble;
         let [psi, tau] = self.run;
         let position_var = noise.position_sigma_m * noise.position_sigma_m;
@@ -208,7 +215,7 @@ impl State {
         let reading = Reading { axis, lever, by_psi, by_tau };
         let ph: [f64; STATES] = core::array::from_fn(|i| reading.along(&self.covariance[i]));
         let variance = reading.along(&ph) + noise_var;
-        let gain = ph.map(|it| it / variance);
+        let gain = ph.map(|covariance| covariance / variance);
         Update { reading, nu, variance, gain, ph }
     }
 

@@ -1,4 +1,4 @@
-//! One step of the pose: where an increment leads, its derivatives, and which measurements fall within a run.
+//! Where does one increment lead the pose, and with which derivatives? And which measurements fall within a run?
 
 use crate::effect::composition::Increment;
 use crate::kinematics::pose::Pose;
@@ -41,7 +41,7 @@ impl Transition {
         }
     }
 
-    /// What a small change of the increment moves.
+    /// The change of the pose by a small change of the increment.
     pub fn differential(&self, change: &Increment, share: f64) -> [f64; 3] {
         let [cos, sin] = self.ahead;
         let ahead = change.travel_m * cos - change.sideways_m * sin;
@@ -54,16 +54,16 @@ impl Transition {
     }
 }
 
-/// The poses measured while the encoders were recorded: the same ones whatever a model's delay is, as
-/// models are compared by what they make of the same measurements.
+/// The poses measured while the encoders were recorded. They do not depend on a model's delay, as models are
+/// compared on the same measurements.
 pub(crate) fn within<'s>(
     motion: &Motion,
     measurements: &'s [PoseMeasurement],
 ) -> impl Iterator<Item = &'s PoseMeasurement> {
     let start_s = motion.start_s;
-    let end_s = start_s + motion.steps.iter().map(|it| it.dt_s).sum::<f64>();
+    let end_s = start_s + motion.steps.iter().map(|step| step.dt_s).sum::<f64>();
     let during = start_s - TIME_ROUNDING_S..=end_s + TIME_ROUNDING_S;
-    measurements.iter().filter(move |it| during.contains(&it.t_s))
+    measurements.iter().filter(move |pose| during.contains(&pose.t_s))
 }
 
 /// Times that differ by less are the same \[s\]: sums of steps are rounded.

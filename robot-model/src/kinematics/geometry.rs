@@ -1,4 +1,4 @@
-//! The robot as its data sheet has it.
+//! The geometry of a robot as its data sheet has it, with tolerances.
 
 use core::f64::consts::TAU;
 use core::fmt;

@@ -2,7 +2,7 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `wheel_pair.rs` | [`WheelPair`]: a thing of each wheel, left and right |
+//! | `wheel_pair.rs` | [`WheelPair`]: a value for each wheel, left and right |
 //! | `geometry.rs` | [`Geometry`]: the robot as its data sheet has it, with tolerances |
 //! | `pose.rs` | [`Pose`], and dead reckoning along exact arcs |
 //!

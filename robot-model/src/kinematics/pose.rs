@@ -1,10 +1,10 @@
-//! Dead reckoning along exact arcs: from wheel angles to poses.
+//! Where is the robot after its wheels turned so far? Dead reckoning along exact arcs.
 
 use super::geometry::Geometry;
 use super::wheel_pair::WheelPair;
 use crate::numeric::angle::sinc;
 
-/// Where the robot is: the middle between its wheels, and where it looks.
+/// Where the robot is: the middle between its wheels, and its heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Forward \[m\].
@@ -16,7 +16,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// At the origin, looking along x.
+    /// At the origin, heading along x.
     pub const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 };
 
     /// A pose from its three numbers.
@@ -24,7 +24,7 @@ impl Pose {
         Self { x_m, y_m, heading_rad }
     }
 
-    /// The pose after driving an exact arc.
+    /// The pose at the end of an exact arc.
     ///
     /// With the travels S_L, S_R: `turn = (S_R - S_L) / b`, `s = (S_L + S_R) / 2`, and the chord
     /// `s sin(turn/2) / (turn/2)` lies at the heading `theta + turn/2`.
@@ -132,7 +132,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_composed_is_seen_again(
+        fn seen_from_is_the_inverse_of_compose(
             x in -9.0_f64..9.0, y in -9.0_f64..9.0, heading in -7.0_f64..7.0, ahead in -2.0_f64..2.0,
         ) {
             let frame = Pose::new(x, y, heading);

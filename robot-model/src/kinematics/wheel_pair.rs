@@ -1,4 +1,4 @@
-//! A pair of things, one for each wheel.
+//! A pair of values, one for each wheel.
 
 /// Left and right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

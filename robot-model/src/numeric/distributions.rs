@@ -6,7 +6,7 @@ use statrs::function::gamma::gamma_ur;
 /// Half the width of a 95 % interval, in sigmas of a normal distribution.
 pub const SIGMAS_95: f64 = 1.959_964;
 
-/// The same to three digits, as the intervals of `explain` have always had it.
+/// The same to three digits, as in the intervals of `explain`.
 pub(crate) const SIGMAS_95_ROUNDED: f64 = 1.96;
 
 /// Probability that a chi-squared variable with `freedom` degrees of freedom exceeds `x`.
@@ -17,8 +17,8 @@ pub(crate) fn chi_squared(freedom: usize, x: f64) -> f64 {
     gamma_ur(freedom as f64 / 2.0, x / 2.0).clamp(0.0, 1.0)
 }
 
-/// Probability that `x` is exceeded by a chi-squared variable of `freedom` degrees divided by its variance,
-/// where that is known from so many degrees of its own: Fisher's F of x / freedom.
+/// Probability that a chi-squared variable with `freedom` degrees exceeds `x`, if its scale is an estimate with
+/// `known_from` degrees of freedom of its own: the tail of Fisher's F at x / freedom.
 pub(crate) fn fisher(freedom: usize, known_from: f64, x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 || freedom == 0 {
         return 1.0;

@@ -19,7 +19,7 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Nothing, whatever the parameters.
+    /// Zero, whatever the parameters.
     pub const ZERO: Self = Self::constant(0.0);
 
     /// A number that no parameter changes.
@@ -43,17 +43,17 @@ impl Jet {
         jets
     }
 
-    /// A function of it, from the function's value and slope here.
+    /// A function of this jet, from the function's value and slope here.
     pub(crate) fn chain(self, value: f64, slope: f64) -> Self {
         Self { value, by: self.by.map(|d| slope * d) }
     }
 
-    /// e to its power.
+    /// The exponential function.
     pub fn exp(self) -> Self {
         self.chain(self.value.exp(), self.value.exp())
     }
 
-    /// One divided by it.
+    /// The reciprocal.
     pub fn recip(self) -> Self {
         self.chain(1.0 / self.value, -1.0 / (self.value * self.value))
     }

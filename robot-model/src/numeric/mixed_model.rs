@@ -1,6 +1,5 @@
-//! Least squares with two kinds of unknowns: fixed ones, of which nothing is known beforehand, and
-//! random ones, each drawn from a normal distribution of known variance. The
-//! equations have the numbers of `docs/how-sure-is-w-t.md`.
+//! Least squares with two kinds of unknowns: fixed ones, which have no prior, and random ones, each drawn from a
+//! normal distribution of known variance. The numbers of the equations are those of `docs/how-sure-is-w-t.md`.
 //!
 //! ```text
 //! r = J beta + Z u + e,   e ~ N(0, 1) after weighting,   u ~ N(0, v)                  (3)
@@ -19,7 +18,7 @@ pub(crate) struct MixedModel {
     squares: f64,
 }
 
-/// What (4) gives.
+/// The solution of (4).
 pub(crate) struct Solution {
     /// The fixed unknowns, then the random ones.
     pub(crate) values: DVector<f64>,
@@ -52,7 +51,7 @@ impl MixedModel {
         self.squares += weight * residual * residual;
     }
 
-    /// Solves (4) for random unknowns of this variance; of zero variance, they are left out.
+    /// Solves (4) for random unknowns of this variance; with zero variance they are left out.
     ///
     /// `None` if the rows do not determine the unknowns.
     pub(crate) fn solve(&self, variance: f64) -> Option<Solution> {

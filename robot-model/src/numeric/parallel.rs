@@ -1,4 +1,4 @@
-//! Runs are independent of each other: as many at a time as the machine has cores.
+//! A function of each item, on all cores: runs are independent of each other.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Made-up noise that is the same on every machine.
+//! Random numbers that are the same on every machine.
 
 use core::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! All runs of one robot, prepared once for everything that looks at them.
+//! All runs of one robot, prepared once for every question that follows.
 
 use crate::recording::motion::Motion;
 use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
@@ -8,7 +8,7 @@ use crate::recording::survey::Survey;
 /// Recorded runs of one robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Campaign {
-    /// The robot, as nominal.
+    /// The nominal robot.
     pub robot: Robot,
     /// The runs, in the order in which they were made.
     pub runs: Vec<Recording>,
@@ -26,21 +26,21 @@ pub(crate) struct PreparedRun {
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     pub robot: Robot,
-    /// The runs that are fitted to: all that anything is learnt from.
+    /// The runs that models are fitted to.
     pub runs: Vec<PreparedRun>,
-    /// The runs kept aside, which only show what a model predicts.
+    /// The runs held out, which only show what a model predicts.
     pub held_out: Vec<PreparedRun>,
     /// Of the runs that are fitted to.
     pub survey: Survey,
 }
 
 impl Campaign {
-    /// The runs that a model is fitted to: all but those kept aside.
+    /// The runs that a model is fitted to: all but those held out.
     pub fn fitted_runs(&self) -> impl Iterator<Item = &Recording> {
         self.runs.iter().filter(|run| !run.held_out)
     }
 
-    /// Works out each run's motion, and puts aside the runs that nothing may be learnt from.
+    /// Works out each run's motion, and separates the runs held out.
     pub(crate) fn prepare(&self) -> Result<Prepared, RecordingError> {
         for run in &self.runs {
             run.validate()?;
@@ -51,7 +51,7 @@ impl Campaign {
         }
         let began_s = began_s(self.fitted_runs());
         let prepared = |recording: &Recording| {
-            let clock_s = began_s.zip(recording.started_s).map(|(first, it)| it - first);
+            let clock_s = began_s.zip(recording.started_s).map(|(first, own_s)| own_s - first);
             let motion = Motion::new(&self.robot, recording, clock_s);
             let kind = kind_of(&motion);
             PreparedRun { recording: recording.clone(), motion, kind }
@@ -66,8 +66,8 @@ impl Campaign {
         let mut survey = Survey::default();
         for run in runs {
             let started_s = began_s.zip(run.recording.started_s);
-            let clock_s = started_s.map_or(0.0, |(first, it)| it - first);
-            let path_m: f64 = run.motion.steps.iter().map(|it| it.travel_m().abs()).sum();
+            let clock_s = started_s.map_or(0.0, |(first, own_s)| own_s - first);
+            let path_m: f64 = run.motion.steps.iter().map(|step| step.travel_m().abs()).sum();
             survey.path_max_m = survey.path_max_m.max(path_m);
             survey.span_s = survey.span_s.max(clock_s + run.recording.duration_s());
             for step in &run.motion.steps {
@@ -82,8 +82,8 @@ impl Campaign {
 
 /// When the first of these runs began \[s\].
 ///
-/// `None` where not every run says so: nothing is read from the order in which files happen to be listed.
+/// `None` unless every run has a start time: the order in which files happen to be listed tells nothing.
 fn began_s<'a>(runs: impl Iterator<Item = &'a Recording>) -> Option<f64> {
-    let told: Vec<f64> = runs.map(|run| run.started_s).collect::<Option<_>>()?;
-    told.into_iter().reduce(f64::min)
+    let starts: Vec<f64> = runs.map(|run| run.started_s).collect::<Option<_>>()?;
+    starts.into_iter().reduce(f64::min)
 }

@@ -9,7 +9,7 @@
 //! | `survey.rs` | [`Survey`]: what the runs of a campaign reached |
 //! | `nominal_plan.rs` | recordings of a nominal robot that drives given pieces |
 //!
-//! Files and their formats are the caller's. Whether a recording can be of one robot at all is asked in
+//! Files and their formats are the caller's. Whether a recording can be of one robot at all is checked in
 //! [`crate::checks`].
 
 pub(crate) mod campaign;

@@ -1,11 +1,11 @@
-//! What the wheels did in a run, step by step: turns, speeds, accelerations, reversals.
+//! What did the wheels do in a run, step by step? Turns, speeds, accelerations, reversals.
 //!
-//! Speeds come from wheel angles that are counted in whole counts, so they are taken over a window.
+//! Wheel angles are known in whole counts only, so speeds are differences over a window.
 
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{Recording, Robot};
 
-/// Half the window over which a speed is taken \[s\]; wider where the samples are far apart.
+/// Half of the window of a speed \[s\]; wider where the samples are far apart.
 const SPEED_HALF_WINDOW_S: f64 = 0.1;
 /// The same for accelerations: one count of 0.25 mm in 0.2 s is 1.2 mm/s, so that differences
 /// of speeds need a longer lever.
@@ -13,14 +13,14 @@ const ACCEL_HALF_WINDOW_S: f64 = 0.15;
 /// A reversal of travel shorter than this is dither at rest \[m\].
 const REVERSAL_M: f64 = 0.003;
 
-/// One step between two samples of the encoders; nominal, as the encoders tell it.
+/// One step between two samples of the encoders; nominal, by the encoders alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
     /// Middle of the step, from the run's first sample \[s\].
     pub t_s: f64,
     /// Duration, dt \[s\].
     pub dt_s: f64,
-    /// The same middle on the campaign's clock, zero at its first run; zero throughout if nobody knows
+    /// The same middle on the campaign's clock, zero at its first run; zero throughout if it is not known
     /// when the runs began \[s\].
     pub clock_s: f64,
     /// Wheel angles before the step \[rad\].
@@ -91,7 +91,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// The steps of a recording that began `clock_s` after the campaign; if nobody knows when, the
+    /// The steps of a recording that began `clock_s` after the campaign; if that is not known, the
     /// campaign's clock stands still.
     pub fn new(robot: &Robot, recording: &Recording, clock_s: Option<f64>) -> Self {
         let radius_m = robot.wheel_radius_m;
@@ -100,7 +100,7 @@ impl Motion {
         // At least three samples lie within a window.
         let speed_half_s = SPEED_HALF_WINDOW_S.max(1.5 * spacing_s);
         let accel_half_s = ACCEL_HALF_WINDOW_S.max(1.5 * spacing_s);
-        // At its ends the window is what there is of it: a log may begin and end in motion.
+        // At the ends of the run the window is cut off: a recording may begin and end in motion.
         let (first_s, last_s) = (start_s, start_s + recording.duration_s());
         let window = |t_s: f64, half_s: f64| {
             let (from_s, to_s) = ((t_s - half_s).max(first_s), (t_s + half_s).min(last_s));
@@ -112,7 +112,7 @@ impl Motion {
             before.zip(after).map(|(a, b)| radius_m * (b - a) / span_s)
         };
         let travels: Vec<f64> =
-            recording.wheels.iter().map(|it| radius_m * it.phi_rad.mean()).collect();
+            recording.wheels.iter().map(|sample| radius_m * sample.phi_rad.mean()).collect();
         let since_reversal = since_reversal_m(&travels);
         let mut path_m = 0.0;
         let mut steps = Vec::with_capacity(recording.wheels.len() - 1);
@@ -124,7 +124,7 @@ impl Motion {
             let step = Step {
                 t_s: middle_s - start_s,
                 dt_s: after.t_s - before.t_s,
-                clock_s: clock_s.map_or(0.0, |it| it + middle_s - start_s),
+                clock_s: clock_s.map_or(0.0, |began_s| began_s + middle_s - start_s),
                 phi_rad: before.phi_rad,
                 dphi_rad: before.phi_rad.zip(after.phi_rad).map(|(a, b)| b - a),
                 wheel_speed_mps: speed(middle_s),
@@ -144,9 +144,9 @@ impl Motion {
     }
 }
 
-/// For each sample, how far it is from the last reversal of travel, if there was one.
+/// For each sample, the travel since the last reversal, if there was one.
 ///
-/// A reversal counts from where the travel was furthest, once it has come back by [`REVERSAL_M`].
+/// A reversal counts from the turning point, once the travel has come back by [`REVERSAL_M`].
 fn since_reversal_m(travels_m: &[f64]) -> Vec<Option<f64>> {
     let mut since = vec![None; travels_m.len()];
     let mut direction = 0.0;

@@ -1,4 +1,4 @@
-//! Planned runs: what the wheels would do in a run that has not been driven yet.
+//! What would the wheels do in a planned run? Recordings of a nominal robot that drives given pieces.
 
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
@@ -104,8 +104,8 @@ impl Piece {
     }
 }
 
-/// The run that these pieces make: wheel angles of the nominal robot, and empty sights at the times at
-/// which a pose would be measured.
+/// The run that these pieces make: wheel angles of the nominal robot, and measurements without a value at the times
+/// at which a pose would be measured.
 pub fn drive(robot: &Robot, name: &str, pieces: &[Piece], drive: &Drive) -> Recording {
     let mut recording = Recording { name: name.to_owned(), ..Recording::default() };
     let mut phi = WheelPair::both(0.0);
@@ -133,7 +133,7 @@ pub fn drive(robot: &Robot, name: &str, pieces: &[Piece], drive: &Drive) -> Reco
         let samples = (duration_s / drive.sample_s).ceil() as usize;
         for i in 1..=samples {
             let share = profile.share(i as f64 * drive.sample_s);
-            let angle = travel_m.map(|it| share * it / robot.wheel_radius_m);
+            let angle = travel_m.map(|travel_m| share * travel_m / robot.wheel_radius_m);
             k += 1;
             push(k, phi.zip(angle).map(|(a, b)| a + b));
         }
@@ -228,16 +228,16 @@ mod tests {
         ];
         let run = drive(&ROBOT, "all", &pieces, &Drive::USUAL);
         run.validate().unwrap();
-        let end = run.wheels.last().unwrap().phi_rad.map(|it| it * 0.05);
+        let end = run.wheels.last().unwrap().phi_rad.map(|phi_rad| phi_rad * 0.05);
         // -0.5 - 0.4 + 0.9 + 0.3 and -0.5 + 0.4 + 0.9 - 0.3, to rounding.
         assert!((end.left - 0.3).abs() < 1e-12 && (end.right - 0.5).abs() < 1e-12, "{end:?}");
         let speeds: Vec<f64> = run
             .wheels
             .windows(2)
-            .map(|it| 0.05 * (it[1].phi_rad.right - it[0].phi_rad.right) / 0.01)
+            .map(|pair| 0.05 * (pair[1].phi_rad.right - pair[0].phi_rad.right) / 0.01)
             .collect();
         // The arc's outer wheel: 0.2 (1 + 0.2 / 0.6) is the left one's; the right one's limit is 0.3.
-        assert!(speeds.iter().all(|it| it.abs() < 0.3 + 1e-9));
-        assert!(speeds.windows(2).all(|it| (it[1] - it[0]).abs() < 0.3 * 0.01 + 1e-9));
+        assert!(speeds.iter().all(|speed| speed.abs() < 0.3 + 1e-9));
+        assert!(speeds.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.3 * 0.01 + 1e-9));
     }
 }

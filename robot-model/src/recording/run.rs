@@ -1,10 +1,10 @@
-//! What was recorded in one run: wheel angles, measured poses, a yaw rate sensor, each on its own times.
+//! One run as it was recorded: wheel angles, measured poses, a yaw rate sensor, each at its own times.
 
 use core::fmt;
 
 use crate::kinematics::wheel_pair::WheelPair;
 
-/// A robot as its data sheet has it: what all effects are relative to.
+/// A robot as its data sheet describes it: all effects are relative to this.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Robot {
     /// Nominal radius of both wheels, R \[m\].
@@ -15,9 +15,9 @@ pub struct Robot {
     pub gear_reduction: f64,
     /// Angle of a wheel that one encoder count stands for \[rad\].
     pub rad_per_count: f64,
-    /// Noise of the measured position, each coordinate \[m\]; `None`: find out.
+    /// Noise of the measured position, each coordinate \[m\]; `None`: to be estimated.
     pub position_sigma_m: Option<f64>,
-    /// Noise of the measured heading \[rad\]; `None`: find out.
+    /// Noise of the measured heading \[rad\]; `None`: to be estimated.
     pub heading_sigma_rad: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub struct WheelSample {
 /// The pose as a camera, a tracker or a person measured it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseMeasurement {
-    /// Time that the sensor says \[s\].
+    /// Time by the sensor's clock \[s\].
     pub t_s: f64,
     /// x and y in a fixed frame \[m\].
     pub position_m: Option<[f64; 2]>,
@@ -59,7 +59,7 @@ pub struct Recording {
     pub started_s: Option<f64>,
     /// Load on board \[kg\].
     pub payload_kg: f64,
-    /// Kept aside: nothing is fitted to it or chosen by it, it only shows what a model predicts.
+    /// Held out: nothing is fitted to it or chosen by it, it only shows what a model predicts.
     pub held_out: bool,
     /// The wheels, times strictly increasing, at least two.
     pub wheels: Vec<WheelSample>,
@@ -122,17 +122,21 @@ impl Recording {
         if self.wheels.len() < 2 {
             return fail(RecordingProblem::TooFewSamples);
         }
-        let finite =
-            self.wheels.iter().all(|it| {
-                it.t_s.is_finite() && it.phi_rad.left.is_finite() && it.phi_rad.right.is_finite()
-            }) && self.measured_poses.iter().all(|it| {
-                let position = it.position_m.unwrap_or_default();
-                [it.t_s, position[0], position[1], it.heading_rad.unwrap_or_default()]
-                    .into_iter()
-                    .all(f64::is_finite)
-            }) && self.gyro.iter().all(|it| it.t_s.is_finite() && it.rate_rad_s.is_finite())
-                && self.payload_kg.is_finite()
-                && self.started_s.unwrap_or_default().is_finite();
+        let finite = self.wheels.iter().all(|sample| {
+            sample.t_s.is_finite()
+                && sample.phi_rad.left.is_finite()
+                && sample.phi_rad.right.is_finite()
+        }) && self.measured_poses.iter().all(|pose| {
+            let position = pose.position_m.unwrap_or_default();
+            [pose.t_s, position[0], position[1], pose.heading_rad.unwrap_or_default()]
+                .into_iter()
+                .all(f64::is_finite)
+        }) && self
+            .gyro
+            .iter()
+            .all(|sample| sample.t_s.is_finite() && sample.rate_rad_s.is_finite())
+            && self.payload_kg.is_finite()
+            && self.started_s.unwrap_or_default().is_finite();
         if !finite {
             return fail(RecordingProblem::NotFinite);
         }
@@ -155,7 +159,7 @@ impl Recording {
 
     /// The wheel angles at a time, linear between samples, constant outside.
     pub(crate) fn phi_at(&self, t_s: f64) -> WheelPair<f64> {
-        let after = self.wheels.partition_point(|it| it.t_s <= t_s);
+        let after = self.wheels.partition_point(|sample| sample.t_s <= t_s);
         if after == 0 {
             return self.wheels[0].phi_rad;
         }

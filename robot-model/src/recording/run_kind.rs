@@ -1,4 +1,4 @@
-//! What kind of run it was, told by its motion.
+//! What kind of run was driven? Straight, spin, arc, square and others, told by the motion.
 
 use crate::recording::motion::Motion;
 

@@ -1,6 +1,6 @@
-//! What the runs of a campaign reached.
+//! What did the runs of a campaign reach?
 
-/// What the runs of a campaign reached: where the shapes of effects are looked for.
+/// What the runs of a campaign reached: it bounds the shapes of effects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Survey {
     /// Fastest wheel \[rad/s\].

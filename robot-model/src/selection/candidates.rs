@@ -1,5 +1,8 @@
-//! A look at a campaign from one fitted model: the evidence about its own parameters and about every
-//! candidate, gathered in one pass. What follows are questions to it.
+//! Every candidate beside a fitted model: what would it gain, and would tracks be predicted better?
+//!
+//! The normal equations of the model's own parameters and of every candidate are gathered in one pass; all questions
+//! after that are answered from them. The test of one effect is in [`crate::selection::effect_test`]; which candidate
+//! enters the model is decided in [`crate::selection::select`].
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Group};
@@ -8,7 +11,8 @@ use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
-use crate::selection::effect_test::{EffectTest, Hypothesis, run_scatter, scatter, test_effect};
+use crate::selection::dispersion::{run_scatter, scatter};
+use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
 
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
 pub(crate) const RIVAL_MARGIN: f64 = 9.0;
@@ -26,27 +30,27 @@ impl Candidate<'_> {
     }
 }
 
-/// The evidence about a model and all candidates.
+/// The normal equations of a model and of all candidates.
 pub(crate) struct Screening<'a> {
     terms: Vec<PlacedTerm<'a>>,
     in_model: usize,
     equations: CampaignEquations,
     noise: OdometryNoise,
-    /// How much runs disagree about what they are asked.
+    /// By how much more runs disagree, in the median, than their noise explains.
     scatter: f64,
 }
 
 /// A growth of squared errors by less than this share is rounding: effects of the yaw rate sensor do not
-/// touch tracks at all.
+/// change tracks at all.
 const ROUNDING: f64 = 1e-6;
 
-/// An effect of a model has to go if tracks of runs held out get better by more than this share without it.
+/// An effect is removed if cross-validated tracks get better by more than this share without it.
 const WORSE_TRACKS: f64 = 0.02;
 
-/// Squared errors of tracks that fall by this share fall beyond doubt.
-const GOOD_DEAL: f64 = 0.2;
+/// A fall of the squared errors of tracks by this share is beyond doubt.
+const CLEAR_GAIN: f64 = 0.2;
 
-/// A fit that came to rest is nearer to what it wants than this.
+/// A fit that has converged is nearer to its optimum than this.
 const UNSETTLED_SIGMAS: f64 = 1.0;
 
 /// What an effect's parameters, shapes included, cost in -2 log likelihood: Akaike's two each.
@@ -54,7 +58,7 @@ pub(crate) fn penalty(term: &Term<'_>) -> f64 {
     2.0 * term.values.len() as f64
 }
 
-/// Whether an effect is of the radii and the track width.
+/// Whether an effect is one of radii and track width.
 pub(crate) fn is_geometry(effect: &dyn Effect) -> bool {
     effect.facts().group == Group::Geometry
 }
@@ -65,7 +69,7 @@ impl<'a> Screening<'a> {
         let in_model = terms.len();
         for effect in catalogue {
             let id = effect.facts().id;
-            if terms[..in_model].iter().all(|it| it.effect.facts().id != id) {
+            if terms[..in_model].iter().all(|term| term.effect.facts().id != id) {
                 for values in effect.starts(&prepared.survey) {
                     terms.push(Term::new(*effect, values));
                 }
@@ -76,18 +80,18 @@ impl<'a> Screening<'a> {
         let mut screening = Self { terms, in_model, equations, noise: fitted.noise, scatter: 1.0 };
         let model = screening.model_columns(&[]);
         let asked: Vec<Vec<usize>> =
-            (0..screening.terms.len()).map(|it| screening.amplitudes(it)).collect();
+            (0..screening.terms.len()).map(|index| screening.amplitudes(index)).collect();
         let others = |index: usize| {
             let own = if index < in_model { &asked[index][..] } else { &[] };
-            let others = model.iter().filter(|it| !own.contains(it));
+            let others = model.iter().filter(|column| !own.contains(column));
             others.copied().collect::<Vec<usize>>()
         };
         let given: Vec<Vec<usize>> = (0..asked.len()).map(others).collect();
         let hypotheses = given.iter().zip(&asked).map(|(given, asked)| (&given[..], &asked[..]));
-        // What a run may have for itself are its own radii and track width.
+        // Runs may differ in radii and track width of their own.
         let of_geometry = |index: &usize| is_geometry(screening.terms[*index].effect);
         let own: Vec<usize> =
-            (0..asked.len()).filter(of_geometry).flat_map(|it| asked[it].clone()).collect();
+            (0..asked.len()).filter(of_geometry).flat_map(|index| asked[index].clone()).collect();
         screening.scatter = scatter(&screening.equations, hypotheses).max(run_scatter(
             &screening.equations,
             &model,
@@ -96,14 +100,14 @@ impl<'a> Screening<'a> {
         screening
     }
 
-    /// How many effects are asked about: those of the model and the candidates.
+    /// How many effects are tested: those of the model and the candidates.
     pub fn asked(&self) -> usize {
-        let mut ids: Vec<&str> = self.terms.iter().map(|it| it.effect.facts().id).collect();
+        let mut ids: Vec<&str> = self.terms.iter().map(|term| term.effect.facts().id).collect();
         ids.dedup();
         ids.len()
     }
 
-    /// The evidence and its terms, the model's first.
+    /// The normal equations and their terms, the model's first.
     pub fn equations(&self) -> (&CampaignEquations, &[PlacedTerm<'a>]) {
         (&self.equations, &self.terms)
     }
@@ -125,7 +129,7 @@ impl<'a> Screening<'a> {
         self.terms[index].amplitudes()
     }
 
-    /// The evidence as it is with these effects of the model gone.
+    /// The normal equations about the point at which these effects of the model are zero.
     fn equations_without(&self, left_out: &[usize]) -> CampaignEquations {
         let mut equations = self.equations.clone();
         for index in left_out {
@@ -137,7 +141,7 @@ impl<'a> Screening<'a> {
         equations
     }
 
-    /// What speaks for each effect of the model, given all its others.
+    /// The test of each effect of the model, given all its others.
     pub fn kept(&self) -> Vec<EffectTest> {
         (0..self.in_model)
             .map(|index| {
@@ -150,12 +154,12 @@ impl<'a> Screening<'a> {
             .collect()
     }
 
-    /// What speaks for each candidate, given the model without these effects of it.
+    /// The test of each candidate, given the model without the effects left out.
     pub fn candidates(&self, left_out: &[usize]) -> Vec<Candidate<'a>> {
         self.candidates_that_gain(left_out, f64::NEG_INFINITY)
     }
 
-    /// The same of those alone whose gain, less the penalty of their parameters, is at least so much.
+    /// The same, only for candidates whose gain less the penalty of their parameters is at least `least`.
     pub fn candidates_that_gain(&self, left_out: &[usize], least: f64) -> Vec<Candidate<'a>> {
         let equations = self.equations_without(left_out);
         let model = self.model_columns(left_out);
@@ -164,7 +168,7 @@ impl<'a> Screening<'a> {
             equations.total.chi_squared(columns, &delta)
         };
         let without = chi_squared(&model);
-        // Of each effect, the start of its shapes that gains most.
+        // For each effect, the start of its shapes that gains most.
         let mut best: Vec<(usize, f64)> = Vec::new();
         for index in self.in_model..self.terms.len() {
             let both: Vec<usize> = model.iter().copied().chain(self.amplitudes(index)).collect();
@@ -193,8 +197,7 @@ impl<'a> Screening<'a> {
             .collect()
     }
 
-    /// Whether tracks of runs held out are predicted worse with a candidate in place of some effects of
-    /// the model than with the model as it is.
+    /// Whether cross-validated tracks get worse with a candidate in place of some effects of the model.
     pub fn tracks_get_worse(
         &self,
         prepared: &Prepared,
@@ -206,19 +209,21 @@ impl<'a> Screening<'a> {
         with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(as_it_is, ROUNDING))
     }
 
-    /// For each effect of the model, whether tracks of runs held out are predicted worse with it than without.
+    /// For each effect of the model, whether cross-validated tracks are worse with it than without.
     pub fn spoils_tracks(&self, prepared: &Prepared) -> Vec<bool> {
         let whole = self.cross_validated_tracks(prepared, &[], None);
         let spoils = |index: usize| {
             let without = self.cross_validated_tracks(prepared, &[index], None);
-            whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, WORSE_TRACKS))
+            whole
+                .zip(without)
+                .is_some_and(|(whole, without)| whole.worse_than(without, WORSE_TRACKS))
         };
         (0..self.in_model).map(spoils).collect()
     }
 
-    /// For each effect of the model, whether it stands at nothing though the runs say there that it should not, so
-    /// that its fit never came to rest: what is said of it then is about no value. (At a kink, as of a threshold, a
-    /// fit may rest where they would have it further on.)
+    /// For each effect of the model, whether its fit has not converged: its value is zero although the gradient there
+    /// is not, so that its test is about no value. (At a kink, as at a threshold, a fit may converge with a gradient
+    /// that is not zero.)
     pub fn is_unsettled(&self) -> Vec<bool> {
         let columns = self.model_columns(&[]);
         let solution = self.equations.solve(&self.equations.total, &columns);
@@ -228,25 +233,27 @@ impl<'a> Screening<'a> {
                 let sigma = UNSETTLED_SIGMAS * solution.covariance[(i, i)].sqrt();
                 (term.value(columns[i]).abs() < sigma, solution.delta[i].abs() > sigma)
             });
-            let (nothing, far) = standing.fold((true, false), |(a, b), it| (a && it.0, b || it.1));
+            let (nothing, far) =
+                standing.fold((true, false), |(a, b), column| (a && column.0, b || column.1));
             nothing && far
         };
         (0..self.in_model).map(effect).collect()
     }
 
-    /// The effects of the model, but for its geometry, by which tracks of runs held out get better by less than
-    /// a good deal.
-    pub fn hardly_better_tracks(&self, prepared: &Prepared) -> Vec<usize> {
+    /// The effects of the model, except its geometry, that do not improve cross-validated tracks beyond doubt.
+    pub fn hardly_improves_tracks(&self, prepared: &Prepared) -> Vec<usize> {
         let whole = self.cross_validated_tracks(prepared, &[], None);
-        let asked = |index: &usize| {
+        let hardly_improves = |index: &usize| {
             let without = self.cross_validated_tracks(prepared, &[*index], None);
             !is_geometry(self.terms[*index].effect)
-                && whole.zip(without).is_some_and(|(whole, it)| whole.worse_than(it, -GOOD_DEAL))
+                && whole
+                    .zip(without)
+                    .is_some_and(|(whole, without)| whole.worse_than(without, -CLEAR_GAIN))
         };
-        (0..self.in_model).filter(asked).collect()
+        (0..self.in_model).filter(hardly_improves).collect()
     }
 
-    /// Whether tracks of runs held out are predicted worse than by a model that was fitted for itself.
+    /// Whether cross-validated tracks are worse than those of another model, which was fitted with its own noise.
     pub fn tracks_are_worse_than(&self, prepared: &Prepared, other: &Fitted<'a>) -> bool {
         let terms = PlacedTerm::place(&other.terms);
         let equations = CampaignEquations::gather(prepared, &terms, &other.noise);
@@ -266,7 +273,7 @@ impl<'a> Screening<'a> {
         let mut columns = self.model_columns(left_out);
         let kept = self.terms[..self.in_model].iter().enumerate();
         let mut terms: Vec<PlacedTerm<'a>> =
-            kept.filter(|(i, _)| !left_out.contains(i)).map(|(_, it)| it.clone()).collect();
+            kept.filter(|(i, _)| !left_out.contains(i)).map(|(_, term)| term.clone()).collect();
         if let Some(term) = candidate {
             columns.extend(term.amplitudes());
             terms.push(term.clone());

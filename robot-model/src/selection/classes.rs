@@ -1,12 +1,13 @@
-//! What the data cannot tell apart: for each effect of a model, the rivals that would explain as much.
+//! Which effects can the data not tell apart? For each effect of a model, its rivals: those that would explain as
+//! much.
 //!
-//! An effect is taken out and each other effect put in its place, everything fitted anew. If that loses
-//! less than three sigma, 9 in -2 log likelihood, the rival is as good an answer, and it is named in one
-//! breath with the effect. The data decide: no list of confounds is kept. So it is if it loses next to nothing of
-//! what the effect explains: of two that do the same to a fiftieth, anything that no model has decides.
+//! Each other effect takes the effect's place in turn, and everything is fitted anew. If that loses less than three
+//! sigma (9 in -2 log likelihood), the rival is as good an answer and is named together with the effect. The same
+//! holds if it loses less than a fiftieth of what the effect explains: a difference so small may come from anything
+//! that no model has. The data decide; there is no list of confounded effects.
 //!
-//! A first look is linear about the fitted effect; of a strong one the rivals' fits are off by a share of
-//! what it explains. So whatever comes near is fitted in earnest.
+//! The screening is linear about the fitted effect. For a strong effect its error is a share of what the effect
+//! explains, so every rival that comes near is fitted in full.
 
 use crate::effect::composition::Term;
 use crate::estimation::fit::{Fitted, fit_parameters};
@@ -14,14 +15,14 @@ use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, penalty};
 use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
 
-/// A rival has to do this share of what the effect does: where an effect is weak, chance alone gives
+/// A rival has to reproduce this share of what the effect does: where an effect is weak, chance alone gives
 /// others nearly as much gain.
 const RESEMBLANCE_MIN: f64 = 0.3;
 
-/// What a first look may be off by, as a share of what the effect explains.
-const LOOK_ERROR: f64 = 0.1;
+/// Error of the screening, as a share of what the effect explains.
+const SCREENING_ERROR: f64 = 0.1;
 
-/// An effect with everything that this campaign cannot tell from it.
+/// An effect's class: everything that this campaign cannot tell from it.
 #[derive(Clone, Debug)]
 pub(crate) struct Class<'a> {
     /// Rivals, best first, the chosen effect not included.
@@ -42,20 +43,20 @@ pub(crate) fn classes<'a>(
         let margin = sigmas.max(OWN_SHARE_MIN * test.gain);
         let own = test.gain - penalty(screening.term(index));
         let mut rivals: Vec<Candidate<'a>> = screening
-            .candidates_that_gain(&[index], own - margin - LOOK_ERROR * test.gain)
+            .candidates_that_gain(&[index], own - margin - SCREENING_ERROR * test.gain)
             .into_iter()
-            .filter(|it| !it.test.implausible)
-            .filter(|it| screening.resemblance(index, &it.term) > RESEMBLANCE_MIN)
-            .filter(|it| loss(prepared, fitted, index, &it.term.fixed()) < margin)
+            .filter(|rival| !rival.test.implausible)
+            .filter(|rival| screening.resemblance(index, &rival.term) > RESEMBLANCE_MIN)
+            .filter(|rival| loss(prepared, fitted, index, &rival.term.fixed()) < margin)
             .collect();
-        let net = |it: &Candidate<'_>| it.test.gain - penalty(&it.term);
+        let net = |rival: &Candidate<'_>| rival.test.gain - penalty(&rival.term);
         rivals.sort_by(|a, b| net(b).total_cmp(&net(a)));
         classes.push(Class { rivals });
     }
     classes
 }
 
-/// What is lost in -2 log likelihood, penalties included, by a rival in an effect's place.
+/// How much -2 log likelihood rises, penalties included, with a rival in an effect's place.
 fn loss<'a>(prepared: &Prepared, fitted: &Fitted<'a>, index: usize, rival: &Term<'a>) -> f64 {
     let mut terms = fitted.terms.clone();
     let own = std::mem::replace(&mut terms[index], rival.clone());

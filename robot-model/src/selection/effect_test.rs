@@ -1,147 +1,69 @@
-//! Judges one effect, given a model: is it there?
+//! Tests one effect, given a model: is it there?
 //!
-//! With the sums A, b of each unit (run) about the model's best point, and e the effect's columns:
+//! With the normal equations A, b of each unit (run) about the model's best point, and e the effect's columns:
 //!
 //! ```text
 //! gain       = chi^2(model) - chi^2(model + e)                                        (1)
-//! held out   = sum over units of the same gain on a unit, both fitted to all others   (2)
-//! u_r        = b_e - A_em A_mm^-1 b_m of unit r: its score                            (3)
-//! phi        = (n + 1)/n  sum u_r' C^-1 u_r / q after the effect, C = sum cov(u_r)    (4)
+//! cross-validated gain = sum over units of that gain on a unit, both fitted to all others  (2)
 //! ```
 //!
-//! (4) is how much more the units disagree about the effect than their noise explains; it is 1 if the
-//! noise is right and the effect is the same in all runs. It is taken as at least 1, and moderated, as
-//! few units say little about it: an effect that shows in one run is not judged by that run's noise alone,
-//! but by how much runs disagree about everything else ([`scatter`]). The p-value is that of gain / phi by
-//! Fisher's F: phi is known from as many degrees as runs tell it, and those of the belief.
-//!
-//! An effect that shows in few runs has a large spread of gains over runs, which says nothing against it.
-//! Only the units it touches are asked, each once, whether they get better:
-//!
-//! ```text
-//! touched: d_r^2 = values' cov(u_r) values > 1,    better: 2 values' u_r > d_r^2         (5)
-//! ```
-//!
-//! with u_r about the model without the effect. If it is there, more than half of them get better.
+//! The significance of the gain allows for how much the units disagree, by equation (4) of
+//! [`crate::selection::dispersion`]: the p-value is that of gain / phi by Fisher's F, with the degrees of freedom of the
+//! runs plus those of the prior. The search over effects is in [`crate::selection::select`].
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::effect::definition::{Effect, Role};
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::run_kind::RunKind;
+use crate::selection::dispersion::{Spread, known_from, spread};
 
-/// So many units' worth of belief that runs disagree about an effect as they do about others.
-const BELIEF_UNITS: f64 = 4.0;
-/// So many degrees of freedom it takes to tell how much runs disagree.
-const FREEDOM_MIN: f64 = 3.0;
+pub(crate) use crate::selection::dispersion::{run_scatter_in_the_mean, scatter};
+
 /// A kind of run may be predicted worse by this much in -2 log likelihood, by chance: two sigma.
 const KIND_LOSS_MAX: f64 = 4.0;
-/// A kind contradicts an effect if its gain lies this many sigmas below what the effect promises it.
+/// A kind contradicts an effect if its gain lies this many sigmas below what the effect predicts.
 const KIND_CONTRADICTS_SIGMAS: f64 = 3.5;
-/// Runs of other kinds excite an effect if they alone tell it to within this share of its value.
+/// Runs of other kinds excite an effect if they alone determine it to within this share of its value.
 const EXCITED_SHARE: f64 = 0.5;
 
-/// Which columns are asked about, given which.
+/// Which columns are tested, given which.
 pub(crate) struct Hypothesis<'q> {
     pub model: &'q [usize],
     pub asked: &'q [usize],
     pub effect: &'q dyn Effect,
-    /// How much runs disagree about other things, [`scatter`].
+    /// By how much runs disagree about everything else, [`scatter`].
     pub scatter: f64,
 }
 
-/// Equation (4) of what runs are typically asked about, at least 1: the median of these, each columns of a
-/// model and columns asked about.
-pub(crate) fn scatter<'q>(
-    equations: &CampaignEquations,
-    asked: impl Iterator<Item = (&'q [usize], &'q [usize])>,
-) -> f64 {
-    let mut raws: Vec<f64> = asked
-        .filter_map(|(model, asked)| {
-            let both: Vec<usize> = model.iter().chain(asked).copied().collect();
-            let delta = equations.solve(&equations.total, &both).delta;
-            let spread = spread(equations, (model, asked), &delta);
-            (spread.freedom >= FREEDOM_MIN).then_some(spread.raw)
-        })
-        .collect();
-    raws.sort_by(f64::total_cmp);
-    raws.get(raws.len() / 2).map_or(1.0, |it| it.max(1.0))
-}
-
-/// The middle of a chi^2 of three degrees, by degree.
-const MIDDLE: f64 = 0.79;
-
-/// By how much more runs differ in numbers of their own than their noise explains, in the median; at least 1.
-///
-/// Whatever is asked about single runs has to stand out from this: runs that have accidents of their own
-/// have one whether they are loaded or not.
-pub(crate) fn run_scatter(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> f64 {
-    let mut shares = run_shares(equations, model, own);
-    shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).map_or(1.0, |it| (it / MIDDLE).max(1.0))
-}
-
-/// The same in the mean: a trend over runs has to stand out from the few that have much of their own, too.
-pub(crate) fn run_scatter_in_the_mean(
-    equations: &CampaignEquations,
-    model: &[usize],
-    own: &[usize],
-) -> f64 {
-    let shares = run_shares(equations, model, own);
-    (shares.iter().sum::<f64>() / shares.len().max(1) as f64).max(1.0)
-}
-
-/// What each run gains by these columns fitted to it alone, by degree of freedom.
-fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> Vec<f64> {
-    let best = equations.solve(&equations.total, model).delta;
-    equations
-        .units
-        .iter()
-        .filter_map(|unit| {
-            let gram = &unit.sums.gram;
-            let known = |i: usize| equations.priors[i].spread.powi(-2);
-            let matrix = DMatrix::from_fn(own.len(), own.len(), |i, j| gram[(own[i], own[j])]);
-            let right = DVector::from_fn(own.len(), |i, _| {
-                let explained = model.iter().zip(&best);
-                unit.sums.right[own[i]]
-                    - explained.map(|(j, d)| gram[(own[i], *j)] * d).sum::<f64>()
-            });
-            let prior = DVector::from_fn(own.len(), |i, _| known(own[i]));
-            let factor = (&matrix + DMatrix::from_diagonal(&prior)).cholesky()?;
-            let freedom = factor.solve(&matrix).trace();
-            (freedom > 0.5).then(|| right.dot(&factor.solve(&right)) / freedom)
-        })
-        .collect()
-}
-
-/// Below this share, an effect lives on the small difference of two large ones, which anything that
-/// is not in the model passes for.
+/// Below this share, an effect rests on the small difference of two large ones, which anything that
+/// is not in the model may imitate.
 pub(crate) const OWN_SHARE_MIN: f64 = 0.02;
 
-/// What speaks for an effect.
+/// The result of the test of an effect.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EffectTest {
     /// Equation (1).
     pub gain: f64,
     /// Equation (2).
     pub cross_validated_gain: f64,
-    /// Equation (4), at least 1.
+    /// Equation (4) of [`crate::selection::dispersion`], at least 1.
     pub dispersion: f64,
-    /// By chance at least this much gain.
+    /// Probability of at least this gain by chance.
     pub p_value: f64,
-    /// The same, were it known for sure how much runs disagree.
+    /// The same, if the dispersion were known exactly.
     pub p_value_of_many: f64,
-    /// One unit alone says nearly all that is known of it; what is given as gain on units held out is then
-    /// what a fit to as much again would have.
+    /// One unit alone holds nearly all information about it. The cross-validated gain is then the one to be expected
+    /// on as much data again.
     pub one_run_alone: bool,
     /// Fitted amplitudes.
     pub values: Vec<f64>,
-    /// No robot has such values.
+    /// The values are outside what any robot can have.
     pub implausible: bool,
     /// The greatest share of a column's information that is its own, not the model's as well.
     pub own_share: f64,
-    /// Equation (5): how many units it touches, and how many of those get better by it.
+    /// Equation (5) of [`crate::selection::dispersion`]: how many units it touches, and how many of those it improves.
     pub touched: usize,
     pub better: usize,
     /// A kind of run that it predicts worse when fitted to the others, and by how much.
@@ -149,7 +71,7 @@ pub(crate) struct EffectTest {
 }
 
 impl EffectTest {
-    /// Held-out runs get better, and the value is physical.
+    /// Cross-validated runs get better, and the value is physical.
     pub fn is_sound(&self) -> bool {
         self.cross_validated_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
     }
@@ -165,14 +87,14 @@ impl EffectTest {
     }
 }
 
-/// What an effect, fitted to some sums, does for others.
+/// Gain of an effect, fitted to some units, on others.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gain {
     /// chi^2 without it less chi^2 with it.
     gain: f64,
-    /// What that would be were the effect exactly as fitted, v'A v, with v what the fit changes by it.
+    /// That gain if the effect were exactly as fitted: v'A v, with v the change of the fit by the effect.
     promised: f64,
-    /// What the fit does not know of it: v'A C A v, C the fit's covariance.
+    /// Its variance by the fit's uncertainty: v'A C A v, with C the fit's covariance.
     unknown: f64,
 }
 
@@ -185,14 +107,14 @@ impl Gain {
         }
     }
 
-    /// By how many sigma the gain is what was promised: were the effect there, it would be
+    /// By how many sigma the gain differs from the predicted one: if the effect is there, the gain is
     /// promised +- 2 sqrt(promised + unknown).
     fn kept_promise_sigmas(&self) -> f64 {
         (self.gain - self.promised) / (2.0 * (self.promised + self.unknown).sqrt())
     }
 }
 
-/// What the effect fitted to some sums does for others.
+/// The gain on some units of the effect fitted to others.
 fn gain_on(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -217,7 +139,7 @@ fn gain_on(
     }
 }
 
-/// Answers the question.
+/// Tests the hypothesis.
 pub(crate) fn test_effect(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -231,23 +153,25 @@ pub(crate) fn test_effect(
         .iter()
         .enumerate()
         .map(|(index, unit)| {
-            let others = equations.without(|it, _| it == index);
+            let others = equations.without(|other, _| other == index);
             gain_on(equations, hypothesis, &others, &unit.sums).gain
         })
         .sum();
     let spread = spread(equations, (hypothesis.model, hypothesis.asked), &solution.delta);
     let dispersion = spread.dispersion(hypothesis.scatter);
     let Spread { own_share, touched, better, one_run_alone, freedom, .. } = spread;
-    // Without the one unit that shows it there is nothing to fit it with: what is left is the gain that
-    // a fit to as much again would have, less what chance gives it.
+    // Without the one unit that shows it, it cannot be fitted: in place of the cross-validated gain stands the one
+    // to be expected on as much data again, less what chance gives.
     let cross_validated_gain = if one_run_alone {
         gain - 2.0 * hypothesis.asked.len() as f64
     } else {
         cross_validated_gain
     };
     let parameters = hypothesis.effect.facts().parameters.iter();
-    let limits: Vec<(f64, f64)> =
-        parameters.filter(|it| it.role == Role::Amplitude).map(|it| (it.low, it.high)).collect();
+    let limits: Vec<(f64, f64)> = parameters
+        .filter(|parameter| parameter.role == Role::Amplitude)
+        .map(|parameter| (parameter.low, parameter.high))
+        .collect();
     let values: Vec<f64> = (0..hypothesis.asked.len()).map(|j| solution.delta[first + j]).collect();
     let sigmas: Vec<f64> = (0..hypothesis.asked.len())
         .map(|j| (dispersion * solution.covariance[(first + j, first + j)]).sqrt())
@@ -279,165 +203,51 @@ pub(crate) fn test_effect(
     }
 }
 
-/// From how many degrees phi is known: those of the effect's own runs, those of the belief, and as the belief
-/// is what runs disagree about everything else, all runs of the campaign.
+/// The kind of run that an effect fitted to the other kinds makes worst, if there is one.
 ///
-/// `None` for a single run: it says nothing of how runs differ, and whoever shows its answer has to say so.
-fn known_from(equations: &CampaignEquations, freedom: f64) -> Option<f64> {
-    let mut runs: Vec<usize> = equations.units.iter().map(|it| it.run).collect();
-    runs.dedup();
-    (runs.len() > 1).then_some(BELIEF_UNITS + freedom + (runs.len() as f64 - 1.0))
-}
-
-/// How units differ about an effect.
-struct Spread {
-    /// Equation (4), of so many degrees of freedom.
-    raw: f64,
-    freedom: f64,
-    /// The share of the effect's information that is its own.
-    own_share: f64,
-    /// Equation (5).
-    touched: usize,
-    better: usize,
-    /// One unit alone says nearly all that is known of it.
-    one_run_alone: bool,
-}
-
-impl Spread {
-    /// Equation (4), moderated.
-    fn dispersion(&self, scatter: f64) -> f64 {
-        let belief = BELIEF_UNITS * scatter.max(1.0);
-        ((belief + self.freedom * self.raw) / (BELIEF_UNITS + self.freedom)).max(1.0)
-    }
-}
-
-/// From this share of all that is known of an effect on, a unit is the only one that shows it.
-const LONE_SHARE: f64 = 0.8;
-
-/// Equations (4) and (5), with `delta` the model's values and the effect's.
-fn spread(
-    equations: &CampaignEquations,
-    (m, e): (&[usize], &[usize]),
-    delta: &DVector<f64>,
-) -> Spread {
-    let both: Vec<usize> = m.iter().chain(e).copied().collect();
-    let pick = |sums: &NormalEquations, rows: &[usize], columns: &[usize]| {
-        DMatrix::from_fn(rows.len(), columns.len(), |i, j| sums.gram[(rows[i], columns[j])])
-    };
-    let mut amm = pick(&equations.total, m, m);
-    for (i, column) in m.iter().enumerate() {
-        amm[(i, i)] += equations.priors[*column].spread.powi(-2);
-    }
-    let aem = pick(&equations.total, e, m);
-    let projection = match amm.cholesky() {
-        Some(factor) => factor.solve(&aem.transpose()).transpose(),
-        None => DMatrix::zeros(e.len(), m.len()),
-    };
-    let mut scores: Vec<(DVector<f64>, DMatrix<f64>)> = Vec::new();
-    let mut run = None;
-    let mut total = DMatrix::zeros(e.len(), e.len());
-    for unit in &equations.units {
-        let left = DVector::from_iterator(both.len(), both.iter().map(|i| unit.sums.right[*i]))
-            - pick(&unit.sums, &both, &both) * delta;
-        let (of_model, of_effect) = (left.rows(0, m.len()), left.rows(m.len(), e.len()));
-        let score = of_effect - &projection * of_model;
-        let cross = pick(&unit.sums, e, m) * projection.transpose();
-        let covariance = pick(&unit.sums, e, e) - &cross - cross.transpose()
-            + &projection * pick(&unit.sums, m, m) * projection.transpose();
-        total += &covariance;
-        match scores.last_mut() {
-            // Blocks of one run share its accidents: together they are one voice.
-            Some((sum, known)) if run == Some(unit.run) => {
-                *sum += score;
-                *known += covariance;
-            }
-            _ => scores.push((score, covariance)),
-        }
-        run = Some(unit.run);
-    }
-    let q = e.len() as f64;
-    let values = delta.rows(m.len(), e.len()).into_owned();
-    let (mut touched, mut better) = (0, 0);
-    let (mut most, mut all) = (0.0_f64, 0.0);
-    for (score, covariance) in &scores {
-        let promised = (values.transpose() * covariance * &values)[0];
-        // The score is what is left with the effect in; without it there was this much more.
-        let gain = 2.0 * values.dot(score) + promised;
-        most = most.max(promised);
-        all += promised;
-        touched += usize::from(promised > 1.0);
-        better += usize::from(promised > 1.0 && gain > 0.0);
-    }
-    let one_run_alone = most > LONE_SHARE * all;
-    let own_share = (0..e.len())
-        .map(|j| total[(j, j)] / equations.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
-        .fold(0.0, f64::max);
-    let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
-    let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
-        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
-    };
-    let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
-    for (score, covariance) in &scores {
-        sum += score.dot(&factor.solve(score));
-        let share = factor.solve(covariance).trace() / q;
-        shares += share;
-        squared_shares += share * share;
-    }
-    if squared_shares <= 0.0 {
-        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
-    }
-    // So many units speak about it, were they all equal; one of them is used up by the fit.
-    let units = shares * shares / squared_shares;
-    let freedom = (units - 1.0).max(0.0);
-    let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
-    Spread { raw, freedom, own_share, touched, better, one_run_alone }
-}
-
-/// The kind of run that gets worst, if any does, by an effect fitted to the other kinds.
-///
-/// Where the other kinds do not tell the effect, half of the kind's own units join them.
+/// Where the other kinds do not excite the effect, half of the kind's own units join them.
 fn worse_kind(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
     values: &[f64],
     dispersion: f64,
 ) -> Option<(RunKind, f64)> {
-    let mut kinds: Vec<RunKind> = equations.units.iter().map(|it| it.kind).collect();
+    let mut kinds: Vec<RunKind> = equations.units.iter().map(|unit| unit.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
     let first = hypothesis.model.len();
     let mut worst = None;
     for kind in kinds {
-        let held_out: Vec<usize> = equations
+        let left_out: Vec<usize> = equations
             .units
             .iter()
             .enumerate()
             .filter(|(_, unit)| unit.kind == kind)
             .map(|(index, _)| index)
             .collect();
-        let score = |held_out: &dyn Fn(usize) -> bool| {
-            let rest = equations.without(|index, _| held_out(index));
+        let score = |left_out: &dyn Fn(usize) -> bool| {
+            let rest = equations.without(|index, _| left_out(index));
             let mut on = equations.total.clone();
             on.add(&rest, -1.0);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {
                 covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()
             });
-            let it = gain_on(equations, hypothesis, &rest, &on);
+            let gain = gain_on(equations, hypothesis, &rest, &on);
             let share = Gain {
-                gain: it.gain / dispersion,
-                promised: it.promised / dispersion,
-                unknown: it.unknown / dispersion,
+                gain: gain.gain / dispersion,
+                promised: gain.promised / dispersion,
+                unknown: gain.unknown / dispersion,
             };
             (excited, share)
         };
-        let (excited, mut gain) = score(&|index| held_out.contains(&index));
+        let (excited, mut gain) = score(&|index| left_out.contains(&index));
         if !excited {
             let half = |parity: usize| {
-                let position = held_out.iter().enumerate();
+                let position = left_out.iter().enumerate();
                 let part: Vec<usize> =
-                    position.filter(|(i, _)| i % 2 == parity).map(|(_, it)| *it).collect();
+                    position.filter(|(i, _)| i % 2 == parity).map(|(_, index)| *index).collect();
                 score(&|index| part.contains(&index)).1
             };
             gain = half(0).add(half(1));

@@ -4,13 +4,15 @@
 //! | --- | --- |
 //! | `select.rs` | the search: forward, with exchanges, and back |
 //! | `candidates.rs` | every candidate beside a fitted model, from one set of normal equations |
-//! | `effect_test.rs` | what speaks for one effect: likelihood, cross-validation, agreement between runs |
+//! | `effect_test.rs` | the test of one effect: likelihood, cross-validation, agreement between runs |
+//! | `dispersion.rs` | by how much more runs disagree about an effect than their noise explains |
 //! | `classes.rs` | effects that a campaign cannot tell apart |
 //!
-//! Values come from [`crate::estimation`]. What no effect of the catalogue explains is asked about in
-//! [`crate::residuals`]; what a user is told, in [`crate::explain`].
+//! Parameter values come from [`crate::estimation`]. What no effect of the catalogue explains is tested in
+//! [`crate::residuals`]. What a user is told is put together in [`crate::explain`].
 
 pub(crate) mod candidates;
 pub(crate) mod classes;
+pub(crate) mod dispersion;
 pub(crate) mod effect_test;
 pub(crate) mod select;

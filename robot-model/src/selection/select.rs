@@ -1,6 +1,8 @@
-//! Chooses the effects of a model: forward by what is gained on runs held out, with exchanges, then
-//! back, keeping what stands when everything else is known. How an effect is judged is in
-//! [`crate::selection::effect_test`].
+//! Which effects belong in the model of a campaign? A stepwise search.
+//!
+//! Forward by the cross-validated gain, with exchanges; then backward, keeping the effects that pass their test
+//! given all others. The test of one effect is in [`crate::selection::effect_test`], the candidates beside a
+//! fitted model in [`crate::selection::candidates`].
 
 use std::collections::BTreeSet;
 
@@ -11,27 +13,28 @@ use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, is_geometry, penalty};
 use crate::selection::effect_test::EffectTest;
 
-/// Most effects that are looked for.
+/// Most effects in a model.
 const EFFECTS_MAX: usize = 8;
-/// Most models that are tried before nothing but removals are: real data always offer one more.
+/// After this many models only removals are tried: real data always offer one more effect.
 const MODELS_MAX: usize = 16;
-/// By chance alone the likelihood asks for an effect in a perfect robot this often; runs held out refuse most of
-/// these, so that fewer than 5 % get one.
+/// How often the likelihood alone asks for an effect in a perfect robot. Cross-validation refuses most of these,
+/// so that fewer than 5 % of perfect robots get one.
 const FALSE_ALARM: f64 = 0.20;
-/// Beside another effect it takes more: what an equation does not say of its own effect looks like one more.
+/// Stricter beside another effect: where an equation misses part of its own effect, the rest resembles one more.
 const FALSE_ALARM_BESIDE: f64 = 0.10;
-/// A first look lets more pass: what does not stand is removed in the end.
-const FIRST_LOOK_P: f64 = 0.03;
-/// Of those that do not stand at first, so many are looked at with the noise that they leave.
+/// Screening lets more pass: an effect that fails its test is removed in the end.
+const SCREENING_P_MAX: f64 = 0.03;
+/// This many of the effects that fail at first are tested again, with the noise that they leave.
 const RECONSIDERED_MAX: usize = 3;
-/// What the search came to.
+
+/// The result of the search.
 pub(crate) struct Selection<'a> {
     pub fitted: Fitted<'a>,
-    /// For each effect of the model, what speaks for it, given all others.
+    /// The test of each effect of the model, given all others.
     pub kept: Vec<EffectTest>,
-    /// All others, each given the model, best start of its shapes.
+    /// The test of each other effect, given the model, at the best start of its shapes.
     pub rejected: Vec<Candidate<'a>>,
-    /// The look from the final model.
+    /// The candidates beside the final model.
     pub screening: Screening<'a>,
 }
 
@@ -42,16 +45,16 @@ impl<'a> Selection<'a> {
     }
 }
 
-/// The model of a campaign: of all models tried in which every effect stands, the most likely one.
+/// The model of a campaign: the most likely one of all models tried in which every effect passes its test.
 pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> Selection<'a> {
     let mut fitted = fit_roughly(prepared, geometry(catalogue));
-    // What was tried before is not gone to again, so that the search ends.
+    // No model is tried twice, so that the search ends.
     let mut seen = BTreeSet::from([ids(&fitted.terms)]);
     let mut best: Option<(f64, Fitted<'a>)> = None;
     loop {
         let screening = Screening::new(prepared, &fitted, catalogue);
-        let falls = removal(prepared, &screening, &fitted);
-        if falls.is_none() {
+        let removal = removal(prepared, &screening, &fitted);
+        if removal.is_none() {
             let cost = cost(prepared, &fitted);
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, fitted.clone()));
@@ -62,22 +65,22 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
                 .or_else(|| addition(prepared, &screening, &fitted, &seen))
         };
         let forward = if seen.len() < MODELS_MAX { forward() } else { None };
-        let Some(next) = forward.or(falls) else { break };
+        let Some(next) = forward.or(removal) else { break };
         seen.insert(ids(&next));
         fitted = fit(prepared, next, fitted.noise);
     }
-    // The last model tried stands, so there is a best one.
-    let fitted = best.map_or(fitted, |(_, it)| it);
-    // Its noise is not to depend on the way that led to it: it is learnt as for a model chosen by hand.
-    // And with that noise, too, every effect has to stand.
+    // Every effect of the last model tried passes, so there is a best one.
+    let fitted = best.map_or(fitted, |(_, best)| best);
+    // The noise must not depend on the path of the search: it is estimated as for a model chosen by hand.
+    // With that noise, too, every effect has to pass.
     let mut selection = settled(prepared, catalogue, fitted.terms);
-    while let Some(it) = reconsidered(prepared, catalogue, &selection) {
-        selection = it;
+    while let Some(more) = reconsidered(prepared, catalogue, &selection) {
+        selection = more;
     }
     selection
 }
 
-/// What is left of a model of these effects when all that does not stand in it is gone.
+/// A model of these effects without those that fail their test in it.
 pub(crate) fn settled<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
@@ -97,29 +100,29 @@ pub(crate) fn settled<'a>(
     }
 }
 
-/// The model without an effect, if all else stands in it and tracks of runs held out are predicted better by it with
-/// the noise that is its own.
+/// The model without an effect, if all its other effects pass and it predicts cross-validated tracks better, each
+/// model with its own noise.
 ///
-/// What an effect does to the noise changes what every run weighs, and with it all other parameters: it may look
-/// good in a model that is worse for it. Where an effect makes tracks far better there is no need to ask.
+/// An effect changes the noise, the noise the weight of every run, and the weights all other parameters: an effect
+/// may pass its test in a model that is worse for it. An effect that makes tracks far better is not tried.
 fn better_without<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     screening: &Screening<'a>,
     fitted: &Fitted<'a>,
 ) -> Option<Fitted<'a>> {
-    screening.hardly_better_tracks(prepared).into_iter().find_map(|index| {
+    screening.hardly_improves_tracks(prepared).into_iter().find_map(|index| {
         let mut terms = fitted.terms.clone();
         terms.remove(index);
         let without = fit_afresh(prepared, terms);
-        let stands = || {
+        let passes = || {
             removal(prepared, &Screening::new(prepared, &without, catalogue), &without).is_none()
         };
-        (screening.tracks_are_worse_than(prepared, &without) && stands()).then_some(without)
+        (screening.tracks_are_worse_than(prepared, &without) && passes()).then_some(without)
     })
 }
 
-/// A model of these effects, if every one of them stands in it, and tracks are no worse than `before`.
+/// A model of these effects, if every one of them passes in it and its tracks are no worse than those of `before`.
 fn standing<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
@@ -136,15 +139,15 @@ fn standing<'a>(
     Some(Selection::new(fitted, screening))
 }
 
-/// Where the search starts: radii and track width free. What is left over is then nearer to noise than
-/// what a nominal robot leaves, so that the noise is not learnt from the errors that are looked for, and
-/// no stand-in gets a hearing before they had theirs. They have to stand in the end as all others do.
+/// Where the search starts: radii and track width free. The residual is then nearer to noise than that of a nominal
+/// robot: the noise is not estimated from systematic errors, and no stand-in is tried before the geometry itself.
+/// In the end these effects have to pass as all others do.
 fn geometry<'a>(catalogue: &[&'a dyn Effect]) -> Vec<Term<'a>> {
-    let wanted = catalogue.iter().filter(|it| is_geometry(**it));
-    wanted.map(|effect| Term::new(*effect, vec![0.0])).collect()
+    let geometry = catalogue.iter().filter(|effect| is_geometry(**effect));
+    geometry.map(|effect| Term::new(*effect, vec![0.0])).collect()
 }
 
-/// -2 log likelihood with the noise as fitted, and the penalty: what standing models are compared by.
+/// -2 log likelihood with the fitted noise, plus the penalty: the criterion between models that pass.
 fn cost(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
     let runs: Vec<_> = prepared.runs.iter().collect();
     minus_two_log_likelihood(&runs, &fitted.terms, &fitted.noise)
@@ -152,12 +155,12 @@ fn cost(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
 }
 
 fn ids(terms: &[Term<'_>]) -> Vec<String> {
-    let mut ids: Vec<String> = terms.iter().map(|it| it.effect.facts().id.to_owned()).collect();
+    let mut ids: Vec<String> = terms.iter().map(|term| term.effect.facts().id.to_owned()).collect();
     ids.sort();
     ids
 }
 
-/// The model with one effect, or two, exchanged for a single one that explains as much.
+/// The model with one or two effects exchanged for a single one that explains as much.
 fn exchange<'a>(
     prepared: &Prepared,
     screening: &Screening<'a>,
@@ -180,18 +183,18 @@ fn exchange<'a>(
         let better = screening
             .candidates_that_gain(&left_out, without - wanted)
             .into_iter()
-            .filter(|it| it.test.passes_cross_validation())
-            .filter(|it| !seen.contains(&ids(&exchanged(fitted, &left_out, it))))
-            // What is wanted beside the candidate as well is not exchanged for it: that is an addition.
-            .filter(|it| {
-                let both = screening.cost(&[], Some(&it.term));
-                screening.cost(&left_out, Some(&it.term)) - both < RIVAL_MARGIN
+            .filter(|candidate| candidate.test.passes_cross_validation())
+            .filter(|candidate| !seen.contains(&ids(&exchanged(fitted, &left_out, candidate))))
+            // If the data want these effects beside the candidate as well, that is an addition, no exchange.
+            .filter(|candidate| {
+                let both = screening.cost(&[], Some(&candidate.term));
+                screening.cost(&left_out, Some(&candidate.term)) - both < RIVAL_MARGIN
             })
             .max_by(|a, b| net_gain(a).total_cmp(&net_gain(b)));
-        if let Some(it) = better
-            && !screening.tracks_get_worse(prepared, &left_out, &it.term)
+        if let Some(candidate) = better
+            && !screening.tracks_get_worse(prepared, &left_out, &candidate.term)
         {
-            return Some(exchanged(fitted, &left_out, &it));
+            return Some(exchanged(fitted, &left_out, &candidate));
         }
     }
     None
@@ -204,15 +207,15 @@ fn exchanged<'a>(
     candidate: &Candidate<'a>,
 ) -> Vec<Term<'a>> {
     let kept = fitted.terms.iter().enumerate().filter(|(i, _)| !left_out.contains(i));
-    kept.map(|(_, it)| it.clone()).chain([candidate.term.fixed()]).collect()
+    kept.map(|(_, term)| term.clone()).chain([candidate.term.fixed()]).collect()
 }
 
 /// Gain less the penalty of the parameters.
-fn net_gain(it: &Candidate<'_>) -> f64 {
-    it.test.gain - penalty(&it.term)
+fn net_gain(candidate: &Candidate<'_>) -> f64 {
+    candidate.test.gain - penalty(&candidate.term)
 }
 
-/// The model with the candidate added that gains most on held-out runs; of near equals, the simplest.
+/// The model with one candidate added: the one with the largest cross-validated gain; of near equals, the simplest.
 fn addition<'a>(
     prepared: &Prepared,
     screening: &Screening<'a>,
@@ -221,13 +224,12 @@ fn addition<'a>(
 ) -> Option<Vec<Term<'a>>> {
     additions(screening, fitted)
         .into_iter()
-        .filter(|it| !seen.contains(&ids(&exchanged(fitted, &[], it))))
-        .find(|it| !screening.tracks_get_worse(prepared, &[], &it.term))
-        .map(|it| exchanged(fitted, &[], &it))
+        .filter(|candidate| !seen.contains(&ids(&exchanged(fitted, &[], candidate))))
+        .find(|candidate| !screening.tracks_get_worse(prepared, &[], &candidate.term))
+        .map(|candidate| exchanged(fitted, &[], &candidate))
 }
 
-/// The candidates that a first look lets pass, those that gain most on held-out runs first; of near equals,
-/// the simplest first.
+/// The candidates that pass the screening, by falling cross-validated gain; of near equals, the simplest first.
 fn additions<'a>(screening: &Screening<'a>, fitted: &Fitted<'a>) -> Vec<Candidate<'a>> {
     if fitted.terms.len() == EFFECTS_MAX {
         return Vec::new();
@@ -235,11 +237,13 @@ fn additions<'a>(screening: &Screening<'a>, fitted: &Fitted<'a>) -> Vec<Candidat
     let mut passing: Vec<Candidate<'a>> = screening
         .candidates(&[])
         .into_iter()
-        .filter(|it| it.test.p_value < FIRST_LOOK_P && it.test.passes_cross_validation())
+        .filter(|candidate| {
+            candidate.test.p_value < SCREENING_P_MAX && candidate.test.passes_cross_validation()
+        })
         .collect();
     // Where runs disagree about an effect, its gain counts for less.
-    let merit = |it: &Candidate<'_>| {
-        (it.test.cross_validated_gain - penalty(&it.term)) / it.test.dispersion
+    let merit = |candidate: &Candidate<'_>| {
+        (candidate.test.cross_validated_gain - penalty(&candidate.term)) / candidate.test.dispersion
     };
     let mut sorted = Vec::new();
     while !passing.is_empty() {
@@ -252,9 +256,9 @@ fn additions<'a>(screening: &Screening<'a>, fitted: &Fitted<'a>) -> Vec<Candidat
     sorted
 }
 
-/// The model with one effect more that stands once the noise is learnt with it, and did not in passing.
+/// The model with one more effect, which passes once the noise is estimated together with it.
 ///
-/// What is missing is part of the noise for as long as it is missing, so that a weak effect hides itself.
+/// A missing effect is part of the estimated noise, so that a weak effect hides itself.
 fn reconsidered<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
@@ -262,22 +266,24 @@ fn reconsidered<'a>(
 ) -> Option<Selection<'a>> {
     additions(screening, fitted)
         .iter()
-        .filter(|it| !screening.tracks_get_worse(prepared, &[], &it.term))
+        .filter(|candidate| !screening.tracks_get_worse(prepared, &[], &candidate.term))
         .take(RECONSIDERED_MAX)
-        .find_map(|it| standing(prepared, catalogue, exchanged(fitted, &[], it), fitted))
+        .find_map(|candidate| {
+            standing(prepared, catalogue, exchanged(fitted, &[], candidate), fitted)
+        })
 }
 
-/// Whether chance gives as much as this judgement says in a model of so many effects, this one counted, where
-/// so many are asked about.
-pub(crate) fn is_chance(it: &EffectTest, asked: usize, effects: usize) -> bool {
-    // Bonferroni: one is asked about all that might be there.
-    it.p_value * asked as f64 > if effects > 1 { FALSE_ALARM_BESIDE } else { FALSE_ALARM }
+/// Whether the result of a test may be chance, in a model of `effects` effects (this one counted) and with `asked`
+/// effects tested.
+pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool {
+    // Bonferroni: every effect that might be there is tested.
+    test.p_value * asked as f64 > if effects > 1 { FALSE_ALARM_BESIDE } else { FALSE_ALARM }
 }
 
-/// The model without the effect that stands least, given all others.
+/// The model without the weakest of the effects that fail their test, given all others; `None` if all pass.
 ///
-/// Radii and track width are what kinds of runs disagree about whenever anything else is missing, so
-/// that disagreement is no evidence against them.
+/// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
+/// evidence against them.
 fn removal<'a>(
     prepared: &Prepared,
     screening: &Screening<'a>,
@@ -287,12 +293,12 @@ fn removal<'a>(
     let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());
     let worst = (0..kept.len())
         .filter(|i| {
-            let it = &kept[*i];
+            let test = &kept[*i];
             let is_geometry = is_geometry(fitted.terms[*i].effect);
-            is_chance(it, screening.asked(), kept.len())
+            is_chance(test, screening.asked(), kept.len())
                 || spoils[*i]
                 || unsettled[*i]
-                || !(if is_geometry { it.is_sound() } else { it.passes_cross_validation() })
+                || !(if is_geometry { test.is_sound() } else { test.passes_cross_validation() })
         })
         .min_by(|a, b| kept[*a].cross_validated_gain.total_cmp(&kept[*b].cross_validated_gain))?;
     let mut terms = fitted.terms.clone();

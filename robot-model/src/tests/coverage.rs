@@ -1,16 +1,16 @@
-//! Each effect alone, over and over: how often its 95 % intervals hold the truth, and by how much it misses.
+//! How often do the 95 % intervals cover the truth, and how large are the errors? Each effect alone, many times.
 //!
-//! Bounds, from what chance gives if the intervals are right and the noise is that of the model:
+//! The bounds follow from chance, if the intervals are right and the noise is that of the model:
 //!
 //! - Of [`SEEDS`] intervals of one parameter, misses are binomial with p = 0.05. No parameter may have as
 //!   many as chance gives with less than [`CHANCE`]: six are allowed and seven are not, which comes up by
 //!   chance in one of 800 such sets of 36 parameters.
-//! - Of all 720 intervals, misses are 36 +- 5.8; parameters of one effect err together, which
+//! - Of all 720 intervals, misses are 36 +- 5.8; the errors of one effect's parameters are correlated, which
 //!   widens this by no more than a half. 92 % to 98 % is then 2.5 such deviations either way.
-//! - Twenty intervals that are all hit may still be too wide. So for effects that are linear in
-//!   their parameters the squared misses in standard errors are summed up: chi^2 of [`SEEDS`] degrees,
-//!   which is to lie between its quantiles of [`CHANCE`] on either side; and their plain sum, normal with
-//!   variance [`SEEDS`], as errors to one side are no chance either.
+//! - Twenty intervals that all cover the truth may still be too wide. So for effects that are linear in their
+//!   parameters the squared errors, in standard errors, are summed: a chi^2 of [`SEEDS`] degrees, which has to lie
+//!   between its quantiles of [`CHANCE`] on either side. So has their plain sum, normal with variance [`SEEDS`], as a
+//!   bias is not chance either.
 
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF, Normal};
 
@@ -29,7 +29,7 @@ use crate::tests::synthetic::{ALONE, NOISE, ROBOT, measure, part_of_plan, term};
 
 /// Campaigns of each effect.
 const SEEDS: u64 = 20;
-/// What chance gives less often than this is no chance.
+/// What is less probable than this is not chance.
 const CHANCE: f64 = 1e-4;
 
 /// An encoder of its own: two and a half turns to one of the wheel.
@@ -64,7 +64,7 @@ fn campaign(id: &str, values: &[f64], seed: u64) -> Campaign {
     Campaign { robot, runs }
 }
 
-/// What the campaigns of one parameter gave.
+/// The errors of one parameter over its campaigns.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     misses: u64,
@@ -87,9 +87,9 @@ fn tallies(id: &'static str, values: &[f64], first_seed: u64) -> Vec<Tally> {
         let fitted = fit_from_best_starts(&prepared, &[effect]);
         let dispersion = Screening::new(&prepared, &fitted, &CATALOGUE).kept()[0].dispersion;
         let found = parameters(&prepared, &fitted, 0, dispersion);
-        for ((tally, it), truth) in tallies.iter_mut().zip(&found).zip(values) {
-            tally.misses += u64::from(!(it.low95..=it.high95).contains(truth));
-            let z = (it.value - truth) / it.sigma;
+        for ((tally, parameter), truth) in tallies.iter_mut().zip(&found).zip(values) {
+            tally.misses += u64::from(!(parameter.low95..=parameter.high95).contains(truth));
+            let z = (parameter.value - truth) / parameter.sigma;
             tally.squares += z * z;
             tally.sum += z;
         }
@@ -107,21 +107,22 @@ fn intervals_of_95_percent_hold_the_truth_in_95_percent_for_each_effect_alone() 
         // Each effect has noise of its own.
         let first_seed = 7000 + SEEDS * index as u64;
         let effect = find(id).expect("an id of the catalogue");
-        for (parameter, it) in effect.facts().parameters.iter().zip(tallies(id, values, first_seed))
+        for (parameter, tally) in
+            effect.facts().parameters.iter().zip(tallies(id, values, first_seed))
         {
             let name = format!("{id} {}", parameter.name);
-            println!("{name}: {it:?}");
+            println!("{name}: {tally:?}");
             intervals += SEEDS;
-            misses += it.misses;
-            let by_chance = if it.misses == 0 { 1.0 } else { missed.sf(it.misses - 1) };
+            misses += tally.misses;
+            let by_chance = if tally.misses == 0 { 1.0 } else { missed.sf(tally.misses - 1) };
             if by_chance < CHANCE {
-                wrong.push(format!("{name}: {} of {SEEDS} missed", it.misses));
+                wrong.push(format!("{name}: {} of {SEEDS} missed", tally.misses));
             }
             let likely = |below: f64| (CHANCE..=1.0 - CHANCE).contains(&below);
-            let sum = it.sum / (SEEDS as f64).sqrt();
-            let (size, side) = (squared.cdf(it.squares), Normal::standard().cdf(sum));
+            let sum = tally.sum / (SEEDS as f64).sqrt();
+            let (size, side) = (squared.cdf(tally.squares), Normal::standard().cdf(sum));
             if effect.is_linear() && !(likely(size) && likely(side)) {
-                wrong.push(format!("{name}: chi^2 {:.1} of {SEEDS}, sum {sum:.1}", it.squares));
+                wrong.push(format!("{name}: chi^2 {:.1} of {SEEDS}, sum {sum:.1}", tally.squares));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A gear between encoder and wheel: nothing but the encoder's own ripple may depend on it.
+//! A gear between encoder and wheel: only the encoder's own ripple may depend on it.
 
 use crate::effect::catalogue::find;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -40,13 +40,14 @@ fn the_same_motion_behind_a_gear_is_explained_by_the_same_effects_of_the_same_si
             assert!(a.class.contains(&b.effect), "{id}: {:?} {}", a.class, b.effect);
         }
         assert_eq!(one.steps.len(), other.steps.len());
-        // At a gear of one the encoder's ripple is the wheel's own; behind a gear it is not.
+        // At a gear of one the encoder's ripple is that of the wheel; behind a gear it is not.
         let class = &other.steps[0].class;
-        assert!(!class.iter().any(|it| it == "encoder_eccentricity"), "{id}: {class:?}");
+        assert!(!class.iter().any(|member| member == "encoder_eccentricity"), "{id}: {class:?}");
     }
 }
 
-/// A tracker of a fiftieth of a millimetre: behind a gear of 43.7 a ripple of four per cent is a thirtieth.
+/// A tracker with a sigma of a fiftieth of a millimetre: behind a gear of 43.7, a ripple of four per cent is a
+/// thirtieth of a millimetre.
 const TRACKER: OdometryNoise = OdometryNoise {
     position_sigma_m: 2e-5,
     heading_sigma_rad: 1e-4,
@@ -79,12 +80,12 @@ fn an_eccentric_encoder_behind_a_gear_is_named_and_its_ripple_is_that_of_the_enc
     let values = [0.04, 0.02, -0.03, 0.035];
     let campaign = slow_runs(&robot, &values);
     let answer = explain(&campaign).unwrap();
-    let step = answer.steps.first().expect("it is found");
+    let step = answer.steps.first().expect("the effect is found");
     assert_eq!(step.class, ["encoder_eccentricity"]);
-    for (it, truth) in step.parameters.iter().zip(values) {
+    for (found, truth) in step.parameters.iter().zip(values) {
         // Four sigma: one in 16,000, for each of four; and the ripple is seen.
-        assert!((it.value - truth).abs() < 4.0 * it.sigma, "{it:?}, {truth}");
-        assert!(it.sigma < 0.2 * truth.abs(), "{it:?}");
+        assert!((found.value - truth).abs() < 4.0 * found.sigma, "{found:?}, {truth}");
+        assert!(found.sigma < 0.2 * truth.abs(), "{found:?}");
     }
 
     // The same motion of a smaller wheel that turns with its encoder has the same answer.
@@ -92,7 +93,7 @@ fn an_eccentric_encoder_behind_a_gear_is_named_and_its_ripple_is_that_of_the_enc
     direct.robot.gear_reduction = 1.0;
     direct.robot.wheel_radius_m /= GEAR;
     for sample in direct.runs.iter_mut().flat_map(|run| &mut run.wheels) {
-        sample.phi_rad = sample.phi_rad.map(|it| it * GEAR);
+        sample.phi_rad = sample.phi_rad.map(|phi_rad| phi_rad * GEAR);
     }
     let effect = find("encoder_eccentricity").unwrap();
     let sizes =

@@ -1,4 +1,4 @@
-//! Tests of everything together, on recordings of robots that are known.
+//! Tests of the whole crate, on simulated recordings of robots of known truth.
 
 mod coverage;
 mod gear;

@@ -1,4 +1,4 @@
-//! Recordings of a robot that is known: for tests.
+//! Simulated recordings of a robot of known truth, for tests.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -74,7 +74,7 @@ pub(crate) const ALONE: [(&str, &[f64]); 23] = [
     ("gyro_scale", &[0.01]),
 ];
 
-/// What a camera sees of a planned run, driven by a robot with these effects.
+/// What a camera measures of a planned run, driven by a robot with these effects.
 pub(crate) fn measure(
     robot: &Robot,
     plan: &Recording,
@@ -87,7 +87,7 @@ pub(crate) fn measure(
     let motion = Motion::new(robot, plan, plan.started_s);
     let mut composer = Composer::new(Terms::Fixed(truth));
     let (view, _) = composer.view();
-    let [ahead_m, left_m] = view.offset_m.map(|it| it.value);
+    let [ahead_m, left_m] = view.offset_m.map(|jet| jet.value);
     let mut pose = start;
     let mut poses = vec![(plan.wheels[0].t_s, start)];
     for (step, after) in motion.steps.iter().zip(&plan.wheels[1..]) {
@@ -122,7 +122,7 @@ pub(crate) fn measure(
         let ((t0, before), (t1, after)) = (pair[0], pair[1]);
         let omega = (after.heading_rad - before.heading_rad) / (t1 - t0);
         let parameters = |term: &Term<'_>| Jet::parameters(&term.values);
-        let added = truth.iter().map(|it| it.effect.sense_rate(&parameters(it), omega).value);
+        let added = truth.iter().map(|term| term.effect.sense_rate(&parameters(term), omega).value);
         // 0.003 rad/s of white noise at 50 readings a second: 0.4 mrad after a second.
         let rate_rad_s = omega + added.sum::<f64>() + 3e-3 * random.normal();
         recording.gyro.push(GyroSample { t_s: (t0 + t1) / 2.0, rate_rad_s });
@@ -172,8 +172,8 @@ pub(crate) fn full_plan() -> Vec<(String, f64, Vec<Piece>)> {
     runs
 }
 
-/// A campaign over such runs, one every two minutes, the later half with a load of 3 kg, at crooked
-/// starts, the encoders counting on from run to run.
+/// A campaign over such runs, one every two minutes, the later half with a load of 3 kg, from imprecise
+/// starts; the encoders count on from run to run.
 pub(crate) fn campaign(
     plan: &[(String, f64, Vec<Piece>)],
     truth: &[Term<'_>],
@@ -200,9 +200,9 @@ pub(crate) fn campaign(
     Campaign { robot: ROBOT, runs }
 }
 
-/// The runs of the full plan whose names begin so.
+/// The runs of the full plan whose names begin with one of these.
 pub(crate) fn part_of_plan(beginnings: &[&str]) -> Vec<(String, f64, Vec<Piece>)> {
-    let wanted = |name: &str| beginnings.iter().any(|it| name.starts_with(it));
+    let wanted = |name: &str| beginnings.iter().any(|beginning| name.starts_with(beginning));
     full_plan().into_iter().filter(|(name, ..)| wanted(name)).collect()
 }
 

@@ -1,6 +1,5 @@
-//! How long it takes to explain a campaign of 12 runs of 2000 samples, four and sixteen times as many,
-//! and in how much memory; and a fit of three parameters beside SciPy's, where that is installed:
-//! `cargo xtask bench explain`.
+//! How much time and memory does `explain` need? For 12 runs of 2000 samples, and of four and sixteen times as many.
+//! And how fast is a fit of three parameters beside SciPy's, where that is installed? `cargo xtask bench explain`.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write;
@@ -29,8 +28,7 @@ const ROBOT: Robot = Robot {
     position_sigma_m: None,
     heading_sigma_rad: None,
 };
-/// What is hidden: rho, scale, delta; and a side slip \[s\], so that there is more to find than a
-/// three-parameter model has.
+/// The hidden truth: rho, scale, delta; and a side slip \[s\], which a model of three parameters does not have.
 const TRUTH: [f64; 3] = [0.008, -0.004, 0.015];
 const SLIP_S: f64 = 0.03;
 
@@ -48,9 +46,10 @@ fn main() -> ExitCode {
         let seconds = began.elapsed().as_secs_f64();
         let megabytes = peak_megabytes();
         let ratio = seconds / *first.get_or_insert(seconds);
-        let memory = megabytes.map_or_else(|| "unknown".into(), |it| format!("{it:.0} MB"));
+        let memory =
+            megabytes.map_or_else(|| "unknown".into(), |megabytes| format!("{megabytes:.0} MB"));
         println!("{:>14} {seconds:>10.2} {ratio:>10.1} {memory:>12}", SAMPLES * times);
-        let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
+        let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.as_str()).collect();
         println!("{:>14} found: {}", "", found.join(", "));
         if times == 1 {
             good &= bar(&format!("at most {SECONDS_MAX} s"), seconds <= SECONDS_MAX);
@@ -116,20 +115,20 @@ fn campaign(samples: usize) -> Campaign {
             let mut run = drive(&ROBOT, &format!("{index:02}"), &pieces.repeat(often), &settings);
             run.wheels.truncate(samples);
             run.measured_poses.truncate(samples);
-            seen(&mut run, index as u64 + 1);
+            measure(&mut run, index as u64 + 1);
             run
         })
         .collect();
     Campaign { robot: ROBOT, runs }
 }
 
-/// Puts in what a camera sees of the robot that is hidden, and counts whole counts.
-fn seen(run: &mut Recording, seed: u64) {
+/// Adds what a camera measures of the robot with the hidden truth, and rounds wheel angles to whole counts.
+fn measure(run: &mut Recording, seed: u64) {
     let mut random = Random(seed);
     let [rho, scale, delta] = TRUTH;
     let mut pose = Pose::new(0.1, -0.2, 0.4 * seed as f64);
     let mut before = run.wheels[0];
-    for (wheel, sight) in run.wheels.iter().zip(&mut run.measured_poses) {
+    for (wheel, measurement) in run.wheels.iter().zip(&mut run.measured_poses) {
         let dphi = before.phi_rad.zip(wheel.phi_rad).map(|(a, b)| b - a);
         let radius_m = ROBOT.wheel_radius_m * (1.0 + scale);
         let left_m = radius_m * (1.0 - rho / 2.0) * dphi.left;
@@ -145,14 +144,15 @@ fn seen(run: &mut Recording, seed: u64) {
             let rolled_m = (left_m.abs() + right_m.abs()) / 2.0;
             pose.heading_rad += 1e-3 * rolled_m.sqrt() * random.normal();
         }
-        sight.position_m =
+        measurement.position_m =
             Some([pose.x_m + 1e-3 * random.normal(), pose.y_m + 1e-3 * random.normal()]);
-        sight.heading_rad = Some(pose.heading_rad + 2e-3 * random.normal());
+        measurement.heading_rad = Some(pose.heading_rad + 2e-3 * random.normal());
         before = *wheel;
     }
     for wheel in &mut run.wheels {
-        wheel.phi_rad =
-            wheel.phi_rad.map(|it| (it / ROBOT.rad_per_count).floor() * ROBOT.rad_per_count);
+        wheel.phi_rad = wheel
+            .phi_rad
+            .map(|phi_rad| (phi_rad / ROBOT.rad_per_count).floor() * ROBOT.rad_per_count);
     }
 }
 
@@ -173,8 +173,8 @@ impl Random {
     }
 }
 
-/// The same three parameters from the same data: here, with noise and errors on held-out runs; and by
-/// SciPy, the parameters alone.
+/// The same three parameters from the same data: here with noise and cross-validated errors, by SciPy the parameters
+/// alone.
 fn beside_scipy() {
     let campaign = campaign(SAMPLES);
     let three: Vec<&'static dyn Effect> =
@@ -184,14 +184,14 @@ fn beside_scipy() {
     let began = Instant::now();
     let model = fit(&campaign, &three).expect("a sound campaign");
     let here_s = began.elapsed().as_secs_f64();
-    let values: Vec<f64> = model.effects.iter().map(|it| it.parameters[0].value).collect();
+    let values: Vec<f64> = model.effects.iter().map(|effect| effect.parameters[0].value).collect();
     println!(
         "\nthree parameters, {RUNS} runs of {SAMPLES} samples (truth {TRUTH:?}, side slip left out)"
     );
-    println!("  beeline, noise and held-out errors too: {here_s:.2} s, {values:.5?}");
+    println!("  beeline, with noise and cross-validation: {here_s:.2} s, {values:.5?}");
     match scipy(&campaign) {
         Ok((scipy_s, values)) => {
-            println!("  scipy.optimize.least_squares:           {scipy_s:.2} s, {values:.5?}");
+            println!("  scipy.optimize.least_squares:             {scipy_s:.2} s, {values:.5?}");
             println!("  beeline takes {:.2} times as long", here_s / scipy_s);
         }
         Err(why) => println!("  scipy.optimize.least_squares: not compared ({why})"),
@@ -201,9 +201,9 @@ fn beside_scipy() {
 fn scipy(campaign: &Campaign) -> Result<(f64, Vec<f64>), String> {
     let mut table = "run,phi_left_rad,phi_right_rad,x_m,y_m,heading_rad\n".to_owned();
     for (index, run) in campaign.runs.iter().enumerate() {
-        for (wheel, sight) in run.wheels.iter().zip(&run.measured_poses) {
-            let [x_m, y_m] = sight.position_m.unwrap_or_default();
-            let heading_rad = sight.heading_rad.unwrap_or_default();
+        for (wheel, measurement) in run.wheels.iter().zip(&run.measured_poses) {
+            let [x_m, y_m] = measurement.position_m.unwrap_or_default();
+            let heading_rad = measurement.heading_rad.unwrap_or_default();
             let phi = wheel.phi_rad;
             let _ = writeln!(table, "{index},{},{},{x_m},{y_m},{heading_rad}", phi.left, phi.right);
         }
@@ -224,7 +224,7 @@ fn scipy(campaign: &Campaign) -> Result<(f64, Vec<f64>), String> {
         return Err(text.lines().last().unwrap_or("it failed").to_owned());
     }
     let text = String::from_utf8_lossy(&output.stdout);
-    let mut numbers = text.split_whitespace().filter_map(|it| it.parse::<f64>().ok());
+    let mut numbers = text.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     let seconds = numbers.next().ok_or("it printed nothing")?;
     Ok((seconds, numbers.take(3).collect()))
 }

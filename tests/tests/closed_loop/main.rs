@@ -1,9 +1,10 @@
-//! The closed loop, in the simulator: a campaign that cannot tell effects apart, the class that `explain`
-//! names, the run that it suggests, recorded with the same robot later on, and what it says then.
+//! Does the run that `explain` suggests resolve a class? The closed loop, in the simulator: a campaign that cannot tell
+//! effects apart, the class that `explain` names, the run that it suggests, recorded with the same robot later on,
+//! and the answer then.
 //!
-//! Everything goes as the `beeline` command does it: the same procedures, the same folder. The robot is the
-//! plant with one thing wrong with it, which shares no equation with the model; where that makes a class
-//! another than the model's equations would, the test says so.
+//! Everything goes as in the `beeline` command: the same procedures, the same folder. The robot is the plant with one
+//! fault, which shares no equation with the model. Where a class therefore differs from that of the model's equations,
+//! the test says so.
 
 mod robot;
 mod user;
@@ -17,23 +18,23 @@ use sim_target::scenario::HiddenEffect;
 
 use user::User;
 
-/// So many suggestions may be followed until the class is resolved.
+/// Most suggestions that are followed until the class is resolved.
 const SUGGESTIONS_MAX: usize = 3;
 
 /// What is expected of one robot.
 struct Case<'c> {
     scenario: &'c Scenario,
-    /// What is wrong with it.
+    /// Its fault.
     truth: &'c str,
-    /// What the first campaign cannot tell, in order of the alphabet.
+    /// The class of the first campaign, in alphabetical order.
     class: &'c [&'c str],
-    /// What is in it by chance with one seed and not with another.
+    /// Effects that are in the class by chance, with one seed and not with another.
     or: &'c [&'c str],
-    /// Of the class, what the plant's mechanism truly does as well.
+    /// Effects of the class that the plant's mechanism truly causes as well.
     besides: &'c [&'c str],
 }
 
-/// What came of it.
+/// The result.
 struct Closed {
     suggestions: usize,
     /// The truth's step, alone in its class.
@@ -64,19 +65,20 @@ fn classes(answer: &Answer) -> Vec<Vec<&str>> {
 fn is_class(answer: &Answer, case: &Case<'_>) -> bool {
     let all = classes(answer);
     let [only] = &all[..] else { return false };
-    case.class.iter().all(|it| only.contains(it))
-        && only.iter().all(|it| case.class.contains(it) || case.or.contains(it))
+    case.class.iter().all(|id| only.contains(id))
+        && only.iter().all(|id| case.class.contains(id) || case.or.contains(id))
 }
 
-/// Whether the truth stands alone and first, and nothing else of its class is believed but what is true as well.
+/// Whether the truth is the first step, alone in its class, and of the rest of the first class only true effects are
+/// accepted.
 fn is_resolved(answer: &Answer, case: &Case<'_>) -> bool {
     let classes = classes(answer);
-    let of_class = classes.iter().flatten().filter(|it| case.class.contains(it));
+    let of_class = classes.iter().flatten().filter(|id| case.class.contains(id));
     classes.first().is_some_and(|class| class[..] == [case.truth])
-        && of_class.into_iter().all(|it| *it == case.truth || case.besides.contains(it))
+        && of_class.into_iter().all(|id| *id == case.truth || case.besides.contains(id))
 }
 
-/// Follows what is suggested, from a campaign that was recorded, until the class is resolved.
+/// Follows the suggestions, from a recorded campaign on, until the class is resolved.
 fn close(user: &mut User, case: &Case<'_>) -> Closed {
     let Case { truth, class, scenario, .. } = case;
     let mut answer = user.explain();
@@ -93,14 +95,14 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
         let next = next.unwrap_or_else(|| {
             panic!("{truth}, seed {}: {way:?}, no run for {}", scenario.seed, refused(&answer))
         });
-        let promised = next.separates.iter().filter(|it| class.contains(&it.as_str()));
+        let promised = next.separates.iter().filter(|id| class.contains(&id.as_str()));
         assert!(!way.is_empty() || promised.count() > 1, "{truth}: {next:?}");
         user.follow(next.kind.name());
         answer = user.explain();
         way.push(format!("{} -> {:?}", next.kind.name(), classes(&answer)));
         if is_resolved(&answer, case) {
             let steps = answer.steps.into_iter();
-            let step = steps.into_iter().find(|it| it.class == [*truth]);
+            let step = steps.into_iter().find(|step| step.class == [*truth]);
             println!("{truth}, seed {}: {class:?} -> {}", scenario.seed, way.join(" -> "));
             let step = step.expect("it is resolved");
             return Closed { suggestions: way.len(), step };
@@ -119,8 +121,11 @@ struct Intervals {
 impl Intervals {
     fn compare(&mut self, scenario: &Scenario, step: &StepFound) {
         for (name, truth) in robot::truth(&step.effect, scenario) {
-            let found: &ParameterFound =
-                step.parameters.iter().find(|it| it.name == name).expect("a parameter");
+            let found: &ParameterFound = step
+                .parameters
+                .iter()
+                .find(|parameter| parameter.name == name)
+                .expect("a parameter");
             // Four sigma: one in 16,000 by chance.
             let what = format!("{} {found:?}, truth {truth}", step.effect);
             println!("{what}");
@@ -139,8 +144,8 @@ impl Intervals {
     }
 }
 
-/// A robot with an effect of this strength, from the campaign that is recorded first to where its class is
-/// resolved, which takes one suggestion.
+/// Records the first campaign of a robot, and follows suggestions until its class is resolved, which must take exactly
+/// one.
 fn one_suggestion_does(case: &Case<'_>, record: impl Fn(&mut User), intervals: &mut Intervals) {
     let mut user = User::with(case.scenario);
     record(&mut user);
@@ -191,9 +196,9 @@ fn umbmark_end_poses_only_then_a_radius_is_not_mistaken_for_uneven_turns_or_a_pu
         for (truth, scenario, besides) in [
             ("wheel_radius_ratio", &unequal, &[][..]),
             ("turn_asymmetry", &uneven, &[]),
-            // A cable that pulls a robot round while it drives does so while it turns on the spot, too,
-            // which is uneven turns; squares of which the ends are known share that out as they like, so
-            // its value is not compared.
+            // A cable that pulls a robot round while it drives also does so while it turns on the spot, which is
+            // an asymmetry of turns. The end poses of squares do not determine how the two share the error, so
+            // the value is not compared.
             ("heading_pull", &pulled, &["turn_asymmetry"]),
         ] {
             let case = Case { scenario, truth, class, or: &[], besides };
@@ -226,7 +231,7 @@ fn runs_with_one_load_only_then_soft_tyres_are_not_mistaken_for_small_ones() {
             [(HiddenEffect::Payload, 2.0), (HiddenEffect::WheelRadiusScale, 1.0)]
         {
             let scenario = &robot::with(effect, strength, seed);
-            // Counts that are lost above a speed shorten a way that was driven at one speed.
+            // Counts that are lost above a speed shorten a path that was driven at one speed.
             let or = &["lost_counts"];
             let case = Case { scenario, truth: effect.id(), class, or, besides: &[] };
             one_suggestion_does(&case, |user| user.record(&plan), &mut intervals);

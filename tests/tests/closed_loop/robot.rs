@@ -1,4 +1,4 @@
-//! Robots with one thing wrong with them, and what that is in the words of the model.
+//! Robots with one fault, and its true parameters by the names of the model.
 
 use beeline_tests::blind::case::Kind;
 use beeline_tests::blind::field::sound;
@@ -6,15 +6,15 @@ use beeline_tests::blind::hide::{Hidden, true_parameters};
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 
-/// A robot that is sound but for one effect, at so many times its typical strength.
+/// A sound robot with one effect, at a multiple of its typical strength.
 pub fn with(effect: HiddenEffect, strength: f64, seed: u64) -> Scenario {
     let mut scenario = sound(seed, Kind::Nothing, &[effect]);
     Hidden { effect, strength, seed: seed ^ (1 << 40) }.hide(&mut scenario);
     scenario
 }
 
-/// A robot that is pulled round. Its tyres give along their way as the standard robot's do, within a factor
-/// of two: on a sound robot's, twelve times as stiff, the cable that makes a visible pull stalls a motor.
+/// A robot that is pulled to one side. Its tyres are about as stiff along their path as the standard robot's, within a
+/// factor of two: on a sound robot's tyres, twelve times as stiff, a cable that makes a visible pull stalls a motor.
 pub fn pulled(seed: u64) -> Scenario {
     let effect = HiddenEffect::HeadingPull;
     let mut scenario = sound(seed, Kind::Nothing, &[effect]);
@@ -23,8 +23,7 @@ pub fn pulled(seed: u64) -> Scenario {
     scenario
 }
 
-/// A robot with play in one gear, the left one or the right one: both together hold it back along its way as
-/// well, as no caster does.
+/// A robot with play in one gear, left or right: play in both also holds it back along its path, as no caster does.
 pub fn with_one_worn_gear(seed: u64) -> Scenario {
     let mut scenario = with(HiddenEffect::Backlash, 0.7, seed);
     let gear = &mut scenario.plant.gear;
@@ -48,14 +47,14 @@ pub fn truth(effect: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
             ("beta_left", plant.gear.left.backlash_rad),
             ("beta_right", plant.gear.right.backlash_rad),
         ],
-        // What does not stand on the caster stands on two wheels, which give way.
+        // The load that is not on the caster is on two wheels, which yield.
         "payload" => {
             let on_caster = -plant.body.center_of_mass_forward_m / plant.caster.pivot_behind_m;
             let load_n_per_kg = plant.floor.gravity_mps2 * (1.0 - on_caster) / 2.0;
             let given_m = plant.wheel.left.radial_compliance_m_per_n * load_n_per_kg;
             vec![("k", given_m / plant.geometry.wheel_radius_m.left)]
         }
-        // The others are numbers of the model alone, or in the benchmark's list.
+        // The others are parameters of the model alone, or in the benchmark's list.
         effect => true_parameters(effect, scenario),
     }
 }

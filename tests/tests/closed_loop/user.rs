@@ -1,4 +1,4 @@
-//! Somebody with a robot and a folder: records, asks `explain`, drives what it suggests.
+//! A user with a robot and a folder, who records, calls `explain`, and drives the run that it suggests.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use robot_model::explain::explain;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 use tempfile::TempDir;
 
-/// Somebody with a robot and a campaign's folder.
+/// A user with a robot and a campaign folder.
 pub struct User {
     session: Session,
     lab: Lab,
@@ -69,8 +69,8 @@ impl User {
         assert_eq!(summary.expect("it drives").recorded.len(), plan.runs.len());
     }
 
-    /// `beeline calibrate --method umbmark`, of whose first squares the ends are kept as a campaign. Its
-    /// correction is taken back: the campaign is that of the robot as it was.
+    /// `beeline calibrate --method umbmark`; the end poses of its first squares are kept as a campaign. The correction
+    /// is undone: the campaign is that of the robot as it was.
     pub fn umbmark(&mut self, squares_each_way: u16) {
         let settings = UmbmarkSettings {
             side_m: 1.0,
@@ -94,7 +94,7 @@ impl User {
         self.keep_ends(&campaign).expect("the folder can be written");
     }
 
-    /// Leaves runs in the folder, with the first and the last pose that was measured of each.
+    /// Writes runs to the folder, each with its first and its last measured pose.
     fn keep_ends(&self, campaign: &Campaign) -> Result<()> {
         let writer = CampaignWriter::open(&self.folder(), &campaign.robot)?;
         for run in &campaign.runs {
@@ -117,9 +117,9 @@ impl User {
     }
 }
 
-/// A run of which only its ends are measured.
+/// A run with only its first and its last pose measured.
 fn ends_only(run: &Run) -> Run {
-    let seen = || (0..run.rows.len()).filter(|it| run.rows[*it].x_m.is_some());
+    let seen = || (0..run.rows.len()).filter(|row| run.rows[*row].x_m.is_some());
     let ends = [seen().next(), seen().next_back()];
     let mut run = run.clone();
     for (index, row) in run.rows.iter_mut().enumerate() {

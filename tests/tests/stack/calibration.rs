@@ -1,25 +1,27 @@
-//! Does a calibration make robots drive straight, and does it know how well?
+//! Does a calibration make robots drive straight, and is its uncertainty right?
 
-use beeline_tests::judge::{Eye, Verdict, judge_all, judge_scenario, quartiles};
+use beeline_tests::calibration::{
+    Instrument, Verdict, quartiles, verdict_on_scenario, verdicts_on,
+};
 use beeline_tests::robot::on_robot;
 use host_cli::calibrate::{CalibrateStep, Settings, calibrate};
 use host_cli::pose_source::camera::Camera;
 use host_link::address::BAUD_MIN;
 use sim_target::Scenario;
 
-/// Drawn for the bench too, where there are 200.
+/// The first 60 of the 200 robots of the benchmark.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=60;
 
-fn verdicts(eye: Eye) -> Vec<Verdict> {
+fn verdicts(instrument: Instrument) -> Vec<Verdict> {
     let seeds: Vec<u64> = SEEDS.collect();
-    let results = judge_all(&seeds, eye);
+    let results = verdicts_on(&seeds, instrument);
     let named = seeds.iter().zip(results);
     named.map(|(seed, v)| v.unwrap_or_else(|why| panic!("seed {seed}: {why}"))).collect()
 }
 
 #[test]
 fn with_the_camera_the_lateral_error_falls_twentyfold_in_the_median() {
-    let verdicts = verdicts(Eye::Camera);
+    let verdicts = verdicts(Instrument::Camera);
     let factors: Vec<f64> = verdicts.iter().map(Verdict::factor).collect();
     let [_, median, _] = quartiles(&factors);
     println!("median factor {median:.1}");
@@ -38,7 +40,7 @@ fn the_printed_sigma_is_the_errors(verdicts: &[Verdict]) {
 
 #[test]
 fn with_the_ruler_the_95_percent_interval_covers_the_truth_as_often_as_it_says() {
-    let verdicts = verdicts(Eye::Ruler);
+    let verdicts = verdicts(Instrument::Ruler);
     let covered = verdicts.iter().filter(|v| v.covered).count();
     println!("covered {covered} of {}", verdicts.len());
     // 90 to 98 % of 60, and the binomial spread of 60 draws at 95 %: 1.7, two of them either way
@@ -52,7 +54,7 @@ fn the_slowest_line_that_is_accepted_carries_a_calibration() {
     for seed in 1..=4 {
         let mut scenario = Scenario::draw(seed);
         scenario.link.baud = BAUD_MIN;
-        let verdict = judge_scenario(&scenario, Eye::Camera);
+        let verdict = verdict_on_scenario(&scenario, Instrument::Camera);
         let verdict = verdict.unwrap_or_else(|why| panic!("seed {seed}: {why}"));
         assert_eq!(verdict.decision, "corrected", "seed {seed}");
     }

@@ -1,4 +1,4 @@
-//! What is written, read, saved and restored, and what is refused.
+//! The configuration in use and in flash: written, read, saved, restored, and refused.
 
 use beeline_tests::robot::{meters, on_robot, on_robot_with};
 use shared_proto::{Answer, Command, Config, ConfigError, ConfigOrigin, Refusal, State};
@@ -53,7 +53,7 @@ fn a_flash_that_cannot_be_written_keeps_what_it_had() {
         assert_eq!(robot.ask(Command::SaveConfig).await, Err(Refusal::Store));
         assert_eq!(robot.lab.flash_content(), content);
         let session = &mut robot.session;
-        // In use is still what was written, and it is known to be unsaved.
+        // The written configuration is still in use, and reported as unsaved.
         assert!(session.identify().await.expect("it answers").unsaved);
         assert_eq!(session.read_config().await.expect("there").geometry.wheel_weight, 1.01);
         let saved = session.restore_config(ConfigOrigin::Saved).await.expect("there");
@@ -106,7 +106,7 @@ fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
             assert_eq!(identity.config_origin, ConfigOrigin::Factory, "{name}");
             let config = robot.session.read_config().await.expect("it answers");
             assert_eq!(config, Config::default(), "{name}");
-            // Saving mends it.
+            // Saving repairs it.
             robot.session.save_config().await.expect("writable");
             assert!(!robot.session.identify().await.expect("it answers").store_damaged, "{name}");
         });
@@ -140,11 +140,11 @@ fn a_motion_right_after_a_new_configuration_starts_where_the_wheels_are() {
         robot.finish(id).await;
         // The same counts are another travel now. Nothing is between the two but the line.
         robot.tell(Command::WriteConfig(with_wheel_weight(0.9))).await;
-        let start = robot.look();
+        let start = robot.snapshot();
         let id = robot.drive(&meters(0.1, 0.1, 0.2, 0.5)).await.expect("armed");
         robot.finish(id).await;
         assert_eq!(robot.fault().await, None);
-        let way_m = robot.look().rolled_m.left - start.rolled_m.left;
+        let way_m = robot.snapshot().rolled_m.left - start.rolled_m.left;
         assert!((way_m - 0.1).abs() < 0.001, "{way_m}");
     });
 }

@@ -1,4 +1,4 @@
-//! The same seed gives the same bytes.
+//! Does the same seed give the same bytes?
 
 use beeline_tests::robot::on_robot;
 use host_link::motion::{self, Motion, RecordOptions};

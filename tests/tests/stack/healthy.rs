@@ -1,11 +1,11 @@
-//! Nothing trips on a robot that is well.
+//! Does a healthy robot drive every kind of motion without a fault?
 
 use beeline_tests::robot::{meters, on_robot};
 use host_link::motion::Motion;
 use shared_proto::{Command, Config, MotionEnd, TravelUnit, Wheel, WheelPair};
 use sim_target::Scenario;
 
-/// What a robot is asked to do in a day, up to the limits of its configuration.
+/// The motions of an ordinary day, up to the limits of the configuration.
 fn motions() -> Vec<(&'static str, Motion)> {
     let limits = Config::default().limits;
     vec![
@@ -25,13 +25,13 @@ fn fifty_drawn_robots_drive_every_kind_of_motion_without_a_fault() {
     for seed in 1000..1050 {
         on_robot(&Scenario::draw(seed), async |robot| {
             for (name, motion) in motions() {
-                let before = robot.look();
+                let before = robot.snapshot();
                 let id = robot.cruise(&motion, 0.1).await;
                 robot.finish(id).await;
                 let status = robot.session.status().await.expect("it answers");
                 assert_eq!(status.fault, None, "seed {seed}: {name}");
                 assert_eq!(status.motion_end, Some(MotionEnd::Completed), "seed {seed}: {name}");
-                let after = robot.look();
+                let after = robot.snapshot();
                 for wheel in Wheel::BOTH {
                     let rolled_m = after.rolled_m.get(wheel) - before.rolled_m.get(wheel);
                     let scale = match motion.unit {
@@ -39,7 +39,7 @@ fn fifty_drawn_robots_drive_every_kind_of_motion_without_a_fault() {
                         TravelUnit::WheelRevolution => 0.036 * std::f64::consts::TAU,
                     };
                     let told_m = motion.distance.get(wheel) * scale;
-                    // Radii are drawn within 1.8 % of what the robot believes; a few counts of
+                    // Radii are drawn within 1.8 % of the robot's configuration; a few counts of
                     // 0.25 mm are lost to settling and quantisation.
                     let allowed_m = 0.019 * told_m.abs() + 0.001;
                     assert!(

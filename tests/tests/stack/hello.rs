@@ -1,4 +1,4 @@
-//! The handshake: two ends that do not understand each other part at once, and say why.
+//! The handshake: two ends that do not understand each other disconnect at once, and say why.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -55,7 +55,7 @@ fn a_robot_refuses_requests_until_a_hello_of_its_own_version() {
     for (name, hello, agreed) in hellos {
         if let Some(hello) = hello {
             wire.write_now(&encoder.hello(hello));
-            // Whatever the host speaks, the robot says what it speaks itself.
+            // Whatever version the host has, the robot reports its own.
             let answer = hear(&mut target, &wire, &mut decoder).hello;
             assert_eq!(answer, Some(Hello::of_this_build(11)), "hello {name}");
         }
@@ -86,7 +86,7 @@ fn noise_on_the_line_is_no_request_and_the_next_frame_is_understood() {
     });
 }
 
-/// A robot on a socket that says what it is told to.
+/// A robot on a socket that sends what a test gives it.
 struct FakeRobot {
     stream: TcpStream,
     encoder: Encoder,

@@ -1,4 +1,4 @@
-//! New commands while the robot moves: no jump, whatever is asked when.
+//! Does a new command while the robot moves ever make the setpoint jump?
 
 use beeline_tests::robot::{Robot, meters, on_robot};
 use host_link::motion::{Motion, RecordOptions, drive};
@@ -74,7 +74,7 @@ fn reversing_in_the_middle_of_a_cruise_does_not_jump() {
         let (telemetry, end) = settled(robot).await;
         assert_eq!(end, Some(MotionEnd::Completed));
         let largest = check_no_jump(&telemetry, 0.5);
-        // And the ramps are used: a plan that dawdles would pass any bound from above.
+        // Two-sided: a plan that is too slow would meet any upper bound.
         assert!(largest > 0.45, "{largest}");
     });
 }
@@ -85,7 +85,7 @@ fn a_stop_in_the_middle_of_a_ramp_does_not_jump_and_leaves_the_robot_armed() {
         subscribed(robot).await;
         let id = robot.cruise(&meters(2.0, 2.0, 0.4, 0.25), 1.4).await;
         robot.tell(Command::Stop).await;
-        // Told twice is a retry.
+        // Sent twice, it is a retry.
         robot.tell(Command::Stop).await;
         robot.renew(id, 0.1).await;
         let (telemetry, end) = settled(robot).await;
@@ -131,7 +131,7 @@ fn disarming_while_driving_stops_first_and_then_lets_go() {
         assert_eq!((end, robot.state().await), (Some(MotionEnd::Stopped), State::Idle));
         check_no_jump(&telemetry, 0.5);
         robot.listen(0.01).await;
-        assert!(!robot.look().is_powered());
+        assert!(!robot.snapshot().is_powered());
     });
 }
 

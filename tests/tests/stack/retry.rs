@@ -1,7 +1,7 @@
-//! Frames get lost: nothing is done twice, and nothing is left undone.
+//! When frames get lost, is everything done exactly once?
 
-use beeline_tests::judge::{Eye, judge_scenario};
-use beeline_tests::robot::{Sight, TTL_MS, meters, on_robot, on_robot_with, with_id};
+use beeline_tests::calibration::{Instrument, verdict_on_scenario};
+use beeline_tests::robot::{Snapshot, TTL_MS, meters, on_robot, on_robot_with, with_id};
 use host_link::motion::{self, RecordOptions};
 use shared_proto::{
     Answer, Command, Config, Drive, MotionEnd, MotionId, Refusal, State, Telemetry, WheelPair,
@@ -23,18 +23,19 @@ fn unequal(mut scenario: Scenario) -> Scenario {
 
 #[test]
 fn a_calibration_on_a_lossy_line_gives_bit_for_bit_the_same_wheel_weight() {
-    // A retry shifts the drive on the robot's clock, but not the recording against the drive, and what
-    // the line lost of the recording is had again: nothing is left to differ.
+    // A retry shifts the drive on the robot's clock, but not the recording against the drive, and lost
+    // frames of the recording are recalled: nothing can differ.
     for seed in 17..=22 {
-        for eye in [Eye::Camera, Eye::Ruler] {
-            let clean = judge_scenario(&unequal(lossy(0.0, seed)), eye).expect("a good line");
-            assert_eq!(clean.decision, "corrected", "seed {seed}, {eye:?}");
-            let lost = judge_scenario(&unequal(lossy(0.02, seed)), eye)
-                .unwrap_or_else(|why| panic!("seed {seed}, {eye:?}: {why}"));
+        for instrument in [Instrument::Camera, Instrument::Ruler] {
+            let clean =
+                verdict_on_scenario(&unequal(lossy(0.0, seed)), instrument).expect("a good line");
+            assert_eq!(clean.decision, "corrected", "seed {seed}, {instrument:?}");
+            let lost = verdict_on_scenario(&unequal(lossy(0.02, seed)), instrument)
+                .unwrap_or_else(|why| panic!("seed {seed}, {instrument:?}: {why}"));
             let difference = lost.wheel_weight - clean.wheel_weight;
-            println!("seed {seed}, {eye:?}: {difference:e}");
-            assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {eye:?}");
-            assert_eq!(lost.decision, clean.decision, "seed {seed}, {eye:?}");
+            println!("seed {seed}, {instrument:?}: {difference:e}");
+            assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {instrument:?}");
+            assert_eq!(lost.decision, clean.decision, "seed {seed}, {instrument:?}");
         }
     }
 }
@@ -42,11 +43,16 @@ fn a_calibration_on_a_lossy_line_gives_bit_for_bit_the_same_wheel_weight() {
 #[test]
 fn five_times_the_loss_changes_the_wheel_weight_no_more() {
     // Some of these seeds lose four frames in a row while the robot drives.
-    for (seed, eye) in [(1, Eye::Ruler), (7, Eye::Camera), (15, Eye::Camera), (60, Eye::Ruler)] {
-        let clean = judge_scenario(&lossy(0.0, seed), eye).expect("a good line");
-        let lost = judge_scenario(&lossy(0.10, seed), eye)
-            .unwrap_or_else(|why| panic!("seed {seed}, {eye:?}: {why}"));
-        assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {eye:?}");
+    for (seed, instrument) in [
+        (1, Instrument::Ruler),
+        (7, Instrument::Camera),
+        (15, Instrument::Camera),
+        (60, Instrument::Ruler),
+    ] {
+        let clean = verdict_on_scenario(&lossy(0.0, seed), instrument).expect("a good line");
+        let lost = verdict_on_scenario(&lossy(0.10, seed), instrument)
+            .unwrap_or_else(|why| panic!("seed {seed}, {instrument:?}: {why}"));
+        assert_eq!(lost.wheel_weight, clean.wheel_weight, "seed {seed}, {instrument:?}");
     }
 }
 
@@ -95,7 +101,7 @@ fn a_drive_begins_at_its_time_however_often_it_is_said() {
     for repeats in [1, 6] {
         on_robot(&Scenario::default(), async |robot| {
             robot.tell(Command::Arm).await;
-            let start = robot.look();
+            let start = robot.snapshot();
             let start_us = (start.t_us / 1000 + 400) * 1000;
             let first = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
             let drive = Drive { start_us: Some(start_us), ..first };
@@ -104,11 +110,11 @@ fn a_drive_begins_at_its_time_however_often_it_is_said() {
                 robot.renew(drive.motion, 0.03).await;
             }
             robot.finish(drive.motion).await;
-            let powered = robot.sights_from(start.t_us).into_iter().find(Sight::is_powered);
+            let powered = robot.snapshots_from(start.t_us).into_iter().find(Snapshot::is_powered);
             let powered_us = powered.expect("it drove").t_us;
-            // The witness looks once a millisecond, and the motors get current within the tick.
+            // Snapshots are taken once a millisecond, and the motors get current within the tick.
             assert!((start_us..=start_us + 2000).contains(&powered_us), "{powered_us} {start_us}");
-            let way = robot.look().pose.relative_to(start.pose);
+            let way = robot.snapshot().pose.relative_to(start.pose);
             assert!((0.197..0.2011).contains(&way.x_m), "{way:?}");
         });
     }
@@ -118,7 +124,7 @@ fn a_drive_begins_at_its_time_however_often_it_is_said() {
 fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves() {
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
-        let start = robot.look();
+        let start = robot.snapshot();
         let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
         for start_us in [0, start.t_us, start.t_us + 11_000_000, u64::MAX] {
             let late = Drive { start_us: Some(start_us), ..drive };
@@ -127,15 +133,15 @@ fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves
         }
         robot.listen(0.3).await;
         assert_eq!(robot.state().await, State::Armed);
-        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+        assert_eq!(robot.snapshot().moved_since_m(&start), 0.0);
         // The same motion may be ordered again, for a better time.
-        let later = Drive { start_us: Some(robot.look().t_us + 100_000), ..drive };
+        let later = Drive { start_us: Some(robot.snapshot().t_us + 100_000), ..drive };
         robot.tell(Command::Drive(later)).await;
         // And while it waits, a stop ends it before it has begun.
         robot.tell(Command::Stop).await;
         robot.listen(0.3).await;
         assert_eq!(robot.state().await, State::Armed);
-        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+        assert_eq!(robot.snapshot().moved_since_m(&start), 0.0);
     });
 }
 
@@ -143,13 +149,13 @@ fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves
 fn a_host_that_dies_while_a_motion_waits_leaves_a_named_fault_and_a_robot_that_never_moved() {
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
-        let start = robot.look();
+        let start = robot.snapshot();
         let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
         let drive = Drive { start_us: Some(start.t_us + 1_000_000), ..drive };
         robot.tell(Command::Drive(drive)).await;
         robot.listen(1.5).await;
         assert!(robot.fault().await.is_some());
-        assert_eq!(robot.look().moved_since_m(&start), 0.0);
+        assert_eq!(robot.snapshot().moved_since_m(&start), 0.0);
         assert_eq!(robot.state().await, State::Faulted);
     });
 }
@@ -186,7 +192,7 @@ fn the_host_renews_often_enough_for_the_shortest_link_timeout() {
 fn a_drive_heard_twice_is_driven_once() {
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
-        let start = robot.look();
+        let start = robot.snapshot();
         let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
         for _ in 0..3 {
             robot.tell(Command::Drive(drive)).await;
@@ -198,8 +204,8 @@ fn a_drive_heard_twice_is_driven_once() {
         robot.tell(Command::Drive(drive)).await;
         robot.listen(1.0).await;
         assert_eq!(robot.state().await, State::Armed);
-        let way = robot.look().pose.relative_to(start.pose);
-        // The wheels are up to 0.8 % smaller than the robot believes, and settle within two counts.
+        let way = robot.snapshot().pose.relative_to(start.pose);
+        // The wheels are up to 0.8 % smaller than configured, and settle within two counts.
         assert!((0.197..0.2011).contains(&way.x_m), "{way:?}");
     });
 }

@@ -1,8 +1,8 @@
-//! Whatever goes wrong, the motors are off in time, the fault has the right name, and it stays.
+//! Whatever fails, are the motors off in time, does the fault have the right name, and does it stay latched?
 //!
-//! Judged by the plant: a driver that is off carries exactly no current, whatever the firmware says.
+//! Measured at the plant: a driver that is off carries exactly no current, whatever the firmware reports.
 
-use beeline_tests::robot::{Robot, Sight, TTL_MS, meters, on_robot};
+use beeline_tests::robot::{Robot, Snapshot, TTL_MS, meters, on_robot};
 use host_link::motion::Motion;
 use shared_proto::{Command, Fault, FaultReport, Refusal, State, Wheel, WheelPair};
 use sim_target::plant::PlantFault;
@@ -24,7 +24,7 @@ const START_S_MAX: f64 = 2.0;
 /// A name, what breaks, and what it may be called.
 type WheelCase = (&'static str, fn(Wheel) -> PlantFault, fn(Wheel) -> Vec<Fault>);
 
-/// What may go wrong with one wheel, and the names it may get.
+/// Faults of one wheel, and the names that each may get.
 ///
 /// The hand that blocks a wheel stops the paper's cruise within 7 ms and two or three counts of 2 ms
 /// each: at ticks of 1 ms that cannot be told from a dead wire. At the fast cruise it can.
@@ -37,7 +37,7 @@ const WHEEL_FAULTS: &[WheelCase] = &[
     ("wheel jammed", PlantFault::WheelJammed, |w| vec![Fault::Stall(w), Fault::EncoderDead(w)]),
 ];
 
-/// What may go wrong with the whole robot.
+/// Faults of the whole robot.
 const ROBOT_FAULTS: &[(&str, PlantFault, Fault)] = &[
     ("driver fault line", PlantFault::DriverFault, Fault::Driver),
     ("supply dip", PlantFault::SupplyDip { volts: 4.0 }, Fault::SupplyLow),
@@ -54,7 +54,7 @@ fn cruises() -> [(&'static str, Motion); 4] {
     ]
 }
 
-/// What broke, what it was called, and for how long the motors carried current after it.
+/// What broke, the fault that was reported, and for how long the motors carried current after it.
 struct Broken {
     case: String,
     fault: Fault,
@@ -63,8 +63,8 @@ struct Broken {
     stood_us: Option<u64>,
 }
 
-/// Prints every case and complains about all that are wrong at once.
-fn judge(broken: &[(Broken, Vec<Fault>)], off_us_max: u64) {
+/// Prints every case, and fails with all that are wrong.
+fn check_all(broken: &[(Broken, Vec<Fault>)], off_us_max: u64) {
     let mut wrong = Vec::new();
     for (Broken { case, fault, off_us, .. }, expected) in broken {
         let line = format!("{case}: {fault}, off after {:.1} ms", *off_us as f64 * 1e-3);
@@ -94,7 +94,7 @@ fn a_wheel_fault_at_cruise_is_named_and_the_motors_are_off_within_100_ms() {
             }
         }
     }
-    judge(&broken, CRUISE_US_MAX);
+    check_all(&broken, CRUISE_US_MAX);
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn a_robot_fault_at_cruise_is_named_and_the_motors_are_off_within_100_ms() {
             ));
         }
     }
-    judge(&broken, CRUISE_US_MAX);
+    check_all(&broken, CRUISE_US_MAX);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn a_motor_lead_that_comes_off_at_cruise_is_named_within_100_ms_of_the_wheel_sta
         }
     }
     // Rolling out takes 130 ms; 20 mm behind takes a robot at 0.4 m/s 220 ms.
-    judge(&broken, 250_000);
+    check_all(&broken, 250_000);
 }
 
 /// Breaks something at cruise.
@@ -139,24 +139,25 @@ fn break_at_cruise(case: String, motion: &Motion, phase_us: u64, fault: PlantFau
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(motion, 2.0 + phase_us as f64 * 1e-6).await;
         let event_us = now_us();
-        assert!(robot.look().is_powered(), "{case}: it drives");
+        assert!(robot.snapshot().is_powered(), "{case}: it drives");
         robot.lab.inject(fault);
         robot.renew(id, 0.5).await;
         let report = robot.fault().await.unwrap_or_else(|| panic!("{case}: no fault"));
         assert_eq!(robot.state().await, State::Faulted, "{case}");
         stays_off(robot, &report).await;
         let last_us = robot.last_powered_us(event_us).unwrap_or(event_us);
-        let sights = robot.sights_from(event_us);
+        let snapshots = robot.snapshots_from(event_us);
         let stood = report.fault.wheel().and_then(|wheel| {
-            let slow =
-                |w: &&[Sight]| (w[5].rolled_m.get(wheel) - w[0].rolled_m.get(wheel)).abs() < 0.0001;
-            sights.windows(6).find(slow).map(|w| w[0].t_us - event_us)
+            let slow = |w: &&[Snapshot]| {
+                (w[5].rolled_m.get(wheel) - w[0].rolled_m.get(wheel)).abs() < 0.0001
+            };
+            snapshots.windows(6).find(slow).map(|w| w[0].t_us - event_us)
         });
         Broken { case, fault: report.fault, off_us: last_us - event_us, stood_us: stood }
     })
 }
 
-/// The motors are off and the fault is latched, and nobody changes that.
+/// The motors are off, the fault is latched, and both stay so.
 async fn stays_off(robot: &mut Robot, report: &FaultReport) {
     let from_us = now_us();
     robot.listen(1.0).await;
@@ -172,7 +173,7 @@ fn a_fault_that_is_there_from_the_start_is_named_before_the_robot_has_moved_10_m
         ("encoder reversed", PlantFault::EncoderReversed, |w| vec![Fault::EncoderReversed(w)]),
         ("motor reversed", PlantFault::MotorReversed, |w| vec![Fault::EncoderReversed(w)]),
     ];
-    // A count that never came: nobody can tell which of wheel, motor and encoder it was.
+    // Without a first count it cannot be told which of wheel, motor and encoder failed.
     for (name, breaks) in [
         ("wheel blocked", PlantFault::WheelBlocked as fn(Wheel) -> PlantFault),
         ("wheel jammed", PlantFault::WheelJammed),
@@ -205,12 +206,13 @@ fn broken_from_the_start(
         robot.lab.inject(fault);
         // A hand needs a moment to close.
         robot.listen(0.1).await;
-        let (start, start_us) = (robot.look(), now_us());
+        let (start, start_us) = (robot.snapshot(), now_us());
         robot.cruise(motion, START_S_MAX).await;
         let report = robot.fault().await.unwrap_or_else(|| panic!("{case}: no fault"));
         assert!(expected.contains(&report.fault), "{case}: {}", report.fault);
-        let sights = robot.sights_from(start_us);
-        let moved_m = sights.iter().map(|sight| sight.moved_since_m(&start)).fold(0.0, f64::max);
+        let snapshots = robot.snapshots_from(start_us);
+        let moved_m =
+            snapshots.iter().map(|snapshot| snapshot.moved_since_m(&start)).fold(0.0, f64::max);
         println!("{case}: {} after {:.2} mm", report.fault, moved_m * 1e3);
         assert!(moved_m < START_M_MAX, "{case}: moved {moved_m} m");
         stays_off(robot, &report).await;
@@ -219,14 +221,14 @@ fn broken_from_the_start(
 }
 
 /// The first instant from which on the robot slows down for good [us].
-fn begins_to_stop_us(sights: &[Sight], cruise_mps: f64) -> u64 {
+fn begins_to_stop_us(snapshots: &[Snapshot], cruise_mps: f64) -> u64 {
     // A ramp of 0.5 m/s^2 loses 5 mm/s in 10 ms; cruise wobbles by less.
-    let speed_mps = |pair: &[Sight]| {
+    let speed_mps = |pair: &[Snapshot]| {
         let way_m = pair[10].rolled_m.zip(pair[0].rolled_m).map(|(b, a)| b - a);
         0.5 * (way_m.left + way_m.right) / 0.010
     };
-    let last_fast = sights.windows(11).rposition(|w| speed_mps(w) > 0.95 * cruise_mps);
-    sights[last_fast.expect("it cruises")].t_us + 10_000
+    let last_fast = snapshots.windows(11).rposition(|w| speed_mps(w) > 0.95 * cruise_mps);
+    snapshots[last_fast.expect("it cruises")].t_us + 10_000
 }
 
 #[test]
@@ -236,7 +238,7 @@ fn a_host_killed_mid_run_makes_a_controlled_stop_within_250_ms() {
             robot.cruise(&AHEAD, 2.0).await;
             let event_us = now_us();
             robot.wire.set_cut(cut_wire);
-            // The host is dead: nobody asks, nobody listens.
+            // The host is dead: it neither sends nor listens.
             sim_target::sleep_until_us(event_us + 2_000_000).await;
             check_controlled_stop(robot, event_us);
 
@@ -252,18 +254,18 @@ fn a_host_killed_mid_run_makes_a_controlled_stop_within_250_ms() {
 
 fn check_controlled_stop(robot: &Robot, event_us: u64) {
     let cruise_mps = 0.523 * std::f64::consts::TAU * 0.036;
-    let sights = robot.sights_from(event_us);
-    let begins_us = begins_to_stop_us(&sights, cruise_mps) - event_us;
+    let snapshots = robot.snapshots_from(event_us);
+    let begins_us = begins_to_stop_us(&snapshots, cruise_mps) - event_us;
     println!("begins to stop after {} ms", begins_us / 1000);
     assert!((1_000..=250_000).contains(&begins_us), "{begins_us}");
-    // Controlled: 0.118 m/s at 0.5 m/s^2 take 237 ms and 14 mm; a robot let go rolls otherwise.
-    let stopping = robot.sights_from(event_us + begins_us);
+    // Controlled: 0.118 m/s at 0.5 m/s^2 take 237 ms and 14 mm; a robot without control rolls differently.
+    let stopping = robot.snapshots_from(event_us + begins_us);
     let rolled_m = stopping.last().map_or(0.0, |last| last.moved_since_m(&stopping[0]));
     assert!((0.010..0.018).contains(&rolled_m), "{rolled_m}");
     let off_us = robot.last_powered_us(event_us).expect("it was braked") - event_us;
     assert!(off_us < 1_000_000, "off after {off_us} us");
     let end = stopping.last().expect("watched");
-    assert!(robot.sights_from(event_us + 1_000_000).iter().all(|s| s.moved_since_m(end) < 1e-4));
+    assert!(robot.snapshots_from(event_us + 1_000_000).iter().all(|s| s.moved_since_m(end) < 1e-4));
 }
 
 #[test]
@@ -273,7 +275,7 @@ fn a_second_fault_during_the_controlled_stop_cuts_the_motors_and_is_counted() {
         // In the middle of the ramp that begins 180 ms from now and takes 237 ms.
         sim_target::sleep_until_us(now_us() + 300_000).await;
         let event_us = now_us();
-        assert!(robot.look().is_powered());
+        assert!(robot.snapshot().is_powered());
         robot.lab.inject(PlantFault::EmergencyStop);
         sim_target::sleep_until_us(event_us + 1_000_000).await;
         let off_us = robot.last_powered_us(event_us).unwrap_or(event_us) - event_us;
@@ -364,7 +366,7 @@ fn a_fault_is_never_cleared_by_itself_and_forbids_arming_and_driving() {
         assert_eq!(robot.fault().await.map(|r| r.fault), Some(report.fault));
         assert_eq!(robot.last_powered_us(off_us), None);
 
-        // Told twice with the right number: the second time is a retry.
+        // Sent twice with the right number: the second one is a retry.
         robot.tell(Command::ClearFault { number: report.number }).await;
         robot.tell(Command::ClearFault { number: report.number }).await;
         assert_eq!((robot.state().await, robot.fault().await), (State::Idle, None));

@@ -20,7 +20,7 @@ impl Effect for Backlash {
         FACTS
     }
 
-    /// The way through the play is longer, the wider it is.
+    /// How long the play takes to close depends on its width.
     fn is_linear(&self) -> bool {
         false
     }
@@ -49,12 +49,12 @@ static FACTS: Facts<'static> = Facts {
     ..Facts::DEFAULT
 };
 
-/// Play below which nothing can be told from an encoder's dither at rest \[rad\]: a quarter degree.
-/// Its only use is to count as one reversal what dithers back and forth while beta is near zero.
+/// Play below which backlash cannot be told from an encoder's dither at rest \[rad\]: a quarter degree.
+/// Its only use: while beta is near zero, dither back and forth counts as one reversal.
 const DITHER_RAD: f64 = 0.0044;
 
-/// Where the lag stands within the play, -1/2 to 1/2, after the encoder turned; and what the wheel
-/// turned more than that.
+/// Position of the lag within the play, -1/2 to 1/2, after the encoder turned; and by how much more than the encoder
+/// the wheel turned.
 fn engage(beta: Jet, dphi_rad: f64, before: Option<Jet>) -> (Option<Jet>, Jet) {
     if dphi_rad == 0.0 {
         return (before, Jet::ZERO);

@@ -32,15 +32,15 @@ impl Effect for LostCounts {
         [0.4, 0.6, 0.8].map(|share| vec![0.0, share * survey.wheel_rate_max_rad_s]).into()
     }
 
-    /// A rate that these runs go beyond by a fifth, and stay below for a while: without both, it is a
-    /// wheel radius, or nothing.
+    /// A rate that these runs exceed by a fifth and also stay below for a while: otherwise the effect is the same as
+    /// a wheel radius, or as nothing.
     fn range(&self, parameter: usize, survey: &Survey) -> (f64, f64) {
-        let it = &FACTS.parameters[parameter];
-        match it.role {
-            Role::Amplitude => (it.low, it.high),
+        let facts = &FACTS.parameters[parameter];
+        match facts.role {
+            Role::Amplitude => (facts.low, facts.high),
             Role::Shape => {
                 let most = survey.wheel_rate_max_rad_s;
-                ((0.3 * most).max(it.low), (0.83 * most).clamp(it.low, it.high))
+                ((0.3 * most).max(facts.low), (0.83 * most).clamp(facts.low, facts.high))
             }
         }
     }

@@ -1,7 +1,7 @@
-//! The catalogue: every effect that is built in. To add one: a file in this folder, and a line here.
+//! Which effects are built in? To add one: a file in this folder, and a line here.
 //!
-//! An effect's file holds its equation, its sign convention, its facts and its formula. What the equations
-//! of all effects come to together is in `composition.rs`.
+//! An effect's file holds its equation, its sign convention, its facts and its formula. How the effects of a model
+//! act together is in `composition.rs`.
 
 use super::definition::Effect;
 

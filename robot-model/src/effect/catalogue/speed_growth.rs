@@ -4,8 +4,8 @@
 //! R_i -> R_i (1 + k v_i^2)
 //! ```
 //!
-//! k \[s^2/m^2\] > 0: further at speed. v_i is the speed of the wheel's own rim: it is its spin that makes
-//! a wheel grow.
+//! k \[s^2/m^2\] > 0: further at speed. v_i is the speed of the wheel's own rim, as its spin makes a
+//! wheel grow.
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};

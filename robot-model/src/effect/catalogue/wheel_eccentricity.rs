@@ -46,7 +46,7 @@ static FACTS: Facts<'static> = Facts {
     ..Facts::DEFAULT
 };
 
-/// A ripple of each wheel's travel once per turn of what turns so many times as often as the wheel.
+/// A ripple of each wheel's travel, `often` times per turn of the wheel.
 pub(super) fn once_per_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, often: f64) -> Change {
     let turned = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| (phi * often, dphi * often));
     let travel = WheelPair::new(
@@ -56,7 +56,7 @@ pub(super) fn once_per_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, often: f64) 
     Change { travel, ..Change::NONE }
 }
 
-/// The mean of p0 cos + p1 sin over the step: exact, so that a fast encoder does not alias.
+/// The mean of c cos + s sin over the step: exact, so that a fast encoder does not alias.
 fn mean_over_step(c: Jet, s: Jet, before_rad: f64, turned_rad: f64) -> Jet {
     let weight = sinc(turned_rad / 2.0);
     let middle_rad = before_rad + turned_rad / 2.0;

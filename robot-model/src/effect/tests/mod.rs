@@ -1,4 +1,4 @@
-//! What holds for every effect of the catalogue, checked for every effect of the catalogue.
+//! What holds for every effect of the catalogue: identity at zero, derivatives, ids and texts; signs and units.
 
 mod signs;
 mod units;
@@ -29,7 +29,7 @@ fn steps() -> Vec<Step> {
     for (k, (left, right, accel)) in wheels.into_iter().enumerate() {
         let dt_s = 0.02;
         let speed = WheelPair::new(left, right);
-        let dphi_rad = speed.map(|it| it * dt_s / ROBOT.wheel_radius_m);
+        let dphi_rad = speed.map(|speed| speed * dt_s / ROBOT.wheel_radius_m);
         let step = Step {
             t_s: k as f64 * dt_s,
             dt_s,
@@ -54,15 +54,26 @@ fn steps() -> Vec<Step> {
     steps
 }
 
-/// All numbers of what an effect does in these steps, and to a sight, and to the sensor.
+/// All numbers by which an effect changes these steps, a measured pose and the yaw rate sensor.
 fn everything(effect: &dyn Effect, values: &[f64]) -> Vec<Jet> {
     let p = Jet::parameters(values);
     let mut memory = Memory::default();
     let mut all = Vec::new();
     for step in steps() {
-        let it = effect.act(&p, &step, &mut memory);
-        all.extend([it.angle_rad.left, it.angle_rad.right, it.travel.left, it.travel.right]);
-        all.extend([it.turning, it.turn_rad, it.sideways_m, it.drift_m[0], it.drift_m[1]]);
+        let change = effect.act(&p, &step, &mut memory);
+        all.extend([
+            change.angle_rad.left,
+            change.angle_rad.right,
+            change.travel.left,
+            change.travel.right,
+        ]);
+        all.extend([
+            change.turning,
+            change.turn_rad,
+            change.sideways_m,
+            change.drift_m[0],
+            change.drift_m[1],
+        ]);
         all.push(effect.sense_rate(&p, step.turn_rate_rad_s()));
     }
     let view = effect.observe(&p);
@@ -74,11 +85,11 @@ fn everything(effect: &dyn Effect, values: &[f64]) -> Vec<Jet> {
 fn typical(effect: &dyn Effect) -> Vec<f64> {
     let parameters = effect.facts().parameters.iter().enumerate();
     parameters
-        .map(|(j, it)| match it.role {
-            Role::Amplitude => (0.3 + 0.1 * j as f64) * it.high,
+        .map(|(j, parameter)| match parameter.role {
+            Role::Amplitude => (0.3 + 0.1 * j as f64) * parameter.high,
             // Within what the steps reach: 5 rad/s of a wheel, centimetres after a reversal.
-            Role::Shape if it.name == "w0" => 5.0,
-            Role::Shape => it.low + 0.3 * (it.high - it.low),
+            Role::Shape if parameter.name == "w0" => 5.0,
+            Role::Shape => parameter.low + 0.3 * (parameter.high - parameter.low),
         })
         .collect()
 }
@@ -110,9 +121,9 @@ fn every_effect_does_something_and_depends_on_every_parameter() {
         let all = everything(effect, &typical(effect));
         for (j, parameter) in effect.facts().parameters.iter().enumerate() {
             let id = effect.facts().id;
-            assert!(all.iter().any(|it| it.by[j] != 0.0), "{id} {}", parameter.name);
+            assert!(all.iter().any(|jet| jet.by[j] != 0.0), "{id} {}", parameter.name);
         }
-        assert!(all.iter().any(|it| it.value != 0.0), "{}", effect.facts().id);
+        assert!(all.iter().any(|jet| jet.value != 0.0), "{}", effect.facts().id);
     }
 }
 
@@ -146,14 +157,23 @@ fn derivatives_are_those_of_high_order_differences() {
 
 #[test]
 fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences() {
-    let terms: Vec<Term<'_>> = CATALOGUE.iter().map(|it| Term::new(*it, typical(*it))).collect();
+    let terms: Vec<Term<'_>> =
+        CATALOGUE.iter().map(|effect| Term::new(*effect, typical(*effect))).collect();
     let placed = PlacedTerm::place(&terms);
     let numbers = |terms: &[Term<'_>]| -> Vec<[f64; 5]> {
         let mut composer = Composer::new(Terms::Fixed(terms));
         let steps = steps();
         let each = steps.iter().map(|step| composer.step(step));
-        each.map(|it| [it.travel_m, it.sideways_m, it.turn_rad, it.drift_m[0], it.drift_m[1]])
-            .collect()
+        each.map(|increment| {
+            [
+                increment.travel_m,
+                increment.sideways_m,
+                increment.turn_rad,
+                increment.drift_m[0],
+                increment.drift_m[1],
+            ]
+        })
+        .collect()
     };
     let mut composer = Composer::new(Terms::Free(&placed));
     let steps = steps();
@@ -163,7 +183,15 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
             composer.step(step);
             let slopes = composer.by_column.iter();
             slopes
-                .map(|it| [it.travel_m, it.sideways_m, it.turn_rad, it.drift_m[0], it.drift_m[1]])
+                .map(|increment| {
+                    [
+                        increment.travel_m,
+                        increment.sideways_m,
+                        increment.turn_rad,
+                        increment.drift_m[0],
+                        increment.drift_m[1],
+                    ]
+                })
                 .collect()
         })
         .collect();
@@ -192,11 +220,11 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
 }
 
 #[test]
-fn ids_are_unique_and_found_and_everything_is_said_about_each() {
+fn ids_are_unique_and_found_and_every_fact_is_given() {
     for effect in CATALOGUE {
         let facts = effect.facts();
-        assert_eq!(find(facts.id).map(|it| it.facts()), Some(facts));
-        assert_eq!(CATALOGUE.iter().filter(|it| it.facts().id == facts.id).count(), 1);
+        assert_eq!(find(facts.id).map(|effect| effect.facts()), Some(facts));
+        assert_eq!(CATALOGUE.iter().filter(|effect| effect.facts().id == facts.id).count(), 1);
         assert!((1..=PARAMETERS_MAX).contains(&facts.parameters.len()), "{}", facts.id);
         for text in
             [facts.name, facts.equation, facts.signature, facts.shown_by, facts.compensation]

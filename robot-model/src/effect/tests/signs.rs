@@ -1,4 +1,4 @@
-//! Signs and sizes: what each effect's description promises, in figures that follow from its equation.
+//! Signs and sizes: does each effect do what its description says, in figures that follow from its equation?
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,7 +14,7 @@ fn after_a_second(id: &str, values: &[f64], left_mps: f64, right_mps: f64) -> Po
     for k in 0..100 {
         let step = Step {
             dt_s: 0.01,
-            dphi_rad: speed.map(|it| 0.01 * it / ROBOT.wheel_radius_m),
+            dphi_rad: speed.map(|speed| 0.01 * speed / ROBOT.wheel_radius_m),
             wheel_speed_mps: speed,
             wheel_accel_mps2: WheelPair::both(0.5),
             since_reversal_m: Some(0.0001 * f64::from(k)),
@@ -57,8 +57,8 @@ fn arc(id: &str, values: &[f64]) -> Pose {
     after_a_second(id, values, 0.15, 0.25)
 }
 
-/// Whether the effect does what is said of it.
-fn keeps_its_promise(id: &str) -> bool {
+/// Whether the effect does what its description says.
+fn matches_its_description(id: &str) -> bool {
     // 0.4 m/s between the rims, in a second.
     let turn = 0.4 / ROBOT.track_width_m;
     let p = Jet::parameters(&[0.02, 0.03]);
@@ -132,11 +132,11 @@ fn keeps_its_promise(id: &str) -> bool {
             same(left, turn * 1.01) && same(right, -turn * 0.99)
         }
         // Turns towards downhill, and creeps there: k (1, l) for each metre, forwards and backwards.
-        "slope" => [ahead(id, &[0.0, 1e-4, 0.5]), back(id, &[0.0, 1e-4, 0.5])].iter().all(|it| {
+        "slope" => [ahead(id, &[0.0, 1e-4, 0.5]), back(id, &[0.0, 1e-4, 0.5])].iter().all(|pose| {
             // The robot's own way to the side is k v^2/2 of the path, to the left ahead, right behind.
-            let own = it.x_m.signum() * 0.5e-4 * 0.04;
+            let own = pose.x_m.signum() * 0.5e-4 * 0.04;
             // To the square of the turn, 2e-5, and of a hundredth of a step in heading.
-            (it.heading_rad - 2e-5).abs() < 1e-9 && (it.y_m - 1e-5 - own).abs() < 1e-7
+            (pose.heading_rad - 2e-5).abs() < 1e-9 && (pose.y_m - 1e-5 - own).abs() < 1e-7
         }),
         "carpet_drift" => {
             let (there, here) = (ahead(id, &[0.01, -0.02]), back(id, &[0.01, -0.02]));
@@ -150,7 +150,7 @@ fn keeps_its_promise(id: &str) -> bool {
         "thermal_drift" => same(ahead(id, &[1e-6]).x_m, 0.2 * 1.001),
         "payload" => same(ahead(id, &[0.001]).x_m, 0.2 * 0.998),
         "measurement_delay" => effect.observe(&p).delay_s.value == 0.02,
-        "marker_offset" => effect.observe(&p).offset_m.map(|it| it.value) == [0.02, 0.03],
+        "marker_offset" => effect.observe(&p).offset_m.map(|jet| jet.value) == [0.02, 0.03],
         "gyro_bias" => {
             [1.5, 0.0, -1.5].iter().all(|omega| effect.sense_rate(&p, *omega).value == 0.02)
         }
@@ -162,9 +162,9 @@ fn keeps_its_promise(id: &str) -> bool {
 }
 
 #[test]
-fn signs_and_sizes_are_those_that_the_descriptions_promise() {
-    let ids = CATALOGUE.iter().map(|it| it.facts().id);
-    let broken: Vec<&str> = ids.filter(|id| !keeps_its_promise(id)).collect();
+fn signs_and_sizes_are_those_that_the_descriptions_state() {
+    let ids = CATALOGUE.iter().map(|effect| effect.facts().id);
+    let broken: Vec<&str> = ids.filter(|id| !matches_its_description(id)).collect();
     assert_eq!(broken, [""; 0]);
 }
 
@@ -218,9 +218,12 @@ fn travels(
                 ..Step::default()
             };
             phi += dphi_rad;
-            let it = composer.step(&step);
-            let half_m = it.turn_rad * ROBOT.track_width_m / 2.0;
-            sum = WheelPair::new(sum.left + it.travel_m - half_m, sum.right + it.travel_m + half_m);
+            let increment = composer.step(&step);
+            let half_m = increment.turn_rad * ROBOT.track_width_m / 2.0;
+            sum = WheelPair::new(
+                sum.left + increment.travel_m - half_m,
+                sum.right + increment.travel_m + half_m,
+            );
             sum
         })
         .collect()
@@ -230,7 +233,7 @@ fn travels(
 fn first_degrees(id: &str, values: &[f64]) -> WheelPair<f64> {
     let travel = travels(id, values, 1.0, 0.3, 1)[0];
     // To the last digits, which sums and differences of both wheels cost.
-    travel.map(|it| (it / (0.3 * ROBOT.wheel_radius_m) * 1e12).round() / 1e12)
+    travel.map(|travel_m| (travel_m / (0.3 * ROBOT.wheel_radius_m) * 1e12).round() / 1e12)
 }
 
 /// A disk of radius R rolls without slip; its axle sits e off its centre, in the direction alpha from
@@ -247,7 +250,7 @@ fn an_axle_off_the_centre_leads_and_lags_as_a_rolling_disk_does() {
     let e_m = 0.01 * radius_m;
     let signs = [1.0, -1.0];
     for (alpha, way) in
-        [0.0, 0.7, FRAC_PI_2, 3.0, -2.0].into_iter().flat_map(|it| signs.map(|way| (it, way)))
+        [0.0, 0.7, FRAC_PI_2, 3.0, -2.0].into_iter().flat_map(|alpha| signs.map(|way| (alpha, way)))
     {
         let other = alpha + 1.1;
         let pair = |alpha: f64| [e_m / radius_m * alpha.sin(), -e_m / radius_m * alpha.cos()];
@@ -304,7 +307,7 @@ fn a_disk_of_marks_off_the_shaft_leads_and_lags_once_a_turn_of_the_encoder() {
 }
 
 #[test]
-fn an_eccentric_wheel_is_right_again_after_each_turn() {
+fn an_eccentric_wheel_has_no_error_after_each_full_turn() {
     // One turn of the wheel in a hundred steps or in three: the mean over each step is exact.
     for steps in [100, 3] {
         let values = [0.01, 0.02, -0.01, 0.005];

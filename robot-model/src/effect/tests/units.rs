@@ -1,11 +1,11 @@
-//! Units: measured in other units, what an effect does is the same.
+//! Units: does every effect do the same when measured in other units?
 //!
 //! Metre, second and kilogram are made smaller by powers of two, so that every product, quotient and
-//! exponential comes out to the last bit. What an effect does then has to come out by exactly the power of
-//! its own unit: any difference is a number with a hidden unit, or a wrong unit in an effect's facts.
+//! exponential is exact to the last bit. Every result then has to scale by exactly the power of its own unit: any
+//! difference is a number with a hidden unit, or a wrong unit in an effect's facts.
 //!
-//! A hidden factor in a formula that is linear (60 seconds a minute) has no unit and is not found so; the
-//! figures of the tests of signs find it.
+//! A hidden factor in a linear formula (60 seconds a minute) has no unit and is not found here; the figures of the
+//! tests of signs find it.
 
 use super::*;
 use crate::effect::composition::Increment;
@@ -22,9 +22,9 @@ const SECOND: [f64; 3] = [0.0, 1.0, 0.0];
 const PER_SECOND: [f64; 3] = [0.0, -1.0, 0.0];
 const ONE: [f64; 3] = [0.0; 3];
 
-/// How many times the number grows of something with these powers of metre, second and kilogram.
+/// The factor by which a quantity with these powers of metre, second and kilogram grows.
 fn growth(scale: Scale, powers: [f64; 3]) -> f64 {
-    scale.iter().zip(powers).map(|(it, power)| it.powi(power as i32)).product()
+    scale.iter().zip(powers).map(|(factor, power)| factor.powi(power as i32)).product()
 }
 
 /// The same step in other units. Every field is named here, so that none is forgotten.
@@ -36,16 +36,16 @@ fn step_in(scale: Scale, step: &Step) -> Step {
         clock_s: step.clock_s * s,
         phi_rad: step.phi_rad,
         dphi_rad: step.dphi_rad,
-        wheel_speed_mps: step.wheel_speed_mps.map(|it| it * (m / s)),
-        wheel_accel_mps2: step.wheel_accel_mps2.map(|it| it * (m / (s * s))),
+        wheel_speed_mps: step.wheel_speed_mps.map(|speed| speed * (m / s)),
+        wheel_accel_mps2: step.wheel_accel_mps2.map(|accel| accel * (m / (s * s))),
         path_m: step.path_m * m,
-        since_reversal_m: step.since_reversal_m.map(|it| it * m),
+        since_reversal_m: step.since_reversal_m.map(|path_m| path_m * m),
         payload_kg: step.payload_kg * kg,
         wheel_radius_m: step.wheel_radius_m * m,
         track_width_m: step.track_width_m * m,
         gear_reduction: step.gear_reduction,
         heading_rad: step.heading_rad,
-        place_m: step.place_m.map(|it| it * m),
+        place_m: step.place_m.map(|metres| metres * m),
     }
 }
 
@@ -53,7 +53,7 @@ fn step_in(scale: Scale, step: &Step) -> Step {
 fn all_it_does(effect: &dyn Effect, scale: Scale) -> Vec<(Jet, [f64; 3])> {
     let powers = parameter_powers(effect);
     let values: Vec<f64> =
-        typical(effect).iter().zip(&powers).map(|(it, p)| it * growth(scale, *p)).collect();
+        typical(effect).iter().zip(&powers).map(|(value, p)| value * growth(scale, *p)).collect();
     let p = Jet::parameters(&values);
     let mut memory = Memory::default();
     let mut all = Vec::new();
@@ -62,20 +62,21 @@ fn all_it_does(effect: &dyn Effect, scale: Scale) -> Vec<(Jet, [f64; 3])> {
         let Change { angle_rad, travel, turning, turn_rad, sideways_m, drift_m } =
             effect.act(&p, &step, &mut memory);
         let plain = [angle_rad.left, angle_rad.right, travel.left, travel.right, turning, turn_rad];
-        all.extend(plain.map(|it| (it, ONE)));
-        all.extend([sideways_m, drift_m[0], drift_m[1]].map(|it| (it, METRE)));
+        all.extend(plain.map(|jet| (jet, ONE)));
+        all.extend([sideways_m, drift_m[0], drift_m[1]].map(|jet| (jet, METRE)));
         all.push((effect.sense_rate(&p, step.turn_rate_rad_s()), PER_SECOND));
     }
     let View { offset_m, delay_s } = effect.observe(&p);
-    all.extend(offset_m.map(|it| (it, METRE)));
+    all.extend(offset_m.map(|jet| (jet, METRE)));
     all.push((delay_s, SECOND));
     all
 }
 
 fn parameter_powers(effect: &dyn Effect) -> Vec<[f64; 3]> {
     let facts = effect.facts();
-    let powers = |it: &Parameter| {
-        dimensions(&it.unit).unwrap_or_else(|error| panic!("{} {}: {error}", facts.id, it.name))
+    let powers = |parameter: &Parameter| {
+        dimensions(&parameter.unit)
+            .unwrap_or_else(|error| panic!("{} {}: {error}", facts.id, parameter.name))
     };
     facts.parameters.iter().map(powers).collect()
 }
@@ -115,20 +116,20 @@ fn what_a_step_does_with_any_effect_is_the_same_in_other_units() {
     for effect in CATALOGUE {
         let powers = parameter_powers(effect);
         for scale in SCALES {
-            let grown = |(it, p): (&f64, &[f64; 3])| it * growth(scale, *p);
+            let grown = |(value, p): (&f64, &[f64; 3])| value * growth(scale, *p);
             let values = typical(effect);
             let other: Vec<f64> = values.iter().zip(&powers).map(grown).collect();
             let a = [Term::new(effect, values)];
             let b = [Term::new(effect, other)];
             let (mut a, mut b) = (Composer::new(Terms::Fixed(&a)), Composer::new(Terms::Fixed(&b)));
             for step in steps() {
-                let it = a.step(&step);
+                let increment = a.step(&step);
                 let m = scale[0];
                 let expected = Increment {
-                    travel_m: it.travel_m * m,
-                    sideways_m: it.sideways_m * m,
-                    turn_rad: it.turn_rad,
-                    drift_m: it.drift_m.map(|it| it * m),
+                    travel_m: increment.travel_m * m,
+                    sideways_m: increment.sideways_m * m,
+                    turn_rad: increment.turn_rad,
+                    drift_m: increment.drift_m.map(|drift_m| drift_m * m),
                 };
                 assert_eq!(b.step(&step_in(scale, &step)), expected, "{}", effect.facts().id);
             }
@@ -136,7 +137,7 @@ fn what_a_step_does_with_any_effect_is_the_same_in_other_units() {
     }
 }
 
-/// Wheels that grow until a minute has gone by: the minute is nowhere in its parameters.
+/// Wheels that grow with a time constant of a minute, which is not among the parameters.
 #[derive(Debug)]
 struct HiddenMinute(Facts<'static>);
 

@@ -1,8 +1,8 @@
-//! The derivatives that a fit works with, those of the whitened rows, against high-order differences.
+//! The derivatives of the whitened rows, which a fit uses, against differences of high order.
 //!
-//! The measured poses are exactly those that the effect gives, so every innovation is zero, to rounding:
-//! how the filter's gains depend on the parameters then plays no part, and a row's derivative is that of
-//! what is predicted. Wheel angles are not counted in whole counts, as speeds are smoothed.
+//! The measured poses are exactly those that the effect gives, so every innovation is zero, to rounding. How the
+//! filter's gains depend on the parameters then plays no part, and a row's derivative is that of the prediction.
+//! Wheel angles are not rounded to whole counts, as speeds are smoothed.
 
 use super::*;
 use crate::effect::composition::{PlacedTerm, Term};
@@ -17,7 +17,7 @@ use crate::tests::synthetic::{ALONE, NOISE, ROBOT, part_of_plan, term};
 
 const DRIVE: Drive = Drive { sample_s: 0.02, samples_per_pose: 5, ..Drive::USUAL };
 
-/// Where a kind of run differs: straight both ways, on the spot, in arcs both ways, in a square.
+/// One of each kind of run: straight both ways, on the spot, in arcs both ways, in a square.
 const KINDS: [&str; 6] = [
     "out_and_back_1",
     "out_and_back_2",
@@ -33,15 +33,15 @@ fn driven() -> Vec<Recording> {
     plan.iter().map(|(name, _, pieces)| drive(&ROBOT, name, pieces, &DRIVE)).collect()
 }
 
-/// Runs that go faster and faster, ahead, back and on the spot: a speed that is smoothed is right there,
-/// but for the first and the last tenth of a second, in which nothing is seen.
+/// Runs at constant acceleration, ahead, back and on the spot. A smoothed speed is exact there,
+/// except in the first and the last tenth of a second, in which no pose is measured.
 fn faster_and_faster() -> Vec<Recording> {
     let run = |accel: WheelPair<f64>| {
         let mut run = Recording { name: "faster".to_owned(), ..Recording::default() };
         for k in 0..=120 {
             let t_s = 0.02 * f64::from(k);
             let travel_m = |accel: f64| accel * (0.3 * t_s + t_s * t_s / 2.0);
-            let phi_rad = accel.map(|it| travel_m(it) / ROBOT.wheel_radius_m);
+            let phi_rad = accel.map(|accel| travel_m(accel) / ROBOT.wheel_radius_m);
             run.wheels.push(WheelSample { t_s, phi_rad });
             if (15..=105).contains(&k) && k % 5 == 0 {
                 run.measured_poses.push(PoseMeasurement {
@@ -57,7 +57,7 @@ fn faster_and_faster() -> Vec<Recording> {
     accels.map(|(left, right)| run(WheelPair::new(left, right))).into()
 }
 
-/// A campaign of these runs, seen exactly as the terms say; the gyro sees noise alone.
+/// A campaign of these runs, measured exactly as the terms predict; the gyro measures noise alone.
 fn seen_by(terms: &[Term<'_>], mut runs: Vec<Recording>) -> Prepared {
     let robot = Robot { gear_reduction: 3.0, ..ROBOT };
     let mut random = Random::new(1);
@@ -66,7 +66,7 @@ fn seen_by(terms: &[Term<'_>], mut runs: Vec<Recording>) -> Prepared {
         (run.started_s, run.payload_kg) = (Some(100.0 + 300.0 * k), 2.0 * k);
         run.gyro = run.wheels[1..]
             .iter()
-            .map(|it| GyroSample { t_s: it.t_s - 0.01, rate_rad_s: 0.3 * random.normal() })
+            .map(|sample| GyroSample { t_s: sample.t_s - 0.01, rate_rad_s: 0.3 * random.normal() })
             .collect();
         let motion = Motion::new(&robot, run, Some(300.0 * k));
         let start = Pose::new(0.1, -0.2, 0.05 + 1.5 * k);
@@ -106,7 +106,7 @@ fn rows(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Rows 
 }
 
 /// The largest error of a column of rows, and the largest of its numbers, by central differences of sixth
-/// order at two widths, which Richardson's rule puts together to the eighth.
+/// order at two widths, which Richardson's extrapolation combines to the eighth.
 fn error_of_column(prepared: &Prepared, term: &Term<'_>, j: usize, width: f64) -> (f64, f64) {
     let noise = OdometryNoise { heading_offset_rad: 1e-3, clock_offset_s: 1e-3, ..NOISE };
     let exact = rows(prepared, core::slice::from_ref(term), &noise);
@@ -139,7 +139,7 @@ fn error_of_column(prepared: &Prepared, term: &Term<'_>, j: usize, width: f64) -
 /// in units of a milliradian.
 const ROUNDING: f64 = 2e-11;
 
-/// Of a value; effects that set in at an edge are smooth in a tiny neighbourhood only.
+/// Width of a difference; effects with an edge are smooth in a tiny neighbourhood only.
 fn width(id: &str, value: f64) -> f64 {
     let share = if matches!(id, "lost_counts" | "backlash") { 1e-5 } else { 1e-3 };
     share * value.abs()
@@ -161,25 +161,24 @@ fn check_rows(id: &str, values: &[f64], width: &[f64], share: f64) {
 #[test]
 fn rows_of_every_effect_are_the_derivatives_of_the_whitened_residuals() {
     for (id, values) in ALONE {
-        // A backlash of 0.06 is just taken after six steps of these ramps: no slope at an edge.
-        let values: Vec<f64> = values.iter().map(|it| 1.037 * it).collect();
-        let widths: Vec<f64> = values.iter().map(|it| width(id, *it)).collect();
+        // Six steps of these ramps take up a backlash of exactly 0.06: there is no derivative at that edge.
+        let values: Vec<f64> = values.iter().map(|value| 1.037 * value).collect();
+        let widths: Vec<f64> = values.iter().map(|value| width(id, *value)).collect();
         match id {
-            // The heading at which a slope acts depends on the slope, which is left out: of second
-            // order, k times the path of 2.5 m; and gone at zero.
+            // The heading at which a slope acts depends on the slope, which is left out. That is of second
+            // order, k times the path of 2.5 m, and vanishes at zero.
             "slope" => {
                 check_rows(id, &values, &widths, 0.0052 * 2.5);
                 check_rows(id, &[0.0, 0.0, values[2]], &widths[..2], 1e-7);
             }
-            // Some eighth order of a thousandth of a value.
+            // Eighth order, of a thousandth of a value.
             _ => check_rows(id, &values, &widths, 1e-7),
         }
     }
 }
 
-/// The largest innovation in standard errors of two seconds in which the wheels travelled so and the robot
-/// was seen there.
-fn surprise(
+/// The largest innovation, in standard errors, of a run of two seconds with these travels and measured poses.
+fn largest_innovation(
     term: Term<'_>,
     travel_m: impl Fn(f64) -> WheelPair<f64>,
     seen: impl Fn(f64) -> Pose,
@@ -187,7 +186,7 @@ fn surprise(
     let mut run = Recording { name: "two seconds".to_owned(), ..Recording::default() };
     for k in 0..=100 {
         let t_s = 0.02 * f64::from(k);
-        let phi_rad = travel_m(t_s).map(|it| it / ROBOT.wheel_radius_m);
+        let phi_rad = travel_m(t_s).map(|travel_m| travel_m / ROBOT.wheel_radius_m);
         run.wheels.push(WheelSample { t_s, phi_rad });
         if (10..=90).contains(&k) {
             let pose = seen(t_s);
@@ -199,12 +198,12 @@ fn surprise(
             });
         }
     }
-    // All is known a thousand times better than usual, and the clocks are right.
+    // All noise is a thousandth of the usual one, and the clocks agree.
     let noise = OdometryNoise { clock_offset_s: 0.0, ..NOISE }.times(1e-3);
     let motion = Motion::new(&ROBOT, &run, None);
     let mut rows = Rows::default();
     whiten(&motion, &run.measured_poses, Terms::Fixed(&[term]), &noise, &mut rows);
-    rows.residuals.iter().fold(0.0, |most, it| most.max(it.abs()))
+    rows.residuals.iter().fold(0.0, |most, residual| most.max(residual.abs()))
 }
 
 #[test]
@@ -214,17 +213,17 @@ fn late_measurements_are_of_where_the_robot_was_before() {
     let way = |t_s: f64| speed * (t_s - 1.0).max(0.0);
     let late = |t_s: f64| Pose::new(way(t_s - tau), 0.0, 0.0);
     let travel = |t_s: f64| WheelPair::both(way(t_s));
-    assert!(surprise(term("measurement_delay", &[tau]), travel, late) < 1e-6);
-    assert!(surprise(term("measurement_delay", &[-tau]), travel, late) > 100.0);
+    assert!(largest_innovation(term("measurement_delay", &[tau]), travel, late) < 1e-6);
+    assert!(largest_innovation(term("measurement_delay", &[-tau]), travel, late) > 100.0);
     // The same on the spot: it has turned less.
     let late = |t_s: f64| Pose::new(0.0, 0.0, 2.0 * way(t_s - tau) / ROBOT.track_width_m);
     let travel = |t_s: f64| WheelPair::new(-way(t_s), way(t_s));
-    assert!(surprise(term("measurement_delay", &[tau]), travel, late) < 1e-6);
-    assert!(surprise(term("measurement_delay", &[-tau]), travel, late) > 100.0);
+    assert!(largest_innovation(term("measurement_delay", &[tau]), travel, late) < 1e-6);
+    assert!(largest_innovation(term("measurement_delay", &[-tau]), travel, late) > 100.0);
 }
 
 #[test]
-fn a_marker_ahead_and_to_the_left_goes_round_as_it_does_on_the_body() {
+fn a_marker_ahead_and_to_the_left_turns_with_the_body() {
     let (speed, ahead, left) = (0.2, 0.02, 0.03);
     let omega = 2.0 * speed / ROBOT.track_width_m;
     let seen = |t_s: f64| {
@@ -232,8 +231,8 @@ fn a_marker_ahead_and_to_the_left_goes_round_as_it_does_on_the_body() {
         Pose::new(ahead * cos - left * sin, ahead * sin + left * cos, omega * t_s)
     };
     let spin = |t_s: f64| WheelPair::new(-speed * t_s, speed * t_s);
-    assert!(surprise(term("marker_offset", &[ahead, left]), spin, seen) < 1e-6);
+    assert!(largest_innovation(term("marker_offset", &[ahead, left]), spin, seen) < 1e-6);
     for wrong in [[-ahead, left], [ahead, -left], [left, ahead]] {
-        assert!(surprise(term("marker_offset", &wrong), spin, seen) > 100.0);
+        assert!(largest_innovation(term("marker_offset", &wrong), spin, seen) > 100.0);
     }
 }

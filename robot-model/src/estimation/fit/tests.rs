@@ -6,7 +6,7 @@ use crate::selection::candidates::Screening;
 use crate::tests::synthetic::{ALONE, NOISE, campaign, full_plan, term};
 
 #[test]
-fn a_fit_comes_to_rest_and_one_that_ended_at_nothing_is_seen_to() {
+fn a_fit_converges_and_one_that_ended_at_zero_is_recognised() {
     for (id, values) in [("wheel_radius_ratio", &[0.01][..]), ("backlash", &[0.06, 0.07])] {
         let prepared = campaign(&full_plan(), &[term(id, values)], 8).prepare().unwrap();
         let start = Term::new(find(id).unwrap(), vec![0.0; values.len()]);
@@ -28,15 +28,15 @@ fn no_fit_ends_worse_than_it_began() {
         let equations = CampaignEquations::gather(prepared, &PlacedTerm::place(terms), &NOISE);
         equations.total.squares + equations.prior_cost()
     };
-    // A wave whose length is far off: whole steps lead from one wrong one to the next.
+    // A wave whose length is far off: full steps lead from one wrong wave to the next.
     let mut wave = Custom::from_equation("dtheta/ds = c * sin(w * s)").unwrap();
     wave.ranges.insert("w".into(), [0.5, 60.0]);
     let wave = wave.build().unwrap();
     let (mut better, mut all) = (0, 0);
-    for (id, values) in ALONE.into_iter().filter(|it| it.0 != "gyro_bias" && it.0 != "gyro_scale") {
+    for (id, values) in ALONE.into_iter().filter(|(id, _)| !id.starts_with("gyro_")) {
         let prepared = campaign(&full_plan(), &[term(id, values)], 9).prepare().unwrap();
         for [c, w] in [[0.02, 3.0], [0.1, 11.0], [-0.05, 29.0]] {
-            let of = |it: &Parameter| if it.name == "c" { c } else { w };
+            let of = |parameter: &Parameter| if parameter.name == "c" { c } else { w };
             let values = wave.facts().parameters.iter().map(of).collect();
             let terms = vec![Term::new(&wave, values)];
             let before = cost(&prepared, &terms);

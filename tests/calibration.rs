@@ -1,4 +1,4 @@
-//! Judges calibrations of simulated robots by the truth, which only the laboratory knows.
+//! Does a calibration make a simulated robot drive straight? Verdicts by the truth, which only the simulator knows.
 
 use host_cli::calibrate::{CalibrateStep, Decision, Pass, Settings, calibrate};
 use host_cli::pose_source::PoseSource;
@@ -10,9 +10,9 @@ use sim_target::{Lab, Scenario};
 use crate::parallel::in_order;
 use crate::robot::on_robot;
 
-/// With what the robot's deviation is measured.
+/// The instrument that measures the robot's deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Eye {
+pub enum Instrument {
     /// The overhead camera: 1 mm, 2 mrad.
     Camera,
     /// The ruler: marks of half a millimetre.
@@ -24,9 +24,9 @@ pub enum Eye {
 pub struct Verdict {
     /// Which robot.
     pub seed: u64,
-    /// R_R / R_L as it is.
+    /// The true R_R / R_L.
     pub true_ratio: f64,
-    /// The first run's W_T.
+    /// W_T of the first run.
     pub wheel_weight: f64,
     /// Its sigma.
     pub sigma: f64,
@@ -41,7 +41,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// By how much the lateral error has fallen.
+    /// The factor by which the lateral error has fallen.
     pub fn factor(&self) -> f64 {
         (self.before_m / self.after_m).abs()
     }
@@ -52,7 +52,7 @@ impl Verdict {
     }
 }
 
-/// Where a drive truly began and where it truly was when it was measured.
+/// Where a drive truly began, and where the robot truly was when it was measured.
 #[derive(Clone, Copy, Default)]
 struct TrueRun {
     start: Option<Pose>,
@@ -72,25 +72,25 @@ impl TrueRun {
 /// Calibrates the robot that this seed draws.
 ///
 /// # Errors
-/// What a user would read.
-pub fn judge(seed: u64, eye: Eye) -> Result<Verdict, String> {
-    judge_scenario(&Scenario::draw(seed), eye)
+/// The message that a user would read.
+pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<Verdict, String> {
+    verdict_on_scenario(&Scenario::draw(seed), instrument)
 }
 
 /// Calibrates the robot of a scenario.
 ///
 /// # Errors
-/// What a user would read.
-pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> {
+/// The message that a user would read.
+pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Result<Verdict, String> {
     on_robot(scenario, async |robot| {
         let lab = robot.lab.clone();
-        let source: &mut dyn PoseSource = match eye {
-            Eye::Camera => &mut Camera::new(lab.clone()),
-            Eye::Ruler => &mut Ruler::new(lab.clone()),
+        let source: &mut dyn PoseSource = match instrument {
+            Instrument::Camera => &mut Camera::new(lab.clone()),
+            Instrument::Ruler => &mut Ruler::new(lab.clone()),
         };
         let (mut before, mut after) = (TrueRun::default(), TrueRun::default());
         let mut tell = |step: CalibrateStep<'_>| match step {
-            // Told for the first time when the robot has hardly begun its first ramp.
+            // The first call comes when the robot has hardly begun its first ramp.
             CalibrateStep::Driving(Pass::Before, _) => before.watch(&lab),
             CalibrateStep::Driving(Pass::After, _) => after.watch(&lab),
             CalibrateStep::Measured(Pass::Before, _) => before.end = lab.pose(),
@@ -123,9 +123,9 @@ pub fn judge_scenario(scenario: &Scenario, eye: Eye) -> Result<Verdict, String> 
     })
 }
 
-/// Judges many robots on all cores; the order is that of the seeds.
-pub fn judge_all(seeds: &[u64], eye: Eye) -> Vec<Result<Verdict, String>> {
-    in_order(seeds, |seed| judge(*seed, eye))
+/// Calibrates many robots on all cores; the verdicts are in the order of the seeds.
+pub fn verdicts_on(seeds: &[u64], instrument: Instrument) -> Vec<Result<Verdict, String>> {
+    in_order(seeds, |seed| verdict_on(*seed, instrument))
 }
 
 /// Lower quartile, median and upper quartile, by linear interpolation between ranks.

@@ -1,6 +1,6 @@
 //! A table of samples in a CSV file: named columns, numbers, times that increase.
 //!
-//! Which columns there are, the caller says.
+//! The caller says which columns there are.
 
 use std::fs::File;
 use std::io::Read;

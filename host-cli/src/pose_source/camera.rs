@@ -1,5 +1,5 @@
-//! The simulator's laboratory as a source of poses: its overhead camera, its gyro, and somebody who
-//! carries the robot to its marks.
+//! The simulator's laboratory as a source of poses: its overhead camera and its gyro. The robot is
+//! carried to its marks without asking anybody.
 
 use std::time::Duration;
 

@@ -92,6 +92,28 @@ fn torn(before: &Flash, after: &Flash, seed: usize) -> Flash {
     before.iter().zip(after).map(half).collect()
 }
 
+/// Switches a board on with the flash of each case; the cases in which it finds what it may not.
+fn wrong_boots(cases: Vec<Case>) -> Vec<String> {
+    let ended = emulation().run(move |bench: Bench| async move {
+        let mut robot = Robot::meet(bench).await;
+        let mut wrong = Vec::new();
+        for (number, case) in cases.into_iter().enumerate() {
+            robot.0.monitor.power_cycle(case.flash);
+            sim_target::sleep_until_us(sim_target::now_us() + 20_000).await;
+            robot.meet_again(2 + number as u32).await;
+            let identity = robot.0.session.identify().await.unwrap();
+            let config = robot.0.session.read_config().await.unwrap();
+            let found = (identity.config_origin == ConfigOrigin::Saved).then_some(config);
+            let allowed = case.allowed.map(|number| number.map(numbered));
+            if identity.store_damaged || !allowed.contains(&found) {
+                wrong.push(format!("{}: {}", case.what, identity.store_damaged));
+            }
+        }
+        wrong
+    });
+    ended.unwrap().found
+}
+
 #[test]
 fn a_power_cut_before_any_flash_operation_leaves_the_old_or_the_new_configuration() {
     let saves = saves();
@@ -103,26 +125,14 @@ fn a_power_cut_before_any_flash_operation_leaves_the_old_or_the_new_configuratio
         .flat_map(|(save, step)| cases(&saves, save, step))
         .collect();
     let count = cases.len();
-    let ended = emulation()
-        .run(move |bench: Bench| async move {
-            let mut robot = Robot::meet(bench).await;
-            let mut wrong = Vec::new();
-            for (number, case) in cases.into_iter().enumerate() {
-                robot.0.monitor.power_cycle(case.flash);
-                sim_target::sleep_until_us(sim_target::now_us() + 20_000).await;
-                robot.meet_again(2 + number as u32).await;
-                let identity = robot.0.session.identify().await.unwrap();
-                let config = robot.0.session.read_config().await.unwrap();
-                let found = (identity.config_origin == ConfigOrigin::Saved).then_some(config);
-                let allowed = case.allowed.map(|number| number.map(numbered));
-                if identity.store_damaged || !allowed.contains(&found) {
-                    wrong.push(format!("{}: {}", case.what, identity.store_damaged));
-                }
-            }
-            wrong
-        })
-        .unwrap();
-    assert!(ended.found.is_empty(), "{} of {count}: {:#?}", ended.found.len(), ended.found);
+    // Two boards at once: it is the longest of all tests, and the last one to end.
+    let mut first = cases;
+    let second = first.split_off(count / 2);
+    let wrong = std::thread::scope(|scope| {
+        let boards = [first, second].map(|cases| scope.spawn(|| wrong_boots(cases)));
+        boards.map(|board| board.join().expect("a board that ends")).concat()
+    });
+    assert!(wrong.is_empty(), "{} of {count}: {wrong:#?}", wrong.len());
     println!(
         "{count} power cuts, before each of {} operations of save {}, which erases, in some of them, and \
          before some of the first two saves: old or new configuration each time",

@@ -8,6 +8,7 @@ use robot_model::effect::Effect;
 use robot_model::explain::explain;
 use robot_model::explain::model::{Model, fit};
 use robot_model::explain::{Answer, ParameterFound};
+use sim_target::Scenario;
 
 use super::case::{Case, Kind};
 use super::field::{PERIOD_MS, plan, record, sound};
@@ -129,6 +130,42 @@ fn drivable<T>(
     outcome
 }
 
+/// A recorded campaign: the robot, its files, and the same as a fit reads them.
+type Recorded = (Scenario, campaign::Campaign, robot_model::recording::Campaign);
+
+/// Scales the strength of one effect until it stands out alone by `wanted` sigma.
+fn scale_strength(
+    secret: &mut Hidden,
+    wanted: f64,
+    sound: &Scenario,
+    run: &impl Fn(&[Hidden]) -> Result<Recorded, String>,
+) -> Result<(), String> {
+    for _ in 0..TRIALS {
+        let mut alone = [secret.possible_in(sound)];
+        let (_, _, measured) = drivable(&mut alone, run)?;
+        let known = with_companions(secret.effect);
+        let model = fit(&measured, &known).map_err(|error| error.to_string())?;
+        let reached = sigmas(&model, secret.effect.id());
+        secret.strength = scaled(alone[0].strength, wanted, reached);
+        if (reached / wanted).ln().abs() < NEAR {
+            break;
+        }
+    }
+    *secret = secret.possible_in(sound);
+    Ok(())
+}
+
+/// The effects of the fit that knows the truth, each once.
+fn true_effects(case: &Case) -> Vec<&'static dyn Effect> {
+    let mut truth: Vec<&'static dyn Effect> = Vec::new();
+    for effect in case.effects.iter().flat_map(|hidden| with_companions(*hidden)) {
+        if truth.iter().all(|known| known.facts().id != effect.facts().id) {
+            truth.push(effect);
+        }
+    }
+    truth
+}
+
 /// Records a case, has it explained, and compares the answer with the truth.
 ///
 /// # Errors
@@ -136,16 +173,11 @@ fn drivable<T>(
 pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
     let plan = plan();
-    let mut truth: Vec<&'static dyn Effect> = Vec::new();
-    for effect in case.effects.iter().flat_map(|hidden| with_companions(*hidden)) {
-        if truth.iter().all(|known| known.facts().id != effect.facts().id) {
-            truth.push(effect);
-        }
-    }
+    let truth = true_effects(case);
     let sound = sound(case.seed, case.kind, &case.effects);
     // Every other user can say how good the camera is.
     let knows_its_camera = ChaCha8Rng::seed_from_u64(case.seed ^ (1 << 32)).random_bool(0.5);
-    let run = |hidden: &[Hidden]| {
+    let run = |hidden: &[Hidden]| -> Result<Recorded, String> {
         let mut scenario = sound.clone();
         for secret in hidden {
             secret.hide(&mut scenario);
@@ -158,7 +190,7 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
         }
         let measured =
             campaign.to_model(std::path::Path::new("campaign")).map_err(|error| text(&error))?;
-        Ok::<_, String>((scenario, campaign, measured))
+        Ok((scenario, campaign, measured))
     };
 
     let mut hidden: Vec<Hidden> = case
@@ -173,18 +205,7 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
         .collect();
     if let (Some(wanted), true) = (case.kind.sigmas(), case.kind != Kind::Outside) {
         for secret in &mut hidden {
-            for _ in 0..TRIALS {
-                let mut alone = [secret.possible_in(&sound)];
-                let (_, _, measured) = drivable(&mut alone, &run)?;
-                let known = with_companions(secret.effect);
-                let model = fit(&measured, &known).map_err(|error| text(&error))?;
-                let reached = sigmas(&model, secret.effect.id());
-                secret.strength = scaled(alone[0].strength, wanted, reached);
-                if (reached / wanted).ln().abs() < NEAR {
-                    break;
-                }
-            }
-            *secret = secret.possible_in(&sound);
+            scale_strength(secret, wanted, &sound, &run)?;
         }
     }
     let without = if case.kind == Kind::Outside { Some(run(&[])?.2) } else { None };
@@ -258,11 +279,7 @@ fn compare(
 }
 
 /// For each parameter found that is also a number of the plant, whether its interval covers the truth.
-fn covered(
-    answer: &Answer,
-    hidden: &[Hidden],
-    scenario: &sim_target::Scenario,
-) -> Vec<(String, bool)> {
+fn covered(answer: &Answer, hidden: &[Hidden], scenario: &Scenario) -> Vec<(String, bool)> {
     let mut covered = Vec::new();
     for step in &answer.steps {
         if !hidden.iter().any(|hidden| hidden.effect.id() == step.effect) {

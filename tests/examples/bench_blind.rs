@@ -89,6 +89,17 @@ fn main() -> ExitCode {
     println!();
     let bars = bars(&verdicts);
     print!("{}", table(&bars));
+    print_classes_and_times(&verdicts, began.elapsed().as_secs_f64());
+    let all_done = results.iter().all(Result::is_ok);
+    if all_done && bars.iter().all(|bar| bar.holds()) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Sizes of the classes, effects that are not there, and times.
+fn print_classes_and_times(verdicts: &[Verdict], elapsed_s: f64) {
     let mut sizes: Vec<usize> = verdicts.iter().flat_map(Verdict::class_sizes).collect();
     sizes.sort_unstable();
     let alone = sizes.iter().filter(|size| **size == 1).count();
@@ -107,14 +118,8 @@ fn main() -> ExitCode {
         "{extra} campaigns with an effect were given one more that is not there; explained in {:.1} s (median), {:.1} s (longest); {:.0} s in all",
         explain_s.get(explain_s.len() / 2).copied().unwrap_or(f64::NAN),
         explain_s.last().copied().unwrap_or(f64::NAN),
-        began.elapsed().as_secs_f64()
+        elapsed_s
     );
-    let all_done = results.iter().all(Result::is_ok);
-    if all_done && bars.iter().all(|bar| bar.holds()) {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
 }
 
 fn print_answer(verdict: &Verdict) {

@@ -83,7 +83,7 @@ pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
 
 /// The stretches of a run on each of which `label` stays the same, with that label.
 ///
-/// `label` is asked about each step; steps without one are in no stretch.
+/// `label` is called for each step; steps without a label are in no stretch.
 pub(super) fn stretches(
     index: usize,
     run: &PreparedRun,

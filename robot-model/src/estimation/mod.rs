@@ -11,7 +11,7 @@
 //! | `gyro.rs` | the same for the yaw rate sensor |
 //! | `normal_equations.rs` | sums over runs: solve, leave out, shift |
 //! | `odometry_noise.rs` | [`OdometryNoise`], and its most likely value |
-//! | `noise_segments.rs` | segments between poses, from which the noise is learnt |
+//! | `noise_segments.rs` | segments between poses, from which the noise is estimated |
 //! | `fit.rs` | parameters and noise of a model |
 //! | `predict.rs` | open loop: where a model says that the robot went |
 //! | `errors.rs` | [`Errors`] of predicted tracks, on runs fitted to and cross-validated |

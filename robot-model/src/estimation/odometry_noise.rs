@@ -197,21 +197,8 @@ fn score(
     let mut least = cost(&best, &rows);
     let mut damping = 1e-3;
     for _ in 0..ROUNDS_MAX {
-        let slopes: Vec<Vec<Whitened>> = free
-            .iter()
-            .map(|i| {
-                let mut there = best;
-                there[*i] *= DIFFERENCE.exp();
-                let mut moved = whitened(&OdometryNoise::from_array(there));
-                for (moved, here) in moved.iter_mut().zip(&rows) {
-                    *moved = (
-                        (moved.0 - here.0) / (DIFFERENCE * here.1.sqrt()),
-                        (moved.1 / here.1).ln() / DIFFERENCE,
-                    );
-                }
-                moved
-            })
-            .collect();
+        let slopes: Vec<Vec<Whitened>> =
+            free.iter().map(|i| slopes(&best, *i, &rows, whitened)).collect();
         let n = free.len();
         let mut gradient = DVector::zeros(n);
         let mut curvature = DMatrix::zeros(n, n);
@@ -256,6 +243,25 @@ fn score(
         }
     }
     (OdometryNoise::from_array(best), least)
+}
+
+/// Derivatives of nu / sqrt(s) and of ln s by the logarithm of one number of the noise, for each row.
+fn slopes(
+    noise: &[f64; NUMBERS],
+    number: usize,
+    rows: &[Whitened],
+    whitened: &impl Fn(&OdometryNoise) -> Vec<Whitened>,
+) -> Vec<Whitened> {
+    let mut there = *noise;
+    there[number] *= DIFFERENCE.exp();
+    let mut slopes = whitened(&OdometryNoise::from_array(there));
+    for (slope, here) in slopes.iter_mut().zip(rows) {
+        *slope = (
+            (slope.0 - here.0) / (DIFFERENCE * here.1.sqrt()),
+            (slope.1 / here.1).ln() / DIFFERENCE,
+        );
+    }
+    slopes
 }
 
 /// Longest step of one iteration, in e-folds.

@@ -41,7 +41,7 @@ pub enum Piece {
 pub struct Drive {
     /// Between two samples \[s\].
     pub sample_s: f64,
-    /// Every so many samples a pose is measured.
+    /// Number of samples between two measured poses.
     pub samples_per_pose: usize,
     /// Acceleration of the faster wheel \[m/s^2\].
     pub accel_mps2: f64,

@@ -3,6 +3,7 @@
 mod calibration;
 mod config;
 mod determinism;
+mod fault_cases;
 mod healthy;
 mod hello;
 mod motion;

@@ -2,6 +2,7 @@
 //!
 //! Measured at the plant: a driver that is off carries exactly no current, whatever the firmware reports.
 
+use crate::fault_cases::{ROBOT_FAULTS, WHEEL_FAULTS, WheelCase};
 use beeline_tests::robot::{Robot, Snapshot, TTL_MS, meters, on_robot};
 use host_link::motion::Motion;
 use shared_proto::{Command, Fault, FaultReport, Refusal, State, Wheel, WheelPair};
@@ -20,29 +21,6 @@ const START_M_MAX: f64 = 0.010;
 
 /// A probe takes 1.5 s at most.
 const START_S_MAX: f64 = 2.0;
-
-/// A name, what breaks, and what it may be called.
-type WheelCase = (&'static str, fn(Wheel) -> PlantFault, fn(Wheel) -> Vec<Fault>);
-
-/// Faults of one wheel, and the names that each may get.
-///
-/// The hand that blocks a wheel stops the paper's cruise within 7 ms and two or three counts of 2 ms
-/// each: at ticks of 1 ms that cannot be told from a dead wire. At the fast cruise it can.
-const WHEEL_FAULTS: &[WheelCase] = &[
-    ("encoder unplugged", PlantFault::EncoderUnplugged, |w| vec![Fault::EncoderDead(w)]),
-    ("encoder reversed", PlantFault::EncoderReversed, |w| vec![Fault::EncoderReversed(w)]),
-    ("wheel blocked", PlantFault::WheelBlocked, |w| vec![Fault::Stall(w), Fault::EncoderDead(w)]),
-    ("encoder noise", |w| PlantFault::EncoderNoise(w, 5e4), |w| vec![Fault::CountRate(w)]),
-    // As hard as can be: stopped at once.
-    ("wheel jammed", PlantFault::WheelJammed, |w| vec![Fault::Stall(w), Fault::EncoderDead(w)]),
-];
-
-/// Faults of the whole robot.
-const ROBOT_FAULTS: &[(&str, PlantFault, Fault)] = &[
-    ("driver fault line", PlantFault::DriverFault, Fault::Driver),
-    ("supply dip", PlantFault::SupplyDip { volts: 4.0 }, Fault::SupplyLow),
-    ("emergency stop", PlantFault::EmergencyStop, Fault::EmergencyStop),
-];
 
 /// Forward and backward at the paper's cruise, a spin, and more than three times as fast.
 fn cruises() -> [(&'static str, Motion); 4] {

@@ -112,7 +112,7 @@ fn refusal(code: &Code) -> Option<String> {
         ErrorKind::MissingRequiredArgument
         | ErrorKind::MissingSubcommand
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => is_elided || !code.is_block,
-        ErrorKind::InvalidValue if words.clone().last()?.starts_with('-') => !code.is_block,
+        ErrorKind::InvalidValue if words.clone().next_back()?.starts_with('-') => !code.is_block,
         ErrorKind::InvalidValue | ErrorKind::ValueValidation => words.clone().any(is_placeholder),
         _ => false,
     };

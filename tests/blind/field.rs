@@ -10,7 +10,6 @@ use host_cli::survey::samples::{columns, robot_file};
 use host_cli::survey::{Ran, record_run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shared_proto::WheelPair;
 use sim_target::instruments::GyroParameters;
 use sim_target::plant::{MotorParameters, PlantParameters};
 use sim_target::scenario::{HiddenEffect, PlacementParameters};
@@ -148,12 +147,6 @@ pub fn keep(campaign: &Campaign, folder: &std::path::Path) -> Result<(), Error> 
         file.finish(run.facts.clone())?;
     }
     Ok(())
-}
-
-/// Both wheels' true radius over the nominal one.
-pub fn radius_shares(scenario: &Scenario) -> WheelPair<f64> {
-    let nominal_m = PlantParameters::default().geometry.wheel_radius_m;
-    scenario.plant.geometry.wheel_radius_m.zip(nominal_m).map(|(is, nominal)| is / nominal)
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use robot_model::effect::{Effect, find};
+use shared_proto::WheelPair;
 use sim_target::Scenario;
+use sim_target::plant::PlantParameters;
 use sim_target::scenario::HiddenEffect;
 
 /// The strength at which an effect's detectability is measured first: typical in the field.
@@ -91,7 +93,7 @@ pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {
 /// True parameters of an effect, by the names of the model, where one of the plant's numbers is a parameter of the
 /// model; not where it merely causes one.
 pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, f64)> {
-    let share = super::field::radius_shares(scenario);
+    let share = radius_shares(scenario);
     let nominal = sim_target::plant::PlantParameters::default().geometry;
     let mean = (share.left + share.right) / 2.0;
     let (camera, gyro) = (&scenario.camera, scenario.gyro.unwrap_or_default());
@@ -117,4 +119,10 @@ pub fn true_parameters(effect: &str, scenario: &Scenario) -> Vec<(&'static str, 
         "gyro_scale" => vec![("k", gyro.scale)],
         _ => Vec::new(),
     }
+}
+
+/// Both wheels' true radius over the nominal one.
+fn radius_shares(scenario: &Scenario) -> WheelPair<f64> {
+    let nominal_m = PlantParameters::default().geometry.wheel_radius_m;
+    scenario.plant.geometry.wheel_radius_m.zip(nominal_m).map(|(is, nominal)| is / nominal)
 }

@@ -25,7 +25,8 @@ pub fn check() -> Outcome {
 
 /// Each of these is run, whatever becomes of the others: all that is to be mended is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
-    let checks: [(&'static str, fn() -> Outcome); 6] = [
+    type Check = fn() -> Outcome;
+    let checks: [(&'static str, Check); 6] = [
         ("format", format),
         ("words", words::check),
         ("documents", documents::check),
@@ -79,8 +80,8 @@ const EFFECTS: &str = "robot-model/src/effect/catalogue";
 fn format() -> Outcome {
     cargo(&["fmt", "--all", "--", "--check"], &[], "run `cargo fmt`")?;
     let entries =
-        std::fs::read_dir(root().join(EFFECTS)).map_err(|it| format!("{EFFECTS}: {it}"))?;
-    let files = entries.flatten().map(|it| it.path());
+        std::fs::read_dir(root().join(EFFECTS)).map_err(|error| format!("{EFFECTS}: {error}"))?;
+    let files = entries.flatten().map(|entry| entry.path());
     let mut rustfmt = Command::new("rustfmt");
     rustfmt.args(["--edition", "2024", "--check"]).args(files).current_dir(root());
     command(&mut rustfmt, &format!("run `rustfmt --edition 2024 {EFFECTS}/*.rs`"))

@@ -174,12 +174,15 @@ pub(crate) fn spread(
     Spread { raw, freedom, own_share, touched, better, one_run_alone }
 }
 
+/// The score of an effect in one run, and its covariance.
+type Score = (DVector<f64>, DMatrix<f64>);
+
 /// The score of the effect and its covariance, for each run; and the sum of the covariances.
 fn scores(
     equations: &CampaignEquations,
     (m, e): (&[usize], &[usize]),
     delta: &DVector<f64>,
-) -> (Vec<(DVector<f64>, DMatrix<f64>)>, DMatrix<f64>) {
+) -> (Vec<Score>, DMatrix<f64>) {
     let both: Vec<usize> = m.iter().chain(e).copied().collect();
     let mut amm = block(&equations.total, m, m);
     for (i, column) in m.iter().enumerate() {
@@ -190,7 +193,7 @@ fn scores(
         Some(factor) => factor.solve(&aem.transpose()).transpose(),
         None => DMatrix::zeros(e.len(), m.len()),
     };
-    let mut scores: Vec<(DVector<f64>, DMatrix<f64>)> = Vec::new();
+    let mut scores: Vec<Score> = Vec::new();
     let mut run = None;
     let mut total = DMatrix::zeros(e.len(), e.len());
     for unit in &equations.units {

@@ -1,4 +1,4 @@
-//! Which measurement would make W_T surer, and how sure it would be then.
+//! Which measurement would make W_T surer, and how sure would it be then?
 
 use super::wheel_weight::arc::Arc;
 use super::wheel_weight::error::WheelWeightError;
@@ -20,7 +20,7 @@ impl Experiment {
 }
 
 impl Advice {
-    /// Advice for a reading at the end of a run: tries what could be done, takes the best.
+    /// Advice for a reading at the end of a run: the best of all candidates.
     pub(crate) fn for_experiment(experiment: &Experiment, weight: &WheelWeight) -> Self {
         let (dominating, share) = weight.dominating();
         let candidates = match dominating {
@@ -91,7 +91,7 @@ fn part(weight: &WheelWeight, source: Source) -> f64 {
     weight.contributions.iter().find(|part| part.source == source).map_or(0.0, |part| part.sigma)
 }
 
-/// The sigma that an experiment would give; one that cannot be made is no advice.
+/// The sigma that an experiment would give; infinite if it is impossible.
 fn sigma_of(experiment: &Experiment) -> f64 {
     experiment.propagate().map_or(f64::INFINITY, |weight| weight.sigma)
 }
@@ -144,7 +144,7 @@ fn half_way_too(experiment: &Experiment, weight: &WheelWeight) -> (Action, f64) 
     (Action::OffsetHalfWayToo, reading.hypot(others))
 }
 
-/// Tolerances of b and R act in proportion to alpha, which the next run has nearly none of.
+/// Tolerances of b and R act in proportion to alpha, which is nearly zero in the next run.
 fn once_more(weight: &WheelWeight) -> (Action, f64) {
     let tolerance = |source| matches!(source, Source::TrackWidth | Source::WheelRadius);
     (Action::CalibrateOnceMore, weight.sigma_without(tolerance))
@@ -185,7 +185,8 @@ mod tests {
 
     #[test]
     fn a_crooked_start_is_cancelled_by_a_second_reading() {
-        let (advice, sigma) = advice(OFFSET, |it| it.start_heading_sigma_rad = 0.01);
+        let (advice, sigma) =
+            advice(OFFSET, |experiment| experiment.start_heading_sigma_rad = 0.01);
         assert_eq!(advice.dominating, Source::StartHeading);
         assert_eq!(advice.action, Action::OffsetHalfWayToo);
         assert!(advice.sigma_then < sigma / 5.0, "{advice:?} instead of {sigma}");
@@ -195,15 +196,17 @@ mod tests {
     fn advice_never_makes_it_worse() {
         for start in [0.0, 0.0003, 0.0005, 0.001, 0.01] {
             for deviation in [TANGENT, OFFSET, HEADING] {
-                let (advice, sigma) = advice(deviation, |it| it.start_heading_sigma_rad = start);
+                let (advice, sigma) =
+                    advice(deviation, |experiment| experiment.start_heading_sigma_rad = start);
                 assert!(advice.sigma_then < sigma, "{start} {deviation:?}: {advice:?}");
             }
         }
     }
 
     #[test]
-    fn what_is_not_known_of_the_track_width_goes_away_in_a_second_calibration() {
-        let (advice, sigma) = advice(OFFSET, |it| it.geometry.track_width_sigma_m = 0.02);
+    fn the_tolerance_of_the_track_width_cancels_in_a_second_calibration() {
+        let (advice, sigma) =
+            advice(OFFSET, |experiment| experiment.geometry.track_width_sigma_m = 0.02);
         assert_eq!(advice.dominating, Source::TrackWidth);
         assert_eq!(advice.action, Action::CalibrateOnceMore);
         assert!(advice.sigma_then < sigma / 2.0, "{advice:?} instead of {sigma}");
@@ -212,8 +215,9 @@ mod tests {
     #[test]
     fn twice_the_run_makes_an_offset_count_four_times_and_the_encoders_twice() {
         for (counts_per_wheel_rev, factor) in [(1e9, 4.0), (30.0, 2.0)] {
-            let (advice, sigma) =
-                advice(OFFSET, |it| it.geometry.counts_per_wheel_rev = counts_per_wheel_rev);
+            let (advice, sigma) = advice(OFFSET, |experiment| {
+                experiment.geometry.counts_per_wheel_rev = counts_per_wheel_rev
+            });
             assert_eq!(advice.action, Action::DriveTwiceAsFar);
             // An arc twice as long leaves the line a little slower than in proportion: 1 % at 0.08 rad.
             let gain = sigma / advice.sigma_then;

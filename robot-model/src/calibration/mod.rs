@@ -7,8 +7,7 @@
 //! | [`out_and_back`] | is it the radius at all, or a pull? |
 //! | `advice.rs` | which measurement would make W_T surer? |
 //!
-//! These need one run or two and three nominal numbers. What else may be wrong with a robot takes a campaign:
-//! [`crate::explain`].
+//! All of this needs one run or two, and three nominal numbers. Other effects take a campaign: [`crate::explain`].
 
 pub(crate) mod advice;
 pub mod out_and_back;

@@ -2,15 +2,14 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `units.rs` | a run whose units, counter or clock cannot be right |
+//! | `units.rs` | a run with wrong units, a counter that overflows or a wrong clock |
 //! | `mismatch.rs` | a campaign whose wheels and poses differ by a factor or a sign |
 //! | `end_pose.rs` | last poses far from where the wheels led |
-//! | `outlier.rs` | last poses that stand alone beside those of all other runs; both together |
-//! | `row.rs` | single rows that no robot drove, and headings turned against the way |
-//! | `reckoning.rs` | where the wheels alone lead a nominal robot |
+//! | `outlier.rs` | last poses that are outliers among all runs; both together |
+//! | `row.rs` | single impossible rows, and headings that point away from the direction of travel |
+//! | `reckoning.rs` | dead reckoning of a nominal robot |
 //!
-//! Thresholds are wide: a robot that is merely wrong passes, as what is wrong with it is for
-//! [`crate::explain`] to say.
+//! Thresholds are wide: a robot that is merely inaccurate passes, and [`crate::explain`] finds out why.
 
 pub(crate) mod end_pose;
 pub(crate) mod mismatch;

@@ -1,7 +1,8 @@
-//! Ends of runs beside what the wheels say once their geometry fits most runs: the ones that stand alone.
+//! Which last poses are outliers among the runs of a campaign, once a geometry is fitted to most of them?
 //!
-//! Misread by ten degrees, a pose is nothing that no robot could do, and a fit takes it for noise or for an effect.
-//! Beside twenty runs that agree to one degree it can be told all the same.
+//! A robot could reach a pose that was misread by ten degrees, and a fit takes it for noise or for an effect.
+//! Among twenty runs that agree to one degree it stands out. Poses that are off without any comparison are in
+//! `end_pose.rs`.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,39 +13,41 @@ use crate::recording::run::{Recording, Robot};
 use super::end_pose::{End, OffEndPose, far_off};
 use super::reckoning::{Reckoned, at, reckon_with};
 
-/// From so many runs on one of them may stand alone, and from so many on two.
+/// From the first number of runs on there may be one outlier, from the second on two.
 const RUNS_MIN: [usize; 2] = [5, 9];
-/// Alone is what is so many times as far off as the farthest of the others.
-const ALONE: f64 = 5.0;
-/// No less is called misread: of the way and what is added to it \[m\], and of the heading \[rad\].
+/// An outlier is this many times as far off as the farthest of the others.
+const TIMES_OTHERS: f64 = 5.0;
+/// The least error of an outlier: of the position, as a share of the path and [`NEAR_M`], and of the heading.
 const POSITION_MIN: f64 = 0.025;
 const HEADING_MIN_RAD: f64 = 0.06;
-/// How far off a position is goes with the way, and this \[m\].
+/// The error of a position is taken in proportion to the path plus this \[m\].
 const NEAR_M: f64 = 0.3;
-/// Of the right radius, both radii and the track width: a step of the difference, and what is usual.
+/// Relative changes of the right radius, both radii and the track width: the step of the numerical derivative,
+/// and the usual size.
 const STEP: f64 = 0.01;
 const USUAL: f64 = 0.1;
-/// Sums of absolute values, by weights: so many rounds, and no number weighs as one nearer than this.
+/// The sum of absolute values is minimised by weighted least squares: rounds, and the least residual that a
+/// weight counts with.
 const ROUNDS: usize = 30;
 const NEAREST: f64 = 1e-3;
 
-/// One number of a run that is off, and how it goes with right radius, both radii and track width.
+/// One error of a run, and its derivatives by right radius, both radii and track width.
 struct Row {
-    off: f64,
+    error: f64,
     slope: Vector3<f64>,
 }
 
-/// What a run leaves once the geometry fits most of them.
+/// The residual of a run's last pose, once a geometry is fitted to most runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rest {
+struct Residual {
     t_s: f64,
-    way_m: f64,
-    /// As a share of the way.
+    path_m: f64,
+    /// As a share of the path and [`NEAR_M`].
     position: Option<f64>,
     heading_rad: Option<f64>,
 }
 
-/// Where a run ended, and where wheels of three other geometries led.
+/// Where a run ended, and where the wheels lead with each of three changed geometries.
 struct Ends<'a> {
     end: End<'a>,
     others: [Pose; 3],
@@ -66,27 +69,27 @@ impl<'a> Ends<'a> {
         Some(Self { end, others })
     }
 
-    /// Along and across where it first looked, as a share of the way, and the heading.
+    /// The errors along and across the first heading, as a share of the path, and of the heading.
     fn rows(&self) -> [Option<Row>; 3] {
         let end = &self.end;
-        let row = |off: f64, of: &dyn Fn(&Pose) -> f64| Row {
-            off,
+        let row = |error: f64, of: &dyn Fn(&Pose) -> f64| Row {
+            error,
             slope: Vector3::from_fn(|k, _| (of(&self.others[k]) - of(&end.to)) / STEP),
         };
-        let scale = 1.0 / (NEAR_M + end.way_m);
+        let scale = 1.0 / (NEAR_M + end.path_m);
         let places = end.first.position_m.zip(end.last.position_m).zip(end.first.heading_rad);
-        let seen = places.map(|(([x0_m, y0_m], [x_m, y_m]), heading_rad)| {
+        let measured = places.map(|(([x0_m, y0_m], [x_m, y_m]), heading_rad)| {
             Pose::new(x_m, y_m, heading_rad).seen_from(Pose::new(x0_m, y0_m, heading_rad))
         });
         [
-            seen.map(|it| row(scale * (it.x_m - end.to.x_m), &|to| scale * to.x_m)),
-            seen.map(|it| row(scale * (it.y_m - end.to.y_m), &|to| scale * to.y_m)),
-            end.heading_off_rad().map(|off_rad| row(off_rad, &|to| to.heading_rad)),
+            measured.map(|pose| row(scale * (pose.x_m - end.to.x_m), &|to| scale * to.x_m)),
+            measured.map(|pose| row(scale * (pose.y_m - end.to.y_m), &|to| scale * to.y_m)),
+            end.heading_off_rad().map(|error_rad| row(error_rad, &|to| to.heading_rad)),
         ]
     }
 }
 
-/// What of a geometry is another.
+/// What is changed in a geometry.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Changed {
     Right,
@@ -94,73 +97,74 @@ enum Changed {
     Track,
 }
 
-/// What each run leaves once the geometry fits most of them.
-fn rests(robot: &Robot, runs: &[Recording]) -> Vec<Option<Rest>> {
+/// The residual of each run, once a geometry is fitted to most of them.
+fn residuals(robot: &Robot, runs: &[Recording]) -> Vec<Option<Residual>> {
     let ends: Vec<Option<Ends>> = runs.iter().map(|run| Ends::of(robot, run)).collect();
     let rows: Vec<[Option<Row>; 3]> =
-        ends.iter().map(|it| it.as_ref().map_or([None, None, None], Ends::rows)).collect();
+        ends.iter().map(|ends| ends.as_ref().map_or([None, None, None], Ends::rows)).collect();
     let mut geometry = Vector3::zeros();
     for _ in 0..ROUNDS {
         let mut normal = Matrix3::identity() * (NEAREST / USUAL.powi(2));
         let mut right = Vector3::zeros();
         for row in rows.iter().flatten().flatten() {
-            let weight = 1.0 / (row.off - row.slope.dot(&geometry)).abs().max(NEAREST);
+            let weight = 1.0 / (row.error - row.slope.dot(&geometry)).abs().max(NEAREST);
             normal += row.slope * row.slope.transpose() * weight;
-            right += row.slope * (row.off * weight);
+            right += row.slope * (row.error * weight);
         }
-        let Some(solved) = normal.cholesky().map(|it| it.solve(&right)) else { break };
+        let Some(solved) = normal.cholesky().map(|factor| factor.solve(&right)) else { break };
         geometry = solved;
     }
-    let rest = |(ends, rows): (&Option<Ends>, &[Option<Row>; 3])| {
+    let residual = |(ends, rows): (&Option<Ends>, &[Option<Row>; 3])| {
         let ends = ends.as_ref()?;
-        let left = |k: usize| rows[k].as_ref().map(|it| it.off - it.slope.dot(&geometry));
-        Some(Rest {
+        let left = |k: usize| rows[k].as_ref().map(|row| row.error - row.slope.dot(&geometry));
+        Some(Residual {
             t_s: ends.end.last.t_s,
-            way_m: ends.end.way_m,
+            path_m: ends.end.path_m,
             position: left(0).zip(left(1)).map(|(x, y)| x.hypot(y)),
             heading_rad: left(2).map(wrap),
         })
     };
-    ends.iter().zip(&rows).map(rest).collect()
+    ends.iter().zip(&rows).map(residual).collect()
 }
 
-/// How far each run is off once the geometry fits most of them: the share of its way and radians.
+/// How far each run is off, once a geometry is fitted to most of them: the share of its path plus radians.
 pub fn misfits(robot: &Robot, runs: &[Recording]) -> Vec<f64> {
-    let of = |it: Option<Rest>| {
-        it.map_or(0.0, |it| {
-            it.position.map_or(0.0, |it| it.min(1.0)) + it.heading_rad.map_or(0.0, f64::abs)
-        })
+    let misfit = |residual: Residual| {
+        let position = residual.position.map_or(0.0, |share| share.min(1.0));
+        position + residual.heading_rad.map_or(0.0, f64::abs)
     };
-    rests(robot, runs).into_iter().map(of).collect()
+    let all = residuals(robot, runs).into_iter();
+    all.map(|residual| residual.map_or(0.0, misfit)).collect()
 }
 
-/// The last pose of each run, if it is far off; the campaign as a whole is no [`super::Mismatch`].
+/// The last pose of each run, if it is far off. The campaign as a whole must not be a [`super::Mismatch`].
 pub fn end_poses_off(robot: &Robot, runs: &[Recording]) -> Vec<Option<OffEndPose>> {
     let both = far_off(robot, runs).into_iter().zip(outliers(robot, runs));
     both.map(|(far, outlier)| far.or(outlier)).collect()
 }
 
-/// The last poses that are far off beside all others; one that carries a load may well differ from all others.
+/// The last poses that are far off among all others. A run with a load may well differ from all others, and is
+/// left out.
 fn outliers(robot: &Robot, runs: &[Recording]) -> Vec<Option<OffEndPose>> {
-    let rests = rests(robot, runs);
-    let bound = |of: fn(&Rest) -> Option<f64>, least: f64| {
-        let mut all: Vec<f64> = rests.iter().flatten().filter_map(of).map(f64::abs).collect();
+    let residuals = residuals(robot, runs);
+    let bound = |of: fn(&Residual) -> Option<f64>, least: f64| {
+        let mut all: Vec<f64> = residuals.iter().flatten().filter_map(of).map(f64::abs).collect();
         all.sort_by(|a, b| b.total_cmp(a));
-        let alone = RUNS_MIN.iter().filter(|it| all.len() >= **it).count();
-        let others = all.get(alone).filter(|_| alone > 0);
-        others.map_or(f64::INFINITY, |it| (ALONE * it).max(least))
+        let outliers = RUNS_MIN.iter().filter(|runs| all.len() >= **runs).count();
+        let others = all.get(outliers).filter(|_| outliers > 0);
+        others.map_or(f64::INFINITY, |farthest| (TIMES_OTHERS * farthest).max(least))
     };
-    let position = bound(|it| it.position, POSITION_MIN);
-    let heading_rad = bound(|it| it.heading_rad, HEADING_MIN_RAD);
-    let off = |(run, rest): (&Recording, &Option<Rest>)| {
-        let rest = rest.filter(|_| run.payload_kg == 0.0)?;
-        let far = rest.position.filter(|it| *it > position);
+    let position = bound(|residual| residual.position, POSITION_MIN);
+    let heading_rad = bound(|residual| residual.heading_rad, HEADING_MIN_RAD);
+    let off = |(run, residual): (&Recording, &Option<Residual>)| {
+        let residual = residual.filter(|_| run.payload_kg == 0.0)?;
+        let far = residual.position.filter(|share| *share > position);
         let off = OffEndPose {
-            t_s: rest.t_s,
-            position_m: far.map(|it| it * (NEAR_M + rest.way_m)),
-            heading_rad: rest.heading_rad.filter(|it| it.abs() > heading_rad),
+            t_s: residual.t_s,
+            position_m: far.map(|share| share * (NEAR_M + residual.path_m)),
+            heading_rad: residual.heading_rad.filter(|error_rad| error_rad.abs() > heading_rad),
         };
         (off.position_m.is_some() || off.heading_rad.is_some()).then_some(off)
     };
-    runs.iter().zip(&rests).map(off).collect()
+    runs.iter().zip(&residuals).map(off).collect()
 }

@@ -1,21 +1,21 @@
-//! Where the wheels alone lead a nominal robot.
+//! Where do the wheels alone lead a nominal robot? The dead reckoning that all checks compare poses with.
 
 use crate::kinematics::pose::Pose;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{Recording, Robot};
 
-/// Wheels that took the robot less far than this say nothing of the unit \[m\].
+/// A shorter distance by the wheels does not show the unit of positions \[m\].
 pub(super) const FAR_M: f64 = 0.2;
-/// Wheels that turned the robot less than this say nothing of it \[rad\]: a heading that jumps from pi
-/// to -pi is 22 times that.
+/// A smaller turn by the wheels does not show the unit of headings \[rad\]. A heading that jumps from pi to -pi
+/// is 21 times this.
 pub(super) const TURNED_RAD: f64 = 0.3;
 
-/// Where the wheels alone take the nominal robot, from anywhere, at each sample of the wheels.
+/// The poses of the nominal robot by its wheels alone, from the origin, at each sample of the wheels.
 pub(super) fn reckon(robot: &Robot, run: &Recording) -> Vec<Pose> {
     reckon_with(robot, run, 1.0)
 }
 
-/// The same with a right radius that is so many times the left one.
+/// The same with a right radius that is `right` times the left one.
 pub(super) fn reckon_with(robot: &Robot, run: &Recording, right: f64) -> Vec<Pose> {
     let mut pose = Pose::ORIGIN;
     let radius_m = WheelPair::new(robot.wheel_radius_m, robot.wheel_radius_m * right);
@@ -37,18 +37,18 @@ pub(super) fn reckon_with(robot: &Robot, run: &Recording, right: f64) -> Vec<Pos
     poses
 }
 
-/// The pose that the wheels say at a time: that of the last sample by then.
+/// The pose by the wheels at a time: that of the last sample up to then.
 pub(super) fn at(run: &Recording, reckoned: &[Pose], t_s: f64) -> Pose {
-    let after = run.wheels.partition_point(|it| it.t_s <= t_s);
+    let after = run.wheels.partition_point(|sample| sample.t_s <= t_s);
     reckoned[after.saturating_sub(1)]
 }
 
-/// A run, and where its wheels led.
+/// A run with its dead reckoning.
 pub(super) struct Reckoned<'a> {
     pub(super) run: &'a Recording,
-    /// By the wheels alone, from anywhere.
+    /// By the wheels alone, from the origin.
     pub(super) poses: Vec<Pose>,
-    /// How far the middle of the robot went and how much it turned by each sample, ahead or back.
+    /// Path \[m\] and turn \[rad\] up to each sample, both without a sign.
     rolled: Vec<(f64, f64)>,
 }
 
@@ -58,16 +58,17 @@ impl<'a> Reckoned<'a> {
         for pair in run.wheels.windows(2) {
             let step =
                 pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| (a - b) * robot.wheel_radius_m);
-            let (way_m, turn_rad) = rolled[rolled.len() - 1];
+            let (path_m, turn_rad) = rolled[rolled.len() - 1];
             let turn = (step.difference() / robot.track_width_m).abs();
-            rolled.push((way_m + step.mean().abs(), turn_rad + turn));
+            rolled.push((path_m + step.mean().abs(), turn_rad + turn));
         }
         Self { run, poses: reckon(robot, run), rolled }
     }
 
+    /// Path \[m\] and turn \[rad\] between two times, both without a sign.
     pub(super) fn rolled(&self, from_s: f64, to_s: f64) -> (f64, f64) {
         let by = |t_s: f64| {
-            let after = self.run.wheels.partition_point(|it| it.t_s <= t_s);
+            let after = self.run.wheels.partition_point(|sample| sample.t_s <= t_s);
             self.rolled[after.saturating_sub(1)]
         };
         let ((a_m, a_rad), (b_m, b_rad)) = (by(from_s), by(to_s));
@@ -75,12 +76,12 @@ impl<'a> Reckoned<'a> {
     }
 }
 
-/// Of one of both sides.
+/// The value of one side.
 pub(super) fn of_side(sides: WheelPair<f64>, right: bool) -> f64 {
     if right { sides.right } else { sides.left }
 }
 
-/// The middle value; the greater of both middle ones of an even number.
+/// The median; of an even number of values, the greater of the two in the middle.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

@@ -1,5 +1,7 @@
-//! All effects of a model put together: what one step moves the robot by, and how that depends on
-//! every free parameter. Equations (1) to (4) of [`crate::effect`].
+//! What do all effects of a model together do in one step, and how does that depend on every free parameter?
+//! Equations (1) to (4) of [`crate::effect`].
+//!
+//! The equation of each effect is in its own file in `catalogue/`.
 
 use core::ops::{Deref, Range};
 
@@ -58,7 +60,7 @@ impl<'a> PlacedTerm<'a> {
         self.values[column - self.first]
     }
 
-    /// The same at fixed values.
+    /// The same term at fixed values.
     pub fn fixed(&self) -> Term<'a> {
         self.term.clone()
     }
@@ -80,7 +82,7 @@ pub(crate) enum Terms<'t, 'a> {
 }
 
 impl<'t, 'a> Terms<'t, 'a> {
-    /// How many columns there are.
+    /// The number of columns.
     pub fn columns(self) -> usize {
         match self {
             Self::Fixed(_) => 0,
@@ -92,12 +94,14 @@ impl<'t, 'a> Terms<'t, 'a> {
     pub fn each(self) -> Vec<(&'t Term<'a>, Option<usize>)> {
         match self {
             Self::Fixed(terms) => terms.iter().map(|term| (term, None)).collect(),
-            Self::Free(terms) => terms.iter().map(|it| (&it.term, Some(it.first))).collect(),
+            Self::Free(terms) => {
+                terms.iter().map(|placed| (&placed.term, Some(placed.first))).collect()
+            }
         }
     }
 }
 
-/// What a step moves the robot by, in its own frame at the middle of the turn; or the derivative of it.
+/// The motion of the robot in one step, in its own frame at the middle of the turn; or the derivative of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Increment {
     pub travel_m: f64,
@@ -106,7 +110,7 @@ pub(crate) struct Increment {
     pub drift_m: [f64; 2],
 }
 
-/// The terms at work in one run.
+/// The terms of a model in one run, with their memories.
 pub(crate) struct Composer<'a> {
     terms: Vec<(&'a Term<'a>, Option<usize>)>,
     parameters: Vec<[Jet; crate::numeric::jet::PARAMETERS_MAX]>,
@@ -128,14 +132,14 @@ impl<'a> Composer<'a> {
         }
     }
 
-    /// The values alone, whether or not parameters are free.
+    /// Values without derivatives, whether or not parameters are free.
     pub fn without_derivatives(terms: Terms<'a, 'a>) -> Self {
         let composer = Self::new(terms);
         let terms = composer.terms.iter().map(|(term, _)| (*term, None)).collect();
         Self { terms, by_column: Vec::new(), ..composer }
     }
 
-    /// What the terms together change in the measured pose, and each column's derivative of it.
+    /// What all terms together change in the measured pose, and its derivative by each column.
     pub fn view(&self) -> (View, Vec<View>) {
         let mut sum = View::NONE;
         let mut by_column = vec![View::NONE; self.by_column.len()];
@@ -147,7 +151,7 @@ impl<'a> Composer<'a> {
             let Some(first) = first else { continue };
             for j in 0..term.values.len() {
                 let slope = &mut by_column[first + j];
-                slope.offset_m = view.offset_m.map(|it| Jet::constant(it.by[j]));
+                slope.offset_m = view.offset_m.map(|offset| Jet::constant(offset.by[j]));
                 slope.delay_s = Jet::constant(view.delay_s.by[j]);
             }
         }
@@ -162,8 +166,9 @@ impl<'a> Composer<'a> {
         let mut sum = Increment::default();
         for (i, (term, _)) in self.terms.iter().enumerate() {
             let change = term.effect.act(&self.parameters[i], step, &mut self.memories[i]);
-            angle = angle.zip(change.angle_rad).map(|(sum, it)| sum + it.value);
-            travel = travel.zip(change.travel).map(|(product, it)| product * (1.0 + it.value));
+            angle = angle.zip(change.angle_rad).map(|(sum, change)| sum + change.value);
+            travel =
+                travel.zip(change.travel).map(|(product, change)| product * (1.0 + change.value));
             turning *= 1.0 + change.turning.value;
             sum.turn_rad += change.turn_rad.value;
             sum.sideways_m += change.sideways_m.value;
@@ -191,7 +196,7 @@ impl<'a> Composer<'a> {
                             / (1.0 + change.turning.value)
                         + change.turn_rad.by[j],
                     sideways_m: change.sideways_m.by[j],
-                    drift_m: change.drift_m.map(|it| it.by[j]),
+                    drift_m: change.drift_m.map(|drift| drift.by[j]),
                 };
             }
         }

@@ -1,4 +1,6 @@
-//! What an effect is: the trait, what it changes, and the facts about it.
+//! What is an effect? The trait, what it can change, and the facts about it.
+//!
+//! The effects themselves are in `catalogue/` and in [`super::custom`].
 
 use std::borrow::Cow;
 
@@ -7,9 +9,9 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
 
-/// What an effect does, by one formula a method. Methods that are left out change nothing.
+/// What an effect does: one formula per method. A method that is left out changes nothing.
 pub trait Effect: Sync + core::fmt::Debug {
-    /// What there is to know about it.
+    /// The facts about it.
     fn facts(&self) -> Facts<'_>;
 
     /// What it changes in a step of the motion, equations (1) to (3).
@@ -27,21 +29,20 @@ pub trait Effect: Sync + core::fmt::Debug {
         Jet::ZERO
     }
 
-    /// Parameter values about which a first look linearises: the shapes to try, amplitudes zero.
+    /// Parameter values about which the screening of candidates linearises: shapes to try, with amplitudes zero.
     fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
         vec![vec![0.0; self.facts().parameters.len()]]
     }
 
-    /// Whether what it does is in proportion to its parameters; an effect with a shape is not.
+    /// Whether it is linear in its parameters; an effect with a shape is not.
     fn is_linear(&self) -> bool {
-        self.facts().parameters.iter().all(|it| it.role == Role::Amplitude)
+        self.facts().parameters.iter().all(|parameter| parameter.role == Role::Amplitude)
     }
 
-    /// Within what a parameter has to stay for these runs to show the effect at all: the plausible
-    /// range, or less of it.
+    /// The range of a parameter in which these runs can show the effect: the plausible range or a part of it.
     fn range(&self, parameter: usize, _survey: &Survey) -> (f64, f64) {
-        let it = &self.facts().parameters[parameter];
-        (it.low, it.high)
+        let parameter = &self.facts().parameters[parameter];
+        (parameter.low, parameter.high)
     }
 }
 
@@ -63,7 +64,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// Nothing.
+    /// No change.
     pub const NONE: Self = Self {
         angle_rad: WheelPair::new(Jet::ZERO, Jet::ZERO),
         travel: WheelPair::new(Jet::ZERO, Jet::ZERO),
@@ -77,14 +78,14 @@ impl Change {
 /// What an effect changes in the measured pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
-    /// The measured point on the body, ahead of and to the left of the middle between the wheels \[m\].
+    /// The measured point on the body: ahead of the midpoint between the wheels, and to its left \[m\].
     pub offset_m: [Jet; 2],
     /// How late the measurement is \[s\].
     pub delay_s: Jet,
 }
 
 impl View {
-    /// As it is.
+    /// No change.
     pub const NONE: Self = Self { offset_m: [Jet::ZERO; 2], delay_s: Jet::ZERO };
 }
 
@@ -95,7 +96,7 @@ pub struct Memory {
     pub wheel: WheelPair<Option<Jet>>,
 }
 
-/// What kind of thing a parameter is.
+/// The role of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// At zero the effect is gone.
@@ -115,7 +116,7 @@ pub struct Parameter {
     pub low: f64,
     /// Greatest plausible value.
     pub high: f64,
-    /// Between these, neither included, a value has a meaning at all.
+    /// Outside these limits, and at them, a value has no meaning.
     pub possible: (f64, f64),
     /// Amplitude or shape.
     pub role: Role,
@@ -127,7 +128,7 @@ impl Parameter {
         Self::new(name, unit, (-limit, limit), Role::Amplitude)
     }
 
-    /// An amplitude that has one sign only.
+    /// An amplitude that is never negative.
     pub const fn positive(name: &'static str, unit: &'static str, limit: f64) -> Self {
         Self::new(name, unit, (0.0, limit), Role::Amplitude)
     }
@@ -147,13 +148,13 @@ impl Parameter {
         Self { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), low, high, possible, role }
     }
 
-    /// The same with bounds beyond which a value means nothing: a track of no width, a turn the other way round.
+    /// The same with limits beyond which a value has no meaning: a track without width, a turn the other way round.
     pub const fn possible(mut self, low: f64, high: f64) -> Self {
         self.possible = (low, high);
         self
     }
 
-    /// Spread of values that are plausible before any data: half the range.
+    /// The spread of plausible values before any data: half the range.
     pub fn spread(&self) -> f64 {
         match self.role {
             Role::Amplitude => self.high.max(-self.low),
@@ -186,16 +187,16 @@ pub enum Need {
     Load,
 }
 
-/// What place an effect has in a model.
+/// The place of an effect in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// Radii and track width: what every robot is to be measured for first, and what all else stands beside.
+    /// Radii and track width: measured first on every robot; all other effects come on top.
     Geometry,
-    /// All else.
+    /// All other effects.
     Other,
 }
 
-/// By what the firmware compensates an effect.
+/// The parameter by which the firmware compensates an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FirmwareTerm {
     /// The wheel weight W_T.
@@ -208,12 +209,12 @@ pub enum FirmwareTerm {
     HeadingPull,
 }
 
-/// What there is to know about an effect.
+/// The facts about an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facts<'a> {
     /// Stable name, as in `model.toml` and JSON.
     pub id: &'a str,
-    /// What a person calls it.
+    /// Name for people.
     pub name: &'a str,
     /// Its equation.
     pub equation: &'a str,
@@ -221,22 +222,22 @@ pub struct Facts<'a> {
     pub parameters: &'a [Parameter],
     /// Where it acts.
     pub acts_on: ActsOn,
-    /// What place it has in a model.
+    /// Its place in a model.
     pub group: Group,
     /// What runs must have to show it.
     pub needs: &'a [Need],
-    /// What of the firmware's configuration its first parameter goes into.
+    /// The part of the firmware's configuration that its first parameter goes into.
     pub compensated_by: Option<FirmwareTerm>,
-    /// What it looks like in what is left over.
+    /// How it shows in the residuals.
     pub signature: &'a str,
     /// The run that shows it.
     pub shown_by: &'a str,
-    /// What can be done about it.
+    /// How to compensate it.
     pub compensation: &'a str,
 }
 
 impl Facts<'static> {
-    /// An effect of the motion, of no name yet, that needs nothing and that no firmware compensates.
+    /// An effect of the motion without a name, which needs nothing and which no firmware compensates.
     pub const DEFAULT: Self = Self {
         id: "",
         name: "",

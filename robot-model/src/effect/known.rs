@@ -1,4 +1,6 @@
-//! An effect to keep: of the catalogue, or a user's own.
+//! An effect by its id: of the catalogue, or a user's own.
+//!
+//! What it does is left to [`super::catalogue`] and [`super::custom`].
 
 use core::ops::Deref;
 use std::sync::Arc;
@@ -7,17 +9,17 @@ use super::catalogue::find;
 use super::custom::CustomEffect;
 use super::definition::Effect;
 
-/// An effect of the catalogue, or a user's own, which is shared.
+/// An effect of the catalogue, or a shared one of the user's own.
 #[derive(Clone, Debug)]
 pub enum KnownEffect {
-    /// Of the catalogue.
+    /// An effect of the catalogue.
     BuiltIn(&'static dyn Effect),
-    /// A user's own.
+    /// An effect of the user's own.
     Own(Arc<CustomEffect>),
 }
 
 impl KnownEffect {
-    /// The effect of this id: of these, or of the catalogue.
+    /// The effect with this id, from `own` or from the catalogue.
     pub fn find(id: &str, own: &[Arc<CustomEffect>]) -> Option<Self> {
         let own = own.iter().find(|effect| effect.facts().id == id).cloned().map(Self::Own);
         own.or_else(|| find(id).map(Self::BuiltIn))

@@ -1,7 +1,7 @@
-//! Effects: ways in which a real robot departs from the nominal one. One effect a file, one shape.
+//! Effects: how does a real robot differ from the nominal one? One effect per file, all of one form.
 //!
-//! Each step, every effect of a model says what it changes, from what the wheels did; the changes of
-//! all effects are put together in one place (`composition.rs`):
+//! In each step, every effect of a model gives its changes, from what the wheels did. `composition.rs` puts the
+//! changes of all effects together:
 //!
 //! ```text
 //! ds_i   = R (dphi_i + sum angle_i) prod (1 + travel_i)                              (1)
@@ -16,14 +16,13 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `definition.rs` | the trait [`Effect`], what it returns, and its [`Facts`] |
-//! | `catalogue/` | the built-in effects, one a file |
+//! | `catalogue/` | the built-in effects, one per file |
 //! | [`custom`] | effects that a user writes as an expression |
-//! | `known.rs` | [`KnownEffect`]: an effect to keep, built in or a user's own |
+//! | `known.rs` | [`KnownEffect`]: an effect by its id, built in or a user's own |
 //! | `composition.rs` | equations (1) to (3) and (5) for all effects of a model together |
-//! | `net_change.rs` | what an effect comes to in the runs of a campaign, in one number |
+//! | `net_change.rs` | [`NetChange`]: what an effect adds up to over a campaign, in one number |
 //!
-//! What the parameters are is estimated in [`crate::estimation`]; which effects a robot has is decided in
-//! [`crate::selection`].
+//! [`crate::estimation`] fits the parameters, [`crate::selection`] decides which effects a robot has.
 
 pub(crate) mod catalogue;
 pub(crate) mod composition;

@@ -1,41 +1,41 @@
-//! What an effect comes to in the runs of a campaign, in one plain number: what all members of a class
-//! agree about when nothing tells them apart.
+//! What does an effect add up to over the runs of a campaign, in one number? Effects that the campaign cannot tell
+//! apart agree about it.
 //!
-//! What the effect adds to each step's turn and travel is fitted by each of
+//! What the effect adds to turn and travel of each step is fitted by each of
 //!
 //! ```text
 //! turn = c |ds|,  turn = c ds,  turn = c dtheta,  travel = c ds,  left = c |ds|         (1)
 //! ```
 //!
-//! and the one that says most of it is told, if it says most of all.
+//! The result is the one that explains most, if it explains most of the whole.
 
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::recording::campaign::Prepared;
 
-/// What an effect comes to, in one number.
+/// What an effect adds up to, in one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NetChange {
-    /// It turns the robot along the way \[rad/m\], to the left positive.
+    /// It turns the robot along the path \[rad/m\], to the left positive.
     TurnPerMetre {
         /// How much, driving forwards; backwards where the runs went only that way.
         rad_per_m: f64,
-        /// On which ways.
+        /// In which direction of travel.
         on: Ways,
     },
-    /// It turns the robot by a share of what the wheels tell.
+    /// It adds a share of the turn by the wheels.
     TurnShare(f64),
-    /// It moves the robot by a share of what the wheels tell.
+    /// It adds a share of the travel by the wheels.
     TravelShare(f64),
-    /// It moves the robot sideways along the way \[m/m\], to the left positive.
+    /// It moves the robot sideways along the path \[m/m\], to the left positive.
     SidewaysPerMetre(f64),
 }
 
-/// On which ways a robot is turned.
+/// In which direction of travel a robot is turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ways {
-    /// Forwards; it hardly went backwards.
+    /// Forwards; the runs hardly went backwards.
     Forwards,
-    /// Backwards; it hardly went forwards.
+    /// Backwards; the runs hardly went forwards.
     Backwards,
     /// The same way round forwards and backwards.
     Both,
@@ -43,13 +43,13 @@ pub enum Ways {
     Opposite,
 }
 
-/// The part of an effect's work that one number has to say.
-const SAYS_MOST: f64 = 0.6;
+/// The part of what an effect does that one number has to explain.
+const EXPLAINED_MIN: f64 = 0.6;
 
-/// Less of the way than this share in the other direction says nothing about it.
+/// A smaller share of the path in one direction shows nothing about that direction.
 const ONE_WAY: f64 = 0.1;
 
-/// One line of (1): sums of x^2 and x y.
+/// One fit of (1): sums of x^2 and x y.
 #[derive(Clone, Copy, Default)]
 struct Line {
     xx: f64,
@@ -66,13 +66,13 @@ impl Line {
         if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
     }
 
-    /// How much of the sum of y^2 it takes away.
+    /// How much of the sum of y^2 it explains.
     fn explained(self) -> f64 {
         self.slope() * self.xy
     }
 }
 
-/// What a term comes to in these runs, if one number says most of it.
+/// What a term adds up to in these runs, if one number explains most of it.
 pub(crate) fn net_change(prepared: &Prepared, term: &Term<'_>) -> Option<NetChange> {
     let mut lines = [Line::default(); 5];
     let mut all = 0.0;
@@ -85,7 +85,7 @@ pub(crate) fn net_change(prepared: &Prepared, term: &Term<'_>) -> Option<NetChan
             let (ds_m, dtheta) = (step.travel_m(), step.turn_rad());
             forwards_m += ds_m.max(0.0);
             backwards_m += (-ds_m).max(0.0);
-            // All in metres of the rims: a turn counts by half the track.
+            // All in metres at the wheels: a turn counts by half the track width.
             let turn_m = (increment.turn_rad - dtheta) * track_m / 2.0;
             let travel_m = increment.travel_m - ds_m;
             let left_m = increment.sideways_m;
@@ -99,7 +99,7 @@ pub(crate) fn net_change(prepared: &Prepared, term: &Term<'_>) -> Option<NetChan
     }
     let best =
         (0..lines.len()).max_by(|a, b| lines[*a].explained().total_cmp(&lines[*b].explained()))?;
-    if all <= 0.0 || lines[best].explained() < SAYS_MOST * all {
+    if all <= 0.0 || lines[best].explained() < EXPLAINED_MIN * all {
         return None;
     }
     let slope = lines[best].slope();

@@ -1,4 +1,6 @@
-//! What `explain` answers: verdicts and numbers.
+//! The answer of [`super::explain`]: verdicts and numbers.
+//!
+//! Sentences and JSON are made by the command.
 
 use crate::effect::definition::Need;
 use crate::estimation::errors::{ErrorPair, Errors};
@@ -8,30 +10,30 @@ use crate::residuals::unexplained::Unexplained;
 /// The whole answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// Effects that the user's model has already and these runs bear out.
+    /// Effects that the user's model has already and these runs confirm.
     pub known: Vec<StepFound>,
-    /// The nominal robot; with the known effects, where there are any.
+    /// Errors of the nominal robot, with the known effects if there are any.
     pub baseline: ErrorPair,
-    /// Effects found, in order of evidence; each with the errors once it and those before it are in.
+    /// Effects found, in order of evidence; each with the errors of a model of it and all before it.
     pub steps: Vec<StepFound>,
-    /// Effects tested and not believed.
+    /// Effects tested and not accepted.
     pub rejected: Vec<Rejected>,
-    /// What is left over.
+    /// What no effect explains.
     pub unexplained: Unexplained,
-    /// The cheapest run that would tell more.
+    /// The cheapest run that would tell effects apart.
     pub next_run: Option<NextRun>,
-    /// What it comes to on the runs kept aside, if there are any.
+    /// Errors on the held-out runs, if there are any.
     pub held_out: Option<HeldOut>,
 }
 
-/// Errors on runs that were kept aside: nothing was fitted to them, and nothing chosen by them.
+/// Errors on held-out runs: nothing was fitted to them, and nothing was selected by them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldOut {
     /// How many runs.
     pub runs: usize,
     /// Their kinds, each once, in the order of the campaign.
     pub kinds: Vec<RunKind>,
-    /// Of the nominal robot; with the known effects, where there are any.
+    /// Of the nominal robot, with the known effects if there are any.
     pub baseline: Errors,
     /// Of the model, fitted to all other runs.
     pub model: Errors,
@@ -42,29 +44,28 @@ pub struct HeldOut {
 pub struct StepFound {
     /// Its id.
     pub effect: String,
-    /// All that this campaign cannot tell from it, itself included.
+    /// All effects that this campaign cannot tell from it, itself included.
     pub class: Vec<String>,
     /// Its parameters, fitted with those of all steps.
     pub parameters: Vec<ParameterFound>,
     /// Errors on the runs fitted to.
     pub train: Errors,
-    /// Errors on runs that were predicted by a fit to the others.
+    /// Cross-validated errors.
     pub cross_validated: Errors,
-    /// By chance at least as much gain, given all other effects.
+    /// Probability of at least as much gain by chance, given all other effects.
     pub p_value: f64,
-    /// Why it is believed.
+    /// Why it is accepted.
     pub why: Why,
 }
 
-/// Why an effect is believed.
+/// Why an effect is accepted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Why {
-    /// What it looks like in what is left over without it, from its facts.
+    /// How it shows in the residuals of a model without it, from its facts.
     pub signature: String,
-    /// By how much -2 log likelihood falls on runs that were predicted by a fit to the others; where one run alone
-    /// shows it, on that run.
+    /// Cross-validated: by how much -2 log likelihood falls. Where only one run shows it: on that run.
     pub gain: f64,
-    /// One run alone shows it.
+    /// Only one run shows it.
     pub one_run_alone: bool,
 }
 
@@ -85,105 +86,113 @@ pub struct ParameterFound {
     pub high95: f64,
 }
 
-/// One effect not believed.
+impl ParameterFound {
+    /// Whether its numbers are finite, and its standard error is more than zero.
+    pub(crate) fn is_finite(&self) -> bool {
+        let numbers = [self.value, self.sigma, self.low95, self.high95];
+        numbers.into_iter().all(f64::is_finite) && self.sigma > 0.0
+    }
+}
+
+/// One effect not accepted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
     /// Its id.
     pub effect: String,
     /// Why not.
     pub reason: Reason,
-    /// Errors on runs that were predicted by a fit to the others, were it added.
+    /// Cross-validated errors of the model with this effect added.
     pub cross_validated: Errors,
 }
 
-/// Why an effect is not believed.
+/// Why an effect is not accepted.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
     /// The runs lack what would show it.
     Lacking(Need),
-    /// The runs have what it takes and do not show it.
+    /// The runs lack nothing and still do not show it.
     NotShown {
-        /// The run that would, from its facts.
+        /// The run that would show it, from its facts.
         shown_by: String,
     },
-    /// No robot has such a value.
+    /// Its value lies outside the plausible range.
     Implausible {
         /// Of its first parameter.
         value: f64,
     },
-    /// Fitted to other kinds of runs it makes a kind worse.
+    /// Fitted to all other kinds of runs, it predicts one kind worse.
     WorseKind {
         /// Which.
         kind: RunKind,
         /// By how much in -2 log likelihood.
         loss: f64,
     },
-    /// What it does is nearly all in what the model has already.
+    /// The effects of the model do nearly all that it does.
     InModel,
-    /// One run alone shows it, and that by no more than chance.
+    /// Only one run shows it, by no more than chance gives.
     OneRunByChance {
-        /// The gain, less what chance gives.
+        /// The gain, minus what chance gives.
         gain: f64,
     },
-    /// Runs are predicted worse with it by a fit to the others.
+    /// Cross-validated, runs are predicted worse with it.
     PredictsWorse {
         /// By how much in -2 log likelihood.
         loss: f64,
     },
-    /// Of the runs that it touches, fewer get better than worse.
+    /// Of the runs that it changes, fewer get better than worse.
     FewGetBetter {
-        /// How many it touches.
+        /// How many it changes.
         touched: usize,
         /// How many of these get better.
         better: usize,
     },
-    /// Runs disagree about it.
+    /// Runs disagree about its value.
     RunsDisagree {
-        /// So many times more than their noise, in variance.
+        /// Variance among runs over what their noise explains.
         times: f64,
-        /// By chance as much gain.
+        /// Probability of as much gain by chance.
         p_value: f64,
     },
-    /// No more than chance gives where so many effects are tested.
+    /// Its gain is no more than chance gives when this many effects are tested.
     Chance {
         /// How many.
         tested: usize,
-        /// By chance as much gain.
+        /// Probability of as much gain by chance.
         p_value: f64,
     },
-    /// Beside the model it makes tracks no better.
+    /// Added to the model, it makes cross-validated tracks no better.
     TracksNoBetter {
-        /// By chance as much gain.
+        /// Probability of as much gain by chance.
         p_value: f64,
     },
-    /// Beside the model that was found it does not hold.
+    /// Added to the final model, it fails the tests.
     DoesNotHold {
-        /// By chance as much gain.
+        /// Probability of as much gain by chance.
         p_value: f64,
     },
 }
 
-/// A run worth making.
+/// A run worth driving.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextRun {
     /// What to drive.
     pub kind: PlanKind,
     /// The effects that it tells apart.
     pub separates: Vec<String>,
-    /// What it would show.
+    /// What it is expected to show.
     pub promise: Promise,
 }
 
-/// What a run would show about effects that nothing tells apart yet.
+/// What a run is expected to show about effects that the campaign cannot tell apart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Promise {
     /// The effects.
     pub class: Vec<String>,
-    /// How many pairs of them predict tracks that lie so many sigma apart.
+    /// How many pairs of them predict tracks at least [`Promise::sigmas`] apart.
     pub pairs_apart: usize,
-    /// So many.
+    /// The separation, in standard errors.
     pub sigmas: f64,
-    /// It takes poses along the way: so far only ends were measured.
+    /// Whether it needs poses along the way: so far only end poses were measured.
     pub needs_poses_along_the_way: bool,
 }
 
@@ -224,7 +233,7 @@ pub enum PlanKind {
 }
 
 impl PlanKind {
-    /// Its stable name, as in files, in JSON and on the command line.
+    /// Its stable name, as in files, JSON and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Straight => "straight",

@@ -1,4 +1,6 @@
-//! Which effects are missing, in order of evidence: everything put together.
+//! Which effects are missing, in order of evidence?
+//!
+//! This puts together what selection, residuals and the plan of the next run find; it tests nothing itself.
 
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
@@ -19,12 +21,12 @@ use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
 use crate::selection::select::{Selection, is_chance, select, settled};
 
-/// Explains a campaign by the effects of the catalogue.
+/// Explains a campaign with the effects of the catalogue.
 pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
     explain_by(campaign, &CATALOGUE)
 }
 
-/// Explains a campaign by these effects.
+/// Explains a campaign with these effects.
 pub fn explain_by(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
@@ -32,8 +34,8 @@ pub fn explain_by(
     explain_beyond(campaign, catalogue, &[])
 }
 
-/// Explains what a model leaves that has the effects of these ids already: they are fitted anew with
-/// whatever is found, and count as known, not as missing.
+/// Explains what a model with the effects of these ids leaves unexplained. They are fitted again together
+/// with whatever is found, and count as known, not as missing.
 pub fn explain_beyond(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
@@ -46,8 +48,8 @@ pub fn explain_beyond(
     let prepared = campaign.prepare()?;
     let mut selection = select(&prepared, catalogue);
     let mut found = classes_of(&prepared, &selection);
-    if let Some(it) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
-        selection = it;
+    if let Some(replaced) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
+        selection = replaced;
         found = classes_of(&prepared, &selection);
     }
     let (Selection { fitted, kept, rejected, screening }, classes) = (selection, found);
@@ -58,7 +60,8 @@ pub fn explain_beyond(
     };
     let (known, missing): (Vec<usize>, Vec<usize>) =
         by_evidence(&screening, &kept).into_iter().partition(is_known);
-    let mut prefix: Vec<Term<'_>> = known.iter().map(|it| fitted.terms[*it].clone()).collect();
+    let mut prefix: Vec<Term<'_>> =
+        known.iter().map(|index| fitted.terms[*index].clone()).collect();
     let baseline = errors(&prepared, &fitted, &prefix);
     let before = fit_parameters(&prepared, prefix.clone(), fitted.noise).terms;
     let known: Vec<StepFound> = known
@@ -71,11 +74,12 @@ pub fn explain_beyond(
         let after = errors(&prepared, &fitted, &prefix);
         steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
     }
-    let named: Vec<String> = known.iter().chain(&steps).flat_map(|it| it.class.clone()).collect();
+    let named: Vec<String> =
+        known.iter().chain(&steps).flat_map(|step| step.class.clone()).collect();
     let rejected = rejected
         .iter()
-        .filter(|it| !named.iter().any(|name| name == it.id()))
-        .map(|it| reject(&prepared, &fitted, &screening, it))
+        .filter(|candidate| !named.iter().any(|name| name == candidate.id()))
+        .map(|candidate| reject(&prepared, &fitted, &screening, candidate))
         .collect();
     Ok(Answer {
         known,
@@ -88,13 +92,13 @@ pub fn explain_beyond(
     })
 }
 
-fn classes_of<'a>(prepared: &Prepared, it: &Selection<'a>) -> Vec<Class<'a>> {
-    classes(prepared, &it.fitted, &it.screening, &it.kept)
+fn classes_of<'a>(prepared: &Prepared, selection: &Selection<'a>) -> Vec<Class<'a>> {
+    classes(prepared, &selection.fitted, &selection.screening, &selection.kept)
 }
 
-/// The same with effects that the model has already in place of such as these runs cannot tell from them, if
-/// there are any and they stand: else what is known already would be taken for its rival, and with it the values
-/// of all others would move to and fro from one campaign to the next.
+/// The selection with each effect replaced by a rival that the model has already, if there is one and all
+/// of these pass the tests. Otherwise a known effect would be named as its rival, and the values of all others
+/// would jump from one campaign to the next.
 fn with_known<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
@@ -104,8 +108,9 @@ fn with_known<'a>(
     let mut terms = selection.fitted.terms.clone();
     let mut changed = false;
     for (index, class) in classes.iter().enumerate() {
-        let has = |id: &str| terms.iter().any(|it| it.effect.facts().id == id);
-        let known = class.rivals.iter().find(|it| in_model.contains(&it.id()) && !has(it.id()));
+        let has = |id: &str| terms.iter().any(|term| term.effect.facts().id == id);
+        let is_known = |rival: &&Candidate<'a>| in_model.contains(&rival.id()) && !has(rival.id());
+        let known = class.rivals.iter().find(is_known);
         if let Some(known) = known
             && !in_model.contains(&terms[index].effect.facts().id)
         {
@@ -116,23 +121,23 @@ fn with_known<'a>(
     if !changed {
         return None;
     }
-    // What stood beside the rival alone goes; if what is known does, the rival was right.
-    let is_known = |it: &Term<'a>| in_model.contains(&it.effect.facts().id);
-    let known = terms.iter().filter(|it| is_known(it)).count();
+    // Effects that were needed only beside the rival are dropped. If a known one is, the rival was right.
+    let is_known = |term: &&Term<'a>| in_model.contains(&term.effect.facts().id);
+    let known = terms.iter().filter(is_known).count();
     let settled = settled(prepared, catalogue, terms);
-    (settled.fitted.terms.iter().filter(|it| is_known(it)).count() == known).then_some(settled)
+    (settled.fitted.terms.iter().filter(is_known).count() == known).then_some(settled)
 }
 
-/// The effects of the model, each next one that which explains most given those before.
+/// The effects of the model: each next one explains most, given those before.
 fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
     let mut left: Vec<usize> = (0..kept.len()).collect();
     let mut order = Vec::new();
     while !left.is_empty() {
         let cost_with = |index: usize| {
-            let others: Vec<usize> = left.iter().copied().filter(|it| *it != index).collect();
+            let others: Vec<usize> = left.iter().copied().filter(|other| *other != index).collect();
             screening.cost_without(&others)
         };
-        let costs: Vec<f64> = left.iter().map(|it| cost_with(*it)).collect();
+        let costs: Vec<f64> = left.iter().map(|index| cost_with(*index)).collect();
         let best =
             (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("some are left");
         order.push(left.remove(best));
@@ -165,7 +170,7 @@ fn step(
     let facts = term.effect.facts();
     let parameters = parameters(prepared, fitted, index, test.dispersion);
     let mut members = vec![facts.id.to_owned()];
-    members.extend(class.rivals.iter().map(|it| it.id().to_owned()));
+    members.extend(class.rivals.iter().map(|rival| rival.id().to_owned()));
     let why = Why {
         signature: facts.signature.to_owned(),
         gain: test.cross_validated_gain,
@@ -182,8 +187,8 @@ fn step(
     }
 }
 
-/// The parameters of one effect of a model; `dispersion` is by how much runs scatter more about it than
-/// their noise explains, which widens the intervals.
+/// The parameters of one effect of a model. `dispersion`, the variance among runs over what their noise
+/// explains, widens the intervals.
 pub(crate) fn parameters(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -191,7 +196,7 @@ pub(crate) fn parameters(
     dispersion: f64,
 ) -> Vec<ParameterFound> {
     let term = &fitted.terms[index];
-    let first: usize = fitted.terms[..index].iter().map(|it| it.values.len()).sum();
+    let first: usize = fitted.terms[..index].iter().map(|term| term.values.len()).sum();
     let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
     parameters
         .map(|(j, (parameter, value))| {
@@ -220,38 +225,38 @@ fn reject(
     screening: &Screening<'_>,
     candidate: &Candidate<'_>,
 ) -> Rejected {
-    let it = &candidate.test;
+    let test = &candidate.test;
     let (equations, terms) = screening.equations();
     let mut columns = screening.model_columns(&[]);
     let own = candidate.term.amplitudes();
-    // Less than one sigma over the whole plausible range: these runs say nothing about it.
-    let silent = own
-        .iter()
-        .all(|i| equations.total.gram[(*i, *i)] * equations.priors[*i].spread.powi(2) < 1.0);
+    // Over its whole plausible range it does less than one sigma: these runs cannot show it.
+    let is_silent =
+        |i: &usize| equations.total.gram[(*i, *i)] * equations.priors[*i].spread.powi(2) < 1.0;
+    let silent = own.iter().all(is_silent);
     columns.extend(&own);
     let others = &terms[..fitted.terms.len()];
     let with: Vec<PlacedTerm<'_>> = others.iter().chain([&candidate.term]).cloned().collect();
     let facts = candidate.term.effect.facts();
-    let (gain, p_value) = (it.cross_validated_gain, it.p_value);
+    let (gain, p_value) = (test.cross_validated_gain, test.p_value);
     let reason = if let Some(need) = lacking(prepared, &facts) {
         Reason::Lacking(need)
     } else if silent {
         Reason::NotShown { shown_by: facts.shown_by.to_owned() }
-    } else if it.implausible {
-        Reason::Implausible { value: it.values[0] }
-    } else if let Some((kind, loss)) = it.worse_kind {
+    } else if test.implausible {
+        Reason::Implausible { value: test.values[0] }
+    } else if let Some((kind, loss)) = test.worse_kind {
         Reason::WorseKind { kind, loss: -loss }
-    } else if it.own_share <= OWN_SHARE_MIN {
+    } else if test.own_share <= OWN_SHARE_MIN {
         Reason::InModel
-    } else if gain <= 0.0 && it.one_run_alone {
+    } else if gain <= 0.0 && test.one_run_alone {
         Reason::OneRunByChance { gain }
     } else if gain <= 0.0 {
         Reason::PredictsWorse { loss: -gain }
-    } else if !it.most_agree() {
-        Reason::FewGetBetter { touched: it.touched, better: it.better }
-    } else if it.dispersion > 3.0 {
-        Reason::RunsDisagree { times: it.dispersion, p_value }
-    } else if is_chance(it, screening.asked(), fitted.terms.len() + 1) {
+    } else if !test.most_agree() {
+        Reason::FewGetBetter { touched: test.touched, better: test.better }
+    } else if test.dispersion > 3.0 {
+        Reason::RunsDisagree { times: test.dispersion, p_value }
+    } else if is_chance(test, screening.asked(), fitted.terms.len() + 1) {
         Reason::Chance { tested: screening.asked(), p_value }
     } else if screening.tracks_get_worse(prepared, &[], &candidate.term) {
         Reason::TracksNoBetter { p_value }
@@ -265,7 +270,7 @@ fn reject(
     }
 }
 
-/// What these runs would have to have in order to show an effect, and lack.
+/// What these runs lack to show an effect.
 pub(crate) fn lacking(prepared: &Prepared, facts: &Facts<'_>) -> Option<Need> {
     let runs = &prepared.runs;
     let none = |has: fn(&PreparedRun) -> bool| !runs.iter().any(has);

@@ -1,4 +1,6 @@
-//! What a model predicts of the runs kept aside: the only errors that nothing was fitted to or chosen by.
+//! How well does a model predict the held-out runs? Nothing was fitted to them or selected by them.
+//!
+//! Cross-validated errors, of runs that take part in the fit, are in [`crate::estimation`].
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::errors::{Errors, train};
@@ -8,7 +10,7 @@ use crate::explain::answer::HeldOut;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::run_kind::RunKind;
 
-/// Errors before and with these terms, as they are; `None` where no run is kept aside.
+/// Errors with the terms of `before` and with `terms`, as they are; `None` if no run is held out.
 pub(crate) fn errors(
     prepared: &Prepared,
     before: &[Term<'_>],
@@ -18,22 +20,23 @@ pub(crate) fn errors(
     if prepared.held_out.is_empty() {
         return None;
     }
-    let there = only(prepared);
+    let held_out = only(prepared);
     let errors = |terms: &[Term<'_>]| -> Errors {
         let terms = PlacedTerm::place(terms);
-        let equations = CampaignEquations::gather(&there, &terms, noise);
-        train(&there, (&equations, &terms), &[], noise)
+        let equations = CampaignEquations::gather(&held_out, &terms, noise);
+        train(&held_out, (&equations, &terms), &[], noise)
     };
     let mut kinds: Vec<RunKind> = Vec::new();
-    for run in &there.runs {
+    for run in &held_out.runs {
         if !kinds.contains(&run.kind) {
             kinds.push(run.kind);
         }
     }
-    Some(HeldOut { runs: there.runs.len(), kinds, baseline: errors(before), model: errors(terms) })
+    let runs = held_out.runs.len();
+    Some(HeldOut { runs, kinds, baseline: errors(before), model: errors(terms) })
 }
 
-/// The campaign of the runs kept aside alone, in the light of what is known of the others.
+/// A campaign of the held-out runs only, with the survey of the others.
 pub(crate) fn only(prepared: &Prepared) -> Prepared {
     let runs: Vec<PreparedRun> = prepared.held_out.clone();
     Prepared { robot: prepared.robot, runs, held_out: Vec::new(), survey: prepared.survey }

@@ -1,14 +1,14 @@
-//! What is missing from a model, what cannot be told apart, what stays unexplained, and which run to make next.
+//! Which effects are missing, which cannot be told apart, what stays unexplained, and which run to drive next?
 //!
 //! | file | what it holds |
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
-//! | `answer.rs` | [`Answer`]: what it answers |
+//! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
-//! | [`model`] | a model that somebody chose, fitted and tested |
-//! | `held_out.rs` | errors on the runs kept aside (`held_out = true`) |
+//! | [`model`] | a model whose effects the user chose, fitted and tested |
+//! | `held_out.rs` | errors on held-out runs (`held_out = true`) |
 //!
-//! The search is in [`crate::selection`], the tests of what is left over in [`crate::residuals`].
+//! The search for effects is in [`crate::selection`], the tests of the residuals are in [`crate::residuals`].
 
 pub(crate) mod answer;
 pub(crate) mod explanation;

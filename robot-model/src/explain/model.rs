@@ -1,4 +1,6 @@
-//! A model that somebody chose: these effects and no others, fitted to a campaign.
+//! A model whose effects the user chose: how well does it predict, and what speaks for each effect?
+//!
+//! Nothing is added or removed here; [`crate::selection`] searches for effects.
 
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
@@ -21,13 +23,13 @@ pub const CHANCE: f64 = 0.01;
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Its effects, in the order asked for.
+    /// Its effects, in the order given.
     pub effects: Vec<ModelEffect>,
     /// Errors of the nominal robot.
     pub nominal: ErrorPair,
-    /// Errors on the runs fitted to, and on runs held out.
+    /// Errors of the model: on the runs fitted to, and cross-validated.
     pub errors: ErrorPair,
-    /// Errors on the runs kept aside, if there are any.
+    /// Errors on the held-out runs, if there are any.
     pub held_out: Option<HeldOut>,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
@@ -40,33 +42,33 @@ pub struct ModelEffect {
     pub effect: String,
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
-    /// What speaks for it, given all others.
+    /// The evidence for it, given all others.
     pub verdict: Verdict,
 }
 
-/// What speaks for an effect, given all others of a model.
+/// The evidence for an effect, given all others of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// By chance at least as much gain.
+    /// Probability of at least as much gain by chance.
     pub p_value: f64,
-    /// By how much -2 log likelihood falls on runs that were predicted by a fit to the others.
+    /// Cross-validated: by how much -2 log likelihood falls.
     pub cross_validated_gain: f64,
-    /// By what factor runs disagree about it more than their noise explains, in variance.
+    /// Variance of its values among runs over what their noise explains.
     pub dispersion: f64,
-    /// No robot has such values.
+    /// Its values lie outside the plausible range.
     pub implausible: bool,
-    /// A kind of run that it predicts worse when fitted to the others.
+    /// A kind of run that it predicts worse when fitted to the other kinds.
     pub worse_kind: Option<RunKind>,
-    /// Tracks of runs held out are predicted worse with it than without.
+    /// The cross-validated tracks are worse with it than without.
     pub spoils_tracks: bool,
-    /// One run alone shows it: what it gains was held out of nothing.
+    /// Only one run shows it, so its gain is not cross-validated.
     pub one_run_alone: bool,
-    /// What the runs would have to have in order to show it, and lack.
+    /// What the runs lack to show it.
     pub lacking: Option<Need>,
 }
 
 impl Verdict {
-    /// Better than chance, on runs that it was not fitted to, and nothing speaks against it.
+    /// Whether its cross-validated gain is more than chance gives, and nothing speaks against it.
     pub fn better(&self) -> bool {
         self.p_value < CHANCE
             && self.cross_validated_gain > 0.0
@@ -87,20 +89,20 @@ pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, Record
         .iter()
         .map(|effect| {
             let id = effect.facts().id;
-            let at = fitted.terms.iter().position(|it| it.effect.facts().id == id);
-            let index = at.expect("every effect asked for is in the model");
-            let it = &kept[index];
+            let at = fitted.terms.iter().position(|term| term.effect.facts().id == id);
+            let index = at.expect("every effect given is in the model");
+            let test = &kept[index];
             ModelEffect {
                 effect: id.to_owned(),
-                parameters: parameters(&prepared, &fitted, index, it.dispersion),
+                parameters: parameters(&prepared, &fitted, index, test.dispersion),
                 verdict: Verdict {
-                    p_value: it.p_value,
-                    cross_validated_gain: it.cross_validated_gain,
-                    dispersion: it.dispersion,
-                    implausible: it.implausible,
-                    worse_kind: it.worse_kind.map(|(kind, _)| kind),
+                    p_value: test.p_value,
+                    cross_validated_gain: test.cross_validated_gain,
+                    dispersion: test.dispersion,
+                    implausible: test.implausible,
+                    worse_kind: test.worse_kind.map(|(kind, _)| kind),
                     spoils_tracks: spoils[index],
-                    one_run_alone: it.one_run_alone,
+                    one_run_alone: test.one_run_alone,
                     lacking: lacking(&prepared, &effect.facts()),
                 },
             }
@@ -112,8 +114,8 @@ pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, Record
     Ok(Model { effects, nominal, errors, held_out, noise: fitted.noise })
 }
 
-/// Effects without shapes first; those with shapes join one after the other, each at the start that
-/// gains most by then.
+/// Fits effects without shapes first. Those with shapes join one by one, each at the start that gains
+/// most at that point.
 pub(crate) fn fit_from_best_starts<'a>(
     prepared: &Prepared,
     effects: &[&'a dyn Effect],
@@ -127,8 +129,9 @@ pub(crate) fn fit_from_best_starts<'a>(
     for effect in shaped {
         let screening = Screening::new(prepared, &fitted, &[effect]);
         let mut terms = fitted.terms.clone();
-        // One of which no start can be judged, as with numbers that are none, begins at its first.
-        let found = screening.candidates(&[]).into_iter().map(|it| it.term.fixed()).next();
+        // An effect of which no start can be tested, as its numbers are not finite, begins at its first.
+        let found =
+            screening.candidates(&[]).into_iter().map(|candidate| candidate.term.fixed()).next();
         terms.push(found.unwrap_or_else(|| Term::new(effect, starts(effect).swap_remove(0))));
         fitted = fit::fit(prepared, terms, fitted.noise);
     }
@@ -136,20 +139,23 @@ pub(crate) fn fit_from_best_starts<'a>(
 }
 
 impl Model {
-    /// Whether all that it says are numbers: an expression of one's own may overflow.
+    /// Whether every number of the model is one: an expression of the user's own may overflow. Where the
+    /// information of its column overflows, the parameter comes out as 0 +- 0, so a standard error of exactly
+    /// zero does not count as finite either.
     pub fn is_finite(&self) -> bool {
-        let held_out = self.held_out.iter().flat_map(|it| [it.baseline, it.model]);
-        let errors =
-            [self.nominal, self.errors].into_iter().flat_map(|it| [it.train, it.cross_validated]);
-        let errors =
-            errors.chain(held_out).flat_map(|it| [it.position_rms_m, it.heading_rms_rad, it.chi]);
-        let parameters = self.effects.iter().flat_map(|it| &it.parameters);
-        let parameters = parameters.flat_map(|it| [it.value, it.sigma, it.low95, it.high95]);
-        errors.chain(parameters).chain(self.noise.to_array()).all(f64::is_finite)
+        let held_out = self.held_out.iter().flat_map(|errors| [errors.baseline, errors.model]);
+        let pairs = [self.nominal, self.errors].into_iter();
+        let mut numbers = pairs
+            .flat_map(|pair| [pair.train, pair.cross_validated])
+            .chain(held_out)
+            .flat_map(|errors| [errors.position_rms_m, errors.heading_rms_rad, errors.chi])
+            .chain(self.noise.to_array());
+        let mut parameters = self.effects.iter().flat_map(|effect| &effect.parameters);
+        numbers.all(f64::is_finite) && parameters.all(ParameterFound::is_finite)
     }
 
-    /// Errors of this model, as it is, on other runs than those that it was fitted to; of the catalogue's
-    /// effects, as one of the user's own is not found by its id alone. Runs that are held out count too.
+    /// Errors of this model, as it is, on other runs than those that it was fitted to, held-out ones
+    /// included. Only effects of the catalogue count: the id alone does not give one of the user's own.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
         let mut all = campaign.clone();
         all.runs.iter_mut().for_each(|run| run.held_out = false);
@@ -157,9 +163,9 @@ impl Model {
         let terms: Vec<Term<'_>> = self
             .effects
             .iter()
-            .filter_map(|it| {
-                let values = it.parameters.iter().map(|it| it.value).collect();
-                Some(Term::new(find(&it.effect)?, values))
+            .filter_map(|effect| {
+                let values = effect.parameters.iter().map(|parameter| parameter.value).collect();
+                Some(Term::new(find(&effect.effect)?, values))
             })
             .collect();
         let terms = PlacedTerm::place(&terms);
@@ -171,10 +177,11 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::custom::Custom;
     use crate::tests::synthetic::{campaign, full_plan};
 
     #[test]
-    fn what_runs_cannot_show_is_said_of_an_effect_that_was_asked_for() {
+    fn an_effect_that_the_runs_cannot_show_is_reported_with_what_they_lack() {
         let mut campaign = campaign(&full_plan(), &[], 5);
         campaign.runs.iter_mut().for_each(|run| run.payload_kg = 0.0);
         let model = fit(&campaign, &[find("payload").unwrap(), find("scrub").unwrap()]).unwrap();
@@ -185,11 +192,11 @@ mod tests {
     }
 
     #[test]
-    fn an_expression_that_overflows_is_no_panic_and_can_be_told() {
+    fn an_expression_that_overflows_does_not_panic_and_numbers_that_are_not_finite_are_noticed() {
         let campaign = campaign(&full_plan(), &[], 5);
         let own = |id: &str, equation: &str| {
-            let own = crate::effect::custom::Custom::from_equation(equation).unwrap();
-            crate::effect::custom::Custom { id: id.to_owned(), ..own }.build().unwrap()
+            let own = Custom::from_equation(equation).unwrap();
+            Custom { id: id.to_owned(), ..own }.build().unwrap()
         };
         let wild = own("wild", "dtheta = k * exp(1000*v/0.1[m/s])");
         let wave = own("wave", "dtheta/ds = k * sin(phi_left + p)");
@@ -201,5 +208,16 @@ mod tests {
         broken[1].noise.travel_walk = f64::NAN;
         broken[2].effects[0].parameters[0].high95 = f64::INFINITY;
         assert!(sound.is_finite() && !broken.iter().any(Model::is_finite));
+    }
+
+    #[test]
+    fn a_standard_error_of_exactly_zero_is_not_finite() {
+        let campaign = campaign(&full_plan(), &[], 5);
+        let own = Custom::from_equation("dtheta = k * exp(v/0.0001[m/s])").unwrap();
+        let model = fit(&campaign, &[&own.build().unwrap()]).unwrap();
+        // The information of the column is infinite, and everything that comes of it is finite.
+        let parameter = &model.effects[0].parameters[0];
+        assert_eq!((parameter.value, parameter.sigma), (0.0, 0.0), "{parameter:?}");
+        assert!(!model.is_finite());
     }
 }

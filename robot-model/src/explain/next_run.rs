@@ -1,41 +1,44 @@
-//! The cheapest run that would tell rivals apart.
+//! Which is the cheapest run that would tell rivals apart?
 //!
-//! Candidate runs are driven by the model as it is, and their evidence is added to that of the campaign:
+//! The model as it is predicts each candidate run, and the information of that run is added to that of the
+//! campaign:
 //!
 //! ```text
 //! d^2 = min over rival's and model's parameters of | J_e v_e - J_f v_f - J_m v_m |^2   (1)
 //! ```
 //!
-//! over all rows of both, e the truth with the value that it would have and f the rival: the gain in -2 log
-//! likelihood that is to be expected of the truth over the rival. Each of a class may be the truth.
+//! over all rows of both, with e the true effect, v_e its fitted value, f the rival and m the rest of the model.
+//! d^2 is the expected gain in -2 log likelihood of the true effect over the rival. Each member of a class may
+//! be the true one.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::effect::composition::{PlacedTerm, Term, Terms};
+use crate::effect::definition::Role;
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::estimation::predict::open_loop_from;
 use crate::explain::answer::{NextRun, PlanKind, Promise};
 use crate::kinematics::pose::Pose;
 use crate::recording::campaign::{Campaign, Prepared};
+use crate::recording::motion::Motion;
 use crate::recording::nominal_plan::{Drive, Piece, drive};
 use crate::recording::run::{PoseMeasurement, Recording};
 use crate::selection::classes::Class;
 use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
 
-/// To be told apart for sure, rivals are to differ by this many sigma, the root of what they differ by in -2 log
-/// likelihood; by more where runs scatter more than their noise. Where no run does that, by so many that a
-/// class would let go of them.
+/// Rivals count as told apart if they differ by the first number of standard errors, d of (1) over the root of
+/// the dispersion. Where no run achieves that, the second one will do: a class ends there.
 const SIGMAS_APART: [f64; 2] = [5.0, 3.0];
 
-/// And by this share of what the effect itself does: by the millimetre in which two large effects differ,
-/// whatever else is the matter with a robot decides. Five times what a class asks for.
+/// They must also differ by this share of what the effect itself does: a millimetre between two large effects
+/// may come from anything else that is wrong with a robot. Five times what a class asks for.
 const SHARE_APART: f64 = 5.0 * OWN_SHARE_MIN;
 
-/// Runs that could be made: what they are called, and the pieces of each.
+/// Runs that could be driven: their name, and the pieces of each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// What they are called together.
+    /// Their common name.
     pub kind: PlanKind,
     /// Heading at the start \[rad\], load \[kg\], pieces.
     pub runs: Vec<(f64, f64, Vec<Piece>)>,
@@ -43,7 +46,7 @@ pub struct Plan {
     pub later_s: f64,
 }
 
-/// Everything that may be suggested, cheapest first, for a robot that drives at most this fast.
+/// All plans that may be suggested, cheapest first, for a robot with this top speed.
 pub fn plans(speed_mps: f64) -> Vec<Plan> {
     let slow = 0.4 * speed_mps;
     let straight = |travel_m: f64, speed_mps: f64| Piece::Straight { travel_m, speed_mps };
@@ -56,7 +59,7 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
         [straight(1.0, 0.7 * speed_mps), Piece::Spin { turn_rad, speed_mps: slow }].repeat(4)
     };
     let plan = |kind, runs| Plan { kind, runs, later_s: 60.0 };
-    let at = |runs: Vec<Vec<Piece>>| runs.into_iter().map(|it| (0.0, 0.0, it)).collect();
+    let at = |runs: Vec<Vec<Piece>>| runs.into_iter().map(|run| (0.0, 0.0, run)).collect();
     vec![
         plan(PlanKind::Straight, at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
         plan(PlanKind::OutAndBack, at(vec![back(0.7 * speed_mps)])),
@@ -105,16 +108,15 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
     ]
 }
 
-/// The recordings of a plan, as the model predicts them, with a pose at every sight.
+/// The recordings of a plan as the model predicts them, with a pose at every measurement.
 fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Prepared> {
     let settings = Drive { sample_s: 0.02, samples_per_pose: 2, ..Drive::USUAL };
     let mut runs: Vec<Recording> = Vec::new();
     let mut clock_s = prepared.survey.span_s + plan.later_s;
-    // The campaign's own beginning, so that its clock and not this plan's counts.
     for (heading_rad, payload_kg, pieces) in &plan.runs {
         let mut run = drive(&prepared.robot, plan.kind.name(), pieces, &settings);
         run.payload_kg = *payload_kg;
-        let motion = crate::recording::motion::Motion::new(&prepared.robot, &run, Some(clock_s));
+        let motion = Motion::new(&prepared.robot, &run, Some(clock_s));
         let start = Pose::new(0.0, 0.0, *heading_rad);
         let track = open_loop_from(start, &motion, &run.measured_poses, Terms::Fixed(terms));
         run.measured_poses = track
@@ -132,6 +134,7 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
         runs.push(run);
     }
     let mut planned = Campaign { robot: prepared.robot, runs }.prepare().ok()?;
+    // The clock runs from the start of the campaign, not from that of the plan.
     let began_s = prepared.survey.span_s + plan.later_s;
     for run in &mut planned.runs {
         run.motion.steps.iter_mut().for_each(|step| step.clock_s += began_s);
@@ -140,8 +143,8 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
     Some(planned)
 }
 
-/// The run to make next, if any class has rivals that some run would tell apart: of the class with most
-/// rivals, if there is one for it. Whoever measured ends of runs alone is told that more is wanted.
+/// The run to drive next, if some run would tell the rivals of a class apart. The class with most rivals comes
+/// first. If only end poses were measured so far, the result says that poses along the way are needed.
 pub(crate) fn next_run(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -149,8 +152,8 @@ pub(crate) fn next_run(
     kept: &[EffectTest],
 ) -> Option<NextRun> {
     let mut order: Vec<usize> =
-        (0..classes.len()).filter(|it| !classes[*it].rivals.is_empty()).collect();
-    order.sort_by_key(|it| core::cmp::Reverse(classes[*it].rivals.len()));
+        (0..classes.len()).filter(|index| !classes[*index].rivals.is_empty()).collect();
+    order.sort_by_key(|index| core::cmp::Reverse(classes[*index].rivals.len()));
     let next = order.into_iter().find_map(|index| {
         separating(prepared, fitted, (index, &classes[index]), kept[index].dispersion)
     })?;
@@ -161,21 +164,22 @@ pub(crate) fn next_run(
     Some(NextRun { promise, ..next })
 }
 
-/// One of a class: any of them may be the truth.
+/// One effect of a class: any of them may be the true one.
 struct Member {
     id: String,
-    /// The columns of its amplitudes, and what they are if it is the one.
+    /// The columns of its amplitudes.
     columns: Vec<usize>,
+    /// Their values if it is the true one.
     values: Vec<f64>,
 }
 
-/// By how many sigma each pair of members is told apart: `pairs[i][j]` for i < j, the worse of truth and rival and
-/// the other way round; nothing where they differ by too small a share of what they do.
+/// By how many sigma each pair of members differs: `[i][j]` for i < j, the smaller one of i true and j true; zero
+/// where they differ by less than [`SHARE_APART`].
 struct Sigmas(Vec<Vec<f64>>);
 
 impl Sigmas {
     fn at_least(&self, sigmas: f64) -> usize {
-        self.0.iter().flatten().filter(|it| **it >= sigmas).count()
+        self.0.iter().flatten().filter(|pair| **pair >= sigmas).count()
     }
 
     fn is_apart(&self, i: usize, j: usize, sigmas: f64) -> bool {
@@ -183,8 +187,8 @@ impl Sigmas {
     }
 }
 
-/// How well a plan tells the members apart.
-struct Told {
+/// How well a plan tells the members of a class apart.
+struct Separation {
     kind: PlanKind,
     /// Together with the campaign.
     with_campaign: Sigmas,
@@ -192,10 +196,10 @@ struct Told {
     alone: Sigmas,
 }
 
-impl Told {
-    /// What plans are compared by: how many pairs, and how many of them by what the plan itself shows. Where one of
-    /// two effects is told by its silence in a run of another kind, anything else that such a run shows is taken
-    /// for the other.
+impl Separation {
+    /// Plans are compared by how many pairs they tell apart together with the campaign, then by how many on
+    /// their own. A pair of which one effect does nothing in the plan's runs is not safely told apart: anything
+    /// else that those runs show would be taken for the other effect.
     fn merit(&self, sigmas: f64) -> (usize, usize) {
         (self.with_campaign.at_least(sigmas), self.alone.at_least(sigmas))
     }
@@ -206,20 +210,20 @@ fn members(terms: &[PlacedTerm<'_>], index: usize, class: &Class<'_>) -> Vec<Mem
     let chosen = &terms[index];
     let parameters = chosen.effect.facts().parameters.iter().zip(&chosen.values);
     let values = parameters
-        .filter(|(it, _)| it.role == crate::effect::definition::Role::Amplitude)
+        .filter(|(parameter, _)| parameter.role == Role::Amplitude)
         .map(|(_, value)| *value)
         .collect();
-    let member = |it: &PlacedTerm<'_>, values| {
-        let (id, columns) = (it.effect.facts().id.to_owned(), it.amplitudes());
+    let member = |term: &PlacedTerm<'_>, values| {
+        let (id, columns) = (term.effect.facts().id.to_owned(), term.amplitudes());
         Member { id, columns, values }
     };
     let rivals = terms[terms.len() - class.rivals.len()..].iter().zip(&class.rivals);
-    let rivals = rivals.map(|(term, it)| member(term, it.test.values.clone()));
+    let rivals = rivals.map(|(term, rival)| member(term, rival.test.values.clone()));
     core::iter::once(member(chosen, values)).chain(rivals).collect()
 }
 
-/// The cheapest run that tells most of a class apart, if any does: nobody knows which of them is true, so
-/// each is to be told from each.
+/// The cheapest run that tells most pairs of a class apart, if any does. Nobody knows which member is the true
+/// one, so all pairs count.
 fn separating(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -228,25 +232,25 @@ fn separating(
 ) -> Option<NextRun> {
     let mut terms = fitted.terms.clone();
     let in_model = terms.len();
-    terms.extend(class.rivals.iter().map(|it| it.term.fixed()));
+    terms.extend(class.rivals.iter().map(|rival| rival.term.fixed()));
     let terms = PlacedTerm::place(&terms);
-    let here = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let campaign = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let members = members(&terms, index, class);
     let rest: Vec<usize> = terms[..in_model]
         .iter()
         .enumerate()
         .filter(|(i, _)| *i != index)
-        .flat_map(|(_, it)| it.amplitudes())
+        .flat_map(|(_, term)| term.amplitudes())
         .collect();
     let speed_mps = prepared.survey.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
     let pairs = |sums: &NormalEquations| {
-        let left = |truth: &Member, others: &[usize]| {
-            here.separation(sums, &truth.columns, &truth.values, others)
+        let separation = |truth: &Member, others: &[usize]| {
+            campaign.separation(sums, &truth.columns, &truth.values, others)
         };
         let one_way = |truth: &Member, rival: &Member| {
             let others: Vec<usize> = rest.iter().chain(&rival.columns).copied().collect();
-            let apart = left(truth, &others);
-            let is_share = apart >= SHARE_APART * left(truth, &rest);
+            let apart = separation(truth, &others);
+            let is_share = apart >= SHARE_APART * separation(truth, &rest);
             if is_share { (apart / dispersion).sqrt() } else { 0.0 }
         };
         let both_ways = |i: usize, j: usize| match i < j {
@@ -256,26 +260,26 @@ fn separating(
         let row = |i: usize| (0..members.len()).map(|j| both_ways(i, j)).collect();
         Sigmas((0..members.len()).map(row).collect())
     };
-    let mut each = Vec::new();
+    let mut separations = Vec::new();
     for plan in plans(speed_mps.max(0.05)) {
         let Some(planned) = predicted(prepared, &plan, &fitted.terms) else { continue };
-        let there = CampaignEquations::gather(&planned, &terms, &fitted.noise);
-        let mut both = here.total.clone();
-        both.add(&there.total, 1.0);
-        let (with_campaign, alone) = (pairs(&both), pairs(&there.total));
-        each.push(Told { kind: plan.kind, with_campaign, alone });
+        let planned = CampaignEquations::gather(&planned, &terms, &fitted.noise);
+        let mut both = campaign.total.clone();
+        both.add(&planned.total, 1.0);
+        let (with_campaign, alone) = (pairs(&both), pairs(&planned.total));
+        separations.push(Separation { kind: plan.kind, with_campaign, alone });
     }
     SIGMAS_APART.into_iter().find_map(|sigmas| {
-        // Plans come cheapest first: a later one has to tell more apart.
-        let best = each.iter().rev().max_by_key(|it| it.merit(sigmas))?;
-        (best.merit(sigmas).0 > 0).then(|| promised(&members, best, sigmas))
+        // Plans come cheapest first: a later one has to tell more pairs apart.
+        let best = separations.iter().rev().max_by_key(|separation| separation.merit(sigmas))?;
+        (best.merit(sigmas).0 > 0).then(|| suggestion(&members, best, sigmas))
     })
 }
 
-/// What is promised of a plan.
-fn promised(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
+/// A plan as a suggestion, with what it is expected to show.
+fn suggestion(members: &[Member], separation: &Separation, sigmas: f64) -> NextRun {
     let count = members.len();
-    let apart = |i: usize, j: usize| told.with_campaign.is_apart(i, j, sigmas);
+    let apart = |i: usize, j: usize| separation.with_campaign.is_apart(i, j, sigmas);
     let of_chosen = (1..count).any(|j| apart(0, j));
     let separates = (0..count).filter(|i| match of_chosen {
         true => *i == 0 || apart(0, *i),
@@ -284,9 +288,9 @@ fn promised(members: &[Member], told: &Told, sigmas: f64) -> NextRun {
     let separates = separates.map(|i| members[i].id.clone()).collect();
     let promise = Promise {
         class: members.iter().map(|member| member.id.clone()).collect(),
-        pairs_apart: told.merit(sigmas).0,
+        pairs_apart: separation.merit(sigmas).0,
         sigmas,
         needs_poses_along_the_way: false,
     };
-    NextRun { kind: told.kind, separates, promise }
+    NextRun { kind: separation.kind, separates, promise }
 }

@@ -1,12 +1,12 @@
-//! Places on the floor that something may be the matter with: wet, uneven, with a cable under it.
+//! Do the residuals come from a place on the floor that is wet or uneven, or has a cable under it?
 //!
 //! ```text
 //! w_i  = exp(-d_i^2 / (2 L^2)),   d_i from wheel i to the place                           (1)
 //! ds_i += w_i (p + q a_i sign(ds_i)) ds_i                                                 (2)
 //! ```
 //!
-//! p is a wheel's way over it that is longer or shorter than it looks, q a grip that gives under force.
-//! A place concerns whichever wheel comes there, in whatever run.
+//! p makes a wheel's travel over the place longer or shorter, q is slip under force. A place acts on whichever
+//! wheel comes there, in every run. The search is coarse over the whole floor, then fine around the best place.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,18 +20,18 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
 
-/// L of (1) of a first look \[m\].
+/// L of (1) in the coarse search \[m\].
 const REACH_M: f64 = 0.15;
-/// At most so many places are looked at first: those that most runs come to.
+/// The coarse search tests at most this many places: those that most runs come to.
 const SPOTS_MAX: usize = 32;
-/// A place that fewer runs come to cannot be told from an accident.
+/// In a place that fewer runs come to, an effect of the floor cannot be told from a single disturbance.
 const RUNS_MIN: usize = 2;
-/// Where by chance there is as much as this in any place, none is looked at closer.
-const FIRST_LOOK_P: f64 = 1e-3;
-/// L of a closer look \[m\]: a cable under the carpet, a puddle.
-const CLOSER_REACHES_M: [f64; 2] = [0.06, 0.15];
-/// A closer look goes this far to either side, in as many steps \[m\].
-const CLOSER_M: [f64; 5] = [-0.15, -0.075, 0.0, 0.075, 0.15];
+/// Without a coarse p-value below this there is no fine search.
+const COARSE_P: f64 = 1e-3;
+/// L of (1) in the fine search \[m\]: a cable under the carpet, a puddle.
+const FINE_REACHES_M: [f64; 2] = [0.06, 0.15];
+/// Offsets of the fine search from the best coarse place, along x and y \[m\].
+const FINE_OFFSETS_M: [f64; 5] = [-0.15, -0.075, 0.0, 0.075, 0.15];
 
 /// One place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl Effect for Spot {
         let share = |[x_m, y_m]: [f64; 2], ds_m: f64, accel_mps2: f64| {
             let (dx, dy) = (x_m - self.at_m[0], y_m - self.at_m[1]);
             let weight = (-(dx * dx + dy * dy) / (2.0 * self.reach_m * self.reach_m)).exp();
-            // Beyond four reaches there is nothing to add up.
+            // Beyond four reaches the place does nothing.
             if weight < 3e-4 {
                 return Jet::ZERO;
             }
@@ -90,35 +90,35 @@ fn wheel_places_m(
     )
 }
 
-/// A first look at a place.
+/// A place of the coarse search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaceSeen {
     /// Its middle \[m\].
     pub at_m: [f64; 2],
-    /// How much of what the model leaves it would explain, in -2 log likelihood.
+    /// How much of the residuals it would explain, in -2 log likelihood.
     pub gain: f64,
 }
 
 impl PlaceSeen {
-    /// Places of a first look are cells of this side \[m\].
+    /// Places of the coarse search are cells with this side \[m\].
     pub const SIDE_M: f64 = 2.0 * REACH_M;
 }
 
-/// What a first look at the floor found.
-pub(super) struct Suspected {
-    /// The places near the one where what the model leaves shows most, if it does anywhere.
+/// What the search of the floor found.
+pub(super) struct FloorSearch {
+    /// The places of the fine search, if the coarse one found anything.
     pub(super) spots: Vec<Spot>,
-    /// How many were looked at for that.
-    pub(super) looked_at: usize,
-    /// The first look.
+    /// How many places were tested, coarse and fine.
+    pub(super) tested: usize,
+    /// The places of the coarse search.
     pub(super) seen: Vec<PlaceSeen>,
 }
 
-/// Looks for a place where what the model leaves shows.
-pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> Suspected {
+/// Searches the floor for a place that the residuals come from.
+pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSearch {
     let spots = visited(prepared);
     let mut terms = fitted.terms.clone();
-    terms.extend(spots.iter().map(|it| Term::new(it, vec![0.0; 2])));
+    terms.extend(spots.iter().map(|spot| Term::new(spot, vec![0.0; 2])));
     let terms = PlacedTerm::place(&terms);
     let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let in_model = &terms[..fitted.terms.len()];
@@ -137,20 +137,20 @@ pub(super) fn suspected(prepared: &Prepared, fitted: &Fitted<'_>) -> Suspected {
         spots.iter().zip(gains).map(|(spot, gain)| PlaceSeen { at_m: spot.at_m, gain }).collect();
     let best = seen.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some(best) =
-        best.filter(|it| chi_squared(2, it.gain) * (spots.len() as f64) < FIRST_LOOK_P)
+        best.filter(|place| chi_squared(2, place.gain) * (spots.len() as f64) < COARSE_P)
     else {
-        return Suspected { spots: Vec::new(), looked_at: spots.len(), seen };
+        return FloorSearch { spots: Vec::new(), tested: spots.len(), seen };
     };
-    let closer: Vec<Spot> = CLOSER_REACHES_M
+    let fine: Vec<Spot> = FINE_REACHES_M
         .iter()
-        .flat_map(|reach_m| CLOSER_M.iter().map(move |dx| (*reach_m, *dx)))
-        .flat_map(|(reach_m, dx)| CLOSER_M.iter().map(move |dy| (reach_m, [dx, *dy])))
+        .flat_map(|reach_m| FINE_OFFSETS_M.iter().map(move |dx| (*reach_m, *dx)))
+        .flat_map(|(reach_m, dx)| FINE_OFFSETS_M.iter().map(move |dy| (reach_m, [dx, *dy])))
         .map(|(reach_m, [dx, dy])| Spot { at_m: [best.at_m[0] + dx, best.at_m[1] + dy], reach_m })
         .collect();
-    Suspected { looked_at: spots.len() + closer.len(), spots: closer, seen }
+    FloorSearch { tested: spots.len() + fine.len(), spots: fine, seen }
 }
 
-/// The places that wheels of several runs were seen to come to.
+/// The places that wheels came to in several runs.
 fn visited(prepared: &Prepared) -> Vec<Spot> {
     let mut runs_of: BTreeMap<(i64, i64), BTreeSet<usize>> = BTreeMap::new();
     let pitch_m = PlaceSeen::SIDE_M;
@@ -188,20 +188,20 @@ mod tests {
     use crate::tests::synthetic::{campaign, full_plan};
 
     #[test]
-    fn a_wheel_that_loses_way_in_one_place_shows_which_place() {
-        // A quarter round the small circle to the left, in the right wheel's way: it loses 4 mm at either speed.
+    fn a_place_where_a_wheel_loses_travel_is_found() {
+        // A quarter of the small circle to the left, on the path of the right wheel: it loses 4 mm at either speed.
         let bump = Spot { at_m: [0.586, 0.4], reach_m: 0.05 };
         let truth = [Term::new(&bump, vec![-0.03, 0.0])];
         let answer = explain(&campaign(&full_plan(), &truth, 31)).unwrap();
-        let it = &answer.unexplained;
-        assert_eq!(it.depends_on.first(), Some(&Regressor::Place), "{it:?}");
-        let [x_m, y_m] = it.place_m.unwrap();
+        let found = &answer.unexplained;
+        assert_eq!(found.depends_on.first(), Some(&Regressor::Place), "{found:?}");
+        let [x_m, y_m] = found.place_m.unwrap();
         let distance_m = (x_m - bump.at_m[0]).hypot(y_m - bump.at_m[1]);
         assert!(distance_m < 0.12, "{distance_m} m away");
     }
 
     #[test]
-    fn a_sound_floor_has_no_place_to_look_at() {
+    fn on_a_sound_floor_no_place_is_found() {
         for seed in 0..4 {
             let answer = explain(&campaign(&full_plan(), &[], 310 + seed)).unwrap();
             assert!(!answer.unexplained.structure, "{:?}", answer.unexplained);

@@ -1,15 +1,15 @@
-//! Residuals: does what a model leaves depend on anything?
+//! Residuals: do they depend on anything that no effect of the model explains?
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `unexplained.rs` | all tests together; [`Unexplained`] |
+//! | `unexplained.rs` | [`Unexplained`]: the results of all tests |
 //! | `regressor.rs` | [`Regressor`]: what they may depend on |
 //! | `probe.rs` | small effects in proportion to speed, load, heading and the like |
-//! | `floor_location.rs` | places on the floor, coarsely and then closer |
-//! | `ripple.rs` | ripples many times a wheel's turn |
-//! | `heavy_tails.rs` | residuals with heavier tails than noise has |
+//! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
+//! | `ripple.rs` | ripples many times per turn of a wheel |
+//! | `heavy_tails.rs` | heavier tails than a normal distribution has |
 //!
-//! They point at what is missing and name no effect: that is [`crate::selection`].
+//! The tests name a quantity, such as speed or load, and no effect: that is left to [`crate::selection`].
 
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;

@@ -1,4 +1,6 @@
-//! What residuals may depend on: a handful of functions of one regressor each.
+//! Probes: small made-up effects, each a few functions of one regressor.
+//!
+//! Whether residuals contain one is tested in `unexplained.rs`.
 
 use super::regressor::Regressor;
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
@@ -6,7 +8,7 @@ use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
-/// A handful of functions of a step, each an amplitude of its own.
+/// A few functions of one regressor, each with an amplitude of its own.
 pub(super) struct Probe {
     pub regressor: Regressor,
     act: fn(&[Jet; PARAMETERS_MAX], &Step) -> Change,
@@ -18,7 +20,7 @@ impl core::fmt::Debug for Probe {
     }
 }
 
-/// Limits far beyond anything: a probe is asked whether it is there, not whether it is plausible.
+/// Limits far beyond any real value: a probe is tested for being there, not for being plausible.
 static PROBE: Facts<'static> = Facts {
     id: "probe",
     name: "probe",
@@ -52,7 +54,7 @@ fn wheel_harmonic(p: &[Jet; PARAMETERS_MAX], step: &Step, harmonic: f64) -> Chan
     Change { travel, ..Change::NONE }
 }
 
-/// Turning and scale along the path, as a function of something even.
+/// Turn and scale along the path, as a function of x.
 fn path_and_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
     let path_m = step.travel_m().abs();
     Change {
@@ -62,7 +64,7 @@ fn path_and_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
     }
 }
 
-/// Turning in proportion to the rim's rolling, so that spins count too, with scale.
+/// Travel of either wheel as a function of its own x, so that spins count too.
 fn wheels(p: &[Jet; PARAMETERS_MAX], x: WheelPair<f64>) -> Change {
     let travel = WheelPair::new(
         p[0] * x.left + p[1] * (x.left * x.left.abs()),
@@ -71,7 +73,7 @@ fn wheels(p: &[Jet; PARAMETERS_MAX], x: WheelPair<f64>) -> Change {
     Change { travel, ..Change::NONE }
 }
 
-/// Either wheel's radius, a pull and the track width, in proportion to something.
+/// Either wheel's radius, a pull and the track width, in proportion to x.
 fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
     Change {
         travel: WheelPair::new(p[0] * x, p[1] * x),
@@ -189,6 +191,6 @@ pub(super) static PROBES: &[Probe] = &[
     Probe { regressor: Regressor::Load, act: |p, step| radii_and_track(p, step, step.payload_kg) },
 ];
 
-/// What a run may have for itself: its own travel of either wheel, its own turn.
+/// What may differ from run to run: the travel of either wheel, a pull, the track width.
 pub(super) static OF_A_RUN: Probe =
     Probe { regressor: Regressor::Run, act: |p, step| radii_and_track(p, step, 1.0) };

@@ -1,13 +1,13 @@
-//! What residuals may depend on.
+//! What may residuals depend on? The names only; the functions of each are in `probe.rs`.
 
-/// Something that what is left may depend on.
+/// A quantity that residuals may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Regressor {
-    /// The angle of a wheel, or many times that.
+    /// The angle of a wheel, or a multiple of it.
     WheelAngle,
     /// The heading.
     Heading,
-    /// Speed of the middle.
+    /// Speed of the midpoint between the wheels.
     Speed,
     /// Speed of a wheel.
     WheelSpeed,
@@ -21,13 +21,13 @@ pub enum Regressor {
     TimeInRun,
     /// Time since the campaign began.
     TimeInCampaign,
-    /// Way since the last reversal of travel.
+    /// Distance since the last reversal of travel.
     SinceReversal,
     /// Place on the floor.
     Place,
     /// Load on board.
     Load,
-    /// Which run it is.
+    /// The run itself.
     Run,
 }
 
@@ -51,7 +51,7 @@ impl Regressor {
         }
     }
 
-    /// Whether it changes from run to run, and hardly within one.
+    /// Whether it changes from run to run and hardly within a run.
     pub(crate) const fn is_of_runs(self) -> bool {
         matches!(self, Self::Load | Self::TimeInCampaign)
     }

@@ -1,12 +1,12 @@
-//! Ripples many times a turn of a wheel: gear teeth, magnets, slots.
+//! Do the residuals ripple many times per turn of a wheel, as from gear teeth, magnets or slots?
 //!
-//! They move the track by less than a millimetre and are gone a moment later, so no probe of a few columns finds
-//! them; there are too many orders to fit each. But every measured heading sees the ripple that has come in
-//! since the last one, and innovations are independent of each other:
+//! Such a ripple moves the track by less than a millimetre for a moment, so no probe of a few columns finds it,
+//! and there are too many orders to fit each. But every measured heading contains the ripple since the one
+//! before, and innovations are independent of each other:
 //!
 //! ```text
 //! z_k = a (cos n phi_k - cos n phi_(k-1)) + b (sin n phi_k - sin n phi_(k-1)) + 1 sigma        (1)
-//! gain of a and b: chi^2 of two degrees by chance, for each order n and each wheel             (2)
+//! gain of a and b: without a ripple chi^2 of two degrees, for each order n and each wheel      (2)
 //! ```
 
 use crate::effect::composition::Terms;
@@ -21,15 +21,17 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
 use crate::recording::run::PoseMeasurement;
 
-/// Orders that are asked about: lower ones are probed for, and turns of a geared motor lie higher still.
+/// Orders tested: probes test lower ones, and the turns of a geared motor lie higher.
 const ORDERS: std::ops::RangeInclusive<u32> = 4..=64;
 
-/// The innovations of a run's headings with the wheels' angles there.
+/// The innovations of a run's headings, with the angles of the wheels.
 struct Headings<'r> {
     run: &'r PreparedRun,
-    /// Of the numbers of one pose, those still to come.
+    /// What each number of the pose at hand measures.
     quantities: Vec<Quantity>,
+    /// Its innovations, normalised.
     pending: Vec<f64>,
+    /// The normalised innovation of each heading, with the angles of the wheels.
     rows: Vec<(f64, WheelPair<f64>)>,
 }
 
@@ -38,12 +40,12 @@ impl Sink for Headings<'_> {
         self.pending.push(innovation.value / innovation.variance.sqrt());
     }
 
-    /// The numbers of a pose come first, then the pose.
+    /// The filter gives the numbers of a pose first, then the pose.
     fn pose_measured(&mut self, measurement: &PoseMeasurement, _: &Step, _: Pose) {
         self.quantities.clear();
-        self.quantities.extend(numbers(measurement).map(|it| it.0));
+        self.quantities.extend(numbers(measurement).map(|(quantity, ..)| quantity));
         let pairs = self.quantities.iter().zip(&self.pending);
-        let heading = pairs.into_iter().find(|it| *it.0 == Quantity::Heading);
+        let heading = pairs.into_iter().find(|(quantity, _)| **quantity == Quantity::Heading);
         if let Some((_, z)) = heading {
             self.rows.push((*z, self.run.recording.phi_at(measurement.t_s)));
         }
@@ -51,7 +53,7 @@ impl Sink for Headings<'_> {
     }
 }
 
-/// By chance a ripple as strong as the strongest there is, of all orders and both wheels asked about.
+/// Probability by chance of a ripple as strong as the strongest one, of all orders and both wheels tested.
 pub(crate) fn ripple(prepared: &Prepared, fitted: &Fitted<'_>) -> f64 {
     let fixed = Terms::Fixed(&fitted.terms);
     let runs = parallel::map(&prepared.runs, |run| {

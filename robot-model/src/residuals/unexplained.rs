@@ -1,9 +1,13 @@
-//! What is left over once the model has said its part: does it depend on anything?
+//! Do the residuals of a model depend on anything?
 //!
-//! Each regressor is a handful of probes: turns, travels and drifts in proportion to functions of
-//! something that a step tells. They go through the same filter as the effects, so that what is tested
-//! is what they would do to the track. Of those that show, the strongest is taken in, and the rest is
-//! tested again, so that what merely resembles it is not named too.
+//! Each regressor has a few probes: turns, travels and drifts in proportion to functions of it. They go through
+//! the same filter as the effects, so that the test is of what they would do to the track. The strongest
+//! significant regressor is added to the model and the others are tested again, so that regressors which merely
+//! resemble it are not named too. Ripples and heavy tails come last; they have tests of their own.
+//!
+//! No effect is named here, and nothing found changes a fit.
+
+use core::ops::Range;
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
@@ -11,140 +15,130 @@ use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
-use crate::residuals::heavy_tails::unevenness;
+use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::ripple::ripple;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
-use super::floor_location::{PlaceSeen, Suspected, suspected};
+use super::floor_location::{FloorSearch, PlaceSeen, Spot, search_floor};
 use super::probe::{OF_A_RUN, PROBES};
 use super::regressor::Regressor;
 
-/// Regressors are to be named falsely at most this often.
+/// At most this share of the named regressors is wrong.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
 
-/// From so many runs on a few of them may have something that the others do not have.
+/// From this many runs on, a few of them may have something that the others do not have.
 const MANY_RUNS: usize = 8;
 
-/// What is left depends on all sorts of things a little; these are the most that are named.
+/// Residuals depend on many things a little; at most this many are named.
 const DEPENDS_ON_MAX: usize = 4;
 
-/// What is in one place may take several functions to say, and is named once.
+/// At most this many rounds: one place may need several functions, and is named once.
 const ROUNDS_MAX: usize = 8;
 
-/// By chance there is a ripple this seldom.
+/// Significance level of a ripple.
 const RIPPLE_P: f64 = 1e-4;
 
 /// What the residuals depend on, if on anything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unexplained {
-    /// Whether anything is left.
+    /// Whether they depend on anything.
     pub structure: bool,
-    /// The regressors that it depends on, strongest first.
+    /// The regressors that they depend on, strongest first.
     pub depends_on: Vec<Regressor>,
-    /// By chance at least this much, of the strongest regressor, corrected for how many were asked.
+    /// Probability by chance of at least as much of the strongest regressor, corrected for how many were tested.
     pub p_value: f64,
-    /// Where on the floor, if it depends on a place and one place says it \[m\].
+    /// Where on the floor, if they come from one place \[m\].
     pub place_m: Option<[f64; 2]>,
-    /// The places of the floor that several runs came to, if one is named.
+    /// The places that several runs came to, if one of them is named.
     pub places: Vec<PlaceSeen>,
 }
 
-/// Tests what the model leaves against every regressor, and whether its noise depends on the motion.
+impl Unexplained {
+    /// Notes a finding; the p-value stays that of the first one.
+    fn note(&mut self, p_value: f64) {
+        if !self.structure {
+            self.p_value = p_value;
+        }
+        self.structure = true;
+    }
+}
+
+/// Tests the residuals against every regressor, for ripples and for heavy tails.
 pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let mut found = of_regressors(prepared, fitted);
     let p_value = ripple(prepared, fitted);
     if p_value < RIPPLE_P {
-        if !found.structure {
-            found.p_value = p_value;
-        }
-        found.structure = true;
-        // Whatever else is found may be where its crests happened to stop.
-        found.depends_on.retain(|it| *it != Regressor::WheelAngle);
+        found.note(p_value);
+        // Whatever else is found may come from where the crests of the ripple happened to stop.
+        found.depends_on.retain(|regressor| *regressor != Regressor::WheelAngle);
         found.depends_on.insert(0, Regressor::WheelAngle);
     }
-    let Some(uneven) = unevenness(prepared, fitted) else { return found };
-    if !found.structure || uneven.rules {
-        found.p_value = uneven.p_value;
+    let Some(tails) = heavy_tails(prepared, fitted) else { return found };
+    found.note(tails.p_value);
+    if tails.dominates {
+        found.p_value = tails.p_value;
     }
-    found.structure = true;
-    found.depends_on.retain(|it| *it != uneven.regressor);
-    let place = if uneven.rules { 0 } else { found.depends_on.len() };
-    found.depends_on.insert(place, uneven.regressor);
+    found.depends_on.retain(|regressor| *regressor != tails.regressor);
+    let place = if tails.dominates { 0 } else { found.depends_on.len() };
+    found.depends_on.insert(place, tails.regressor);
     found
 }
 
-/// Something that what is left may depend on.
-struct Asked<'a> {
+/// A regressor that is still to be tested.
+struct OpenRegressor<'a> {
     regressor: Regressor,
     effect: &'a dyn Effect,
     /// Its columns, as far as the campaign's motion shows them.
     columns: Vec<usize>,
-    /// Which place, if it is one of many.
+    /// Where, if it is a place \[m\].
     spot_m: Option<[f64; 2]>,
 }
 
-impl Asked<'_> {
-    /// What is the same throughout a run is judged by what runs have for themselves.
+impl OpenRegressor<'_> {
+    /// A regressor that hardly changes within a run is tested against the scatter between runs.
     fn is_of_runs(&self) -> bool {
         self.regressor.is_of_runs()
     }
 }
 
-/// What speaks for one of those.
+/// The evidence for an open regressor.
 #[derive(Clone, Copy)]
 struct Finding {
-    /// Which of the open ones.
+    /// Its place in the list of open ones.
     index: usize,
     p_value: f64,
-    /// How much it tells about runs that it was not fitted to.
+    /// Its cross-validated gain over the dispersion.
     merit: f64,
 }
 
-/// Tests what the model leaves against every regressor.
+/// Tests the residuals against every regressor.
 fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
-    let Suspected { spots, looked_at, seen } = suspected(prepared, fitted);
-    let mut terms = fitted.terms.clone();
-    let in_model = terms.len();
-    let probes = PROBES.iter().map(|it| it as &dyn Effect);
-    let asked = probes.chain(spots.iter().map(|it| it as &dyn Effect)).chain([&OF_A_RUN as _]);
-    terms.extend(asked.map(|effect| {
-        let values = vec![0.0; effect.facts().parameters.len()];
-        Term::new(effect, values)
-    }));
-    let terms = PlacedTerm::place(&terms);
+    let FloorSearch { spots, tested, seen } = search_floor(prepared, fitted);
+    let in_model = fitted.terms.len();
+    let terms = with_probes(fitted, &spots);
     let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let columns = |term: &PlacedTerm<'_>| term.columns().collect::<Vec<usize>>();
     let mut model: Vec<usize> = terms[..in_model].iter().flat_map(columns).collect();
     let own: Vec<usize> = terms.last().map(columns).unwrap_or_default();
-    let regressors =
-        PROBES.iter().map(|it| it.regressor).chain(spots.iter().map(|_| Regressor::Place));
-    let mut open: Vec<Asked<'_>> = regressors
-        .zip(&terms[in_model..])
-        .enumerate()
-        .map(|(index, (regressor, term))| Asked {
-            regressor,
-            effect: term.effect,
-            columns: visible(&equations, &columns(term)),
-            spot_m: index.checked_sub(PROBES.len()).map(|it| spots[it].at_m),
-        })
-        .filter(|it| !it.columns.is_empty())
-        .collect();
+    let mut open = open_regressors(&equations, &terms[in_model..], &spots);
+    let is_wave = |regressor: &&OpenRegressor<'_>| regressor.regressor == Regressor::WheelAngle;
+    let waves: Vec<Vec<usize>> =
+        open.iter().filter(is_wave).map(|wave| wave.columns.clone()).collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
-    let is_wave = |it: &&Asked<'_>| it.regressor == Regressor::WheelAngle;
-    let waves: Vec<Vec<usize>> = open.iter().filter(is_wave).map(|it| it.columns.clone()).collect();
     let many = prepared.runs.len() >= MANY_RUNS;
     let mut within = 1.0;
     for _ in 0..ROUNDS_MAX {
         if open.is_empty() || found.depends_on.len() == DEPENDS_ON_MAX {
             break;
         }
-        // A place is no measure of how much runs disagree: many see most of them hardly.
-        let usual = open.iter().filter(|it| it.spot_m.is_none());
-        within = scatter(&equations, usual.map(|it| (&model[..], &it.columns[..])));
+        // Places do not measure how much runs disagree: most runs hardly see most places.
+        let usual = open.iter().filter(|regressor| regressor.spot_m.is_none());
+        let usual = usual.map(|regressor| (&model[..], &regressor.columns[..]));
+        within = scatter(&equations, usual);
         let between = within.max(run_scatter_in_the_mean(&equations, &model, &own));
-        let findings = findings(&equations, &model, &open, (within, between), many, looked_at);
-        let rates =
-            false_discovery_rates(&findings.iter().map(|it| it.p_value).collect::<Vec<_>>());
+        let findings = findings(&equations, &model, &open, (within, between), many, tested);
+        let p_values: Vec<f64> = findings.iter().map(|finding| finding.p_value).collect();
+        let rates = false_discovery_rates(&p_values);
         if !found.structure {
             found.p_value = rates.iter().copied().fold(1.0, f64::min);
         }
@@ -168,64 +162,86 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         found.places = seen;
     }
     if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
-        let p_value = waves
-            .iter()
-            .map(|asked| each_run_by_itself(&equations, (&model, asked), within))
-            .fold(1.0, f64::min);
+        let p_value = |wave: &Vec<usize>| each_run_by_itself(&equations, (&model, wave), within);
+        let p_value = waves.iter().map(p_value).fold(1.0, f64::min);
         if p_value < RIPPLE_P {
-            if !found.structure {
-                found.p_value = p_value;
-            }
-            found.structure = true;
+            found.note(p_value);
             found.depends_on.push(Regressor::WheelAngle);
         }
     }
     found
 }
 
-/// What speaks for each of these, of all places for the best one alone.
+/// The model's terms, then the probes, the places, and what may differ from run to run.
+fn with_probes<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<'a>> {
+    let probes = PROBES.iter().map(|probe| probe as &dyn Effect);
+    let added = probes.chain(spots.iter().map(|spot| spot as &dyn Effect)).chain([&OF_A_RUN as _]);
+    let mut terms = fitted.terms.clone();
+    terms.extend(added.map(|effect| {
+        let values = vec![0.0; effect.facts().parameters.len()];
+        Term::new(effect, values)
+    }));
+    PlacedTerm::place(&terms)
+}
+
+/// The regressors that the campaign's motion shows: of `added`, the probes and the places.
+fn open_regressors<'a>(
+    equations: &CampaignEquations,
+    added: &[PlacedTerm<'a>],
+    spots: &[Spot],
+) -> Vec<OpenRegressor<'a>> {
+    let probes = PROBES.iter().map(|probe| (probe.regressor, None));
+    let places = spots.iter().map(|spot| (Regressor::Place, Some(spot.at_m)));
+    let open = |((regressor, spot_m), term): (_, &PlacedTerm<'a>)| {
+        let columns = visible(equations, term.columns());
+        OpenRegressor { regressor, effect: term.effect, columns, spot_m }
+    };
+    let all = probes.chain(places).zip(added).map(open);
+    all.filter(|regressor| !regressor.columns.is_empty()).collect()
+}
+
+/// The evidence for each open regressor; of all places, for the best one only.
 fn findings(
     equations: &CampaignEquations,
     model: &[usize],
-    open: &[Asked<'_>],
+    open: &[OpenRegressor<'_>],
     (within, between): (f64, f64),
     many: bool,
-    looked_at: usize,
+    tested_places: usize,
 ) -> Vec<Finding> {
-    let finding = |(index, asked): (usize, &Asked<'_>)| {
-        let scatter = if asked.is_of_runs() { between } else { within };
-        let hypothesis = Hypothesis { model, asked: &asked.columns, effect: asked.effect, scatter };
-        let it = test_effect(equations, &hypothesis);
-        // A flag says that something is there, not what it is: among many runs a few may raise it.
-        let p_value = if many && !asked.is_of_runs() { it.p_value_of_many } else { it.p_value };
-        // One run alone does not tell what is in a place from what happened to it there.
-        let counts = it.cross_validated_gain > 0.0 && (asked.spot_m.is_none() || it.touched > 1);
+    let finding = |(index, regressor): (usize, &OpenRegressor<'_>)| {
+        let of_runs = regressor.is_of_runs();
+        let scatter = if of_runs { between } else { within };
+        let (asked, effect) = (&regressor.columns, regressor.effect);
+        let test = test_effect(equations, &Hypothesis { model, asked, effect, scatter });
+        // A finding says that something is there, not what: among many runs, a few may show it.
+        let p_value = if many && !of_runs { test.p_value_of_many } else { test.p_value };
+        // One run alone does not tell a place from a disturbance that the run happened to have there.
+        let more_runs = regressor.spot_m.is_none() || test.touched > 1;
+        let counts = test.cross_validated_gain > 0.0 && more_runs;
         let p_value = if counts { p_value } else { 1.0 };
-        Finding { index, p_value, merit: it.cross_validated_gain / it.dispersion }
+        Finding { index, p_value, merit: test.cross_validated_gain / test.dispersion }
     };
     let all: Vec<Finding> = open.iter().enumerate().map(finding).collect();
     let (spots, mut rest): (Vec<_>, Vec<_>) =
-        all.into_iter().partition(|it| open[it.index].spot_m.is_some());
-    // Bonferroni: the best of so many.
-    rest.extend(
-        spots
-            .into_iter()
-            .max_by(|a, b| a.merit.total_cmp(&b.merit))
-            .map(|it| Finding { p_value: (it.p_value * looked_at as f64).min(1.0), ..it }),
-    );
+        all.into_iter().partition(|finding| open[finding.index].spot_m.is_some());
+    let best = spots.into_iter().max_by(|a, b| a.merit.total_cmp(&b.merit));
+    // Bonferroni: the best of this many.
+    let corrected = |p_value: f64| (p_value * tested_places as f64).min(1.0);
+    rest.extend(best.map(|best| Finding { p_value: corrected(best.p_value), ..best }));
     rest
 }
 
-/// Whether the counts begin at the same number in every run: a wheel's angle is then not known across runs.
+/// Whether the counts begin at the same number in every run: the angle of a wheel is then unknown across runs.
 pub(crate) fn counts_start_anew(prepared: &Prepared) -> bool {
     let mut starts = prepared.runs.iter().filter_map(|run| run.motion.steps.first());
     let Some(first) = starts.next() else { return false };
     let mut others = starts.peekable();
-    others.peek().is_some() && others.all(|it| it.phi_rad == first.phi_rad)
+    others.peek().is_some() && others.all(|step| step.phi_rad == first.phi_rad)
 }
 
-/// By chance as much gain as these columns have where every run may have its own values of them: what the
-/// median run gains, so that most of them have to.
+/// Probability by chance of as much gain as these columns have with values of their own in every run. It takes
+/// the gain of the median run, so most runs have to show it.
 fn each_run_by_itself(
     equations: &CampaignEquations,
     (model, asked): (&[usize], &[usize]),
@@ -249,21 +265,22 @@ fn each_run_by_itself(
         })
         .collect();
     gains.sort_by(f64::total_cmp);
-    // Half of the runs gain more than the median does: binomially many of chi^2.
+    // Half of the runs gain more than the median: a binomial probability, each one of chi^2.
     let median = gains[gains.len() / 2];
     let alone = chi_squared(asked.len(), median / scatter);
     at_least_half(gains.len(), alone)
 }
 
-/// Probability that at least half of n independent things happen that each have this probability, at most.
+/// Upper bound on the probability that at least half of n independent events occur, each of which has the
+/// probability `alone`.
 fn at_least_half(n: usize, alone: f64) -> f64 {
     // C(n, k) < 2^n.
     let half = n.div_ceil(2) as f64;
     (2.0_f64.powi(n as i32) * alone.powf(half)).min(1.0)
 }
 
-/// Those of the columns that the campaign's motion shows at all.
-fn visible(equations: &CampaignEquations, columns: &[usize]) -> Vec<usize> {
-    // One sigma at the widest value that a probe can have: anything that is there is far above it.
-    columns.iter().copied().filter(|it| equations.total.gram[(*it, *it)] > 1.0).collect()
+/// The columns that the campaign's motion shows at all.
+fn visible(equations: &CampaignEquations, columns: Range<usize>) -> Vec<usize> {
+    // At the widest value of a probe it does more than one sigma: a real dependence does far more.
+    columns.filter(|column| equations.total.gram[(*column, *column)] > 1.0).collect()
 }

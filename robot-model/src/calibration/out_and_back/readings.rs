@@ -1,4 +1,4 @@
-//! Radius and pull from what was read by hand after the way out and after the way back.
+//! What do readings by hand, after the way out and after the way back, say about radius and pull?
 //!
 //! Frame: the start line. psi_0 is the heading with which the robot was put there, s > 0 the length of
 //! each way, y_o and y_b the offsets read after each way with errors e, a_o and a_b the tangents. To
@@ -9,8 +9,8 @@
 //! a_o = alpha_f - psi_0 + e_o,               a_b = alpha_f + alpha_b - psi_0 + e_b             (4)
 //! ```
 //!
-//! psi_0 is in y_o alone: after the way back the robot stands on the line again, however it was lined
-//! up. Solved for the angles, the errors are
+//! psi_0 is in y_o only: after the way back the robot is on the line again, however it was aligned. Solved for the
+//! angles, the errors are
 //!
 //! ```text
 //! offsets:   d alpha_f = -2 psi_0 - 2 e_o / s,   d alpha_b = 2 psi_0 + 2 (e_o + e_b) / s       (5)
@@ -27,9 +27,9 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::sinc;
 
 impl OutAndBack {
-    /// Separates radius from pull by what was read after each way, the robot not touched in between.
+    /// Separates radius from pull by a reading after each leg, without moving the robot by hand in between.
     ///
-    /// Both readings are relative to the start line. Geometry and line-up are those of the way out.
+    /// Both readings are relative to the start line. Geometry and alignment are those of the way out.
     pub fn by_readings(out: &Experiment, back: &Experiment) -> Result<Self, OutAndBackError> {
         let start_variance = out.start_heading_sigma_rad.powi(2);
         let leg = |of: &Experiment, alpha_rad, variance: f64| Leg {
@@ -69,7 +69,7 @@ impl OutAndBack {
 }
 
 impl Experiment {
-    /// The lateral offset with its sigma, if that is what was read.
+    /// The lateral offset with its sigma, if it was read.
     fn offset(&self) -> Option<(f64, f64)> {
         match self.deviation {
             Deviation::LateralOffset { y_m, sigma_m } => Some((y_m, sigma_m)),
@@ -105,8 +105,8 @@ fn end(arc: &Arc, alpha_rad: f64) -> Pose {
 fn way_back(out: &Arc, alpha_out_rad: f64, back: &Arc, y_m: f64) -> f64 {
     let turned = end(out, alpha_out_rad);
     let mut alpha_rad = -alpha_out_rad;
-    // y falls by s / 2 a radian, with s negative backwards; what the slope lacks is of the size of
-    // alpha^2, so that each round leaves less than a tenth of the error.
+    // y falls by s / 2 per radian, with s negative backwards. The slope is off by the order of alpha^2, so each
+    // round leaves less than a tenth of the error.
     for _ in 0..20 {
         let miss_m = turned.compose(end(back, alpha_rad)).y_m - y_m;
         alpha_rad += 2.0 * miss_m / back.length_m(alpha_rad);

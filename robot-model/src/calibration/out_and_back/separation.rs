@@ -1,4 +1,4 @@
-//! Equations (1) and (2): radius and pull from two angles.
+//! Which part of two deviation angles is the radius, and which is a pull? Equations (1) and (2).
 
 use core::fmt;
 
@@ -14,12 +14,12 @@ pub struct Leg {
     pub alpha_rad: f64,
     /// Its standard uncertainty, without the tolerances of the nominal robot \[rad\].
     pub alpha_sigma_rad: f64,
-    /// How far the wheels turned; negative angles backwards. Where a track shows how long the way
-    /// was, as far as wheels of the nominal radius would have turned for it.
+    /// How far the wheels turned; negative angles backwards. Where a track shows the length of the path: how far
+    /// wheels of the nominal radius would have turned for it.
     pub turns: WheelPair<f64>,
 }
 
-/// What the two runs' angles have in common.
+/// What the angles of the two runs have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shared {
     /// Covariance of the two alphas \[rad^2\].
@@ -29,18 +29,18 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Two tracks, each measured for itself.
+    /// Two tracks, measured independently.
     pub const TRACKS: Self = Self { alpha_covariance_rad2: 0.0, measured_by: MeasuredBy::Track };
 }
 
-/// How a run was measured, which says how a wrong wheel radius comes in.
+/// How a run was measured: this decides how a wrong wheel radius acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeasuredBy {
-    /// A track: the turn and the length of the way.
+    /// A track: the turn and the length of the path.
     Track,
-    /// The turn alone; the length is the nominal one.
+    /// Only the turn; the length is the nominal one.
     Angle,
-    /// An offset from the line, made an angle by the nominal length.
+    /// An offset from the line, converted to an angle with the nominal length.
     Offset,
 }
 
@@ -55,20 +55,32 @@ impl MeasuredBy {
     }
 }
 
-/// What bends the path.
+/// The cause that bends the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The curvature flips: unequal radii, and nothing else beyond noise.
     Radius,
     /// The curvature does not flip: a pull.
     Pull,
-    /// There are both.
+    /// Both are beyond noise.
     Both,
     /// Neither is beyond noise.
     Neither,
 }
 
-/// What two runs say together.
+impl Verdict {
+    /// By which of the two is beyond noise.
+    const fn of(radius: bool, pull: bool) -> Self {
+        match (radius, pull) {
+            (true, true) => Self::Both,
+            (true, false) => Self::Radius,
+            (false, true) => Self::Pull,
+            (false, false) => Self::Neither,
+        }
+    }
+}
+
+/// The result of a run out and a run back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutAndBack {
     /// W_T from the part that flips.
@@ -83,9 +95,9 @@ pub struct OutAndBack {
     pub pull_rad_per_m: f64,
     /// Its standard uncertainty \[rad/m\].
     pub pull_sigma_rad_per_m: f64,
-    /// The way back's alpha as measured \[rad\], clockwise positive.
+    /// Alpha of the way back as measured \[rad\], clockwise positive.
     pub back_alpha_rad: f64,
-    /// Which of the two stands out.
+    /// Which of the two is beyond noise.
     pub verdict: Verdict,
 }
 
@@ -118,8 +130,8 @@ impl OutAndBack {
         let wheel_weight = (s_m[0] * c[1] - s_m[1] * c[0]) / determinant;
         let pull_rad_per_m = (q[0] * c[1] - q[1] * c[0]) / determinant;
 
-        // A sum of both alphas, each with a weight. What the encoders round off counts as an error of
-        // alpha; the way back begins with the count at which the way out ended.
+        // Both results are weighted sums of the two alphas. The rounding of the encoders counts as an error of
+        // alpha; the way back begins at the count at which the way out ended.
         let rounding_rad2 =
             (radius_m / geometry.track_width_m * geometry.rad_per_count()).powi(2) / 6.0;
         let variance = legs.map(|leg| leg.alpha_sigma_rad.powi(2) + 2.0 * rounding_rad2);
@@ -136,8 +148,7 @@ impl OutAndBack {
             radius_m * (turns.left - wheel_weight * turns.right) / geometry.track_width_m;
         let radius_alpha_sigma_rad = (q[0] * noise).abs();
 
-        // (2); what a wrong nominal robot does to either part is in proportion to that part, so that
-        // it cannot make one stand out.
+        // (2): errors of the nominal robot change either part in proportion, so they cannot lift it above noise.
         let by_track = radius_alpha_rad / (radius_m * turns.right);
         let radius_share =
             shared.measured_by.radius_power() * geometry.wheel_radius_sigma_m / radius_m;
@@ -156,18 +167,13 @@ impl OutAndBack {
             pull_rad_per_m,
             pull_sigma_rad_per_m,
             back_alpha_rad: backward.alpha_rad,
-            verdict: match (radius, pull) {
-                (true, true) => Verdict::Both,
-                (true, false) => Verdict::Radius,
-                (false, true) => Verdict::Pull,
-                (false, false) => Verdict::Neither,
-            },
+            verdict: Verdict::of(radius, pull),
         })
     }
 }
 
 impl OutAndBack {
-    /// What the pull alone turns the robot by on a way of this length \[rad\], clockwise positive.
+    /// The turn by the pull alone on a path of this length \[rad\], clockwise positive.
     pub fn pull_alpha_rad(&self, length_m: f64) -> f64 {
         self.pull_rad_per_m * length_m.abs()
     }
@@ -182,7 +188,7 @@ impl Leg {
     }
 }
 
-/// Why two runs cannot be separated.
+/// Why radius and pull cannot be separated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OutAndBackError {
     /// Both runs went the same way.
@@ -191,7 +197,7 @@ pub enum OutAndBackError {
     BadNumber,
     /// One run was read by an offset, the other one by an angle.
     Mixed,
-    /// The reading after one of the runs is none that such a run can end with.
+    /// The reading after one of the runs is impossible for such a run.
     Reading(WheelWeightError),
 }
 

@@ -24,21 +24,21 @@ fn leg_of(
     let Geometry { wheel_radius_m: r, track_width_m: b, .. } = *geometry;
     let (left_m, right_m) = (r * turns.left, r * turns.right * wheel_weight);
     let wheels = (left_m - right_m) / b;
-    // s = R_L phi_L - b alpha / 2 with alpha itself on the left: solved for alpha.
+    // s = R_L phi_L - b alpha / 2 contains alpha: solved for alpha.
     let sign = turns.left.signum();
     let alpha_rad =
         (wheels + pull_rad_per_m * left_m.abs()) / (1.0 + pull_rad_per_m * sign * b / 2.0);
     Leg { alpha_rad, alpha_sigma_rad: sigma, turns }
 }
 
-fn judge(wheel_weight: f64, pull_rad_per_m: f64, sigma: f64) -> OutAndBack {
+fn separate(wheel_weight: f64, pull_rad_per_m: f64, sigma: f64) -> OutAndBack {
     let [out, back] = [OUT, BACK].map(|turns| leg(wheel_weight, pull_rad_per_m, turns, sigma));
     OutAndBack::new(out, back, Shared::TRACKS, &Geometry::PAPER).unwrap()
 }
 
 #[test]
 fn a_pull_is_not_mistaken_for_a_radius() {
-    let found = judge(1.0, 0.02, 0.002);
+    let found = separate(1.0, 0.02, 0.002);
     assert_eq!(found.verdict, Verdict::Pull);
     assert!((found.wheel_weight - 1.0).abs() < 1e-12, "{found:?}");
     assert!((found.pull_rad_per_m - 0.02).abs() < 1e-12, "{found:?}");
@@ -46,7 +46,7 @@ fn a_pull_is_not_mistaken_for_a_radius() {
 
 #[test]
 fn a_radius_is_not_mistaken_for_a_pull() {
-    let found = judge(0.9919, 0.0, 0.002);
+    let found = separate(0.9919, 0.0, 0.002);
     assert_eq!(found.verdict, Verdict::Radius);
     assert!((found.wheel_weight - 0.9919).abs() < 1e-12, "{found:?}");
     assert!(found.pull_rad_per_m.abs() < 1e-12, "{found:?}");
@@ -54,11 +54,11 @@ fn a_radius_is_not_mistaken_for_a_pull() {
 
 #[test]
 fn both_and_neither_are_told_apart() {
-    let both = judge(0.9919, -0.01, 0.002);
+    let both = separate(0.9919, -0.01, 0.002);
     assert_eq!(both.verdict, Verdict::Both);
     assert!((both.wheel_weight - 0.9919).abs() < 1e-12);
     assert!((both.pull_rad_per_m + 0.01).abs() < 1e-12);
-    assert_eq!(judge(0.9999, 0.0002, 0.01).verdict, Verdict::Neither);
+    assert_eq!(separate(0.9999, 0.0002, 0.01).verdict, Verdict::Neither);
 }
 
 #[test]
@@ -76,20 +76,20 @@ fn legs_of_different_length_and_an_already_weighted_robot_are_allowed_for() {
     assert!((found.pull_rad_per_m - 0.007).abs() < 1e-12, "{found:?}");
 }
 
-/// A robot on its two ways, and what a person reads after each.
+/// A robot that drives out and back, and what a person reads after each leg.
 #[derive(Clone, Copy)]
-struct Walk {
+struct Trial {
     wheel_weight: f64,
     pull_rad_per_m: f64,
     /// The robot as it is.
     real: Geometry,
-    /// The robot as it is thought to be, with its tolerances.
+    /// The nominal robot, with its tolerances.
     nominal: Geometry,
     start_heading_rad: f64,
     start_heading_sigma_rad: f64,
 }
 
-impl Walk {
+impl Trial {
     const PAPER: Self = Self {
         wheel_weight: 0.9919,
         pull_rad_per_m: 0.0,
@@ -99,7 +99,7 @@ impl Walk {
         start_heading_sigma_rad: 0.0,
     };
 
-    /// The poses after each way, on the line that the robot should have been put on.
+    /// The poses after each leg, relative to the line that the robot should have been put on.
     fn poses(&self) -> [Pose; 2] {
         let mut pose = Pose::new(0.0, 0.0, self.start_heading_rad);
         [OUT, BACK].map(|turns| {
@@ -122,33 +122,33 @@ impl Walk {
         })
     }
 
-    fn judged(&self, read: impl FnMut(Pose) -> Deviation) -> OutAndBack {
+    fn separate(&self, read: impl FnMut(Pose) -> Deviation) -> OutAndBack {
         let [out, back] = self.experiments(read);
         OutAndBack::by_readings(&out, &back).unwrap()
     }
 }
 
-/// A ruler of this sigma; `noise` is what the reader is off by, in sigmas.
+/// A reading with a ruler; `noise` is its error in sigmas.
 fn offset(pose: Pose, sigma_m: f64, noise: f64) -> Deviation {
     Deviation::LateralOffset { y_m: pose.y_m + sigma_m * noise, sigma_m }
 }
 
-/// A tangent over 30 cm.
+/// The reading of a tangent over 30 cm.
 fn tangent(pose: Pose, sigma_m: f64, noise: f64) -> Deviation {
     let dy_m = -0.3 * pose.heading_rad.tan() + sigma_m * noise;
     Deviation::Tangent { dx_m: 0.3, dy_m, sigma_m }
 }
 
 #[test]
-fn readings_after_both_ways_give_back_what_bent_them() {
+fn readings_after_both_legs_give_back_radius_and_pull() {
     for (wheel_weight, pull_rad_per_m) in [(0.9919, 0.0), (1.0, 0.02), (1.02, -0.03), (0.95, 0.01)]
     {
-        let walk = Walk { wheel_weight, pull_rad_per_m, ..Walk::PAPER };
+        let trial = Trial { wheel_weight, pull_rad_per_m, ..Trial::PAPER };
         let read: [fn(Pose) -> Deviation; 2] =
             [|pose| offset(pose, 0.0005, 0.0), |pose| tangent(pose, 0.0005, 0.0)];
         for read in read {
-            let found = walk.judged(read);
-            // Exact arcs: what is left is the slack of the solver.
+            let found = trial.separate(read);
+            // The arcs are exact; only the tolerance of the solver is left.
             assert!((found.wheel_weight - wheel_weight).abs() < 1e-9, "{found:?}");
             assert!((found.pull_rad_per_m - pull_rad_per_m).abs() < 1e-9, "{found:?}");
         }
@@ -157,17 +157,17 @@ fn readings_after_both_ways_give_back_what_bent_them() {
 
 #[test]
 fn readings_of_two_kinds_are_refused() {
-    let [out, _] = Walk::PAPER.experiments(|pose| offset(pose, 0.0005, 0.0));
-    let [_, back] = Walk::PAPER.experiments(|pose| tangent(pose, 0.0005, 0.0));
+    let [out, _] = Trial::PAPER.experiments(|pose| offset(pose, 0.0005, 0.0));
+    let [_, back] = Trial::PAPER.experiments(|pose| tangent(pose, 0.0005, 0.0));
     assert_eq!(OutAndBack::by_readings(&out, &back), Err(OutAndBackError::Mixed));
     assert_eq!(OutAndBack::by_readings(&back, &out), Err(OutAndBackError::Mixed));
 }
 
 #[test]
-fn a_ruler_makes_the_sigmas_that_its_equations_say() {
+fn a_ruler_gives_the_sigmas_of_its_equations() {
     let psi = 0.002;
-    let walk = Walk { wheel_weight: 1.0, start_heading_sigma_rad: psi, ..Walk::PAPER };
-    let found = walk.judged(|pose| offset(pose, 0.0005, 0.0));
+    let trial = Trial { wheel_weight: 1.0, start_heading_sigma_rad: psi, ..Trial::PAPER };
+    let found = trial.separate(|pose| offset(pose, 0.0005, 0.0));
     let s_m = 0.036 * OUT.left;
     let per_m = 0.0005 / s_m;
     // The encoders' rounding adds less than 1 % to the first and 2 % to the second, in squares.
@@ -182,18 +182,18 @@ fn each_tolerance_is_the_change_that_it_makes() {
     let exactly: [fn(Pose) -> Deviation; 2] =
         [|pose| offset(pose, 0.0, 0.0), |pose| tangent(pose, 0.0, 0.0)];
     for read in exactly {
-        let exact = Walk::PAPER.judged(read);
+        let exact = Trial::PAPER.separate(read);
         let sigma = |track_width_sigma_m, wheel_radius_sigma_m| {
             let nominal = Geometry { track_width_sigma_m, wheel_radius_sigma_m, ..Geometry::PAPER };
-            let with = Walk { nominal, ..Walk::PAPER }.judged(read).wheel_weight_sigma;
+            let with = Trial { nominal, ..Trial::PAPER }.separate(read).wheel_weight_sigma;
             (with.powi(2) - exact.wheel_weight_sigma.powi(2)).sqrt()
         };
-        // Tolerances so wide that the encoders' rounding is nothing beside them.
+        // Tolerances so wide that the rounding of the encoders is negligible.
         let (by_track, by_radius) = (sigma(1e4 * db_m, 0.0), sigma(0.0, 1e4 * dr_m));
         let wider = Geometry { track_width_m: 0.372 + db_m, ..Geometry::PAPER };
         let larger = Geometry { wheel_radius_m: 0.036 + dr_m, ..Geometry::PAPER };
         for (nominal, sigma) in [(wider, by_track), (larger, by_radius)] {
-            let moved = Walk { nominal, ..Walk::PAPER }.judged(read);
+            let moved = Trial { nominal, ..Trial::PAPER }.separate(read);
             let change = (moved.wheel_weight - exact.wheel_weight).abs() * 1e4;
             // (2) is of first order in alpha, which is 0.04.
             assert!((change / sigma - 1.0).abs() < 0.05, "{change} {sigma}");
@@ -202,7 +202,7 @@ fn each_tolerance_is_the_change_that_it_makes() {
 }
 
 #[test]
-fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_walks() {
+fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_trials() {
     let nominal =
         Geometry { track_width_sigma_m: 0.002, wheel_radius_sigma_m: 0.0002, ..Geometry::PAPER };
     let count_rad = nominal.rad_per_count();
@@ -216,7 +216,7 @@ fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_walks() {
                 track_width_m: nominal.track_width_m + 0.002 * noise.normal(),
                 ..nominal
             };
-            let walk = Walk {
+            let trial = Trial {
                 wheel_weight: 0.985,
                 pull_rad_per_m: 0.004,
                 real,
@@ -225,16 +225,16 @@ fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_walks() {
                 start_heading_sigma_rad: 0.002,
             };
             let read: fn(Pose, f64, f64) -> Deviation = [offset, tangent][kind as usize];
-            let mut experiments = walk.experiments(|pose| read(pose, 0.0005, noise.normal()));
+            let mut experiments = trial.experiments(|pose| read(pose, 0.0005, noise.normal()));
             // Whole counts, at the start, the turning point and the end.
             let at = [(); 3].map(|()| [noise.uniform() - 0.5, noise.uniform() - 0.5]);
-            for (way, experiment) in experiments.iter_mut().enumerate() {
-                experiment.turns.left += count_rad * (at[way + 1][0] - at[way][0]);
-                experiment.turns.right += count_rad * (at[way + 1][1] - at[way][1]);
+            for (leg, experiment) in experiments.iter_mut().enumerate() {
+                experiment.turns.left += count_rad * (at[leg + 1][0] - at[leg][0]);
+                experiment.turns.right += count_rad * (at[leg + 1][1] - at[leg][1]);
             }
             let found = OutAndBack::by_readings(&experiments[0], &experiments[1]).unwrap();
-            let error = (found.wheel_weight - walk.wheel_weight) / found.wheel_weight_sigma;
-            let pull = (found.pull_rad_per_m - walk.pull_rad_per_m) / found.pull_sigma_rad_per_m;
+            let error = (found.wheel_weight - trial.wheel_weight) / found.wheel_weight_sigma;
+            let pull = (found.pull_rad_per_m - trial.pull_rad_per_m) / found.pull_sigma_rad_per_m;
             covered += u32::from(error.abs() < SIGMAS_95);
             pull_covered += u32::from(pull.abs() < SIGMAS_95);
             square += error * error;
@@ -251,7 +251,7 @@ fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_walks() {
 }
 
 #[test]
-fn two_runs_the_same_way_are_refused() {
+fn two_runs_in_the_same_direction_are_refused() {
     let out = leg(0.99, 0.0, OUT, 0.001);
     let error = OutAndBack::new(out, out, Shared::TRACKS, &Geometry::PAPER).unwrap_err();
     assert_eq!(error, OutAndBackError::SameDirection);

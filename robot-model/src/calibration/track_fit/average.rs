@@ -1,4 +1,4 @@
-//! One unknown, averaged over how much the robot may have wandered.
+//! What is one unknown, averaged over how much the robot may have wandered?
 
 use core::f64::consts::TAU;
 
@@ -17,9 +17,9 @@ pub(super) struct Averaged {
 
 /// Averages one unknown over the variance of the random ones, weighted by their likelihood: (7), (8).
 ///
-/// `heading_sigma_rad` is the sigma of the whole run's turn without wandering. Wandering is taken to
-/// be between 1 and 128 times that, every factor of sqrt 2 as likely beforehand. Less could not be
-/// told from none by one track, so a robot that does not wander at all gets a cautious sigma.
+/// `heading_sigma_rad` is the sigma of the turn over the whole run without wandering. The prior: wandering is
+/// between 1 and 128 times that, equally likely at each factor of sqrt 2. One track cannot tell less from none,
+/// so a robot that does not wander at all gets a cautious sigma.
 pub(super) fn average_over_variance(
     model: &MixedModel,
     heading_sigma_rad: f64,
@@ -35,26 +35,28 @@ pub(super) fn average_over_variance(
     let best = (0..solutions.len())
         .max_by(|&a, &b| solutions[a].log_likelihood.total_cmp(&solutions[b].log_likelihood))?;
     let top = solutions[best].log_likelihood;
-    let weights: Vec<_> = solutions.iter().map(|it| (it.log_likelihood - top).exp()).collect();
+    let weights: Vec<_> = solutions.iter().map(|each| (each.log_likelihood - top).exp()).collect();
     let total: f64 = weights.iter().sum();
-    // Each variance's answer: its weight, value and sigma.
+    // The answer with each variance: its weight, value and sigma.
     let answers: Vec<_> = solutions
         .iter()
         .zip(weights)
-        .map(|(it, weight)| {
-            (weight / total, it.values[unknown], it.covariance[(unknown, unknown)].sqrt())
+        .map(|(solution, weight)| {
+            let sigma = solution.covariance[(unknown, unknown)].sqrt();
+            (weight / total, solution.values[unknown], sigma)
         })
         .collect();
     let value: f64 = answers.iter().map(|(weight, value, _)| weight * value).sum();
-    let widest =
-        answers.iter().fold(0.0_f64, |most, (_, it, sigma)| most.max(sigma + (it - value).abs()));
+    let widest = answers
+        .iter()
+        .fold(0.0_f64, |most, (_, mean, sigma)| most.max(sigma + (mean - value).abs()));
 
-    // (8): the half width outside which 5 % of the mixture lie, by halving.
+    // (8): the half width outside which 5 % of the mixture lie, by bisection.
     let outside = |half: f64| -> f64 {
-        let tails = |it: f64, sigma: f64| {
-            normal_tail((half - it + value) / sigma) + normal_tail((half + it - value) / sigma)
+        let tails = |mean: f64, sigma: f64| {
+            normal_tail((half - mean + value) / sigma) + normal_tail((half + mean - value) / sigma)
         };
-        answers.iter().map(|(weight, it, sigma)| weight * tails(*it, *sigma)).sum()
+        answers.iter().map(|(weight, mean, sigma)| weight * tails(*mean, *sigma)).sum()
     };
     let (mut low, mut high) = (0.0, 3.0 * widest);
     for _ in 0..50 {

@@ -1,12 +1,12 @@
-//! How sure the end of the run is.
+//! How sure is the end of the run?
 
 use super::run::{Beta, Run, START};
 use super::wander::PIECES;
 use crate::numeric::mixed_model::Solution;
 
 impl Run<'_> {
-    /// (9): sigmas of offset and heading at the end relative to the start pose, whose own shifts and
-    /// turns move the line along with the end.
+    /// (9): sigmas of offset and heading at the end, relative to the start pose: an error of the start pose moves
+    /// the line together with the end.
     pub(super) fn end_sigmas(
         &self,
         beta: &Beta,
@@ -35,8 +35,8 @@ impl Run<'_> {
                 .sum();
             variance.max(0.0).sqrt()
         };
-        // How the heading wandered inside the first piece is not resolved: a third of the variance of
-        // its turn stays in the start heading, and turns the whole run about the start.
+        // Wandering within the first piece is not resolved: a third of the variance of its turn stays in the
+        // start heading and turns the whole run about the start.
         let unresolved_rad = (piece_variance / 3.0).sqrt();
         let reach_m = local[last].x_m;
         (sigma(offset).hypot(reach_m * unresolved_rad), sigma(heading).hypot(unresolved_rad))

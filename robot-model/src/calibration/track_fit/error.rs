@@ -1,4 +1,4 @@
-//! Why a track cannot be fitted.
+//! Why can a track not be fitted?
 
 use core::fmt;
 

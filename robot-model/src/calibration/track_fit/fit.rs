@@ -1,4 +1,4 @@
-//! The fit, from its data to its result.
+//! The fit from its data to its result; the steps are in the files beside this one.
 
 use super::error::TrackFitError;
 use super::result::{FitOptions, TrackFit};

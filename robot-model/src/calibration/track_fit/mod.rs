@@ -1,22 +1,22 @@
-//! W_T from a whole measured track.
+//! What does a whole measured track say about W_T?
 //!
-//! The path that the wheel angles predict (exact arcs, radius and track width as given) is laid on
-//! the measured points by weighted least squares. Unknown are W_T, the pose at the first sample
-//! (always a nuisance, never evidence), a common scale of both radii (a nuisance too: else the length
-//! of the track, which says as much of the tolerance of R as of W_T, would pass for evidence) and, if
-//! asked for, the delay of the track's clock.
+//! The path that the wheel angles predict (exact arcs, radius and track width as given) is fitted to the measured
+//! points by weighted least squares. Unknown are W_T and some nuisance parameters: the pose at the first sample, a
+//! common scale of both radii and, on request, the delay of the track's clock. Without the scale, the length of
+//! the track would count as evidence of W_T, though it shows the tolerance of R just as much.
 //!
-//! **How sure.** Points of a track are not independent evidence of W_T: what bends the real path,
-//! beyond the wheels, stays in every later point. So the path is also allowed to wander, by as much
-//! as the track itself tells. The equations, numbered (1) to (9), and what they achieve stand in
-//! `docs/how-sure-is-w-t.md`.
+//! **How sure.** The points of a track are not independent evidence of W_T: a disturbance that bends the real path
+//! stays in every later point. So the path may also wander, by as much as the track shows. The equations (1) to
+//! (9) and what they achieve are in `docs/how-sure-is-w-t.md`.
+//!
+//! Whether the robot turns because of its radii at all is left to [`super::out_and_back`].
 //!
 //! | file | what it holds |
 //! | --- | --- |
 //! | `fit.rs` | [`fit_track`] |
 //! | `result.rs` | [`FitOptions`], [`TrackFit`] |
 //! | `track.rs` | [`Track`], [`WheelAngles`]: the data |
-//! | `run.rs` | the path that they predict, and the least-squares solution |
+//! | `run.rs` | the predicted path, and the least-squares solution |
 //! | `wander.rs`, `average.rs`, `residuals.rs`, `scatter.rs` | how much the path wanders, how noisy the track is |
 //! | `end.rs`, `uncertainty.rs` | the end of the run, and W_T with its whole uncertainty |
 

@@ -1,4 +1,4 @@
-//! The residual equations of a fit, and what their residuals say.
+//! What are the residuals of a fit, and how noisy do they show the track to be?
 
 use super::run::{Beta, Run};
 use super::scatter::{noise_of, second_differences};
@@ -48,8 +48,8 @@ impl Run<'_> {
         lines
     }
 
-    /// (6): how much larger the noise is than stated, from second differences of the residuals, which
-    /// wandering leaves alone; never below 1.
+    /// (6): by what factor the noise is larger than stated, from second differences of the residuals, which
+    /// wandering hardly changes; at least 1.
     pub(super) fn noise_scale(&self, lines: &[Line]) -> f64 {
         let mut differences = Vec::new();
         for axis in 0..2 {
@@ -64,7 +64,7 @@ impl Run<'_> {
     }
 }
 
-/// Residuals in figures.
+/// The root mean squares of the residuals.
 pub(super) struct Residuals {
     pub(super) position_rms_m: f64,
     pub(super) heading_rms_rad: f64,

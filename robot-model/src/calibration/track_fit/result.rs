@@ -1,4 +1,4 @@
-//! What a fit is asked for, and what it gives.
+//! Options and result of a fit to a track.
 
 use crate::calibration::wheel_weight::weight::WheelWeight;
 use crate::kinematics::pose::Pose;
@@ -19,7 +19,7 @@ pub struct Estimate {
     pub sigma: f64,
 }
 
-/// What a track says.
+/// The result of a fit to a track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackFit {
     /// W_T, with everything in its sigma; its alpha is that of the whole run.
@@ -34,11 +34,11 @@ pub struct TrackFit {
     pub end_heading_sigma_rad: f64,
     /// Delay of the track \[s\], if it was fitted.
     pub delay_s: Option<Estimate>,
-    /// Mean of both wheel radii relative to what the nominal left radius and W_T make it.
+    /// Scale of both wheel radii, relative to the nominal left radius and W_T.
     pub scale: Estimate,
-    /// Sigma of W_T if the track's noise were all there is.
+    /// Sigma of W_T from the noise of the track alone.
     pub white_sigma: f64,
-    /// Sigma of W_T with the robot's own wandering, which integrates.
+    /// Sigma of W_T with random wandering of the heading, which integrates along the run.
     pub wander_sigma: f64,
     /// Root mean square of the position residuals without wandering, each axis \[m\].
     pub position_rms_m: f64,

@@ -1,4 +1,4 @@
-//! The data of a fit, the path that they predict, and the least-squares solution without wandering.
+//! Which path do the wheel angles predict, and which W_T fits the track best without wandering?
 
 use super::error::TrackFitError;
 use super::result::FitOptions;
@@ -17,7 +17,7 @@ pub(super) struct Beta {
     pub(super) scale: f64,
 }
 
-/// Places of the unknowns in a row: x0, y0, theta0, W_T, the scale, then those asked for.
+/// Places of the unknowns in a row: x0, y0, theta0, W_T, the scale, then the delay if it is fitted.
 pub(super) const START: usize = 3;
 pub(super) const WEIGHT: usize = 3;
 pub(super) const SCALE: usize = 4;
@@ -73,7 +73,7 @@ impl<'a> Run<'a> {
                 .hypot(quantum_m * 2_f64.sqrt() / geometry.track_width_m),
         };
         let turns = run.turns();
-        // A tenth of a radian of wheel says nothing of radii.
+        // A tenth of a radian at the wheel shows nothing of the radii.
         if turns.left.abs() < 0.1 || turns.right.abs() < 0.1 {
             return Err(TrackFitError::NoTravel);
         }
@@ -122,7 +122,7 @@ impl<'a> Run<'a> {
         poses
     }
 
-    /// Derivatives of the local poses by W_T, the scale and whatever else was asked for.
+    /// Derivatives of the local poses by W_T, the scale and, if it is fitted, the delay.
     pub(super) fn shape_derivatives(&self, beta: &Beta) -> Vec<Vec<Pose>> {
         let Beta { wheel_weight: w, delay_s: d, scale: k, .. } = *beta;
         let mut all = Vec::new();
@@ -142,19 +142,19 @@ impl<'a> Run<'a> {
         difference(h, self.local(w + h, d, k), self.local(w - h, d, k));
         difference(h, self.local(w, d, k + h), self.local(w, d, k - h));
         if self.options.delay {
-            // Long enough that whole counts do not make the speed jump.
+            // Long enough that whole counts hardly change the speed.
             let h = 0.02;
             difference(h, self.local(w, d + h, k), self.local(w, d - h, k));
         }
         all
     }
 
+    /// The number of unknowns without wandering.
     pub(super) fn unknowns(&self) -> usize {
         SCALE + 1 + usize::from(self.options.delay)
     }
 
-    /// Where the track must start for equal wheels to fit it best: the turn that lays the predicted
-    /// points on the measured ones (Procrustes).
+    /// The start pose with which equal wheels fit the track best (Procrustes).
     fn first_guess(&self) -> Beta {
         let local = self.local(1.0, 0.0, 1.0);
         let n = local.len() as f64;
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
             if !(0.5..2.0).contains(&beta.wheel_weight) || !(0.5..2.0).contains(&beta.scale) {
                 return Err(TrackFitError::NotConverged);
             }
-            // A hundredth of its own sigma is nothing.
+            // A hundredth of its own sigma is small enough.
             if step.values[WEIGHT].abs() < 0.01 * step.covariance[(WEIGHT, WEIGHT)].sqrt() {
                 return Ok(beta);
             }

@@ -5,11 +5,11 @@ use crate::kinematics::{Geometry, Pose, WheelPair};
 use crate::numeric::angle::wrap;
 use crate::numeric::random::Random;
 
-/// How a made-up robot and its camera behave.
+/// A synthetic robot and its camera.
 #[derive(Clone, Copy)]
 struct World {
     wheel_weight: f64,
-    /// Heading picked up by itself, in a random walk \[rad/sqrt(m)\].
+    /// Random walk of the heading \[rad/sqrt(m)\].
     wander: f64,
     position_sigma_m: f64,
     heading_sigma_rad: f64,
@@ -30,8 +30,8 @@ const CAMERA: World = World {
     backwards: false,
 };
 
-/// Eight turns at a smooth speed, wheels that wobble a little, counts that are whole; a camera at
-/// 25 Hz that stands anywhere.
+/// Eight turns of the wheels at a smooth speed, with a little wobble and whole counts; a camera at 25 Hz in any
+/// place.
 fn drive(world: World, seed: u64) -> (Track, Vec<WheelAngles>) {
     let mut noise = Random::new(seed);
     let geometry = Geometry::PAPER;
@@ -56,7 +56,7 @@ fn drive(world: World, seed: u64) -> (Track, Vec<WheelAngles>) {
         pose = pose.advance(left_m, right_m, geometry.track_width_m);
         pose.heading_rad += world.wander * ((left_m + right_m).abs() / 2.0).sqrt() * noise.normal();
 
-        // Each wheel stands somewhere within a count when the run begins.
+        // Each wheel begins somewhere within a count.
         let whole = |rad: f64, phase: f64| {
             (rad / geometry.rad_per_count() + phase).floor() * geometry.rad_per_count()
         };
@@ -123,7 +123,7 @@ fn repeat(world: World, trials: u32) -> Campaign {
 
 #[test]
 fn the_estimate_is_unbiased_and_covers_the_truth_when_the_robot_wanders() {
-    // rad per root metre: as much as the camera's noise lets through, and more, and plainly more.
+    // rad per root metre: hidden by the noise of the camera, just visible, and clearly visible.
     for wander in [0.0005, 0.001, 0.002, 0.01] {
         let found = repeat(World { wander, ..CAMERA }, 300);
         // 90 to 98 %, and half a percent for the chance of 300 trials (sigma 0.8 % at 98 %).
@@ -147,17 +147,17 @@ fn without_wandering_the_white_sigma_is_right_and_the_reported_one_cautious() {
     let white = held(&|fit| fit.white_sigma);
     assert!((0.90..=0.98).contains(&white), "{white}");
     assert!(held(&|fit| fit.wheel_weight.sigma) >= 0.95);
-    // The price of not knowing that it does not wander, on average: between two and five.
+    // Not knowing that it does not wander costs a factor between two and five on average.
     let price =
         fits.iter().map(|fit| fit.wheel_weight.sigma / fit.white_sigma).sum::<f64>() / 400.0;
     assert!((2.0..5.0).contains(&price), "{price}");
 }
 
 #[test]
-fn a_track_without_headings_will_do() {
+fn a_track_without_headings_is_enough() {
     let found = repeat(World { with_heading: false, wander: 0.002, ..CAMERA }, 200);
     assert!((0.90..=0.985).contains(&found.coverage), "{}", found.coverage);
-    // Points alone, 1 mm each, 500 of them on 1.8 m, and the wandering of 2.7 mrad.
+    // Positions only, 500 of them on 1.8 m with 1 mm each, and wandering of 2.7 mrad.
     assert!(found.rms < 1.5e-3, "{}", found.rms);
 }
 
@@ -251,7 +251,7 @@ fn what_cannot_be_fitted_is_refused() {
     let few = Track { samples: track.samples[..5].to_vec(), ..track.clone() };
     assert!(matches!(try_fit(&few, &angles), TrackFitError::TooFewSamples { found: 5, .. }));
     let still: Vec<_> =
-        angles.iter().map(|it| WheelAngles { turns: WheelPair::default(), ..*it }).collect();
+        angles.iter().map(|angle| WheelAngles { turns: WheelPair::default(), ..*angle }).collect();
     assert_eq!(try_fit(&track, &still), TrackFitError::NoTravel);
     let mut back = track.clone();
     back.samples[7].t_s = 0.0;

@@ -1,4 +1,4 @@
-//! What was measured: the track, and the wheel angles of the same run.
+//! What was measured? The track, and the wheel angles of the same run.
 
 use super::error::TrackFitError;
 use super::scatter::scatter;
@@ -31,9 +31,9 @@ pub struct Track {
 }
 
 impl Track {
-    /// A track whose noise, where it is not stated, is estimated from how the samples scatter.
+    /// A track. Noise that is not stated is estimated from the scatter of the samples.
     ///
-    /// Estimate: second differences x(i) - 2 x(i+1) + x(i+2), which a smooth motion leaves near
+    /// The estimate: second differences x(i) - 2 x(i+1) + x(i+2), which a smooth motion leaves near
     /// zero, have sqrt(6) times the noise of a sample.
     pub fn new(
         samples: Vec<TrackSample>,
@@ -42,10 +42,12 @@ impl Track {
     ) -> Self {
         let position_sigma_m = position_sigma_m.unwrap_or_else(|| {
             let axis = |read: fn(&TrackSample) -> f64| samples.iter().map(read).collect::<Vec<_>>();
-            scatter(&axis(|it| it.x_m)).hypot(scatter(&axis(|it| it.y_m))) / 2_f64.sqrt()
+            scatter(&axis(|sample| sample.x_m)).hypot(scatter(&axis(|sample| sample.y_m)))
+                / 2_f64.sqrt()
         });
         let heading_sigma_rad = heading_sigma_rad.unwrap_or_else(|| {
-            let mut headings: Vec<_> = samples.iter().filter_map(|it| it.heading_rad).collect();
+            let mut headings: Vec<_> =
+                samples.iter().filter_map(|sample| sample.heading_rad).collect();
             for i in 1..headings.len() {
                 headings[i] = headings[i - 1] + wrap(headings[i] - headings[i - 1]);
             }
@@ -53,14 +55,14 @@ impl Track {
         });
         Self {
             samples,
-            // A track without any noise is one made by a formula; a micrometre keeps it solvable.
+            // Only a computed track has no noise; a micrometre keeps it solvable.
             position_sigma_m: position_sigma_m.max(1e-6),
             heading_sigma_rad: heading_sigma_rad.max(1e-6),
         }
     }
 }
 
-/// Cumulative wheel angles at one time, any start value.
+/// Cumulative wheel angles at one time, from any start value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelAngles {
     /// When \[s\].
@@ -69,7 +71,7 @@ pub struct WheelAngles {
     pub turns: WheelPair<f64>,
 }
 
-/// Refuses what no fit can use.
+/// Refuses data that no fit can use.
 pub(super) fn validate(
     track: &Track,
     angles: &[WheelAngles],
@@ -84,13 +86,13 @@ pub(super) fn validate(
             return Err(TrackFitError::BadNumber { name, value });
         }
     }
-    let samples = track.samples.iter().flat_map(|it| {
-        let heading_rad = it.heading_rad.unwrap_or(0.0);
-        [("time", it.t_s), ("x", it.x_m), ("y", it.y_m), ("heading", heading_rad)]
+    let samples = track.samples.iter().flat_map(|sample| {
+        let heading_rad = sample.heading_rad.unwrap_or(0.0);
+        [("time", sample.t_s), ("x", sample.x_m), ("y", sample.y_m), ("heading", heading_rad)]
     });
-    let wheels = angles
-        .iter()
-        .flat_map(|it| [("time", it.t_s), ("wheel angle", it.turns.left + it.turns.right)]);
+    let wheels = angles.iter().flat_map(|angle| {
+        [("time", angle.t_s), ("wheel angle", angle.turns.left + angle.turns.right)]
+    });
     for (name, value) in samples.chain(wheels) {
         if !value.is_finite() {
             return Err(TrackFitError::BadNumber { name, value });

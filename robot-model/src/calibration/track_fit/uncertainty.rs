@@ -1,4 +1,4 @@
-//! From the least-squares solution to W_T with all its uncertainty.
+//! How sure is W_T? From the least-squares solution to W_T with all its uncertainty.
 
 use super::average::average_over_variance;
 use super::error::TrackFitError;
@@ -70,7 +70,7 @@ impl Run<'_> {
         let (left_m, right_m) = (radius_m * turns.left, radius_m * turns.right);
         let track_m = self.geometry.track_width_m;
         let alpha_rad = (left_m - value * right_m) / track_m;
-        // What the track shows is the turn b alpha and the scale; a wrong b turns into W_T by its share.
+        // The track shows the angle alpha and the scale; an error of b changes W_T in proportion.
         let by_track = alpha_rad / right_m;
         let contributions = vec![
             Contribution { source: Source::TrackNoise, sigma: white },

@@ -1,20 +1,21 @@
-//! The robot's own wandering: what it does to the path.
+//! What does random wandering of the heading do to the path?
+//!
+//! How much the robot wanders is estimated in `average.rs`.
 
 use super::run::{Beta, Run};
 use crate::kinematics::pose::Pose;
 use crate::numeric::mixed_model::Solution;
 
-/// Pieces of a run in which its heading may take a turn of its own.
+/// The run is divided into this many pieces, each with a random turn of its own.
 pub(super) const PIECES: usize = 20;
 
 impl Run<'_> {
-    /// For each sample, what a turn of one radian in each piece of the run does to its
-    /// pose: Z of (3).
+    /// For each sample, what a turn of one radian in each piece of the run does to its pose: Z of (3).
     ///
     /// The turn is spread evenly over its piece; pieces are equal in wheel travel.
     pub(super) fn wandering(&self, beta: &Beta, local: &[Pose], pieces: usize) -> Vec<Vec<Pose>> {
         let turns: Vec<_> =
-            self.samples.iter().map(|it| self.turns_at(it.t_s - beta.delay_s).1).collect();
+            self.samples.iter().map(|sample| self.turns_at(sample.t_s - beta.delay_s).1).collect();
         let mut travelled = vec![0.0];
         for pair in turns.windows(2) {
             let step = pair[1].since(pair[0]);
@@ -42,7 +43,7 @@ impl Run<'_> {
         all
     }
 
-    /// The poses with the best wandering put in.
+    /// The fitted poses, with the most likely wandering.
     pub(super) fn fitted(&self, beta: &Beta, best: &Solution) -> Vec<Pose> {
         let mut moved = *beta;
         moved.step(self.options, best.values.as_slice());

@@ -1,4 +1,4 @@
-//! The exact arc of a run, and the angle that belongs to a lateral offset.
+//! Which arc did a run follow, and which angle belongs to its lateral offset?
 
 use super::error::WheelWeightError;
 use crate::numeric::angle::sinc;
@@ -33,8 +33,7 @@ impl Arc {
 
     /// The angle of the arc that ends `y_m` off the line.
     ///
-    /// From straight ahead the offset grows up to a largest one, near a third of a circle; the arc
-    /// looked for lies before that.
+    /// With the angle the offset grows up to a largest one, near a third of a circle; the solution lies before that.
     pub(crate) fn alpha_rad(&self, y_m: f64) -> Result<f64, WheelWeightError> {
         if y_m == 0.0 {
             return Ok(0.0);
@@ -47,7 +46,7 @@ impl Arc {
         if y_m.abs() >= largest_m {
             return Err(WheelWeightError::OffsetTooLarge { offset_m: y_m, largest_m });
         }
-        // 80 halvings leave nothing of the bracket but rounding.
+        // 80 bisections reduce the bracket to rounding errors.
         let (mut low, mut high) = (0.0, f64::from(last) * ARC_STEP_RAD);
         for _ in 0..80 {
             let middle = (low + high) / 2.0;
@@ -60,6 +59,6 @@ impl Arc {
     }
 }
 
-/// Steps in which the largest offset is looked for: 400 of 1/100 rad go past every arc's largest.
+/// Steps of the search for the largest offset: 400 of 1/100 rad go beyond the largest of every arc.
 const ARC_STEP_RAD: f64 = 0.01;
 const ARC_STEPS: u32 = 400;

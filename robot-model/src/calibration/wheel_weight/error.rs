@@ -1,10 +1,10 @@
-//! Why there is no W_T.
+//! Why does a reading give no W_T?
 
 use core::fmt;
 
 use crate::kinematics::geometry::GeometryError;
 
-/// Why there is no W_T.
+/// Why a reading gives no W_T.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WheelWeightError {
     /// The nominal robot is unphysical.
@@ -27,7 +27,7 @@ pub enum WheelWeightError {
     },
     /// The deviation would need a wheel of negative radius.
     Impossible {
-        /// The W_T that came out.
+        /// The resulting W_T.
         value: f64,
     },
 }

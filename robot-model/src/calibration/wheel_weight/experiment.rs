@@ -1,4 +1,4 @@
-//! A run, what was read at its end, and the propagation of its uncertainty.
+//! What does a reading at the end of a run say about W_T, and how does its uncertainty propagate?
 
 use super::arc::{Arc, versine_over_angle};
 use super::error::WheelWeightError;
@@ -50,7 +50,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Everything but the advice.
+    /// W_T with its uncertainty, without advice.
     pub(crate) fn propagate(&self) -> Result<WheelWeight, WheelWeightError> {
         self.validate()?;
         let Self { turns, geometry, .. } = *self;

@@ -1,4 +1,4 @@
-//! The paper's calculation: from the deviation at the end of a run to the wheel weight W_T.
+//! The paper's calculation: what wheel weight W_T follows from the deviation at the end of a run?
 //!
 //! Symbols: R_L radius of the left wheel, b track width, phi_L and phi_R the angles that the wheels
 //! turned, dS_L = R_L phi_L and dS_R = W_T R_L phi_R their travels, s = (dS_L + dS_R) / 2 the length
@@ -16,13 +16,13 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `experiment.rs` | [`Experiment`]: what was read at the end of a run, and the propagation of its uncertainty |
+//! | `experiment.rs` | [`Experiment`]: the reading at the end of a run, and the propagation of its uncertainty |
 //! | `arc.rs` | from an offset to an angle |
 //! | `weight.rs` | [`WheelWeight`] |
 //! | `uncertainty.rs` | [`Source`]s of uncertainty |
 //! | `error.rs` | [`WheelWeightError`] |
 //!
-//! [`Experiment::wheel_weight`] stands in `calibration/advice.rs`, with the advice that it gives.
+//! [`Experiment::wheel_weight`] is in `calibration/advice.rs`, with the advice that it gives.
 
 pub(crate) mod arc;
 pub(crate) mod error;

@@ -80,7 +80,7 @@ fn each_sigma_is_the_change_that_its_source_makes() {
     let geometry =
         Geometry { track_width_sigma_m: step, wheel_radius_sigma_m: step, ..Geometry::PAPER };
     let turns = WheelPair { left: 50.0, right: 50.4 };
-    let value = |it: Experiment| it.wheel_weight().unwrap().value;
+    let value = |experiment: Experiment| experiment.wheel_weight().unwrap().value;
     let deviations = [
         Deviation::LateralOffset { y_m: -0.09, sigma_m: step },
         Deviation::Tangent { dx_m: 0.3, dy_m: 0.03, sigma_m: step },
@@ -89,9 +89,9 @@ fn each_sigma_is_the_change_that_its_source_makes() {
     for deviation in deviations {
         let base = Experiment { deviation, turns, geometry, start_heading_sigma_rad: step };
         let weight = base.wheel_weight().unwrap();
-        let change = |it: Experiment| value(it) - weight.value;
+        let change = |experiment: Experiment| value(experiment) - weight.value;
         let with = |deviation| Experiment { deviation, ..base };
-        // A robot put down askew ends where the whole path is turned to; the person does not know.
+        // A robot that is aligned askew ends on a path that is turned as a whole, unknown to the person.
         let (readings, askew) = match deviation {
             Deviation::LateralOffset { y_m, sigma_m } => {
                 let path_m = arc_end(&geometry, weight.value, turns).x_m;
@@ -110,7 +110,7 @@ fn each_sigma_is_the_change_that_its_source_makes() {
             }
         };
         let one_count = |left: f64, right: f64| {
-            // Of a count's variance of 1/12 at either end: 1/6.
+            // A variance of 1/12 of a count at either end makes 1/6.
             let rad = geometry.rad_per_count() / 6_f64.sqrt();
             let phi_left_rad = turns.left + left * rad;
             let phi_right_rad = turns.right + right * rad;

@@ -1,11 +1,11 @@
-//! What the uncertainty of W_T is made of.
+//! What contributes to the uncertainty of W_T?
 
 /// One source of uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Where it comes from.
     pub source: Source,
-    /// What it alone would make of the sigma of W_T.
+    /// The sigma of W_T if it were the only source.
     pub sigma: f64,
 }
 
@@ -16,7 +16,7 @@ pub enum Source {
     Reading,
     /// The noise of the measured track.
     TrackNoise,
-    /// The robot's own wandering, which integrates along the run.
+    /// Random wandering of the heading, which integrates along the run.
     Wander,
     /// How well the robot was aligned at the start.
     StartHeading,
@@ -24,6 +24,6 @@ pub enum Source {
     TrackWidth,
     /// Tolerance of the wheel radius.
     WheelRadius,
-    /// Encoders count whole counts.
+    /// Rounding of the encoders to whole counts.
     EncoderQuantisation,
 }

@@ -1,4 +1,4 @@
-//! W_T with its uncertainty, what that is made of, and what would reduce it.
+//! W_T with its uncertainty, the contributions to that, and what would reduce it.
 
 use super::uncertainty::{Contribution, Source};
 use crate::kinematics::geometry::Geometry;
@@ -26,7 +26,7 @@ pub struct WheelWeight {
     pub alpha_rad: f64,
     /// Its standard uncertainty \[rad\].
     pub alpha_sigma_rad: f64,
-    /// What the uncertainty is made of, largest first; their squares add up to `sigma` squared.
+    /// Contributions to the uncertainty, largest first; their squares add up to `sigma` squared.
     pub contributions: Vec<Contribution>,
     /// How far the wheels turned in the run that it comes from.
     pub turns: WheelPair<f64>,
@@ -35,7 +35,7 @@ pub struct WheelWeight {
 }
 
 impl WheelWeight {
-    /// Puts the parts together, the largest contribution first; the advice is still to be given.
+    /// Puts the parts together, the largest contribution first, still without advice.
     pub(crate) fn from_parts(
         value: f64,
         alpha: Angle,
@@ -62,7 +62,7 @@ impl WheelWeight {
         }
     }
 
-    /// The largest contribution and its share of the variance; encoders always leave one.
+    /// The largest contribution and its share of the variance; encoders always contribute.
     pub(crate) fn dominating(&self) -> (Source, f64) {
         match self.contributions.first() {
             Some(part) => (part.source, (part.sigma / self.sigma).powi(2)),
@@ -81,7 +81,7 @@ impl WheelWeight {
         self.value * geometry.wheel_radius_m
     }
 
-    /// The dominating contribution and the measurement that would shrink it.
+    /// The dominating contribution and the measurement that would reduce it.
     pub fn what_would_reduce_it_most(&self) -> &Advice {
         &self.advice
     }
@@ -101,7 +101,7 @@ pub struct Advice {
 }
 
 impl Advice {
-    /// A place to be filled.
+    /// No advice yet.
     pub(crate) const NONE: Self = Self {
         dominating: Source::Reading,
         share: 0.0,
@@ -115,19 +115,19 @@ impl Advice {
 pub enum Action {
     /// Measure the lateral offset at the end instead of the tangent.
     OffsetInsteadOfTangent,
-    /// Measure the lateral offset at the end, to so much, instead of the heading.
+    /// Measure the lateral offset at the end instead of the heading.
     OffsetInsteadOfHeading {
-        /// To so much \[m\].
+        /// Standard uncertainty of the offset \[m\].
         sigma_m: f64,
     },
     /// Use a longer base for the tangent.
     LongerBase {
-        /// So long \[m\].
+        /// Length of the base \[m\].
         dx_m: f64,
     },
     /// Drive twice as far.
     DriveTwiceAsFar,
-    /// Read the lateral offset half way as well as at the end: then the alignment cancels.
+    /// Read the lateral offset half way as well as at the end, so that the alignment cancels.
     OffsetHalfWayToo,
     /// Calibrate once more, starting from this W_T.
     CalibrateOnceMore,

@@ -1,4 +1,4 @@
-//! What passes and what does not.
+//! Which campaigns pass the checks, and which do not.
 
 mod end_pose;
 mod mismatch;

@@ -1,4 +1,4 @@
-//! Wrong units are seen, wrong robots are not taken for them.
+//! Are wrong units found, and inaccurate robots not taken for them?
 
 use crate::checks::{Suspicion, suspicions};
 use crate::numeric::angle::wrap;
@@ -20,12 +20,12 @@ fn nothing(found: Vec<(String, Vec<Suspicion>)>) {
 
 fn scaled(run: &mut Recording, times: f64) {
     for measurement in &mut run.measured_poses {
-        measurement.position_m = measurement.position_m.map(|it| it.map(|m| m * times));
+        measurement.position_m = measurement.position_m.map(|position| position.map(|m| m * times));
     }
 }
 
 #[test]
-fn millimetres_and_centimetres_are_seen_in_every_run_that_goes_anywhere() {
+fn millimetres_and_centimetres_are_found_in_every_run_that_goes_anywhere() {
     for times in [1000.0, 100.0] {
         for (name, found) in changed(|run| scaled(run, times)) {
             if name.starts_with("spin") {
@@ -41,7 +41,7 @@ fn millimetres_and_centimetres_are_seen_in_every_run_that_goes_anywhere() {
 }
 
 #[test]
-fn degrees_are_seen_wrapped_or_not_in_every_run_that_turns() {
+fn degrees_are_found_wrapped_or_not_in_every_run_that_turns() {
     let whole = |rad: f64| rad.to_degrees();
     let wrapped = |rad: f64| wrap(rad).to_degrees();
     let compass = |rad: f64| rad.to_degrees().rem_euclid(360.0);
@@ -52,7 +52,7 @@ fn degrees_are_seen_wrapped_or_not_in_every_run_that_turns() {
             }
         });
         for (name, found) in found {
-            let turns = ["spin", "arc", "square"].iter().any(|it| name.starts_with(it));
+            let turns = ["spin", "arc", "square"].iter().any(|kind| name.starts_with(kind));
             let seen = matches!(found[..], [Suspicion::Headings { .. }]);
             assert_eq!(seen, turns, "{name}: {found:?}");
         }
@@ -60,11 +60,11 @@ fn degrees_are_seen_wrapped_or_not_in_every_run_that_turns() {
 }
 
 #[test]
-fn counters_that_went_round_are_seen_where_they_did() {
+fn overflows_of_counters_are_found_where_they_are() {
     for bits in [16_u32, 32] {
         let range = 2.0_f64.powi(bits as i32) * ROBOT.rad_per_count;
         let found = changed(|run| {
-            // It goes round in the middle of the run.
+            // It overflows in the middle of the run.
             let middle = run.wheels[run.wheels.len() / 2].phi_rad.right;
             for sample in &mut run.wheels {
                 sample.phi_rad.right = (sample.phi_rad.right - middle).rem_euclid(range);
@@ -80,11 +80,11 @@ fn counters_that_went_round_are_seen_where_they_did() {
 }
 
 #[test]
-fn a_clock_in_milliseconds_is_seen() {
+fn a_clock_in_milliseconds_is_found() {
     let found = changed(|run| {
-        run.wheels.iter_mut().for_each(|it| it.t_s *= 1e3);
-        run.measured_poses.iter_mut().for_each(|it| it.t_s *= 1e3);
-        run.gyro.iter_mut().for_each(|it| it.t_s *= 1e3);
+        run.wheels.iter_mut().for_each(|sample| sample.t_s *= 1e3);
+        run.measured_poses.iter_mut().for_each(|pose| pose.t_s *= 1e3);
+        run.gyro.iter_mut().for_each(|sample| sample.t_s *= 1e3);
     });
     for (name, found) in found {
         assert!(matches!(found[..], [Suspicion::Clock { .. }]), "{name}: {found:?}");
@@ -92,11 +92,13 @@ fn a_clock_in_milliseconds_is_seen() {
 }
 
 #[test]
-fn a_robot_that_is_merely_wrong_is_not_suspected() {
+fn a_robot_that_is_merely_inaccurate_is_not_suspected() {
     nothing(changed(|_| {}));
-    // Encoders by which the wheels are a fifth too large; wheels that spin, or a robot that is held.
+    // Counts a fifth too high; then wheels that spin, or a robot that someone holds.
     nothing(changed(|run| {
-        run.wheels.iter_mut().for_each(|it| it.phi_rad = it.phi_rad.map(|phi| 1.2 * phi));
+        for sample in &mut run.wheels {
+            sample.phi_rad = sample.phi_rad.map(|phi| 1.2 * phi);
+        }
     }));
     nothing(changed(|run| {
         let first = run.measured_poses[0];
@@ -105,23 +107,23 @@ fn a_robot_that_is_merely_wrong_is_not_suspected() {
                 (first.position_m, first.heading_rad);
         }
     }));
-    // Wrapped headings; pictures that are nowhere now and then, the first among them.
+    // Wrapped headings; every seventh position far away, the first among them.
     nothing(changed(|run| {
         for (k, measurement) in run.measured_poses.iter_mut().enumerate() {
-            measurement.heading_rad = measurement.heading_rad.map(|it| wrap(it + 3.1));
+            measurement.heading_rad = measurement.heading_rad.map(|rad| wrap(rad + 3.1));
             if k % 7 == 0 {
                 measurement.position_m = Some([40.0, -900.0 * (k % 2) as f64]);
             }
         }
     }));
-    // A log with a row a minute, one with its ends alone, and one with a gap.
+    // A log with few rows, one with its ends only, and one with a gap.
     nothing(changed(|run| run.wheels = run.wheels.iter().copied().step_by(400).collect()));
     nothing(changed(|run| run.wheels = vec![run.wheels[0], run.wheels[run.wheels.len() - 1]]));
     nothing(changed(|run| drop(run.wheels.drain(20..run.wheels.len() - 40))));
 }
 
 #[test]
-fn nor_is_one_of_which_only_the_ends_were_measured_or_that_slips_and_kicks() {
+fn a_robot_that_slips_and_kicks_is_not_suspected_even_with_end_poses_only() {
     let truth = [
         term("track_width", &[0.12]),
         term("traction_slip", &[0.2]),

@@ -1,5 +1,6 @@
-//! What an expression is like: in which parameters it is linear, whether it grows without bound, what values are
-//! plausible. All found by trying it at a few steps.
+//! In which parameters is an expression linear, does it grow without bound, and which values are plausible?
+//!
+//! All of this is found by evaluating it at a few steps; units are left to `dimensions.rs`.
 
 use super::equation::{Per, Target};
 use super::evaluate::evaluate;
@@ -9,7 +10,7 @@ use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::Jet;
 use crate::recording::motion::Step;
 
-/// Steps at which the shape of an expression is probed: nothing special about any of them.
+/// Steps at which an expression is evaluated: ordinary values, no two alike.
 pub(super) fn probes() -> [Step; 3] {
     let step = |v: f64, omega: f64, a: f64, t: f64| Step {
         t_s: 0.4 * t,
@@ -31,12 +32,12 @@ pub(super) fn probes() -> [Step; 3] {
     [step(0.31, 0.72, 0.23, 3.1), step(0.17, -1.3, -0.41, 1.7), step(-0.23, 0.37, 0.11, 4.3)]
 }
 
-/// The largest set of parameters in which the expression is linear and with which it vanishes.
+/// The largest set of parameters in which the expression is linear and without which it vanishes.
 pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
     let subsets = (1_u32..1 << count)
         .map(|bits| -> Vec<usize> { (0..count).filter(|j| bits & (1 << j) != 0).collect() });
     let mut subsets: Vec<_> = subsets.collect();
-    subsets.sort_by_key(|it| core::cmp::Reverse(it.len()));
+    subsets.sort_by_key(|set| core::cmp::Reverse(set.len()));
     let others = [0.83, 1.31, 0.57, 1.71];
     let (a, b) = ([0.41, -0.77, 1.23, 0.29], [-1.1, 0.63, 0.37, -0.91]);
     subsets.into_iter().find(|set| {
@@ -53,21 +54,21 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
                 return true;
             }
             finite += 1;
-            // A few roundings of sums of such numbers.
+            // The rounding errors of sums of such numbers.
             (both - 2.0 * of_a - of_b).abs() <= 1e-9 * (of_a.abs() + of_b.abs() + both.abs())
         });
         linear && finite > 0
     })
 }
 
-/// When what an expression gives in a second grows without bound, and what to write instead; every run has such
-/// moments, and a fit to them would be about nothing else.
+/// In which motion an expression grows without bound, per second, and what to write instead. Every run contains
+/// such motions, and they would dominate a fit.
 pub(super) fn without_bound(
     tree: &Tree,
     per: Per,
     count: usize,
 ) -> Option<(&'static str, &'static str)> {
-    // Of what it was; and how much more a thousandth of that must give.
+    // The motion is slowed down to these shares; unbounded growth gives this factor from the first to the second.
     const SLOWER: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;
     let amount = |step: &Step| {
@@ -81,12 +82,12 @@ pub(super) fn without_bound(
         (rate * times).abs()
     };
     let slowly = |step: &Step, share: f64| Step {
-        dphi_rad: step.dphi_rad.map(|it| share * it),
-        wheel_speed_mps: step.wheel_speed_mps.map(|it| share * it),
+        dphi_rad: step.dphi_rad.map(|dphi| share * dphi),
+        wheel_speed_mps: step.wheel_speed_mps.map(|speed| share * speed),
         ..*step
     };
     let evenly = |step: &Step, share: f64| Step {
-        wheel_accel_mps2: step.wheel_accel_mps2.map(|it| share * it),
+        wheel_accel_mps2: step.wheel_accel_mps2.map(|accel| share * accel),
         ..*step
     };
     let grows = |like: &dyn Fn(&Step, f64) -> Step| {
@@ -104,8 +105,8 @@ pub(super) fn without_bound(
     }
 }
 
-/// An amplitude beyond this would be seen with the naked eye: a fifth of the way, or of a radian a
-/// metre or a second.
+/// The limit of an amplitude. A larger effect is visible to the naked eye: a fifth of the path, or a fifth of a
+/// radian per metre or second.
 pub(super) fn plausible_limit(tree: &Tree, index: usize, target: Target, per: Per) -> f64 {
     let most: f64 = match (target, per) {
         (Target::Dtheta, _) | (_, Per::Metre) => 0.2,
@@ -115,11 +116,11 @@ pub(super) fn plausible_limit(tree: &Tree, index: usize, target: Target, per: Pe
         let at = Jet::parameters(&[0.83, 1.31, 0.57, 1.71]);
         evaluate(tree, &at, &step).by[index].abs()
     });
-    let slope = slopes.into_iter().filter(|it| it.is_finite()).fold(0.0, f64::max);
+    let slope = slopes.into_iter().filter(|slope| slope.is_finite()).fold(0.0, f64::max);
     if slope > 0.0 { most / slope } else { most }
 }
 
-/// What a quantity of this unit is, give or take, at a small robot: 0.3 m, 1 s, 2 kg.
+/// A typical value of this unit for a small robot: 0.3 m, 1 s, 2 kg.
 pub(super) fn typical_of(unit: Unit) -> f64 {
     let [m, s, kg] = unit.0;
     0.3_f64.powf(m) * 1.0_f64.powf(s) * 2.0_f64.powf(kg)

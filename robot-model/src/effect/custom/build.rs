@@ -1,4 +1,6 @@
-//! From an equation to an effect that can be fitted.
+//! How does an equation become an effect that can be fitted?
+//!
+//! This puts together parsing, units and analysis, each of which has its own file.
 
 use std::borrow::Cow;
 
@@ -33,12 +35,12 @@ impl Custom {
             let fail = |problem: String, hint: &str| {
                 Err(CustomError::new(part.clone(), 0..unit.len(), &problem, hint))
             };
-            let Some(index) = names.iter().position(|it| it == name) else {
+            let Some(index) = names.iter().position(|parameter| parameter == name) else {
                 let hint = format!("it has {}", list(&names));
                 return fail(format!("the expression has no parameter `{name}`"), &hint);
             };
             match Unit::parse(unit) {
-                Ok(it) => declared[index] = Some(it),
+                Ok(unit) => declared[index] = Some(unit),
                 Err(problem) => return fail(problem, HINT),
             }
         }
@@ -87,8 +89,10 @@ impl Custom {
         amplitudes: &[usize],
     ) -> Result<Parameter, CustomError> {
         let is_amplitude = amplitudes.contains(&index);
-        let shown =
-            self.units.get(name).map_or_else(|| unit.to_string(), |it| it.trim().to_owned());
+        let shown = self
+            .units
+            .get(name)
+            .map_or_else(|| unit.to_string(), |declared| declared.trim().to_owned());
         let range = match self.ranges.get(name) {
             Some([low, high]) => {
                 let sound = low.is_finite() && high.is_finite() && low < high;
@@ -141,7 +145,7 @@ pub struct CustomEffect {
 }
 
 impl CustomEffect {
-    /// What the user said.
+    /// What the user wrote.
     pub fn custom(&self) -> &Custom {
         &self.custom
     }
@@ -163,7 +167,7 @@ impl Effect for CustomEffect {
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
         let rate = evaluate(&self.tree, p, step);
-        if !(rate.value.is_finite() && rate.by.iter().all(|it| it.is_finite())) {
+        if !(rate.value.is_finite() && rate.by.iter().all(|slope| slope.is_finite())) {
             return Change::NONE;
         }
         let amount = |metres: f64| {
@@ -191,16 +195,16 @@ impl Effect for CustomEffect {
 
     fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
         let parameters = &self.parameters;
-        if parameters.iter().all(|it| it.role == Role::Amplitude) {
+        if parameters.iter().all(|parameter| parameter.role == Role::Amplitude) {
             return vec![vec![0.0; parameters.len()]];
         }
-        // Three places within each range; evenly by factors where it is positive.
+        // Three places within each range, logarithmic where the range is positive.
         [0.5, 0.35, 0.65]
             .map(|share: f64| {
-                let at = |it: &Parameter| match it.role {
+                let at = |&Parameter { low, high, role, .. }: &Parameter| match role {
                     Role::Amplitude => 0.0,
-                    Role::Shape if it.low > 0.0 => it.low * (it.high / it.low).powf(share),
-                    Role::Shape => it.low + share * (it.high - it.low),
+                    Role::Shape if low > 0.0 => low * (high / low).powf(share),
+                    Role::Shape => low + share * (high - low),
                 };
                 parameters.iter().map(at).collect()
             })

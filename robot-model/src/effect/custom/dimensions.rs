@@ -1,4 +1,4 @@
-//! Units of an expression's parameters.
+//! Which units do the parameters of an expression have?
 //!
 //! The units of parameters that are not declared follow from the expression: each sum, function and
 //! the target itself is an equation in the exponents, linear in those of the unknown units.
@@ -25,7 +25,7 @@ impl Variable {
 /// Exponents that differ by less are the same: a third is read as 0.333333.
 const EXPONENT_TOLERANCE: f64 = 1e-5;
 
-/// A unit that may depend on those of the parameters: `known + sum of[j] unit_j`.
+/// A unit that may depend on those of the parameters: exponents `known + sum of[j] unit_j`.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     known: [f64; 3],
@@ -37,7 +37,7 @@ impl Open {
         Self { known: unit.0, of: [0.0; PARAMETERS_MAX] }
     }
 
-    /// This one, plus another `times` over.
+    /// This one plus `times` another.
     fn plus(mut self, other: Self, times: f64) -> Self {
         self.known.iter_mut().zip(other.known).for_each(|(a, b)| *a += times * b);
         self.of.iter_mut().zip(other.of).for_each(|(a, b)| *a += times * b);
@@ -45,7 +45,7 @@ impl Open {
     }
 }
 
-/// What has to be the unit one, and what is wrong if it is not.
+/// Something that must have no unit, and the error if it has one.
 struct Equation {
     open: Open,
     at: core::ops::Range<usize>,
@@ -53,7 +53,7 @@ struct Equation {
     hint: &'static str,
 }
 
-/// The unit of each parameter: those declared, and those that follow.
+/// The unit of each parameter, declared or following from the expression.
 pub(super) fn units(
     tree: &Tree,
     target: Unit,
@@ -93,7 +93,7 @@ pub(super) fn units(
                 }
                 solved[j] = Some((j, unit));
             }
-            None if open.known.iter().any(|it| it.abs() > EXPONENT_TOLERANCE) => {
+            None if open.known.iter().any(|power| power.abs() > EXPONENT_TOLERANCE) => {
                 let surplus = Unit(open.known);
                 let problem = format!("{} (by a factor of {surplus})", equation.problem);
                 let at = equation.at;
@@ -108,7 +108,9 @@ pub(super) fn units(
                 return Ok(unit);
             }
             match solved[j] {
-                Some((_, open)) if open.of.iter().all(|it| it.abs() < 1e-9) => Ok(Unit(open.known)),
+                Some((_, open)) if open.of.iter().all(|power| power.abs() < 1e-9) => {
+                    Ok(Unit(open.known))
+                }
                 _ => {
                     let problem = format!("the unit of {} does not follow from this", names[j]);
                     let hint = format!("declare it: {} in s/m, for example", names[j]);
@@ -119,6 +121,10 @@ pub(super) fn units(
         .collect()
 }
 
+/// What has to have no unit can be divided by something of its unit.
+const DIVIDE: &str = "divide it by something of its own unit";
+
+/// The unit of a tree; what has to hold in it is added to `equations`.
 fn unit_of(
     tree: &Tree,
     declared: &[Option<Unit>],
@@ -144,33 +150,13 @@ fn unit_of(
                 Operator::Multiply => a.plus(b, 1.0),
                 Operator::Divide => a.plus(b, -1.0),
                 Operator::Add | Operator::Subtract => common(left, right, (a, b), tree, equations),
-                Operator::Power => {
-                    equations.push(Equation {
-                        open: b,
-                        at: right.at.clone(),
-                        problem: "an exponent has no unit, and this one has".into(),
-                        hint: "divide it by something of its own unit",
-                    });
-                    match constant(right) {
-                        Some(power) => one.plus(a, power),
-                        None => {
-                            equations.push(Equation {
-                                open: a,
-                                at: left.at.clone(),
-                                problem: "what is raised to a free power has no unit, and this has"
-                                    .into(),
-                                hint: "divide it by something of its own unit",
-                            });
-                            one
-                        }
-                    }
-                }
+                Operator::Power => unit_of_power((left, a), (right, b), equations),
             }
         }
         Node::Call(function, arguments) => {
             let units: Vec<Open> = arguments
                 .iter()
-                .map(|it| unit_of(it, declared, equations))
+                .map(|argument| unit_of(argument, declared, equations))
                 .collect::<Result<_, _>>()?;
             match function {
                 Function::Abs => units[0],
@@ -181,14 +167,12 @@ fn unit_of(
                     common(&arguments[0], &arguments[1], pair, tree, equations)
                 }
                 _ => {
+                    let name = function.name();
                     equations.push(Equation {
                         open: units[0],
                         at: arguments[0].at.clone(),
-                        problem: format!(
-                            "{} takes a number without a unit, and this has one",
-                            function.name()
-                        ),
-                        hint: "divide it by something of its own unit",
+                        problem: format!("{name} takes a number without a unit, and this has one"),
+                        hint: DIVIDE,
                     });
                     one
                 }
@@ -197,7 +181,32 @@ fn unit_of(
     })
 }
 
-/// The unit that two things have in common; a plain 0 has any.
+/// The unit of a power: its exponent has none, nor has its base if the exponent is free.
+fn unit_of_power(
+    (base, unit): (&Tree, Open),
+    (exponent, exponent_unit): (&Tree, Open),
+    equations: &mut Vec<Equation>,
+) -> Open {
+    let one = Open::known(Unit::ONE);
+    equations.push(Equation {
+        open: exponent_unit,
+        at: exponent.at.clone(),
+        problem: "an exponent has no unit, and this one has".into(),
+        hint: DIVIDE,
+    });
+    if let Some(power) = constant(exponent) {
+        return one.plus(unit, power);
+    }
+    equations.push(Equation {
+        open: unit,
+        at: base.at.clone(),
+        problem: "what is raised to a free power has no unit, and this has".into(),
+        hint: DIVIDE,
+    });
+    one
+}
+
+/// The common unit of two operands; a plain 0 has any unit.
 fn common(
     left: &Tree,
     right: &Tree,
@@ -220,11 +229,11 @@ fn common(
     a
 }
 
-/// The value of a number, perhaps negative.
+/// The value of a tree of plain numbers.
 fn constant(tree: &Tree) -> Option<f64> {
     match &tree.node {
         Node::Number(value, _) => Some(*value),
-        Node::Negative(inner) => constant(inner).map(|it| -it),
+        Node::Negative(inner) => constant(inner).map(|value| -value),
         Node::Binary(Operator::Divide, a, b) => Some(constant(a)? / constant(b)?),
         _ => None,
     }

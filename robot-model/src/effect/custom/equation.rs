@@ -1,4 +1,6 @@
-//! What a user says about an effect of their own: an equation.
+//! What does a user write about an effect of their own? An equation, with units and ranges.
+//!
+//! Whether it can be fitted is tested in `build.rs`.
 
 use core::ops::Range;
 use std::collections::BTreeMap;
@@ -20,7 +22,7 @@ pub enum Target {
     Dn,
 }
 
-/// Per what an expression is meant.
+/// What an expression is a rate of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
     /// Per second.
@@ -68,14 +70,14 @@ impl Per {
     }
 }
 
-/// What a user says about an effect of their own.
+/// What a user writes about an effect of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Custom {
     /// Its id in `model.toml` and JSON.
     pub id: String,
     /// What it changes.
     pub target: Target,
-    /// Per what.
+    /// What it is a rate of.
     pub per: Per,
     /// The right-hand side.
     pub expression: String,
@@ -109,7 +111,8 @@ impl Custom {
                 _ => return fail(at, &format!("`{left}` cannot be changed")),
             },
         };
-        let Some(target) = Target::ALL.into_iter().find(|it| it.name() == name.trim()) else {
+        let Some(target) = Target::ALL.into_iter().find(|target| target.name() == name.trim())
+        else {
             return fail(at, &format!("`{left}` cannot be changed"));
         };
         let rest = &text[equals + 1..];
@@ -122,7 +125,7 @@ impl Custom {
             units: BTreeMap::new(),
             ranges: BTreeMap::new(),
         };
-        // So that an error in the expression points into the equation.
+        // An error in the expression points into the equation.
         parse(&custom.expression).map_err(|error| CustomError {
             at: error.at.start + from..error.at.end + from,
             ..error

@@ -1,4 +1,4 @@
-//! Why an expression cannot be used.
+//! Why can an expression not be used? What is wrong, where, and what to try.
 
 use core::fmt;
 use core::ops::Range;

@@ -1,4 +1,4 @@
-//! The value of an expression in a step, with its exact derivatives by the parameters.
+//! What is the value of an expression in a step, with its exact derivatives by the parameters?
 
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
@@ -26,7 +26,7 @@ impl Variable {
     }
 }
 
-/// The value; it may be infinite or none where the expression has no value.
+/// The value; infinite or NaN where the expression has none.
 pub(super) fn evaluate(tree: &Tree, p: &[Jet; PARAMETERS_MAX], step: &Step) -> Jet {
     let at = |tree: &Tree| evaluate(tree, p, step);
     match &tree.node {
@@ -78,7 +78,7 @@ fn power(a: Jet, b: Jet) -> Jet {
     let slope = if b.value == 0.0 { 0.0 } else { b.value * a.value.powf(b.value - 1.0) };
     let mut result = Jet::constant(value);
     for (j, by) in result.by.iter_mut().enumerate() {
-        // A factor that is zero counts for nothing, even where the other one is not finite.
+        // A zero factor gives zero, even if the other one is not finite.
         let base = if a.by[j] == 0.0 { 0.0 } else { slope * a.by[j] };
         let exponent = if b.by[j] == 0.0 { 0.0 } else { value * a.value.ln() * b.by[j] };
         *by = base + exponent;

@@ -1,4 +1,4 @@
-//! From the text of an expression to a tree whose every node knows where it stands.
+//! How is the text of an expression read? The result is a tree in which every node has its place in the text.
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! `^` binds tighter than a minus before it, and to the right: -v^2 is -(v^2). A number may carry a unit:
-//! `0.3[m/s]`. Own code and not a library's: units are checked on the tree, and an error shows its place.
+//! `0.3[m/s]`. The parser is our own: units are checked on the tree, and an error shows its place.
 
 use core::ops::Range;
 
@@ -17,12 +17,12 @@ use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::{HINT, Unit};
 use crate::numeric::jet::PARAMETERS_MAX;
 
-/// Deepest nesting: nobody writes more, and no text can exhaust the stack.
+/// Deepest nesting: nobody writes more, and a longer text could exhaust the stack.
 const DEPTH_MAX: usize = 64;
-/// Most numbers, names and operators: a sum of so many terms is a tree as deep.
+/// Most numbers, names and operators: a sum of that many terms is a tree as deep.
 const NODES_MAX: usize = 1000;
 
-/// Reads the right-hand side; the parameters' names come in the order in which they appear.
+/// Reads the right-hand side. The names of the parameters come in the order in which they appear.
 pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
     let mut parser = Parser { text, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
     let tree = parser.sum()?;
@@ -92,7 +92,7 @@ impl<'t> Parser<'t> {
 
     fn power(&mut self) -> Result<Tree, CustomError> {
         self.depth += 1;
-        // Every operator and every call has a power on its right or inside it: two nodes each at most.
+        // Every operator and every call has a power on its right or inside it, so a power stands for two nodes.
         self.nodes += 2;
         if self.nodes > NODES_MAX {
             let hint = "write it with fewer terms";
@@ -164,7 +164,7 @@ impl<'t> Parser<'t> {
         if self.rest().starts_with('.') {
             self.at += 1 + digits(&self.rest()[1..]);
         }
-        // An exponent only where digits follow: in 2e, e is not part of the number.
+        // An exponent has digits: in 2e, e is not part of the number.
         if let Some(after) = self.rest().strip_prefix(['e', 'E']) {
             let sign = usize::from(after.starts_with(['+', '-']));
             let length = digits(&after[sign..]);
@@ -173,10 +173,16 @@ impl<'t> Parser<'t> {
             }
         }
         let text = &self.text[from..self.at];
-        let value = text.parse::<f64>().ok().filter(|it| it.is_finite()).ok_or_else(|| {
-            let problem = format!("`{text}` is not a number");
-            CustomError::new(Part::Expression, from..self.at, &problem, "for example 0.3 or 2e-3")
-        })?;
+        let value =
+            text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
+                let problem = format!("`{text}` is not a number");
+                CustomError::new(
+                    Part::Expression,
+                    from..self.at,
+                    &problem,
+                    "for example 0.3 or 2e-3",
+                )
+            })?;
         let mut unit = Unit::ONE;
         if self.rest().starts_with('[') {
             let opened = self.at;
@@ -249,10 +255,11 @@ impl<'t> Parser<'t> {
     }
 
     fn parameter(&mut self, name: &str, at: &Range<usize>) -> Result<usize, CustomError> {
-        if let Some(index) = self.parameters.iter().position(|it| it == name) {
+        if let Some(index) = self.parameters.iter().position(|parameter| parameter == name) {
             return Ok(index);
         }
-        let slip = Variable::NAMES.iter().find(|it| it.len() > 3 && one_slip_apart(it, name));
+        let mut names = Variable::NAMES.iter();
+        let slip = names.find(|known| known.len() > 3 && one_slip_apart(known, name));
         if let Some(meant) = slip {
             let problem = format!("`{name}` is neither a variable nor a good name for a parameter");
             let hint = format!("did you mean {meant}?");
@@ -273,7 +280,7 @@ fn binary(operator: Operator, left: Tree, right: Tree) -> Tree {
     Tree { node: Node::Binary(operator, Box::new(left), Box::new(right)), at }
 }
 
-/// Whether one letter changed, left out or put in makes one of the other.
+/// Whether one letter changed, removed or inserted turns one name into the other.
 fn one_slip_apart(a: &str, b: &str) -> bool {
     let same = a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count();
     let (a, b) = (&a[same..], &b[same..]);

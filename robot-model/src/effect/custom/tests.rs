@@ -12,7 +12,7 @@ fn built(equation: &str) -> CustomEffect {
     Custom::from_equation(equation).unwrap().build().unwrap()
 }
 
-/// The error, with what it points at.
+/// The error, and the text that it points at.
 fn refused(equation: &str) -> (String, String) {
     let shown = |error: &CustomError, text: &str| {
         let pointed = text.get(error.at.clone()).unwrap_or("").to_owned();
@@ -28,7 +28,7 @@ fn refused(equation: &str) -> (String, String) {
 }
 
 fn units(equation: &str) -> Vec<String> {
-    built(equation).facts().parameters.iter().map(|it| it.unit.to_string()).collect()
+    built(equation).facts().parameters.iter().map(|parameter| parameter.unit.to_string()).collect()
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn units_of_parameters_follow_from_the_expression() {
 }
 
 #[test]
-fn what_stays_finite_where_the_robot_stands_is_no_mistake() {
+fn an_expression_that_stays_finite_when_the_robot_stands_is_accepted() {
     for equation in [
         "dtheta/ds = k / v",
         "dtheta = k / max(abs(v), 0.02[m/s])",
@@ -91,7 +91,7 @@ fn every_mistake_is_pointed_at_and_has_a_hint() {
     ] {
         let (said, at) = refused(equation);
         assert!(said.contains(problem), "{equation}: {said}");
-        // Without a parameter there is nothing whose unit could be chosen.
+        // Without a parameter there is no unit that could be changed.
         if equation != "dtheta = v * omega" {
             assert_eq!(at, pointed, "{equation}: {said}");
         }
@@ -123,7 +123,7 @@ fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
         let mut custom = Custom::from_equation(equation).unwrap();
         let unit = custom.build().unwrap().facts().parameters[0].unit.to_string();
         custom.units.insert("k".into(), unit.clone());
-        let again = custom.build().map(|it| it.facts().parameters[0].unit.to_string());
+        let again = custom.build().map(|effect| effect.facts().parameters[0].unit.to_string());
         assert_eq!(again, Ok(unit), "{equation}");
     }
     for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
@@ -147,7 +147,7 @@ fn a_declared_unit_is_checked_against_the_expression() {
 #[test]
 fn amplitudes_are_told_from_shapes() {
     let roles = |equation: &str| -> Vec<Role> {
-        built(equation).facts().parameters.iter().map(|it| it.role).collect()
+        built(equation).facts().parameters.iter().map(|parameter| parameter.role).collect()
     };
     use Role::{Amplitude, Shape};
     assert_eq!(roles("dtheta/ds = k * exp(-s / l)"), [Amplitude, Shape]);
@@ -192,14 +192,14 @@ fn at_zero_it_is_the_identity() {
     let effect = built("ds_left = c * v_left * abs(omega) + k * a_left / 0.5[m/s^2] * v_left");
     for step in probes() {
         let zero = effect.act(&Jet::parameters(&[0.0, 0.0]), &step, &mut Memory::default());
-        let value = |it: Jet| it.value;
+        let value = |jet: Jet| jet.value;
         assert_eq!(zero.angle_rad.map(value), WheelPair::both(0.0));
     }
 }
 
 #[test]
-fn what_a_built_in_effect_does_an_expression_does_too() {
-    // side_slip, written by hand: the same fit, to how far Gauss-Newton goes.
+fn an_expression_gives_the_same_fit_as_the_built_in_effect() {
+    // side_slip as an expression: the same fit, within the tolerance of Gauss-Newton.
     let runs = campaign(&full_plan(), &[term("side_slip", &[0.03])], 3);
     let own = model::fit(&runs, &[&built("dn = -k * v * omega")]).unwrap();
     let built_in = model::fit(&runs, &[crate::effect::find("side_slip").unwrap()]).unwrap();
@@ -213,14 +213,14 @@ fn what_a_built_in_effect_does_an_expression_does_too() {
 
 #[test]
 fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
-    // The catalogue without its load transfer, against one written by hand.
+    // The catalogue without its load transfer, and an expression for it.
     let truth = [term("turn_load_transfer", &[0.06])];
     let runs = campaign(&full_plan(), &truth, 4);
     let effect = built("dtheta = -k * v^2 * omega");
-    let rest = CATALOGUE.into_iter().filter(|it| it.facts().id != "turn_load_transfer");
+    let rest = CATALOGUE.into_iter().filter(|effect| effect.facts().id != "turn_load_transfer");
     let catalogue: Vec<&dyn Effect> = rest.chain([&effect as &dyn Effect]).collect();
     let answer = explain_by(&runs, &catalogue).unwrap();
-    let found: Vec<&str> = answer.steps.iter().map(|it| it.effect.as_str()).collect();
+    let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.as_str()).collect();
     assert_eq!(found, ["custom_dtheta"]);
     let k = &answer.steps[0].parameters[0];
     assert!((k.value - 0.06).abs() < 3.0 * k.sigma, "{k:?}");

@@ -1,10 +1,10 @@
-//! An expression as a tree whose every node knows where it stands.
+//! An expression as a tree in which every node has its place in the text.
 
 use core::ops::Range;
 
 use super::unit::Unit;
 
-/// A node and where it stands, in bytes.
+/// A node, with its place in the text in bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tree {
     pub node: Node,
@@ -47,7 +47,7 @@ macro_rules! names {
 }
 
 names! {
-    /// What a step tells.
+    /// The variables of a step.
     Variable {
         V = "v", Omega = "omega", VLeft = "v_left", VRight = "v_right", A = "a", ALeft = "a_left",
         ARight = "a_right", Theta = "theta", PhiLeft = "phi_left", PhiRight = "phi_right", S = "s",
@@ -56,7 +56,7 @@ names! {
 }
 
 names! {
-    /// What can be computed.
+    /// The functions of an expression.
     Function {
         Sin = "sin", Cos = "cos", Tan = "tan", Exp = "exp", Ln = "ln", Sqrt = "sqrt", Tanh = "tanh",
         Abs = "abs", Sign = "sign", Min = "min", Max = "max",

@@ -1,4 +1,4 @@
-//! Units as powers of metre, second and kilogram; a radian is one, as in the SI.
+//! Which unit is meant? Units as powers of metre, second and kilogram; a radian is 1, as in the SI.
 
 use core::fmt;
 
@@ -20,14 +20,14 @@ impl Unit {
             Some((above, below)) => (above, Some(below)),
             None => (text, None),
         };
-        let below = below.map(|it| it.trim().trim_start_matches('(').trim_end_matches(')'));
-        if below.is_some_and(|it| it.contains('/') || it.trim().is_empty())
+        let below = below.map(|text| text.trim().trim_start_matches('(').trim_end_matches(')'));
+        if below.is_some_and(|text| text.contains('/') || text.trim().is_empty())
             || text.trim().is_empty()
         {
             return bad(text.trim());
         }
         for (part, sign) in [(above, 1.0), (below.unwrap_or("1"), -1.0)] {
-            for factor in part.split(['*', ' ', '\u{b7}']).filter(|it| !it.is_empty()) {
+            for factor in part.split(['*', ' ', '\u{b7}']).filter(|factor| !factor.is_empty()) {
                 let (name, power) = match factor.split_once('^') {
                     Some((name, power)) => (name, exponent(power)),
                     None => (factor, Some(1.0)),
@@ -50,17 +50,18 @@ impl Unit {
     }
 }
 
-/// Largest exponent: no quantity has one like it.
+/// Largest exponent: no quantity has a larger one.
 const EXPONENT_MAX: f64 = 100.0;
 
-/// An exponent: whole, or a fraction as a root leaves it.
+/// An exponent: whole, or the fraction that a root gives.
 fn exponent(text: &str) -> Option<f64> {
     // No `inf`, `nan` or 1e3.
-    let plain = text.bytes().all(|it| it.is_ascii_digit() || matches!(it, b'.' | b'-' | b'+'));
-    text.parse().ok().filter(|it: &f64| plain && it.abs() <= EXPONENT_MAX)
+    let plain = |byte: u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+');
+    let plain = text.bytes().all(plain);
+    text.parse().ok().filter(|power: &f64| plain && power.abs() <= EXPONENT_MAX)
 }
 
-/// What [`Unit::parse`] reads back; exponents are rounded to 1e-6.
+/// [`Unit::parse`] reads this back; exponents are rounded to 1e-6.
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let side = |sign: f64| -> Vec<String> {

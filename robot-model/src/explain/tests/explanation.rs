@@ -1,4 +1,4 @@
-//! Recordings of known robots, explained.
+//! Are the effects of known robots found, and no others?
 
 use crate::effect::{CATALOGUE, Effect};
 use crate::explain::{Answer, explain, explain_beyond, explain_by};
@@ -7,12 +7,12 @@ use crate::residuals::Regressor;
 use crate::tests::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
 
 fn found(answer: &Answer) -> Vec<&str> {
-    answer.steps.iter().map(|it| it.effect.as_str()).collect()
+    answer.steps.iter().map(|step| step.effect.as_str()).collect()
 }
 
 fn sorted_class(answer: &Answer) -> Vec<&str> {
     let mut class: Vec<&str> =
-        answer.steps.iter().flat_map(|it| &it.class).map(String::as_str).collect();
+        answer.steps.iter().flat_map(|step| &step.class).map(String::as_str).collect();
     class.sort_unstable();
     class
 }
@@ -24,19 +24,19 @@ fn every_effect_alone_is_named_first() {
     for (seed, (id, values)) in ALONE.into_iter().enumerate() {
         let answer = explain(&campaign(&plan, &[term(id, values)], 40 + seed as u64)).unwrap();
         let first = answer.steps.first().unwrap_or_else(|| panic!("{id}: {answer:?}"));
-        assert!(first.class.iter().any(|it| it == id), "{id}: {:?}", answer.steps);
+        assert!(first.class.iter().any(|member| member == id), "{id}: {:?}", answer.steps);
         extras += found(&answer).len() - 1;
         flags += usize::from(answer.unexplained.structure);
     }
-    // At 5 % false alarms 23 campaigns have more than three once in 35 such sets; flags are at 1 %, and
-    // more than one comes once in 45.
+    // At 5 % false alarms, 23 campaigns have more than three of them in one of 35 such sets. Flags are at 1 %:
+    // more than one comes in one of 45 sets.
     assert!(extras <= 3 && flags <= 1, "{extras} extras, {flags} flags");
 }
 
 #[test]
 fn every_effect_is_among_those_that_are_tested_alone() {
-    let tested = ALONE.map(|it| it.0);
-    let catalogue: Vec<&str> = CATALOGUE.iter().map(|it| it.facts().id).collect();
+    let tested = ALONE.map(|(id, _)| id);
+    let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.facts().id).collect();
     assert_eq!(catalogue, tested);
 }
 
@@ -58,7 +58,7 @@ fn two_effects_at_once_are_both_named_and_the_error_falls_with_each() {
     let answer = explain(&campaign(&full_plan(), &truth, 5)).unwrap();
     assert_eq!(found(&answer), ["wheel_radius_ratio", "side_slip"]);
     let errors: Vec<f64> = core::iter::once(answer.baseline.cross_validated.position_rms_m)
-        .chain(answer.steps.iter().map(|it| it.cross_validated.position_rms_m))
+        .chain(answer.steps.iter().map(|step| step.cross_validated.position_rms_m))
         .collect();
     assert!(errors[0] > 1.2 * errors[1] && errors[1] > 1.1 * errors[2], "{errors:?}");
 }
@@ -71,9 +71,9 @@ fn one_straight_run_cannot_tell_a_radius_from_a_pull_or_a_slope_and_an_out_and_b
     let answer = explain(&campaign(&plan, &truth, 7)).unwrap();
     assert_eq!(sorted_class(&answer), ["heading_pull", "slope", "wheel_radius_ratio"]);
     let next = answer.next_run.unwrap();
-    assert!(next.separates.iter().any(|it| it == "heading_pull"), "{next:?}");
+    assert!(next.separates.iter().any(|id| id == "heading_pull"), "{next:?}");
 
-    // What was suggested, made: four headings too, as a slope asks for them.
+    // The suggested run, and four headings for the slope.
     plan.extend(part_of_plan(&["out_and_back"]));
     let answer = explain(&campaign(&plan, &truth, 7)).unwrap();
     assert_eq!(sorted_class(&answer), ["heading_pull"]);
@@ -138,7 +138,7 @@ fn positions_without_headings_are_enough_for_a_track_width() {
     let plan = part_of_plan(&["out_and_back", "arc", "square"]);
     let mut positions = campaign(&plan, &[term("track_width", &[0.02])], 11);
     for run in &mut positions.runs {
-        run.measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+        run.measured_poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     }
     let answer = explain(&positions).unwrap();
     assert_eq!(found(&answer), ["track_width"]);
@@ -148,8 +148,10 @@ fn positions_without_headings_are_enough_for_a_track_width() {
 fn an_effect_outside_the_catalogue_is_flagged_and_what_it_depends_on_is_named() {
     // The catalogue without its eccentricities, against an eccentric wheel.
     let truth = [term("wheel_eccentricity", &[0.015, 0.01, -0.02, 0.0])];
-    let less: Vec<&dyn Effect> =
-        CATALOGUE.into_iter().filter(|it| !it.facts().id.contains("eccentricity")).collect();
+    let less: Vec<&dyn Effect> = CATALOGUE
+        .into_iter()
+        .filter(|effect| !effect.facts().id.contains("eccentricity"))
+        .collect();
     let answer = explain_by(&campaign(&full_plan(), &truth, 9), &less).unwrap();
     assert!(answer.unexplained.structure);
     assert_eq!(answer.unexplained.depends_on[0], Regressor::WheelAngle);
@@ -162,7 +164,7 @@ fn what_the_model_has_already_is_known_and_not_missing() {
     let beyond = |ids: &[&str]| explain_beyond(&campaign, &CATALOGUE, ids).unwrap();
     let answer = beyond(&["wheel_radius_ratio"]);
     assert_eq!(found(&answer), ["side_slip"]);
-    let known: Vec<&str> = answer.known.iter().map(|it| it.effect.as_str()).collect();
+    let known: Vec<&str> = answer.known.iter().map(|step| step.effect.as_str()).collect();
     assert_eq!(known, ["wheel_radius_ratio"]);
     assert!(
         answer.baseline.cross_validated.position_rms_m
@@ -177,7 +179,7 @@ fn turns_on_the_spot_without_headings_do_not_place_a_marker() {
     let plan = part_of_plan(&["out_and_back", "spin"]);
     let mut positions = campaign(&plan, &[term("marker_offset", &[0.03, 0.02])], 3);
     for run in &mut positions.runs {
-        run.measured_poses.iter_mut().for_each(|it| it.heading_rad = None);
+        run.measured_poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     }
     let answer = explain(&positions).unwrap();
     assert!(!found(&answer).contains(&"marker_offset"), "{:?}", answer.steps);
@@ -189,8 +191,8 @@ fn an_eccentric_wheel_shows_as_its_angle_where_counts_begin_anew_in_every_run() 
     let mut anew = campaign(&full_plan(), &truth, 9);
     for run in &mut anew.runs {
         let first = run.wheels[0].phi_rad;
-        for it in &mut run.wheels {
-            it.phi_rad = it.phi_rad.zip(first).map(|(now, then)| now - then);
+        for sample in &mut run.wheels {
+            sample.phi_rad = sample.phi_rad.zip(first).map(|(now, then)| now - then);
         }
     }
     let answer = explain(&anew).unwrap();

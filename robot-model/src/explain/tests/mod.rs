@@ -1,4 +1,4 @@
-//! Whole campaigns, explained.
+//! Whole campaigns: effects found, runs suggested, runs held out.
 
 mod explanation;
 mod held_out;

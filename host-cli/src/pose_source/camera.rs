@@ -7,12 +7,12 @@ use campaign::plan::PlannedRun;
 use host_link::Clock;
 use host_link::motion::Trigger;
 use host_link::wire::Waiting;
-use robot_model::calibration::{Deviation, TrackSample};
+use robot_model::calibration::TrackSample;
 use sim_target::Lab;
 use sim_target::plant::Pose;
 
 use super::align::Reckoned;
-use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate, cannot_read};
+use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate};
 use crate::error::Result;
 
 /// How long it takes to carry the robot to the mark of a run.
@@ -82,18 +82,6 @@ impl PoseSource for Camera {
         let parameters = self.lab.camera_parameters();
         let (position_m, heading_rad) = (parameters.position_sigma_m, parameters.heading_sigma_rad);
         Some(Sigma { position_m, heading_rad })
-    }
-
-    fn read_deviation<'a>(
-        &'a mut self,
-        _: &'a Clock,
-        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
-    ) -> Waiting<'a, Result<()>> {
-        cannot_read()
-    }
-
-    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
-        cannot_read()
     }
 
     fn measure<'a>(

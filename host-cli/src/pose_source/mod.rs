@@ -140,12 +140,16 @@ pub trait PoseSource {
     /// Reads how far the robot is off its line at the end, until `accept` accepts the reading.
     fn read_deviation<'a>(
         &'a mut self,
-        clock: &'a Clock,
-        accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
-    ) -> Waiting<'a, Result<()>>;
+        _clock: &'a Clock,
+        _accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
+    ) -> Waiting<'a, Result<()>> {
+        cannot_read()
+    }
 
     /// Reads how far the robot is ahead of its mark, and to the left of it \[m\].
-    fn read_offset<'a>(&'a mut self, clock: &'a Clock) -> Waiting<'a, Result<[f64; 2]>>;
+    fn read_offset<'a>(&'a mut self, _clock: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
+        cannot_read()
+    }
 
     /// Measures a run that has just ended: its poses from `first` on, or the answers of a person.
     fn measure<'a>(

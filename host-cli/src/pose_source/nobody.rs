@@ -3,11 +3,10 @@
 use campaign::plan::PlannedRun;
 use host_link::Clock;
 use host_link::wire::Waiting;
-use robot_model::calibration::Deviation;
 
 use super::align::Reckoned;
 use super::confirm::confirm;
-use super::{Go, Mark, PoseSource, Seen, cannot_read};
+use super::{Go, Mark, PoseSource, Seen};
 use crate::error::Result;
 
 /// No source of poses.
@@ -21,18 +20,6 @@ impl PoseSource for Nobody {
         Box::pin(
             async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },
         )
-    }
-
-    fn read_deviation<'a>(
-        &'a mut self,
-        _: &'a Clock,
-        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
-    ) -> Waiting<'a, Result<()>> {
-        cannot_read()
-    }
-
-    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
-        cannot_read()
     }
 
     fn measure<'a>(

@@ -6,11 +6,11 @@ use campaign::growing::{check_header, track_so_far};
 use campaign::plan::PlannedRun;
 use host_link::Clock;
 use host_link::wire::Waiting;
-use robot_model::calibration::{Deviation, TrackSample};
+use robot_model::calibration::TrackSample;
 
 use super::align::{Reckoned, on_robot_clock};
 use super::confirm::confirm;
-use super::{Go, Mark, PoseSource, Seen, Sigma, cannot_read};
+use super::{Go, Mark, PoseSource, Seen, Sigma};
 use crate::error::{Error, Result};
 use crate::ui;
 
@@ -71,18 +71,6 @@ impl PoseSource for TrackFile {
 
     fn noise(&self) -> Option<Sigma> {
         self.noise
-    }
-
-    fn read_deviation<'a>(
-        &'a mut self,
-        _: &'a Clock,
-        _: &'a mut dyn FnMut(Deviation) -> Result<()>,
-    ) -> Waiting<'a, Result<()>> {
-        cannot_read()
-    }
-
-    fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
-        cannot_read()
     }
 
     fn measure<'a>(

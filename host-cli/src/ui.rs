@@ -99,7 +99,7 @@ pub fn print_error(error: &Error, json: bool) {
     }
 }
 
-/// A bar that fills while something takes its time; invisible where nobody looks.
+/// A progress bar; invisible without a terminal.
 pub struct Progress(ProgressBar);
 
 impl Progress {
@@ -128,7 +128,7 @@ impl Drop for Progress {
 
 /// What to do where nobody answers.
 const NOBODY: &str =
-    "run it in a terminal, or with --yes; poses that nobody types come with --measure track:FILE";
+    "run it in a terminal, or with --yes; --measure track:FILE takes poses from a file";
 
 /// Asks the user and waits for an answer, which may be empty.
 pub async fn ask(question: &str, clock: &Clock) -> Result<String> {

@@ -77,7 +77,7 @@ fn custom_effect(
         } else {
             Target::ALL.map(Target::name).into()
         };
-        let problem = format!("`{}` is not known here", wrong.get_ref());
+        let problem = format!("`{}` is unknown here", wrong.get_ref());
         return fail(wrong.span().start, problem, format!("one of {}", names.join(", ")));
     };
     let declared = Custom {
@@ -131,7 +131,7 @@ fn effect_entry(
         return fail(entry.id.span().start, problem, hint_for(id, model));
     };
     if model.effects.iter().any(|it| it.effect.facts().id == id) {
-        let problem = format!("the effect `{id}` is there twice");
+        let problem = format!("the effect `{id}` appears twice");
         return fail(entry.id.span().start, problem, "remove one".into());
     }
     let known = effect.facts().parameters;
@@ -159,7 +159,7 @@ pub fn hint_for(id: &str, model: &ModelFile) -> String {
     let beginning = |it: &&&str| !id.is_empty() && (it.contains(id) || id.contains(**it));
     match ids.iter().find(beginning) {
         Some(near) => format!("did you mean {near}?"),
-        None => format!("there are {}", ids.join(", ")),
+        None => format!("the effects are {}", ids.join(", ")),
     }
 }
 

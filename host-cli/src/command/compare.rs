@@ -46,15 +46,15 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     Ok(())
 }
 
-/// Names the runs that are passed over.
+/// Names the runs that are skipped.
 pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
     let names = campaign.without_poses();
     if !names.is_empty() {
-        warn(format_args!("passed over, as no position was measured in it: {}", names.join(", ")));
+        warn(format_args!("skipped, as no position was measured: {}", names.join(", ")));
     }
 }
 
-/// Reads a campaign, says what was passed over, and gives it as read and as the model sees it.
+/// Reads a campaign, says what was skipped, and returns the campaign as read and as the model sees it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
     let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
@@ -63,11 +63,11 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::C
     Ok((read, campaign))
 }
 
-/// One run is predicted by a fit to itself: what looks like an error on runs held out is none.
+/// One run is predicted by a fit to itself: its error is not cross-validated.
 pub(super) fn warn_if_lone(campaign: &robot_model::recording::Campaign) {
     if campaign.fitted_runs().count() == 1 {
         warn(
-            "one run alone: nothing is held out, and its errors are those of the fit to it; record more",
+            "only one run: nothing can be cross-validated, and the errors are those of the fit to this run; record more runs",
         );
     }
 }

@@ -83,9 +83,9 @@ impl GyroLog {
             let (shift_s, alike) = best_shift_s(&readings, &rates, guess_s);
             if alike < ALIKE {
                 return Err(Error::new(format_args!(
-                    "{path} and the wheels have no turn in common in the run {run}"
+                    "{path} and the wheels do not show the same turns in the run {run}"
                 ))
-                .hint("is it this robot's, in rad/s, and counter-clockwise positive?"));
+                .hint("is it of this robot, in rad/s, and counter-clockwise positive?"));
             }
             self.shift_s = Some(shift_s);
             shift_s
@@ -287,7 +287,7 @@ mod tests {
         let file = log(-1.0);
         let taken = GyroLog::new(file.path()).take("spin", &wheels(1.0)).map(|it| it.len());
         let error = taken.unwrap_err();
-        assert!(error.to_string().contains("no turn in common in the run spin"));
+        assert!(error.to_string().contains("do not show the same turns in the run spin"));
         let error = GyroLog::new(Path::new("none.csv")).begin().unwrap_err();
         assert!(error.to_string().contains("none.csv"));
         // One that has only been created, or has its header alone, is fine.

@@ -188,7 +188,7 @@ fn ask_for(run: &PlannedRun) -> String {
 
 /// The user wants no more for now.
 fn stopped() -> Error {
-    Error::interrupted("stopped; the same command goes on from here")
+    Error::interrupted("stopped; the same command continues from here")
 }
 
 /// Nobody can be asked by this source.

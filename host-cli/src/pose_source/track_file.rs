@@ -102,6 +102,6 @@ impl PoseSource for TrackFile {
 
 /// A track of another run, or of another robot.
 pub(super) fn no_shift(path: &Path) -> Error {
-    Error::new(format_args!("{} and the wheels have no motion in common", path.display()))
+    Error::new(format_args!("{} and the wheels do not show the same motion", path.display()))
         .hint("is it the track of this run?")
 }

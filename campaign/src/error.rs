@@ -312,7 +312,7 @@ fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -
     let which = if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
     write!(
         f,
-        "{place}: started_s is missing for {which} runs, so no further run can show that the \
+        "{place}: started_s is missing for {which} runs, so nothing can show whether the \
          robot changes with time (thermal_drift); add started_s to each [[run]] there, in seconds on one clock"
     )
 }

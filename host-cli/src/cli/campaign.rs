@@ -23,9 +23,9 @@ Examples:
     #[command(after_help = "\
 How the robot is measured (--measure):
   camera      the simulator's overhead camera (default on the simulator)
-  ask         you are asked for the robot's pose before a run, unless it stands at its mark, and after
-              the run, as a tape reads it (1.795m -12mm 3deg), or for a track file; you can also repeat
-              or skip a run (default elsewhere)
+  ask         you type the robot's pose as a tape reads it (1.795m -12mm 3deg): before
+              a run if it is not at its mark, and after it; or the name of a track file;
+              or nothing, repeat, skip (default elsewhere)
   track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
   none        not at all: add poses to the files later
 
@@ -129,9 +129,9 @@ pub struct CampaignRecordArgs {
 /// `beeline apply`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Writes the effects of the campaign's model.toml, or without one those that `explain` finds. The
-firmware can compensate both wheel radii (R_L and W_T), the track width and a pull to one side; every
-other effect is listed with its remedy.
+Writes the effects of the campaign's model.toml, or without one those that
+`explain` finds. The firmware can compensate both wheel radii (R_L and W_T),
+the track width and a pull to one side. Other effects are listed with remedies.
 
 Examples:
   beeline apply my-robot --port /dev/ttyACM0

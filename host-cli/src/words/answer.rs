@@ -35,12 +35,10 @@ pub fn reason(reason: &Reason) -> String {
         ),
         Reason::InModel => "the model already explains nearly all of it".to_owned(),
         Reason::OneRunByChance { gain } => {
-            format!(
-                "only one run shows it, and there its gain of {gain:.1} in -2 log likelihood is not significant"
-            )
+            format!("only one run shows it, and not significantly (gain {gain:.1})")
         }
         Reason::PredictsWorse { loss } => {
-            format!("it raises the cross-validated -2 log likelihood by {loss:.1}")
+            format!("raises the cross-validated -2 log likelihood by {loss:.1}")
         }
         Reason::FewGetBetter { touched, better } => {
             format!("only {better} of the {touched} runs that it affects are predicted better")

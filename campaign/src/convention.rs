@@ -65,18 +65,20 @@ impl Convention {
             Self::Picture => {
                 "the other sign of y_m and heading_rad (y is to the left of x, headings are counter-clockwise)"
             }
-            Self::Exchanged => "x_m and y_m exchanged",
+            Self::Exchanged => "x_m and y_m swapped",
             Self::FromY => "pi/2 added to heading_rad (it counts from x towards y)",
-            Self::FromMinusY => "pi/2 taken off heading_rad (it counts from x towards y)",
-            Self::Compass => "pi/2 - heading_rad for heading_rad (it counts from x towards y)",
+            Self::FromMinusY => "pi/2 subtracted from heading_rad (it counts from x towards y)",
+            Self::Compass => {
+                "pi/2 - heading_rad in place of heading_rad (it counts from x towards y)"
+            }
             Self::NorthEast => {
-                "x_m and y_m exchanged and pi/2 - heading_rad for heading_rad (it counts from x towards y)"
+                "x_m and y_m swapped and pi/2 - heading_rad in place of heading_rad (it counts from x towards y)"
             }
             Self::QuarterRight => {
-                "-y_m for x_m, x_m for y_m and pi/2 more heading_rad (axes as the campaign's)"
+                "-y_m in place of x_m, x_m in place of y_m and pi/2 added to heading_rad (axes as the campaign's)"
             }
             Self::QuarterLeft => {
-                "y_m for x_m, -x_m for y_m and pi/2 less heading_rad (axes as the campaign's)"
+                "y_m in place of x_m, -x_m in place of y_m and pi/2 subtracted from heading_rad (axes as the campaign's)"
             }
         }
     }
@@ -132,7 +134,7 @@ impl fmt::Display for Meant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.convention.hint())?;
         if self.ends_only {
-            f.write_str(", in all poses but the first of each run")
+            f.write_str(", in all poses except the first of each run")
         } else {
             Ok(())
         }

@@ -1,4 +1,4 @@
-//! What can be wrong with a campaign, and where.
+//! What can be wrong with a campaign, where, and what to do about it.
 
 use std::fmt;
 use std::io;
@@ -104,7 +104,7 @@ impl std::error::Error for CampaignError {
     }
 }
 
-/// Something that was passed over, but should be known.
+/// Something that does not stop a command, but that the user should know.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
     /// A column that no campaign has.
@@ -121,7 +121,7 @@ pub enum Warning {
         /// The fastest that a wheel turns by it \[rad/s\].
         rate_rad_s: f64,
     },
-    /// The last pose of a run lies far from where its wheels led from the first one.
+    /// The last pose of a run lies far from dead reckoning that began at the first one.
     Stray {
         /// Where.
         place: Place,
@@ -130,7 +130,7 @@ pub enum Warning {
         /// How far, if its heading does \[rad\].
         heading_rad: Option<f64>,
     },
-    /// So are those of so many runs that none of them is misread.
+    /// The same in so many runs that single misreadings do not explain it.
     Strays {
         /// The campaign's `robot.toml`.
         place: Place,
@@ -138,21 +138,21 @@ pub enum Warning {
         runs: usize,
         /// Of how many.
         of: usize,
-        /// What would make them sound.
+        /// The convention by which wheels and poses agree.
         because: Option<Meant>,
     },
-    /// One run alone cannot be of the robot that drove the others.
+    /// A single run that cannot be of the robot that drove the others.
     Another {
         /// Where.
         place: Place,
-        /// What it cannot be.
+        /// How wheels and poses disagree.
         found: Mismatch,
     },
-    /// Most poses of one run lie far from where its wheels led.
+    /// Most poses of a single run lie far from dead reckoning.
     Beside {
         /// Where.
         place: Place,
-        /// How far the middle one is off \[m\].
+        /// The median distance \[m\].
         off_m: f64,
     },
     /// A single row that no robot drove.
@@ -162,14 +162,14 @@ pub enum Warning {
         /// What is off.
         found: BadRow,
     },
-    /// Headings are turned against the way that the robot rolls, in all runs alike.
+    /// The same angle between headings and direction of travel in all runs.
     Crooked {
         /// Where.
         place: Place,
         /// By how much, counter-clockwise positive \[rad\].
         turned_rad: f64,
     },
-    /// Runs were measured by something else than `robot.toml` says.
+    /// Runs were measured with another noise than `robot.toml` says.
     OtherNoise {
         /// The campaign's `robot.toml`.
         place: Place,
@@ -177,10 +177,10 @@ pub enum Warning {
         name: &'static str,
         /// What it says.
         there: f64,
-        /// What was measured with.
+        /// The noise of this measurement.
         here: f64,
     },
-    /// A campaign of one simulated robot is gone on with by another.
+    /// A campaign of one simulated robot is continued with another.
     OtherRobot {
         /// The campaign's `robot.toml`.
         place: Place,
@@ -189,7 +189,7 @@ pub enum Warning {
         /// Which it is.
         now: Simulated,
     },
-    /// Runs of which nobody said when they began.
+    /// Runs without a start time.
     NoStart {
         /// The campaign's `robot.toml`.
         place: Place,
@@ -200,7 +200,7 @@ pub enum Warning {
     },
 }
 
-/// `0.31 m and 90 degrees`, of what is off.
+/// `0.31 m and 90 degrees`.
 pub fn how_far(position_m: Option<f64>, heading_rad: Option<f64>) -> String {
     let position = position_m.map(|m| format!("{m:.2} m"));
     let heading = heading_rad.map(|rad| format!("{:.0} degrees", rad.to_degrees().abs()));
@@ -211,57 +211,57 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownColumn { place, name } => {
-                write!(f, "{place}: the column `{name}` is not known and was ignored")
+                write!(f, "{place}: the column `{name}` is unknown and was ignored")
             }
             Self::Clock { place, rate_rad_s } => {
                 let deg = rate_rad_s.to_degrees();
                 write!(
                     f,
                     "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
-                     degrees in a second; give seconds"
+                     degrees per second; give seconds"
                 )
             }
             Self::Stray { place, position_m, heading_rad } => {
                 let off = how_far(*position_m, *heading_rad);
                 write!(
                     f,
-                    "{place}: the run ends {off} from where its wheels led: it was misread, the robot was moved, \
-                     or counts were lost; correct the pose, or leave the run out if it was no fault of the robot's"
+                    "{place}: the run ends {off} off dead reckoning: the pose was misread, the robot was moved, \
+                     or counts were lost; correct the pose, or remove the run if the robot was not the cause"
                 )
             }
-            Self::Strays { place, of, because: Some(it), .. } => write!(
+            Self::Strays { place, of, because: Some(meant), .. } => write!(
                 f,
-                "{place}: wheels and poses of the {of} runs do not fit together; with {it} they do"
+                "{place}: wheels and poses of the {of} runs do not agree; with {meant} they do"
             ),
             Self::Strays { place, runs, of, because: None } => write!(
                 f,
-                "{place}: in {runs} of {of} runs the robot was measured far from where its wheels led; check \
+                "{place}: in {runs} of {of} runs the measured poses lie far from dead reckoning; check \
                  wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
             ),
             Self::Another { place, found } => another(f, place, found),
             Self::Beside { place, off_m } => write!(
                 f,
-                "{place}: in this run alone most poses lie far from where its wheels led, {off_m:.2} m in the middle: \
-                 make its columns and signs those of the other runs, check the clock of its poses, or leave it out if somebody pushed the robot"
+                "{place}: only in this run, most poses lie far from dead reckoning (median {off_m:.2} m): use the columns and \
+                 signs of the other runs, check the clock of its poses, or remove the run if somebody pushed the robot"
             ),
             Self::Glitch { place, found } => glitch(f, place, found),
             Self::Crooked { place, turned_rad } => write!(
                 f,
-                "{place}: headings are turned by {:+.1} degrees against the way that the robot rolls, in all runs alike; \
-                 what measures them sits crooked on the robot: take {turned_rad:.4} off heading_rad",
+                "{place}: in all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
+                 mounted at an angle; subtract {turned_rad:.4} from heading_rad",
                 turned_rad.to_degrees()
             ),
             Self::OtherNoise { place, name, there, here } => {
                 write!(
                     f,
-                    "{place}: {name} = {there} is not how well this run was measured ({here}); a campaign \
-                     has one noise: use a folder of its own for each way of measuring"
+                    "{place}: {name} = {there}, but this run was measured with {here}; a campaign \
+                     has one noise: use one folder for each way of measuring"
                 )
             }
             Self::OtherRobot { place, before, now } => write!(
                 f,
-                "{place}: the simulated robot of this campaign was {before}, and now it is {now}: runs of two robots \
-                 are explained by neither; use a folder of its own for each"
+                "{place}: the simulated robot of this campaign was {before}, and now it is {now}: no model explains the \
+                 runs of two robots; use one folder for each robot"
             ),
             Self::NoStart { place, runs, of } => no_start(f, place, *runs, *of),
         }
@@ -271,26 +271,25 @@ impl fmt::Display for Warning {
 fn another(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::Result {
     let (what, columns) = match found {
         Mismatch::Travel { times } => (
-            format!("got {times:.2} times as far as its wheels rolled"),
+            format!("moved {times:.2} times as far as its wheels rolled"),
             "the units of x_m, y_m and counts",
         ),
         Mismatch::Backwards => (
-            "went back where its wheels rolled ahead".to_owned(),
+            "moved backwards where its wheels rolled forwards".to_owned(),
             "the signs of counts and heading_rad",
         ),
         Mismatch::Turns { times } if *times < 0.0 => (
-            "turned the other way than its wheels turned it".to_owned(),
+            "turned the opposite way to its wheels".to_owned(),
             "the signs of heading_rad and the order of the counts",
         ),
-        Mismatch::Turns { times } => (
-            format!("turned {times:.2} times as far as its wheels turned it"),
-            "heading_rad and counts",
-        ),
+        Mismatch::Turns { times } => {
+            (format!("turned {times:.2} times as far as its wheels say"), "heading_rad and counts")
+        }
     };
     write!(
         f,
-        "{place}: in this run alone the robot {what}: make {columns} those of the other runs, \
-         or leave it out if somebody pushed the robot"
+        "{place}: only in this run, the robot {what}: make {columns} those of the other runs, \
+         or remove the run if somebody pushed the robot"
     )
 }
 
@@ -299,12 +298,12 @@ fn glitch(f: &mut fmt::Formatter<'_>, place: &Place, found: &BadRow) -> fmt::Res
         BadRow::Jump { rolled_m, .. } => write!(
             f,
             "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
-             the rest of the run: a row is corrupt, or counts were lost; correct it, or leave the run out"
+             the rest of the run: a row is corrupt, or counts were lost; correct the row, or remove the run"
         ),
         BadRow::Spike { off_m, .. } => write!(
             f,
-            "{place}: this position lies {off_m:.2} m off those before and after it: empty x_m, y_m and \
-             heading_rad of this row"
+            "{place}: this position lies {off_m:.2} m off those before and after it: clear x_m, y_m and \
+             heading_rad in this row"
         ),
     }
 }
@@ -313,8 +312,7 @@ fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -
     let which = if runs == of { format!("all {of}") } else { format!("{runs} of {of}") };
     write!(
         f,
-        "{place}: started_s is missing for {which} runs, so nothing can show that the \
-         robot changes with time (thermal_drift), whatever is recorded next; add started_s to \
-         each [[run]] there, in seconds on one clock"
+        "{place}: started_s is missing for {which} runs, so nothing can show whether the \
+         robot changes with time (thermal_drift); add started_s to each [[run]] there, in seconds on one clock"
     )
 }

@@ -26,8 +26,8 @@ impl Campaign {
         let robot = RobotFile::read(&toml)?;
         let files = run_files(folder)?;
         if files.is_empty() {
-            let problem = "there are no runs in this campaign";
-            let hint = "put at least one .csv file into its folder runs";
+            let problem = "this campaign has no runs";
+            let hint = "put at least one .csv file into its folder `runs`";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
         let mut campaign = Self { robot, runs: Vec::new(), warnings: Vec::new() };
@@ -47,7 +47,7 @@ impl Campaign {
         {
             let place = place_of_run(&toml, &facts.name);
             let problem = format!("the run `{}` does not exist", facts.name);
-            let hint = format!("there must be a file runs/{}.csv, or no such [[run]]", facts.name);
+            let hint = format!("add the file runs/{}.csv, or remove this [[run]]", facts.name);
             return Err(CampaignError::new(place, problem, hint));
         }
         campaign.warnings.extend(campaign.without_start(&toml));
@@ -121,7 +121,7 @@ fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignErr
     let half = |line: u64, has: Column, lacks: Column| {
         let column = table.column(has).unwrap_or_default();
         let problem = format!("there is {} without {}", has.name(), lacks.name());
-        let hint = "a position has both: fill the other in, or take this one away";
+        let hint = "a position has both: fill in the other, or clear this one";
         CampaignError::new(Place { file: file.into(), line, column }, problem, hint)
     };
     for (has, lacks) in [(Column::X, Column::Y), (Column::Y, Column::X)] {

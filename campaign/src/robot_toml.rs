@@ -109,12 +109,12 @@ impl RobotFile {
             io::ErrorKind::NotFound => CampaignError::new(
                 Place::whole(file),
                 "there is no such file",
-                "a campaign is a folder with a robot.toml and a folder runs",
+                "a campaign is a folder with a robot.toml and a folder `runs`",
             ),
             io::ErrorKind::NotADirectory => CampaignError::new(
                 Place::whole(file.parent().unwrap_or(file)),
                 "this is a file, not a campaign",
-                "a campaign is a folder with a robot.toml and a folder runs",
+                "a campaign is a folder with a robot.toml and a folder `runs`",
             ),
             _ => CampaignError::io(file, "read it", error),
         })?;
@@ -151,7 +151,7 @@ impl RobotFile {
                 && !(value > 0.0 && value.is_finite())
             {
                 let place = place_of(file, text, 0, name);
-                let problem = format!("{name} = {value} cannot be");
+                let problem = format!("{name} = {value} is invalid");
                 return Err(CampaignError::new(place, problem, "it must be a number above zero"));
             }
         }
@@ -159,7 +159,7 @@ impl RobotFile {
             if self.runs[..index].iter().any(|earlier| earlier.name == run.name) {
                 let place = place_of(file, text, start_of_run(text, index), "name");
                 let problem = format!("there are two [[run]] named `{}`", run.name);
-                return Err(CampaignError::new(place, problem, "put both into one"));
+                return Err(CampaignError::new(place, problem, "merge them into one"));
             }
             let facts = [
                 ("started_s", run.started_s, f64::NEG_INFINITY),
@@ -169,7 +169,7 @@ impl RobotFile {
                 if let Some(value) = value
                     && !(value >= least && value.is_finite())
                 {
-                    let problem = format!("{name} = {value} cannot be");
+                    let problem = format!("{name} = {value} is invalid");
                     let hint = "it must be a finite number, a payload not negative";
                     let place = place_of(file, text, start_of_run(text, index), name);
                     return Err(CampaignError::new(place, problem, hint));

@@ -101,7 +101,7 @@ impl<C: Copy + PartialEq> Table<C> {
             if column.is_none() {
                 table.warnings.push(Warning::UnknownColumn { place, name: name.into() });
             } else if table.columns.contains(&column) {
-                let problem = format!("the column `{name}` is there twice");
+                let problem = format!("the column `{name}` appears twice");
                 return Err(CampaignError::new(place, problem, "keep one of them"));
             }
             table.columns.push(column);

@@ -130,12 +130,15 @@ fn another_robots_campaign_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), "a", RunFacts::default());
     for (other, expected) in [
-        (RobotFile { track_width_m: 0.42, ..robot() }, "track_width_m = 0.372 is another robot's"),
+        (RobotFile { track_width_m: 0.42, ..robot() }, "track_width_m = 0.372 is of another robot"),
         (
             RobotFile { wheel_radius_m: 0.03, ..robot() },
             "wheel_radius_m = 0.036 is another robot's",
         ),
-        (RobotFile { counts_per_rev: 901.0, ..robot() }, "counts_per_rev = 900 is another robot's"),
+        (
+            RobotFile { counts_per_rev: 901.0, ..robot() },
+            "counts_per_rev = 900 is of another robot",
+        ),
     ] {
         let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
@@ -161,7 +164,7 @@ fn robots_of_the_same_kind_are_told_apart_by_their_uids_where_both_have_one() {
         .unwrap();
     CampaignWriter::open(folder.path(), &robot()).unwrap();
     let error = CampaignWriter::open(folder.path(), &with("0b")).unwrap_err().to_string();
-    assert!(error.contains("uid = 0a is another robot's: this one has 0b"), "{error}");
+    assert!(error.contains("uid = 0a is of another robot: this one has 0b"), "{error}");
 }
 
 #[test]
@@ -201,7 +204,7 @@ fn headings_alone_are_no_poses_and_runs_without_positions_are_named() {
     write("01_spin.csv", "0,0,0,,,0\n1,5,5,,,0.1\n2,9,9,,,0.2\n");
     let read = || Campaign::read(folder.path()).unwrap();
     let error = read().to_model(folder.path()).unwrap_err().to_string();
-    assert!(error.contains("headings alone are too little; fill in x_m"), "{error}");
+    assert!(error.contains("headings alone are not enough; fill in x_m"), "{error}");
     // Nothing was measured after the one position.
     write("02_once.csv", "0,0,0,,,0\n1,5,5,,,0.1\n2,9,9,0,0,0.2\n");
     assert!(read().to_model(folder.path()).is_err());
@@ -231,14 +234,14 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
     let cases = [
         (error("name = \"r\"\nwheel_radius_m = x\n", None), "robot.toml, line 2, column 18: "),
         (error("name = \"r\"\n", None), "missing field `wheel_radius_m`"),
-        (error(&TOML.replace("900", "-1"), Some(CSV)), "robot.toml, line 4, column 1: counts_per_rev = -1 cannot be; it must"),
-        (error(&TOML.replace("0.036", "nan"), Some(CSV)), "line 2, column 1: wheel_radius_m = NaN cannot be"),
+        (error(&TOML.replace("900", "-1"), Some(CSV)), "robot.toml, line 4, column 1: counts_per_rev = -1 is invalid; it must"),
+        (error(&TOML.replace("0.036", "nan"), Some(CSV)), "line 2, column 1: wheel_radius_m = NaN is invalid"),
         (error(&TOML.replace("0.372", "\"b\""), Some(CSV)), "line 3, column 17: invalid type: string"),
         (error(&format!("{TOML}wheels = 3\n"), Some(CSV)), "line 5, column 1: unknown field `wheels`"),
-        (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; there must be a file runs/07_b.csv"),
-        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"02_a\"\npayload_kg = -1\n"), Some(CSV)), "line 11, column 1: payload_kg = -1 cannot be"),
-        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"01_a\"\nstarted_s = 1\n"), Some(CSV)), "robot.toml, line 10, column 1: there are two [[run]] named `01_a`; put both into one"),
-        (error(TOML, None), "ROBOT: there are no runs in this campaign; put"),
+        (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; add the file runs/07_b.csv"),
+        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"02_a\"\npayload_kg = -1\n"), Some(CSV)), "line 11, column 1: payload_kg = -1 is invalid"),
+        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"01_a\"\nstarted_s = 1\n"), Some(CSV)), "robot.toml, line 10, column 1: there are two [[run]] named `01_a`; merge them into one"),
+        (error(TOML, None), "ROBOT: this campaign has no runs; put"),
         (error(TOML, Some("")), "01_a.csv: the file is empty; the first line must name"),
         (error(TOML, Some("t_s,left_counts\n0,0\n1,1\n")), "01_a.csv, line 1: the required column `right_counts` is missing"),
         (error(TOML, Some(&CSV.replace("5,5", "5,five"))), "01_a.csv, line 3, column 3: `five` is not a number; leave"),
@@ -254,7 +257,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (error(TOML, Some("t_s,left_counts,right_counts,x_m\n0,0,0,0\n1,5,5,0\n")), "01_a.csv, line 1, column 4: there is x_m without y_m; a position"),
         (error(TOML, Some("t_s,y_m,left_counts,right_counts\n0,0,0,0\n1,0,5,5\n")), "01_a.csv, line 1, column 2: there is y_m without x_m; a position"),
         (error(TOML, Some("t_s,left_counts,right_counts,x_m,y_m\n0,0,0,0,0\n1,5,5,,0\n")), "01_a.csv, line 3, column 5: there is y_m without x_m; a position"),
-        (error(TOML, Some("t_s,t_s,left_counts,right_counts\n")), "line 1, column 2: the column `t_s` is there twice"),
+        (error(TOML, Some("t_s,t_s,left_counts,right_counts\n")), "line 1, column 2: the column `t_s` appears twice"),
     ];
     for (error, expected) in cases {
         assert!(error.contains(expected), "{error}\n  does not say: {expected}");
@@ -316,7 +319,7 @@ fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
         (&["held_out = true"][..], "robot.toml: the only run is held out: none is left"),
         (
             &["held_out = true"; 3],
-            "robot.toml: all 3 runs are held out: none is left to be fitted to; take",
+            "robot.toml: all 3 runs are held out: none is left to fit to; remove",
         ),
     ] {
         let folder = with_facts(facts);

@@ -44,23 +44,23 @@ impl Recordings {
         checks::check_all(folder, &self.robot, &self.runs)?;
         if campaign.runs.iter().all(|run| run.facts.held_out) {
             let problem = match campaign.runs.len() {
-                1 => "the only run is held out: none is left to be fitted to".to_owned(),
-                n => format!("all {n} runs are held out: none is left to be fitted to"),
+                1 => "the only run is held out: none is left to fit to".to_owned(),
+                n => format!("all {n} runs are held out: none is left to fit to"),
             };
             let place = Place::whole(&folder.join("robot.toml"));
-            let hint = "take held_out = true away from the runs that a model is to be fitted to";
+            let hint = "remove held_out = true from the runs that a model is to be fitted to";
             return Err(CampaignError::new(place, problem, hint));
         }
         if !campaign.runs.iter().any(|run| run.has_poses() && !run.facts.held_out) {
             let headings = self.runs.iter().any(|run| !run.measured_poses.is_empty());
             let problem = match headings {
                 true => {
-                    "no run of this campaign has measured positions: headings alone are too little"
+                    "no run of this campaign has measured positions; headings alone are not enough"
                 }
                 false => "no run of this campaign has measured poses",
             };
             let hint =
-                "fill in x_m, y_m and heading_rad, at the start and the end of a run at least";
+                "fill in x_m, y_m and heading_rad, at least at the start and the end of a run";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
         Ok(robot_model::recording::Campaign { robot: self.robot, runs: self.runs })

@@ -52,7 +52,7 @@ pub fn parse_track(
         .collect();
     if samples.len() < 2 {
         let problem = format!("only {} rows have both x_m and y_m", samples.len());
-        let hint = "a track needs at least two places, better hundreds";
+        let hint = "a track needs at least two positions, better hundreds";
         return Err(CampaignError::new(Place::whole(file), problem, hint));
     }
     Ok((samples, table.warnings))

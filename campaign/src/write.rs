@@ -25,7 +25,7 @@ impl CampaignWriter {
         let robot = if toml.exists() {
             let campaigns = RobotFile::read(&toml)?;
             if let Some((name, there, here)) = campaigns.difference(robot) {
-                let problem = format!("{name} = {there} is another robot's: this one has {here}");
+                let problem = format!("{name} = {there} is of another robot: this one has {here}");
                 let hint = "choose another folder, or correct the file if it is wrong";
                 return Err(CampaignError::new(Place::whole(&toml), problem, hint));
             }

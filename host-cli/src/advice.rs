@@ -27,7 +27,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::ConnectionLost { .. } => {
             "it was unplugged, or another host took over (a robot has one at a time); without its host it stops by itself"
         }
-        Error::Restarted { .. } => "check its supply; what it does not save, it has forgotten",
+        Error::Restarted { .. } => "check its supply; what was not saved is lost",
         Error::ReadBackDiffers => "nothing was saved; try again, and report it if it happens twice",
         Error::Refused { refusal, .. } => return on_refusal(refusal),
         Error::Faulted(report) => return Some(on_fault(report)),
@@ -57,15 +57,15 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
     let advice = match refusal {
         Refusal::State(_) => "`beeline identify` shows its state, `beeline stop` ends a motion",
         Refusal::Faulted(report) => return Some(on_fault(report)),
-        Refusal::Config(_) => "`beeline config get` shows what is there",
+        Refusal::Config(_) => "`beeline config get` shows the values in use",
         Refusal::Motion(MotionError::TooFast | MotionError::TooSteep) => {
             "`beeline config get limits` shows the limits"
         }
         Refusal::Motion(_) => "check the distance, --cruise and --acceleration",
         Refusal::NoSuchMotion => "`beeline identify` shows its state",
-        Refusal::NoSuchFault => "`beeline identify` shows the one that is",
+        Refusal::NoSuchFault => "`beeline identify` shows the latched fault",
         Refusal::CauseRemains => "release the emergency stop, check the driver and the battery",
-        Refusal::Store => "try again; a simulated robot's is --flash FILE: is its disk full?",
+        Refusal::Store => "try again; with --flash FILE, check whether the disk is full",
         Refusal::Period | Refusal::Forgotten | Refusal::HelloFirst | Refusal::Unreadable => {
             return None;
         }
@@ -86,7 +86,7 @@ fn on_left(left: &Left) -> Option<String> {
         }
         Left::In(_) => Some("`beeline stop --now`, or its stop button".into()),
         Left::Unknown(_) => Some(format!(
-            "by itself it stops {TTL_MS} ms after its host fell silent; watch it, and use its stop button if it does not"
+            "it stops by itself {TTL_MS} ms after its host falls silent; if it does not, press its stop button"
         )),
     }
 }
@@ -101,7 +101,7 @@ fn on_serial(path: &str) -> String {
         }
         ports => {
             let names: Vec<_> = ports.iter().map(|port| port.port_name.as_str()).collect();
-            format!("there is: {}", names.join(", "))
+            format!("these ports exist: {}", names.join(", "))
         }
     }
 }
@@ -110,14 +110,14 @@ fn on_serial(path: &str) -> String {
 pub fn on_plan(error: &PlanError) -> String {
     match error {
         PlanError::FloorTooSmall { least_m, .. } => format!(
-            "--floor {least_m}mx{least_m}m is the least; half a metre more in each direction is comfortable"
+            "use at least --floor {least_m}mx{least_m}m; half a metre more in each direction is comfortable"
         ),
         PlanError::RunTooLong { .. } => {
-            "an hour is the most: check speeds, distances and turns in the plan".into()
+            "a run may take an hour: check speeds, distances and turns in the plan".into()
         }
         PlanError::UnknownKind(_) => format!("one of: {}", run_kinds::kinds().join("; ")),
         PlanError::RunTooLarge { .. } => {
-            "choose another kind of run, or say with --floor how much is free".into()
+            "choose another kind of run, or give the free floor with --floor".into()
         }
     }
 }

@@ -45,7 +45,7 @@ pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
     let length_m_min = count_m.left.max(count_m.right) / DIFFERENCE_USUAL;
     if length_m < length_m_min {
         return Err(Error::new(format_args!(
-            "{} mm are too short to tell W_T by: one count of an encoder is more than {:.0} % of it",
+            "{} mm are too short to determine W_T: one encoder count is more than {:.0} % of the distance",
             Readable(length_m * 1e3),
             100.0 * DIFFERENCE_USUAL
         ))
@@ -61,7 +61,7 @@ pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::new(format_args!(
-        "{} m are too far to tell W_T by: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
+        "{} m are too far to determine W_T: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
         Readable((length_m * 10.0).round() / 10.0),
         100.0 * DIFFERENCE_USUAL
     ))

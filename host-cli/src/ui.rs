@@ -130,7 +130,7 @@ impl Drop for Progress {
 
 /// What to try if nobody answers.
 const NOBODY: &str =
-    "run it in a terminal, or with --yes; poses that nobody types come with --measure track:FILE";
+    "run it in a terminal, or with --yes; --measure track:FILE takes poses from a file";
 
 /// Asks the user and waits for an answer, which may be empty.
 pub async fn ask(question: &str, clock: &Clock) -> Result<String> {

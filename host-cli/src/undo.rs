@@ -53,7 +53,7 @@ impl Undoable for WheelWeight {
 
     fn changed_since(now: Self, undo: &Undo<Self>) -> Error {
         Error::new(format_args!(
-            "W_T is {} now, not the {} of the last calibration: it was changed since",
+            "W_T is {} now, not the {} of the last calibration: it was changed afterwards",
             now.0, undo.after.0
         ))
         .hint(format_args!(
@@ -66,7 +66,7 @@ impl Undoable for WheelWeight {
 impl Undoable for GeometryConfig {
     const FILE: &'static str = "undo-apply";
     const NOTHING: (&'static str, &'static str) = (
-        "nothing was applied to this robot that could be undone",
+        "this computer has applied nothing to this robot that could be undone",
         "only what this computer applied last can be undone; `beeline config set` sets any other",
     );
 
@@ -79,7 +79,7 @@ impl Undoable for GeometryConfig {
     }
 
     fn changed_since(_now: Self, _undo: &Undo<Self>) -> Error {
-        Error::new("the robot's geometry was changed since it was applied")
+        Error::new("the robot's geometry was changed after `beeline apply`")
             .hint("`beeline config set geometry.wheel_weight ...` sets what it should be")
     }
 }

@@ -132,7 +132,7 @@ impl fmt::Display for Error {
             Self::NoAnswer { port } => write!(f, "no robot answers on {port}"),
             Self::NotARobot { port, damaged } => write!(
                 f,
-                "something on {port} talks, but not as a Beeline robot ({damaged} unreadable frames)"
+                "something on {port} sends data, but not as a Beeline robot ({damaged} unreadable frames)"
             ),
             Self::VersionsDiffer { ours, theirs } => write!(
                 f,
@@ -143,17 +143,17 @@ impl fmt::Display for Error {
                 write!(f, "the robot on {port} stopped answering")
             }
             Self::ConnectionLost { port, cause } => {
-                write!(f, "the connection to {port} is gone: {cause}")
+                write!(f, "the connection to {port} was lost: {cause}")
             }
             Self::Restarted { port } => {
-                write!(f, "the robot on {port} restarted in the middle of this")
+                write!(f, "the robot on {port} restarted during this command")
             }
             Self::WrongAnswer { request, answer } => {
-                write!(f, "the robot answered {request} with something else: {answer:?}")
+                write!(f, "the robot gave a wrong answer to {request}: {answer:?}")
             }
             Self::Refused { request, refusal } => refused(f, request, refusal),
             Self::ReadBackDiffers => {
-                f.write_str("the robot read back another configuration than was written")
+                f.write_str("the configuration read back differs from the one written")
             }
             Self::Faulted(report) => {
                 write!(f, "the robot stopped with a fault: {}", At(report))?;
@@ -165,16 +165,16 @@ impl fmt::Display for Error {
             }
             Self::AlreadyMoving(state) => write!(
                 f,
-                "not driven: the robot is {} already, on an earlier command",
+                "not driven: the robot is already {}, on an earlier command",
                 state.name()
             ),
             Self::NoTelemetry => f.write_str("the robot sends no telemetry"),
-            Self::StartTooLate => {
-                f.write_str("the line is so bad that the robot always heard of its motion too late")
-            }
-            Self::NeverEnded => f.write_str("the robot never came to the end of its motion"),
+            Self::StartTooLate => f.write_str(
+                "the line is so bad that every command for the motion reached the robot too late",
+            ),
+            Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
             Self::NeverStands => {
-                f.write_str("the robot does not come to a stand at the end of its motion")
+                f.write_str("the robot does not come to a standstill at the end of its motion")
             }
             Self::Cancelled(left) => write!(f, "cancelled{left}"),
             Self::Connect { address, cause } => {
@@ -200,9 +200,9 @@ impl fmt::Display for Left {
                 f.write_str("; the robot stands still, its motors are off")
             }
             Self::In(State::Faulted) => f.write_str("; the robot's motors are off"),
-            Self::In(state) => write!(f, ", but the robot says that it is {}", state.name()),
+            Self::In(state) => write!(f, ", but the robot reports that it is {}", state.name()),
             Self::Unknown(error) => {
-                write!(f, "; whether the robot stands still is not known: {error}")
+                write!(f, "; it is not known whether the robot stands still: {error}")
             }
         }
     }
@@ -231,7 +231,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Store => {
             f.write_str("its flash could not be written; the saved configuration is as it was")
         }
-        Refusal::Forgotten => f.write_str("it no longer keeps that telemetry"),
+        Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
     }

@@ -86,7 +86,7 @@ impl Fault {
             Fault::LinkLost => "check the cable; the host stopped talking during a motion",
             Fault::TimeToLive => "the host stopped renewing the motion; was it suspended?",
             Fault::SupplyLow => "charge the battery, or lower protection.supply_v_min",
-            Fault::DeadlineMissed => "please report this: control was late",
+            Fault::DeadlineMissed => "please report this: a control tick missed its deadline",
             Fault::Driver => {
                 "check the motor driver: over-current, over-temperature, or its supply"
             }

@@ -142,12 +142,12 @@ impl core::fmt::Display for MotionError {
             MotionError::NoDistance => "both wheels' distances are zero",
             MotionError::TooFar => "farther than 20 km",
             MotionError::TooFast => "faster than limits.speed_mps_max",
-            MotionError::TooSteep => "steeper than limits.acceleration_mps2_max",
+            MotionError::TooSteep => "more acceleration than limits.acceleration_mps2_max",
             MotionError::TooLong => {
                 "a ramp would take more than 1000 s, or the whole motion more than 2,000,000 s"
             }
             MotionError::TimeToLive => "time to live must be from 20 to 10000 ms",
-            MotionError::Start => "the time to set off must be ahead, by 10 s at most",
+            MotionError::Start => "the start time must lie ahead, by at most 10 s",
         })
     }
 }

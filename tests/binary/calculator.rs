@@ -88,10 +88,10 @@ fn what_a_calibration_would_refuse_is_refused_and_what_it_would_doubt_is_doubted
     let desk = Desk::new();
     for (arguments, expected) in [
         ("--dx 1mm --dy 10m", "must be from 0.8 to 1.25"),
-        ("--dx 2.525cm --dy -150mm", "not believable"),
+        ("--dx 2.525cm --dy -150mm", "implausible"),
         ("--lateral 1mm --radius 100m --revolutions 0.001", "geometry.wheel_radius_m = 100"),
-        ("--lateral 1mm --revolutions 1000", "too far to tell W_T by"),
-        ("--lateral 1mm --left-counts 90000 --right-counts 90000", "too far to tell W_T by"),
+        ("--lateral 1mm --revolutions 1000", "too far to determine W_T"),
+        ("--lateral 1mm --left-counts 90000 --right-counts 90000", "too far to determine W_T"),
     ] {
         let message = desk.run(&format!("wheel-weight {arguments}")).refused();
         assert!(message.contains(expected), "{arguments}: {message}");

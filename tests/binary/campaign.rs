@@ -188,7 +188,7 @@ fn what_cannot_be_recorded_is_refused_before_anything_moves() {
         ("campaign record robot --plan fast.toml", "limits.speed_mps_max"),
         ("campaign record /proc/robot --plan good.toml", "/proc/robot"),
         ("campaign record file --plan good.toml", "file"),
-        ("campaign record robot --measure ruler", "too little"),
+        ("campaign record robot --measure ruler", "more than a ruler"),
         ("campaign record robot --floor 1mx3m", "too small"),
         ("campaign record robot --run arc --floor 1.5mx3m", "`arc` needs a floor of 2 m by 2 m"),
         ("campaign plan --plan spin.toml", "the run c would take"),

@@ -79,11 +79,11 @@ fn nobody_says_driving_before_the_limits_are_kept() {
         ("calibrate --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
         ("calibrate --method umbmark --cruise 100m/s", "limits.speed_mps_max"),
         ("calibrate --distance 1km", "at most 19.4 m with a track of 37.2 cm"),
-        ("calibrate --distance 1mm", "one count of an encoder"),
+        ("calibrate --distance 1mm", "one encoder count"),
         ("calibrate --method umbmark --side 10cm", "smaller than the robot"),
-        ("calibrate --distance 19.5m", "too far to tell W_T by"),
+        ("calibrate --distance 19.5m", "too far to determine W_T"),
         ("calibrate --out-and-back --runs 4", "begins where the way out ended"),
-        ("calibrate --out-and-back --method umbmark", "has no way back"),
+        ("calibrate --out-and-back --method umbmark", "belongs to --method straight"),
         ("record new straight 1m --cruise 100m/s", "limits.speed_mps_max"),
     ] {
         let message = desk.run(arguments).refused();

@@ -48,7 +48,7 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     let compared = desk.run("compare robot").ok().stdout;
     for words in [
         "The nominal robot is off by",
-        "Where it fails",
+        "Where the error arises",
         "run kind",
         "turn direction",
         "all 6 runs",
@@ -58,7 +58,7 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     let before =
         number(&desk.run("compare robot --json").ok().json(), "/comparison/position_m/rms");
     let added = desk.run("model add wheel_radius_scale track_width robot").ok().stdout;
-    assert!(added.contains("on runs held out") && added.contains("better: chance"), "{added}");
+    assert!(added.contains("cross-validated") && added.contains("    significant: p"), "{added}");
     let compared = desk.run("compare robot --format json").ok().json();
     assert_eq!(compared["model"], serde_json::json!(["wheel_radius_scale", "track_width"]));
     let after = number(&compared, "/comparison/position_m/rms");
@@ -66,7 +66,7 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     assert!(before > 0.012 && after < 0.6 * before, "{before} {after}");
     assert!((number(&compared, "/nominal/position_m/rms") - before).abs() < 1e-12);
     let shown = desk.run("model show robot").ok().stdout;
-    assert!(shown.contains("track_width") && shown.contains("on runs held out"), "{shown}");
+    assert!(shown.contains("track_width") && shown.contains("cross-validated"), "{shown}");
     let removed = desk.run("model remove track_width robot --json").ok().json();
     assert_eq!(removed["effects"].as_array().unwrap().len(), 1);
     assert!(
@@ -112,7 +112,7 @@ fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     assert_eq!(toml.matches("held_out = true").count(), 2, "{toml}");
 
     let explained = desk.run("explain robot").ok().stdout;
-    let line = explained.lines().find(|line| line.contains("on the 2 runs kept aside (spin)"));
+    let line = explained.lines().find(|line| line.contains("on the 2 held-out runs (spin)"));
     let line = line.unwrap_or_else(|| panic!("{explained}"));
     // 1 % of a turn is 63 mrad; twice that at the end, a third of it in root mean square.
     let mrad: Vec<f64> =
@@ -122,16 +122,16 @@ fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     assert_eq!(violation(&json), None);
 
     let compared = desk.run("compare robot").ok().stdout;
-    for words in ["06_spin_left", "spin, kept aside", "all other 5 runs", "kept aside, 2 runs"] {
+    for words in ["06_spin_left", "spin, held out", "all other 5 runs", "held out, 2 runs"] {
         assert!(compared.contains(words), "{words}: {compared}");
     }
     let added = desk.run("model add track_width robot").ok().stdout;
-    assert!(added.contains("on runs kept aside"), "{added}");
+    assert!(added.contains("on held-out runs"), "{added}");
     let model = String::from_utf8(desk.read("robot/model.toml")).unwrap();
     assert!(model.contains("runs = 5"), "{model}");
     desk.run("report robot -o report.html").ok();
     let page = String::from_utf8(desk.read("report.html")).unwrap();
-    assert!(page.contains("On the 2 runs kept aside (spin), to which nothing was fitted"));
+    assert!(page.contains("On the 2 held-out runs (spin), used neither to fit nor to select"));
 
     // A run that is recorded to tell effects apart is fitted to.
     let more =
@@ -169,7 +169,7 @@ fn explain_says_what_it_says_in_the_shape_of_its_schema() {
     assert_eq!(again, answer);
     let text = desk.run("explain robot").ok().stdout;
     assert!(
-        text.contains("on runs held out") && text.contains("Looked at, and not believed"),
+        text.contains("cross-validated error") && text.contains("Considered and rejected"),
         "{text}"
     );
     if let Some(kind) = answer["next_run"]["kind"].as_str() {
@@ -249,11 +249,11 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
         let message = desk.run(&format!("{command} nowhere")).refused();
         assert!(message.contains("robot.toml: there is no such file"), "{command}: {message}");
         let message = desk.run(&format!("{command} robot")).refused();
-        assert!(message.contains("there are no runs"), "{command}: {message}");
+        assert!(message.contains("this campaign has no runs"), "{command}: {message}");
     }
     std::fs::copy(desk.path("t.csv"), desk.path("robot/runs/01_a.csv")).unwrap();
     for (arguments, expected) in [
-        (&["model", "fit", "robot"][..], "there is nothing to fit"),
+        (&["model", "fit", "robot"][..], "the model has no effects to fit"),
         (&["model", "add", "robot"], "which effect"),
         (&["model", "add", "slip", "robot"], "did you mean side_slip?"),
         (&["model", "remove", "scrub", "robot"], "scrub is not in the model"),
@@ -318,7 +318,7 @@ fn what_is_no_campaign_is_refused_by_its_name_and_one_run_is_said_to_prove_littl
         std::fs::remove_file(desk.path(&format!("robot/runs/{run}.csv"))).unwrap();
     }
     let outcome = desk.run("explain robot").ok();
-    assert!(outcome.stderr.contains("one run alone"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("only one run"), "{outcome:#?}");
     let compared = desk.run("compare robot").ok().stdout;
     assert!(compared.contains("all 1 run "), "{compared}");
     desk.run("model add wheel_radius_ratio robot").ok();

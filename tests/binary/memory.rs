@@ -85,7 +85,7 @@ fn what_was_changed_since_the_calibration_is_not_undone() {
     desk.run("calibrate --flash flash").ok();
     desk.run("config set geometry.wheel_weight 0.97 --save --flash flash").ok();
     let message = desk.run("calibrate --undo --flash flash").refused();
-    assert!(message.contains("changed since") && message.contains("0.97"), "{message}");
+    assert!(message.contains("changed afterwards") && message.contains("0.97"), "{message}");
     assert_eq!(wheel_weight(&desk), 0.97);
 }
 

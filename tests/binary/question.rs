@@ -77,7 +77,7 @@ fn an_unbelievable_wheel_weight_is_refused_and_nothing_is_changed() {
     let flash = desk.read("flash");
     // Within reach, and far outside geometry.wheel_weight's range.
     let message = calibrate(&desk, "\n-0.9m\n").refused();
-    assert!(message.contains("not believable"), "{message}");
+    assert!(message.contains("implausible"), "{message}");
     assert_eq!(desk.read("flash"), flash);
     assert_eq!(desk.listing(), ["flash"]);
 }
@@ -89,7 +89,7 @@ fn a_new_wheel_weight_that_makes_it_worse_is_taken_back() {
     let flash = desk.read("flash");
     let outcome = calibrate(&desk, "\n-36mm\n\n-72mm\n");
     assert_eq!(outcome.code, Some(1), "the check said no: {outcome:#?}");
-    assert!(outcome.stderr.contains("no better"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("did not reduce the error"), "{outcome:#?}");
     assert_eq!(desk.read("flash"), flash);
     assert_eq!(desk.listing(), ["flash"]);
 }
@@ -119,7 +119,10 @@ fn a_no_has_its_numbers_for_machines() {
     let value = outcome.json();
     assert_eq!(value["decision"], "not_better", "{value}");
     assert_eq!(value["exit_code"], 1);
-    assert!(value["error"].as_str().is_some_and(|error| error.contains("no better")), "{value}");
+    assert!(
+        value["error"].as_str().is_some_and(|error| error.contains("did not reduce the error")),
+        "{value}"
+    );
     for (which, offset_m) in [("before", -0.036), ("after", -0.035)] {
         let read_m = value[which]["lateral_offset_m"].as_f64().expect("a number");
         assert!((read_m - offset_m).abs() < 1e-12, "{value}");

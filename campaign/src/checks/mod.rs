@@ -1,4 +1,4 @@
-//! Runs whose columns cannot be in the units that they say, in words: what is suspected, and what to do.
+//! Runs whose columns cannot be in the units of their names, in words: what is suspected, and what to do.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub(crate) fn check(
             Suspicion::Positions { per_m, measured_m, rolled_m } => {
                 let unit = if per_m > 500.0 { "millimetres" } else { "centimetres" };
                 let problem = format!(
-                    "x_m looks like {unit}: the robot would have moved {measured_m:.0} m where its \
+                    "x_m looks like {unit}: the robot would have moved {measured_m:.0} m while its \
                      wheels rolled {rolled_m:.1} m"
                 );
                 let hint = "give x_m and y_m in metres; if they are, check wheel_radius_m and \
@@ -40,8 +40,8 @@ pub(crate) fn check(
             }
             Suspicion::Headings { measured_rad, turned_rad } => {
                 let problem = format!(
-                    "heading_rad looks like degrees: the robot would have turned by {measured_rad:.0} \
-                     rad where its wheels turned it by {turned_rad:.1} rad"
+                    "heading_rad looks like degrees: the robot would have turned {measured_rad:.0} \
+                     rad while its wheels turned it {turned_rad:.1} rad"
                 );
                 let hint = "give heading_rad in radians; if it is, check track_width_m, counts_per_rev and gear_reduction in \
                      robot.toml";
@@ -50,11 +50,11 @@ pub(crate) fn check(
             Suspicion::WentRound { right, t_s, bits } => {
                 let column = if right { Column::RightCounts } else { Column::LeftCounts };
                 let row = run.rows.iter().position(|row| row.t_s >= t_s).unwrap_or(0);
-                let before = run.rows[..row].iter().rev().find_map(|it| it.get(column));
+                let before = run.rows[..row].iter().rev().find_map(|row| row.get(column));
                 let after = run.rows[row].get(column);
                 let (from, to) = (before.unwrap_or(f64::NAN), after.unwrap_or(f64::NAN));
                 let problem = format!(
-                    "{} goes from {from} to {to} in one step: its counter of {bits} bits went round",
+                    "{} goes from {from} to {to} in one step: its {bits}-bit counter overflowed",
                     column.name()
                 );
                 let hint = format!(
@@ -65,7 +65,7 @@ pub(crate) fn check(
                 let place = Place { line: row as u64 + 2, ..header(file, column) };
                 return fail(place, problem, &hint);
             }
-            // Slow robots there are: it is a warning.
+            // A robot may be that slow: only a warning.
             Suspicion::Clock { .. } => {}
         }
     }
@@ -80,9 +80,9 @@ pub(crate) fn check_all(
 ) -> Result<(), CampaignError> {
     let Some(found) = mismatch(robot, runs) else { return Ok(()) };
     let toml = |key: &str| place_of_key(&folder.join("robot.toml"), key);
-    // What is about the columns is so in all runs: the first one stands for them.
+    // What is wrong with a column is wrong in all runs: the first one stands for them.
     let csv = |column: Column| {
-        let name = runs.first().map_or("", |it| it.name.as_str());
+        let name = runs.first().map_or("", |run| run.name.as_str());
         header(&folder.join("runs").join(format!("{name}.csv")), column)
     };
     let fail =
@@ -90,44 +90,43 @@ pub(crate) fn check_all(
     match found {
         Mismatch::Travel { times } => {
             let problem = format!(
-                "on straight ways the robot got {} times as far as its wheels rolled by this file",
+                "on straight stretches the robot moved {} times as far as its wheels rolled by this file",
                 factor(times)
             );
-            let hint = "check wheel_radius_m (no diameter), counts_per_rev (with quadrature four counts for each \
-                        line of the disc) and gear_reduction, and that x_m and y_m are metres";
+            let hint = "check wheel_radius_m (not the diameter), counts_per_rev (four counts per line with \
+                        quadrature) and gear_reduction, and that x_m and y_m are in metres";
             fail(toml("wheel_radius_m"), problem, hint)
         }
         Mismatch::Backwards => {
-            let problem =
-                "in this and all other runs the robot went back where its wheels rolled ahead";
-            let hint = "left_counts and right_counts increase when the robot goes ahead: change both signs, \
-                        or turn heading_rad by half a turn";
+            let problem = "in this and all other runs the robot moved backwards where its wheels rolled forwards";
+            let hint = "left_counts and right_counts must increase when the robot drives forwards: change both signs, \
+                        or add pi to heading_rad";
             fail(csv(Column::LeftCounts), problem.to_owned(), hint)
         }
         Mismatch::Turns { times } if times < -0.5 => {
-            let problem = "in this and all other runs the robot turned the other way than its wheels turned it";
-            let hint = "exchange left_counts and right_counts, or change the sign of heading_rad and y_m: \
+            let problem =
+                "in this and all other runs the robot turned the opposite way to its wheels";
+            let hint = "swap left_counts and right_counts, or change the signs of heading_rad and y_m: \
                         headings are counter-clockwise, y is to the left of x";
             fail(csv(Column::LeftCounts), problem.to_owned(), hint)
         }
         Mismatch::Turns { times } if times.abs() < STANDS => {
-            let problem =
-                "in this and all other runs the robot did not turn where its wheels turned it";
-            let hint = "one wheel counts backwards: left_counts and right_counts increase when the robot goes ahead";
+            let problem = "in this and all other runs the robot did not turn where its wheels say that it did";
+            let hint = "one wheel counts backwards: left_counts and right_counts must increase when the robot drives forwards";
             fail(csv(Column::LeftCounts), problem.to_owned(), hint)
         }
         Mismatch::Turns { times } => {
             let problem = format!(
-                "the robot turned {} times as far as its wheels turned it by this file",
+                "the robot turned {} times as far as its wheels say by this file",
                 factor(times.max(0.0))
             );
-            let hint = "check track_width_m: from the middle of one wheel's tread to that of the other, in metres";
+            let hint = "check track_width_m: the distance between the middles of the wheels' treads, in metres";
             fail(toml("track_width_m"), problem, hint)
         }
     }
 }
 
-/// Of what its wheels say, a robot that turns by less does not turn.
+/// A robot that turns by a smaller share of what its wheels say does not turn.
 const STANDS: f64 = 0.02;
 
 /// `0.250`, `10.0`.
@@ -135,20 +134,20 @@ fn factor(times: f64) -> String {
     if times < 1.0 { format!("{times:.3}") } else { format!("{times:.1}") }
 }
 
-/// What is odd about a campaign's runs, and no error.
+/// What is odd about a campaign's runs without being an error.
 pub(crate) fn warnings(
     folder: &Path,
     campaign: &Campaign,
     robot: &Robot,
     recordings: &[Recording],
 ) -> Vec<Warning> {
-    if recordings.iter().any(|it| it.validate().is_err()) {
+    if recordings.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
     }
     let suspected: Vec<Vec<Suspicion>> =
-        recordings.iter().map(|it| suspicions(robot, it)).collect();
+        recordings.iter().map(|recording| suspicions(robot, recording)).collect();
     let mut warnings = slow_clocks(folder, campaign, &suspected);
-    // By other units nothing else means anything.
+    // In wrong units no other check means anything.
     if suspected.iter().all(Vec::is_empty) {
         warnings.extend(glitches(folder, campaign, robot, recordings));
         if mismatch(robot, recordings).is_none() {
@@ -158,7 +157,7 @@ pub(crate) fn warnings(
     warnings
 }
 
-/// Runs whose last pose lies far from where the wheels led, or that cannot be of the robot that drove the others.
+/// Runs whose last pose lies far from dead reckoning, or that cannot be of the robot that drove the others.
 fn stray_runs(
     folder: &Path,
     campaign: &Campaign,
@@ -170,9 +169,9 @@ fn stray_runs(
     let because = meant(robot, recordings, count);
     let strays =
         |place| vec![Warning::Strays { place, runs: count, of: recordings.len(), because }];
-    if let Some(it) = because {
+    if let Some(meant) = because {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
-        return strays(header(&run_file(folder, first), it.convention.column()));
+        return strays(header(&run_file(folder, first), meant.convention.column()));
     }
     if count > STRAYS_MAX && 4 * count > recordings.len() {
         return strays(place_of_key(&folder.join("robot.toml"), "wheel_radius_m"));
@@ -197,7 +196,7 @@ fn stray_runs(
     campaign.runs.iter().zip(found).filter_map(warning).collect()
 }
 
-/// The axes in which all runs would be sound, if many of them are not in ours.
+/// The convention by which all runs would agree with their wheels, if many do not by ours.
 fn meant(robot: &Robot, runs: &[Recording], odd_runs_here: usize) -> Option<Meant> {
     let sum = |misfits: &[f64]| misfits.iter().sum::<f64>();
     let here = misfits(robot, runs);
@@ -207,9 +206,9 @@ fn meant(robot: &Robot, runs: &[Recording], odd_runs_here: usize) -> Option<Mean
     let all = Convention::ALL
         .into_iter()
         .flat_map(|convention| [false, true].map(|ends_only| Meant { convention, ends_only }));
-    let tried = all.map(|it| {
-        let ours = it.in_ours(runs);
-        (it, misfits(robot, &ours), ours)
+    let tried = all.map(|meant| {
+        let ours = meant.in_ours(runs);
+        (meant, misfits(robot, &ours), ours)
     });
     let (best, there, ours) = tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))?;
     let better =
@@ -217,21 +216,21 @@ fn meant(robot: &Robot, runs: &[Recording], odd_runs_here: usize) -> Option<Mean
     let by_ends = better.count() > STRAYS_MAX
         && sum(&here) > MISFIT_MIN
         && sum(&here) > MISFIT_TIMES * sum(&there);
-    // Ends that lie where the run began show little: then it is the way in between that counts.
+    // Runs that end where they began show little at their ends: then the path in between counts.
     let fewer = || 4 * odd_runs(&odd(robot, &ours)) <= odd_runs_here;
     let by_ways = odd_runs_here > STRAYS_MAX && sum(&there) <= sum(&here) && fewer();
     let sound = mismatch(robot, &ours).is_none();
     (sound && (by_ends || by_ways)).then_some(best)
 }
 
-/// Runs that are off by less in all, shares of their ways and radians, are not in other axes; and other axes
-/// make them so many times better.
+/// Runs with a smaller sum of misfits (shares of the path, and radians) are in our convention; in another one the
+/// sum must be so many times smaller.
 const MISFIT_MIN: f64 = 0.5;
 const MISFIT_TIMES: f64 = 4.0;
-/// Of a run, less is nothing.
+/// A smaller improvement of a run does not count.
 const BETTER_MIN: f64 = 0.02;
 
-/// Single rows that no robot drove, and headings that are turned in all runs.
+/// Single rows that no robot can have driven, and a heading offset that all runs share.
 fn glitches(
     folder: &Path,
     campaign: &Campaign,
@@ -258,7 +257,7 @@ fn glitches(
     warnings
 }
 
-/// What is odd about a run, beside the others.
+/// What is odd about a single run.
 struct Odd {
     mismatch: Option<Mismatch>,
     beside_m: Option<f64>,
@@ -266,7 +265,8 @@ struct Odd {
 }
 
 fn odd_runs(runs: &[Odd]) -> usize {
-    let is_odd = |it: &&Odd| it.mismatch.is_some() || it.beside_m.is_some() || it.stray.is_some();
+    let is_odd =
+        |run: &&Odd| run.mismatch.is_some() || run.beside_m.is_some() || run.stray.is_some();
     runs.iter().filter(is_odd).count()
 }
 
@@ -283,13 +283,13 @@ fn run_file(folder: &Path, name: &str) -> PathBuf {
     folder.join("runs").join(format!("{name}.csv"))
 }
 
-/// More than this, and more than a quarter of all runs, are not of a slip of the pen.
+/// More odd runs than this, and than a quarter of all, have a common cause.
 const STRAYS_MAX: usize = 2;
 
 /// Runs whose clock can hardly be in seconds.
 fn slow_clocks(folder: &Path, campaign: &Campaign, suspected: &[Vec<Suspicion>]) -> Vec<Warning> {
     let warning = |(run, found): (&Run, &Vec<Suspicion>)| {
-        let rate_rad_s = found.iter().find_map(|it| match it {
+        let rate_rad_s = found.iter().find_map(|suspicion| match suspicion {
             Suspicion::Clock { rate_rad_s } => Some(*rate_rad_s),
             _ => None,
         })?;
@@ -299,12 +299,12 @@ fn slow_clocks(folder: &Path, campaign: &Campaign, suspected: &[Vec<Suspicion>])
     campaign.runs.iter().zip(suspected).filter_map(warning).collect()
 }
 
-/// Where a column's name stands; the file as a whole if it cannot be read again.
+/// The place of a column's name; the whole file if it cannot be read again.
 fn header(file: &Path, column: Column) -> Place {
     let text = fs::read_to_string(file).unwrap_or_default();
     let names = text.lines().next().unwrap_or_default().split(',');
     let name =
-        |it: &str| it.trim().trim_start_matches('\u{feff}').trim_matches('"') == column.name();
+        |cell: &str| cell.trim().trim_start_matches('\u{feff}').trim_matches('"') == column.name();
     match names.into_iter().position(name) {
         Some(index) => Place { line: 1, column: index as u64 + 1, ..Place::whole(file) },
         None => Place::whole(file),

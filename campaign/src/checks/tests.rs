@@ -41,7 +41,7 @@ fn row(t_s: f64, [metres, radians, seconds]: [f64; 3], counts: impl Fn(f64) -> f
 
 #[test]
 fn wrong_units_are_one_error_each_with_their_column() {
-    let same = |it: f64| it;
+    let same = |value: f64| value;
     assert_eq!(read(|t_s| row(t_s, [1.0; 3], same)).unwrap(), []);
     for (units, expected) in [
         (
@@ -70,7 +70,7 @@ fn a_counter_that_went_round_is_told_with_its_row_and_what_to_add() {
 
 #[test]
 fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
-    let same = |it: f64| it;
+    let same = |value: f64| value;
     for (from, to, expected) in [
         ("= 900", "= 225", "line 2, column 1: on straight ways the robot got 0.25"),
         ("= 0.372", "= 3.72", "line 3, column 1: the robot turned 10.0"),
@@ -82,15 +82,15 @@ fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key()
     }
     // Headings and positions as of one who looks from below.
     let error = read(|t_s| row(t_s, [1.0, -1.0, 1.0], same)).unwrap_err().to_string();
-    assert!(error.contains("turned the other way") && error.contains("; exchange"), "{error}");
+    assert!(error.contains("turned the opposite way") && error.contains("; swap"), "{error}");
     let error = read(|t_s| row(t_s, [-1.0, 1.0, 1.0], same)).unwrap_err().to_string();
-    assert!(error.contains("went back where its wheels rolled ahead"), "{error}");
+    assert!(error.contains("moved backwards where its wheels rolled forwards"), "{error}");
 }
 
 #[test]
 fn an_end_that_was_misread_is_a_warning_at_its_cell() {
     let misread = |t_s: f64| {
-        let row = row(t_s, [1.0; 3], |it| it);
+        let row = row(t_s, [1.0; 3], |value| value);
         let cells: Vec<&str> = row.split(',').collect();
         let heading: f64 = cells[3].parse().unwrap();
         let heading = if t_s > 9.95 { heading + 1.57 } else { heading };
@@ -104,7 +104,7 @@ fn an_end_that_was_misread_is_a_warning_at_its_cell() {
 
 #[test]
 fn a_clock_in_milliseconds_is_a_warning() {
-    let warnings = read(|t_s| row(t_s, [1.0, 1.0, 1e3], |it| it)).unwrap();
+    let warnings = read(|t_s| row(t_s, [1.0, 1.0, 1e3], |value| value)).unwrap();
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     let said = warning.to_string();
     assert!(said.contains("line 1, column 1: t_s looks like milliseconds"), "{said}");
@@ -122,7 +122,7 @@ fn of_mystery(files: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> Vec<Strin
         let text = fs::read_to_string(file.path()).unwrap();
         let mut lines = text.lines();
         let header = lines.next().unwrap();
-        let index = |of: Column| header.split(',').position(|it| it == of.name()).unwrap();
+        let index = |of: Column| header.split(',').position(|name| name == of.name()).unwrap();
         let (y, heading) = (index(Column::Y), index(Column::Heading));
         let mut out = vec![header.to_owned()];
         for line in lines {
@@ -146,7 +146,7 @@ fn other_axes_are_one_warning_that_says_which() {
     for (change, expected) in [
         ((|y, heading| (-y, heading)) as fn(f64, f64) -> (f64, f64), "the other sign of y_m (y is"),
         (|y, heading| (y, heading - FRAC_PI_2), "pi/2 added to heading_rad"),
-        (|y, heading| (y, heading + FRAC_PI_2), "pi/2 taken off heading_rad"),
+        (|y, heading| (y, heading + FRAC_PI_2), "pi/2 subtracted from heading_rad"),
     ] {
         let said = of_mystery("csv", change);
         assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
@@ -167,7 +167,7 @@ fn one_run_with_other_signs_is_a_warning_at_its_file() {
         (if heading > 3.0 && heading < 3.02 { y + 0.4 } else { y }, heading)
     });
     assert!(
-        said.iter().any(|it| it.contains("16_arc_large_fast_left.csv, line ")
+        said.iter().any(|warning| warning.contains("16_arc_large_fast_left.csv, line ")
             && it.contains(" m off those before and after it")),
         "{said:?}"
     );

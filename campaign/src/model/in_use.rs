@@ -75,8 +75,8 @@ pub fn keep(
             None => Ok(Kept::Nothing),
             Some(id) if has_runs => Ok(Kept::Changed(id)),
             Some(id) => {
-                let problem = format!("the robot compensates another {id} by now than it says");
-                let hint = "remove it, as there is no run yet, or choose another folder";
+                let problem = format!("the robot now compensates another {id} than this file says");
+                let hint = "remove this file, as there is no run yet, or choose another folder";
                 Err(CampaignError::new(Place::whole(&place), problem, hint))
             }
         };

@@ -78,7 +78,7 @@ fn custom_effect(
         } else {
             Target::ALL.map(Target::name).into()
         };
-        let problem = format!("`{}` is not known here", wrong.get_ref());
+        let problem = format!("`{}` is unknown here", wrong.get_ref());
         return fail(wrong.span().start, problem, format!("one of {}", names.join(", ")));
     };
     let declared = Custom {
@@ -134,7 +134,7 @@ fn effect_entry(
         return fail(entry.id.span().start, problem, hint_for(id, model));
     };
     if model.effects.iter().any(|entry| entry.effect.facts().id == id) {
-        let problem = format!("the effect `{id}` is there twice");
+        let problem = format!("the effect `{id}` appears twice");
         return fail(entry.id.span().start, problem, "remove one".into());
     }
     let known = effect.facts().parameters;
@@ -165,7 +165,7 @@ pub fn hint_for(id: &str, model: &ModelFile) -> String {
     let is_near = |known: &&&str| !id.is_empty() && (known.contains(id) || id.contains(**known));
     match ids.iter().find(is_near) {
         Some(near) => format!("did you mean {near}?"),
-        None => format!("there are {}", ids.join(", ")),
+        None => format!("the effects are {}", ids.join(", ")),
     }
 }
 

@@ -152,7 +152,7 @@ fn what_no_robot_has_is_refused_and_what_is_merely_implausible_is_not() {
     ] {
         let error = effect(id, &[(name, value)]).map(|_| ()).unwrap_err();
         let column = format!("parameters.{name} = {{ value = ").len() + 1;
-        let place = format!("line 3, column {column}: {name} = {value} cannot be");
+        let place = format!("line 3, column {column}: {name} = {value} is impossible");
         assert!(error.contains(&place) && error.contains(must), "{error}");
     }
     // Far beyond what is plausible, as a fit to odd runs may have it.

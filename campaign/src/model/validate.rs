@@ -53,13 +53,13 @@ pub(super) fn parameter(
     }
     let value = *raw.value.get_ref();
     if let Some(must) = impossible(id, known, value) {
-        let problem = format!("{name} = {value} cannot be: no robot has such a {id}");
+        let problem = format!("{name} = {value} is impossible for {id}");
         return Err(Invalid::new(&raw.value, problem, format!("it must be {must}")));
     }
     let sigma = raw.sigma.as_ref().map_or(0.0, |sigma| *sigma.get_ref());
     if let Some(negative) = raw.sigma.as_ref().filter(|_| sigma < 0.0) {
-        let problem = format!("sigma = {sigma} cannot be");
-        return Err(Invalid::new(negative, problem, "a standard error is not negative"));
+        let problem = format!("sigma = {sigma} is negative");
+        return Err(Invalid::new(negative, problem, "a standard error must not be negative"));
     }
     let end = |given: Option<&Spanned<f64>>, sigmas: f64| {
         given.map_or(value + sigmas * sigma, |end| *end.get_ref())
@@ -69,14 +69,14 @@ pub(super) fn parameter(
         let problem = format!("low95 = {low95} lies above high95 = {high95}");
         let place = raw.low95.as_ref().or(raw.high95.as_ref());
         let byte = place.map_or(whole.span().start, |end| end.span().start);
-        return Err(Invalid { byte, problem, hint: "exchange them, or leave them out".into() });
+        return Err(Invalid { byte, problem, hint: "swap them, or leave them out".into() });
     }
     let (name, unit) = (name.to_string(), known.unit.to_string());
     Ok(ParameterFound { name, unit, value, sigma, low95, high95 })
 }
 
 fn fit_again() -> String {
-    "take it out and `beeline model fit CAMPAIGN` finds it anew".into()
+    "remove it, and `beeline model fit CAMPAIGN` fits it again".into()
 }
 
 /// What a parameter of the catalogue must be, if this value of it makes no sense: a wheel or a
@@ -94,7 +94,7 @@ fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
             format!("above {low}")
         })
     } else if value.abs() > FAR_OUT * known.low.abs().max(known.high.abs()) {
-        Some("a number that some robot might have; look at its unit".to_owned())
+        Some("a plausible number; check its unit".to_owned())
     } else {
         None
     }
@@ -106,9 +106,9 @@ fn size(number: &Spanned<f64>, name: &str) -> Result<f64, Invalid> {
     if value.is_finite() && value >= 0.0 {
         return Ok(value);
     }
-    let problem = format!("{name} = {value} cannot be");
-    let hint = "it must be a finite number, and not negative; take [error] and [noise] out and \
-                `beeline model fit CAMPAIGN` finds both anew";
+    let problem = format!("{name} = {value} is invalid");
+    let hint = "it must be a finite number, and not negative; remove [error] and [noise], and \
+                `beeline model fit CAMPAIGN` computes both again";
     Err(Invalid::new(number, problem, hint))
 }
 

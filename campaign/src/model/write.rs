@@ -11,7 +11,7 @@ use crate::file::{write_new, write_whole};
 use crate::{CampaignError, Place};
 
 const IN_USE: &str = "\
-    # From the robot's configuration when these runs were recorded: known to it, not fitted to them.\n\
+    # From the robot's configuration when these runs were recorded, not fitted to them.\n\
     in_use = true\n";
 
 impl ModelFile {
@@ -36,8 +36,8 @@ impl ModelFile {
         // The name stands in a comment, which must stay one line.
         let robot: String = robot.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         let mut text = format!(
-            "# What is believed about {robot}, beyond what is nominal. Written by beeline; change it with\n\
-             # `beeline model add`, `remove` and `fit`, or by hand.\n"
+            "# The model of {robot}: effects that the nominal robot lacks. Written by beeline; change this file\n\
+             # with `beeline model add`, `remove` and `fit`, or by hand.\n"
         );
         // Writing to a String cannot fail.
         for entry in &self.effects {
@@ -112,7 +112,7 @@ fn errors(text: &mut String, fit: &FitEntry) {
     };
     let _ = write!(
         text,
-        "\n[error]  # predicted against measured; held out: each run predicted by a fit to all others\n\
+        "\n[error]  # predicted against measured; heldout: cross-validated, each run predicted by a fit to the others\n\
          runs = {}\nnominal = {}\nnominal_heldout = {}\ntrain = {}\nheldout = {}\n",
         fit.runs,
         line(&fit.nominal.train),
@@ -126,7 +126,7 @@ fn noise(text: &mut String, fit: &FitEntry) {
     let noise = &fit.noise;
     let _ = write!(
         text,
-        "\n[noise]  # one sigma; walk: of dead reckoning after one metre (gyro: one second)\n\
+        "\n[noise]  # one sigma; walk: random walk of dead reckoning over one metre (gyro: one second)\n\
          position_sigma_m = {}\nheading_sigma_rad = {}\ntravel_walk = {}\nheading_walk = {}\n\
          position_wobble_m = {}\nheading_wobble_rad = {}\nwobble_s = {}\ngyro_walk = {}\n\
          heading_offset_rad = {}\nclock_offset_s = {}\n",

@@ -89,7 +89,7 @@ impl CampaignPlan {
         };
         let acceleration_mps2 = *raw.acceleration_mps2.get_ref();
         if !(acceleration_mps2 > 0.0 && acceleration_mps2.is_finite()) {
-            let problem = format!("acceleration_mps2 = {acceleration_mps2} cannot be");
+            let problem = format!("acceleration_mps2 = {acceleration_mps2} is invalid");
             return Err(fail(raw.acceleration_mps2.span().start, problem, "it must be above zero"));
         }
         if raw.run.is_empty() {
@@ -112,8 +112,8 @@ impl CampaignPlan {
     /// The plan as TOML, which [`CampaignPlan::parse`] reads back.
     pub fn to_toml(&self) -> String {
         let mut text = format!(
-            "# A campaign of beeline: `beeline campaign record FOLDER --plan THIS_FILE` drives it.\n\
-             # Metres, seconds, degrees; left and counter-clockwise positive; backwards negative.\n\
+            "# The plan of a campaign: `beeline campaign record FOLDER --plan THIS_FILE` drives it.\n\
+             # Metres, seconds, degrees; left and counter-clockwise are positive, backwards is negative.\n\
              acceleration_mps2 = {}    # ramps of the faster wheel\n",
             self.acceleration_mps2
         );
@@ -133,7 +133,7 @@ impl CampaignPlan {
                 let _ = writeln!(text, "payload_kg = {}", run.payload_kg);
             }
             if run.held_out {
-                text.push_str("held_out = true    # kept aside: nothing is fitted to it\n");
+                text.push_str("held_out = true    # nothing is fitted to this run\n");
             }
             if !run.shows.is_empty() {
                 let _ = writeln!(text, "shows = {}", quoted(&run.shows));
@@ -166,7 +166,7 @@ fn planned(
             Ok(*value.get_ref())
         }
         Some(value) => {
-            let problem = format!("{what} = {} cannot be", value.get_ref());
+            let problem = format!("{what} = {} is invalid", value.get_ref());
             Err(fail(
                 value.span().start,
                 problem,
@@ -177,7 +177,7 @@ fn planned(
     let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
     let payload_kg = number(&raw.payload_kg, "payload_kg", 0.0)?;
     if raw.pieces.get_ref().is_empty() {
-        let problem = format!("the run `{name}` does nothing");
+        let problem = format!("the run `{name}` has no pieces");
         return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
     }
     let pieces = raw.pieces.get_ref().iter().map(|raw| {
@@ -202,7 +202,7 @@ fn planned(
     let duration_s = run.duration_s(track_width_m_min(), acceleration_mps2);
     if duration_s > DURATION_S_MAX {
         let problem = format!("the run `{}` would take {:.0} s", run.name, duration_s);
-        return Err(fail(name_at, problem, "an hour is the most: check speeds and distances"));
+        return Err(fail(name_at, problem, "a run may take an hour: check speeds and distances"));
     }
     Ok(run)
 }
@@ -314,7 +314,7 @@ mod tests {
         let run =
             |pieces: &str| format!("acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\n{pieces}\n");
         let cases = [
-            ("acceleration_mps2 = -1\n".to_owned(), 1, 21, "cannot be"),
+            ("acceleration_mps2 = -1\n".to_owned(), 1, 21, "is invalid"),
             ("acceleration_mps2 = 0.3\nspeed = 2\n".to_owned(), 2, 1, "unknown field"),
             ("acceleration_mps2 = 0.3\n".to_owned(), 0, 0, "no run"),
             (run("pieces = [{ straight_m = 1 }]"), 4, 11, "speed_mps is missing"),
@@ -324,9 +324,9 @@ mod tests {
             (run("pieces = [{ straight_m = 1, rest_s = 1 }]"), 4, 11, "one of"),
             (run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"), 3, 8, "would take"),
             (run("pieces = [{ spin_deg = 3600000, speed_mps = 0.1 }]"), 3, 8, "would take"),
-            (run("pieces = []"), 4, 10, "does nothing"),
+            (run("pieces = []"), 4, 10, "has no pieces"),
             (run("held_out = 1\npieces = [{ rest_s = 1 }]"), 4, 12, "expected a boolean"),
-            (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "cannot be"),
+            (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "is invalid"),
             (run("pieces = [{ straight_m = 1, speed_mps = fast }]"), 4, 41, ""),
             (run("").replace("\"a\"", "\"../a\"") + "pieces = []", 3, 8, "name of a run"),
         ];

@@ -95,8 +95,10 @@ impl fmt::Display for PlanError {
         match self {
             Self::FloorTooSmall { floor_m, track_width_m, .. } => write!(
                 f,
-                "a floor of {} m by {} m is too small for a robot with a track of {track_width_m} m",
-                floor_m[0], floor_m[1]
+                "a floor of {} m by {} m is too small for a robot with a track of {} m",
+                in_mm(floor_m[0]),
+                in_mm(floor_m[1]),
+                in_mm(*track_width_m)
             ),
             Self::RunTooLong { run, duration_s } => {
                 write!(f, "the run {run} would take {duration_s:.0} s")
@@ -104,11 +106,19 @@ impl fmt::Display for PlanError {
             Self::UnknownKind(kind) => write!(f, "`{kind}` is not a kind of run"),
             Self::RunTooLarge { kind, needed_m, floor_m } => write!(
                 f,
-                "`{kind}` needs a floor of {} m by {} m, there are {} m by {} m",
-                needed_m[0], needed_m[1], floor_m[0], floor_m[1]
+                "`{kind}` needs a floor of {} m by {} m, but only {} m by {} m are free",
+                in_mm(needed_m[0]),
+                in_mm(needed_m[1]),
+                in_mm(floor_m[0]),
+                in_mm(floor_m[1])
             ),
         }
     }
+}
+
+/// A length rounded to the millimetre \[m\]: the digits of a conversion, as of 37.2 cm, say nothing.
+fn in_mm(length_m: f64) -> f64 {
+    (length_m * 1e3).round() / 1e3
 }
 
 impl CampaignPlan {

@@ -77,7 +77,7 @@ impl CampaignPlan {
         let first = runs[1].clone();
         runs.push(PlannedRun {
             name: format!("{}_again", first.name),
-            shows: "drift: the first drive once more, at the end".into(),
+            shows: "drift: the first drive again, at the end".into(),
             ..first
         });
         Ok(Self { acceleration_mps2: settings.acceleration_mps2, runs })
@@ -109,8 +109,8 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
             quarter as f64 * FRAC_PI_2,
             match quarter {
                 0 => "wheel radii against a pull; reversing",
-                1 => "the same fast: ramps, growth with speed",
-                _ => "slope and carpet, which know north from south",
+                1 => "the same, fast: ramps, growth with speed",
+                _ => "slope and carpet, which depend on the heading",
             },
             out_and_back(speed_mps),
         ));
@@ -123,7 +123,7 @@ fn once(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<Plan
                 "out_and_back_loaded".into(),
                 "out-and-back",
                 0.0,
-                "tyres that give under a load",
+                "tyres flattened by a load",
                 out_and_back(slow_mps),
             )
         });
@@ -144,7 +144,7 @@ fn turning(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<P
                 format!("spin_{pace}_{way}"),
                 "spin",
                 0.0,
-                if sign > 0.0 { "track width" } else { "uneven turns; a marker off the middle" },
+                if sign > 0.0 { "track width" } else { "uneven turns; a marker off the centre" },
                 vec![Piece::Spin { turn_rad, speed_mps }],
             ));
         }
@@ -160,7 +160,7 @@ fn turning(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<P
                     0.0,
                     match (size, pace) {
                         ("small", "slow") => "scrub, against spins and wide arcs",
-                        ("small", _) => "side slip, against the slow one",
+                        ("small", _) => "side slip, against the slow arc",
                         (_, "slow") => "scrub, against the small arc",
                         _ => "load transfer in fast turns",
                     },
@@ -175,7 +175,7 @@ fn turning(settings: &PlanSettings, straight_m: f64, radii_m: [f64; 2]) -> Vec<P
             Piece::Straight { travel_m: side_m, speed_mps: 0.7 * fast_mps },
             Piece::Spin { turn_rad: sign * FRAC_PI_2, speed_mps: slow_mps },
         ];
-        let shows = "kept aside: whether the model predicts it";
+        let shows = "held out: does the model predict it?";
         let square = run(format!("square_{way}"), "square", 0.0, shows, side.repeat(4));
         runs.push(PlannedRun { held_out: true, ..square });
     }

@@ -8,7 +8,7 @@
 //! wheel_radius_scale, delta of track_width, c of heading_pull, which motions are steered against. Encoder counts
 //! are recorded raw, so (1) is absolute: applying it twice is applying it once. R_L is in both wheels' distance per count Q, W_T in the right one's.
 //!
-//! What is not believed stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
+//! What the campaign does not show stays as it is in use: W_T without rho, the mean radius R_L (1 + W_T) / 2 without s.
 
 use robot_model::effect::{ActsOn, FirmwareTerm, find};
 use robot_model::explain::model::Model;
@@ -21,38 +21,38 @@ use campaign::RobotFile;
 use campaign::mean_radius_m;
 use campaign::model::{EffectEntry, ModelFile};
 
-/// An effect that is believed, and its parameters.
+/// An effect that was found or chosen, and its parameters.
 #[derive(Clone, Debug)]
 pub struct Believed {
     /// Its id.
     pub effect: String,
-    /// All that the campaign cannot tell from it, itself included.
+    /// All that the campaign cannot tell from this one, itself included.
     pub class: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
-    /// The value by which the robot compensates it, where the runs do not bear it out.
+    /// The value by which the robot compensates this effect, where the runs do not confirm it.
     pub doubted: Option<f64>,
 }
 
 impl Believed {
-    /// Whether it is the effect of this id, or cannot be told from it.
+    /// Whether this is the effect of this id, or cannot be told from that.
     pub fn is(&self, id: &str) -> bool {
-        self.class.iter().any(|it| it == id)
+        self.class.iter().any(|other| other == id)
     }
 }
 
 /// What is to be done about an effect.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remedy {
-    /// It goes into the configuration.
+    /// The value goes into the configuration.
     Compensated,
-    /// Its value may as well be zero, or the runs do not bear it out.
+    /// The 95 % interval includes zero.
     Unsure,
-    /// It is compensated; the runs bear out neither that nor another value.
+    /// The value in use stays: the runs confirm neither that nor another one.
     Stays,
     /// The campaign does not say whether it is this or one of these.
     Ambiguous(Vec<String>),
-    /// It is about the measurement: nothing is wrong with the robot.
+    /// The effect is one of the measurement: nothing is wrong with the robot.
     Measurement,
     /// The firmware cannot compensate it; what can be done instead.
     Uncompensated(String),
@@ -65,7 +65,7 @@ pub struct Change {
     pub before: GeometryConfig,
     /// The geometry to be written.
     pub after: GeometryConfig,
-    /// Every believed effect, and what is done about it.
+    /// Every effect, and what is done about it.
     pub remedies: Vec<(String, Remedy)>,
 }
 
@@ -81,11 +81,12 @@ pub fn believed(answer: &Answer) -> Vec<Believed> {
     answer.known.iter().chain(&answer.steps).map(step).collect()
 }
 
-/// An effect that the robot compensates and these runs do not bear out, as this model has it.
+/// An effect that the robot compensates and these runs do not confirm, as this model has it.
 pub fn doubted(entry: &EffectEntry, fitted: &Model) -> Option<Believed> {
     let effect = entry.id().to_owned();
-    let parameters = fitted.effects.iter().find(|it| it.effect == effect)?.parameters.clone();
-    let doubted = entry.parameters.first().map(|it| it.value);
+    let parameters =
+        fitted.effects.iter().find(|fitted| fitted.effect == effect)?.parameters.clone();
+    let doubted = entry.parameters.first().map(|parameter| parameter.value);
     Some(Believed { class: vec![effect.clone()], effect, parameters, doubted })
 }
 
@@ -122,11 +123,11 @@ impl Change {
         let mut after = config.geometry;
         let (mut rho, mut s, mut delta, mut c) = (None, None, None, None);
         let mut remedies = Vec::new();
-        for it in effects {
-            let remedy = remedy(it);
+        for found in effects {
+            let remedy = remedy(found);
             if remedy == Remedy::Compensated {
-                let value = it.parameters.first().map(|it| it.value);
-                match compensated_by(&it.effect) {
+                let value = found.parameters.first().map(|parameter| parameter.value);
+                match compensated_by(&found.effect) {
                     Some(FirmwareTerm::WheelWeight) => rho = value,
                     Some(FirmwareTerm::MeanRadius) => s = value,
                     Some(FirmwareTerm::HeadingPull) => c = value,
@@ -134,9 +135,9 @@ impl Change {
                     None => {}
                 }
             }
-            remedies.push((it.effect.clone(), remedy));
+            remedies.push((found.effect.clone(), remedy));
         }
-        // (1); what nobody believes in stays as it is.
+        // (1); what the campaign does not show stays as it is.
         if rho.is_some() || s.is_some() {
             let in_use = config.geometry;
             let mean_m = match s {
@@ -159,7 +160,7 @@ impl Change {
 
     /// The mean radius that stays in use, if the campaign is relative to another one and says nothing about it \[m\].
     pub fn other_radius_m(&self, nominal: &RobotFile) -> Option<f64> {
-        /// What no campaign can tell, and digits of a file.
+        /// Below what any campaign can tell, and above the digits of a file.
         const SAME: f64 = 1e-4;
         let stays_m = mean_radius_m(&self.after);
         let told = self.remedies.iter().any(|(effect, remedy)| {
@@ -181,26 +182,27 @@ impl Change {
     }
 }
 
-fn remedy(it: &Believed) -> Remedy {
-    let facts = find(&it.effect).map(|it| it.facts());
-    let acts_on = facts.map(|it| it.acts_on);
-    if acts_on.is_some_and(|it| it != ActsOn::Motion) {
+fn remedy(found: &Believed) -> Remedy {
+    let facts = find(&found.effect).map(|effect| effect.facts());
+    let acts_on = facts.map(|facts| facts.acts_on);
+    if acts_on.is_some_and(|acts_on| acts_on != ActsOn::Motion) {
         return Remedy::Measurement;
     }
-    if compensated_by(&it.effect).is_none() {
-        let what = facts.map_or("a term of your own", |it| it.compensation);
+    if compensated_by(&found.effect).is_none() {
+        let what = facts.map_or("add this term to the odometry", |facts| facts.compensation);
         return Remedy::Uncompensated(what.to_owned());
     }
     let holds = |value: f64| {
-        it.parameters.first().is_none_or(|it| !(it.low95 > value || it.high95 < value))
+        let outside = |of: &ParameterFound| of.low95 > value || of.high95 < value;
+        found.parameters.first().is_none_or(|parameter| !outside(parameter))
     };
-    match it.doubted {
+    match found.doubted {
         Some(in_use) if holds(in_use) => return Remedy::Stays,
         None if holds(0.0) => return Remedy::Unsure,
         _ => {}
     }
-    if it.class.len() > 1 {
-        let others = it.class.iter().filter(|other| **other != it.effect);
+    if found.class.len() > 1 {
+        let others = found.class.iter().filter(|other| **other != found.effect);
         return Remedy::Ambiguous(others.cloned().collect());
     }
     Remedy::Compensated
@@ -212,9 +214,9 @@ fn same_robot(nominal: &RobotFile, config: &Config, uid: Option<&str>) -> Result
     match nominal.difference(&here) {
         None => Ok(()),
         Some((name, there, here)) => Err(Error::new(format_args!(
-            "this campaign is another robot's: its {name} is {there}, this robot has {here}"
+            "this campaign is of another robot: its {name} is {there}, this robot has {here}"
         ))
-        .hint("choose the robot's own campaign, or correct its configuration")),
+        .hint("choose a campaign of this robot, or correct its configuration")),
     }
 }
 
@@ -235,7 +237,7 @@ mod tests {
             low95: value - 2e-4,
             high95: value + 2e-4,
         };
-        let class = class.iter().map(|it| (*it).to_owned()).collect();
+        let class = class.iter().map(|id| (*id).to_owned()).collect();
         Believed { effect: id.into(), class, parameters: vec![parameter], doubted: None }
     }
 

@@ -72,8 +72,8 @@ impl DrivenLine<'_> {
             PoseClock::Own => (self.on_robot_clock(poses), true),
         };
         let Some(Sigma { position_m, heading_rad }) = source.noise() else {
-            return Err(Error::new("nobody says how well the track was measured")
-                .hint("--position-sigma and --heading-sigma say it"));
+            return Err(Error::new("the noise of the measured track is not given")
+                .hint("give --position-sigma and --heading-sigma"));
         };
         let track = Track { samples, position_sigma_m: position_m, heading_sigma_rad: heading_rad };
         self.by_track(&track, FitOptions { delay })
@@ -114,7 +114,7 @@ impl DrivenLine<'_> {
     fn by_track(&self, track: &Track, options: FitOptions) -> Result<Measurement> {
         let angles = self.wheel_angles();
         let fit = fit_track(track, &angles, self.geometry, options).map_err(|error| {
-            Error::new(format_args!("the measured track says nothing about the wheels: {error}"))
+            Error::new(format_args!("the measured track does not determine W_T: {error}"))
         })?;
         let points_m = track.samples.iter().map(|sample| {
             let pose = Pose::new(sample.x_m, sample.y_m, 0.0).seen_from(fit.start);

@@ -16,7 +16,7 @@ pub const DIFFERENCE_USUAL: f64 = 0.03;
 pub fn check(geometry: GeometryConfig) -> Result<()> {
     let config = Config { geometry, ..Config::default() };
     config.validate().map_err(|error| {
-        Error::new(format_args!("the measured W_T is not believable: {error}"))
+        Error::new(format_args!("the measured W_T is implausible: {error}"))
             .hint("check the readings, the track width and the counts per revolution")
     })
 }
@@ -31,7 +31,7 @@ pub fn doubt(wheel_weight: f64) -> Option<&'static str> {
 /// Why a W_T with this sigma says nothing, whatever its value.
 pub fn vague(sigma: f64) -> Option<&'static str> {
     (SIGMAS_95 * sigma > DIFFERENCE_USUAL).then_some(
-        "this W_T is less certain than the 3 % by which wheels differ at most: measure better",
+        "this W_T is less certain than the 3 % by which wheels usually differ at most: measure better",
     )
 }
 

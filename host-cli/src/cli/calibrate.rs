@@ -25,7 +25,7 @@ Examples:
   beeline calibrate --method umbmark --side 2m --port /dev/ttyACM0
   beeline calibrate --undo --port /dev/ttyACM0")]
 pub struct CalibrateArgs {
-    /// straight: the paper's, W_T from a straight line; umbmark: squares both ways, W_T and track width.
+    /// straight: the paper's method, W_T from a straight line; umbmark: squares in both directions, W_T and track width.
     #[arg(long, value_name = "METHOD", default_value = "straight")]
     pub method: Method,
     /// Side of the squares of UMBmark.
@@ -55,21 +55,21 @@ pub struct CalibrateArgs {
     /// Noise of the measured track's headings, one sigma.
     #[arg(long, value_name = "ANGLE", default_value = "2mrad", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Angle,
-    /// Also drive back once, so that a pull is not taken for a radius. Not with --runs: the way back
-    /// begins where the way out ended, each of several runs at the start line.
+    /// Also drive back once, to tell a pull from unequal radii. Not with --runs, whose runs each begin at
+    /// the start line.
     #[arg(long)]
     pub out_and_back: bool,
     /// Drive this many runs before deciding, each from the start line, and take their mean; not with
     /// --out-and-back [default: 1; umbmark: 5 each way].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
     pub runs: Option<u16>,
-    /// Where the picture goes: a page with everything, or the drawing alone if FILE ends in .svg.
+    /// Where to write the picture: the full page, or only the drawing if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
     pub output: PathBuf,
-    /// No questions: start without asking whether the robot stands at its line.
+    /// Start without asking whether the robot stands at its line.
     #[arg(long, short)]
     pub yes: bool,
-    /// Put back the W_T that was there before the last calibration.
+    /// Restore the W_T from before the last calibration.
     #[arg(long)]
     pub undo: bool,
 }

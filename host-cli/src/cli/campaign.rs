@@ -12,21 +12,22 @@ use crate::quantity::{Acceleration, Angle, Length, Speed};
 /// `beeline campaign ...`
 #[derive(Clone, Debug, Subcommand)]
 pub enum CampaignCommand {
-    /// Show the runs of a campaign, or write them to a file to be edited. No robot is needed.
+    /// Show the runs of a campaign, or write them to a file for editing. Needs no robot.
     #[command(after_help = "\
 Examples:
   beeline campaign plan
   beeline campaign plan --floor 2mx4m --payload 3kg -o plan.toml
-  beeline campaign plan --plan plan.toml        what an edited plan comes to")]
+  beeline campaign plan --plan plan.toml        floor and time of an edited plan")]
     Plan(PlanCommandArgs),
-    /// Drive a whole campaign and record it; the same command goes on after an interruption.
+    /// Drive a whole campaign and record it; the same command continues after an interruption.
     #[command(after_help = "\
 How the robot is measured (--measure):
   camera      the simulator's overhead camera (default on the simulator)
-  ask         before each run where it stands, unless at its mark; after it what a tape reads (1.795m -12mm 3deg),
-              or its track's file, or nothing; repeat, skip (default elsewhere)
+  ask         you type the robot's pose as a tape reads it (1.795m -12mm 3deg): before
+              a run if it is not at its mark, and after it; or the name of a track file;
+              or nothing, repeat, skip (default elsewhere)
   track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
-  none        nobody: poses are added to the files later
+  none        not at all: add poses to the files later
 
 Kinds of single runs (--run), as `explain` suggests them:
   rest, straight, out-and-back, \"six short out-and-backs\", spin, \"spins both ways\", arc,
@@ -50,7 +51,7 @@ pub struct PlanCommandArgs {
     /// Distance between the wheels.
     #[arg(long, value_name = "LENGTH", default_value = "37.2cm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub track_width: Length,
-    /// Write it as TOML; `-` for standard output.
+    /// Write the plan as TOML; `-` for standard output.
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
@@ -58,7 +59,7 @@ pub struct PlanCommandArgs {
 /// What a campaign is planned for.
 #[derive(Args, Clone, Debug, Default)]
 pub struct PlanArgs {
-    /// A plan in a file, instead of the usual one.
+    /// A plan from a file, instead of the usual one.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["floor", "slow", "fast", "acceleration", "repeats", "payload"])]
     pub plan: Option<PathBuf>,
     /// Free floor [default: 3mx3m].
@@ -70,13 +71,13 @@ pub struct PlanArgs {
     /// The fast speed, of the faster wheel [default: 0.35 m/s, or what the robot may drive].
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = above_zero(speed))]
     pub fast: Option<Speed>,
-    /// Steepness of the ramps [default: 0.3 m/s^2].
+    /// Acceleration of the ramps [default: 0.3 m/s^2].
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Option<Acceleration>,
-    /// Drive everything so many times [default: 1].
+    /// Drive every run so many times [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=20))]
     pub repeats: Option<u16>,
-    /// One more out-and-back with this load on board.
+    /// Add an out-and-back run with this load on board.
     #[arg(long, value_name = "MASS")]
     pub payload: Option<Mass>,
 }
@@ -102,25 +103,25 @@ pub struct CampaignRecordArgs {
     /// What to plan for.
     #[command(flatten)]
     pub plan: PlanArgs,
-    /// Record these runs alone and add them.
+    /// Record only runs of this kind, and add them to the campaign.
     #[arg(long, value_name = "KIND", conflicts_with = "plan")]
     pub run: Option<String>,
     /// camera, ask, track:FILE or none.
     #[arg(long, value_name = "HOW")]
     pub measure: Option<Measure>,
-    /// A CSV (t_s,gyro_z_rad_s) that a yaw rate sensor's logger appends to, by any clock.
+    /// A CSV file (t_s,gyro_z_rad_s) that a gyro's logger appends to, on any clock.
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
-    /// Noise of the measured positions, one sigma; if not given, 2 mm for a tape, else it is found in the data.
+    /// Noise of the measured positions, one sigma [default: 2 mm for a tape, else estimated from the data].
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub position_sigma: Option<Length>,
-    /// Noise of the measured headings, one sigma; if not given, 10 mrad for a tape, else it is found in the data.
+    /// Noise of the measured headings, one sigma [default: 10 mrad for a tape, else estimated from the data].
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Option<Angle>,
     /// Samples per second.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub rate: u16,
-    /// No questions: somebody else sees to it that the robot stands at its mark.
+    /// Ask nothing: the robot is put at its mark without being told to.
     #[arg(long, short)]
     pub yes: bool,
 }
@@ -128,9 +129,9 @@ pub struct CampaignRecordArgs {
 /// `beeline apply`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-The firmware knows both wheels' radii (R_L and W_T), the track width and a pull to one side. Whatever
-else a campaign says is listed with what can be done about it. What a campaign says is its model.toml, or what
-`explain` names without one.
+Writes the effects of the campaign's model.toml, or without one those that
+`explain` finds. The firmware can compensate both wheel radii (R_L and W_T),
+the track width and a pull to one side. Other effects are listed with remedies.
 
 Examples:
   beeline apply my-robot --port /dev/ttyACM0
@@ -139,10 +140,10 @@ pub struct ApplyArgs {
     /// The campaign folder.
     #[arg(required_unless_present = "undo")]
     pub campaign: Option<PathBuf>,
-    /// Do not ask before it is written.
+    /// Write without asking.
     #[arg(long, short)]
     pub yes: bool,
-    /// Put back what was there before.
+    /// Restore what was there before.
     #[arg(long, conflicts_with = "campaign")]
     pub undo: bool,
 }

@@ -8,10 +8,10 @@ use crate::quantity::{Acceleration, Angle, Distance, Length, Speed};
 /// Shape of a motion, shared by all of them.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ProfileArgs {
-    /// Speed between the ramps, of the farther wheel: 0.2m/s, 0.523rev/s.
+    /// Speed between the ramps, of the faster wheel: 0.2m/s, 0.523rev/s.
     #[arg(long, value_name = "SPEED", default_value = "0.523rev/s", allow_hyphen_values = true, value_parser = above_zero(speed))]
     pub cruise: Speed,
-    /// Steepness of the ramps: 0.05m/s^2, 0.101rev/s^2.
+    /// Acceleration of the ramps: 0.05m/s^2, 0.101rev/s^2.
     #[arg(long, value_name = "ACCELERATION", default_value = "0.101rev/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Acceleration,
     /// Drive it even if it takes longer than ten minutes.

@@ -33,7 +33,7 @@ Examples:
 pub struct CompareArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
-    /// Another model than the campaign's own.
+    /// Use this model instead of the campaign's own.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     /// Text for people, or JSON.
@@ -44,7 +44,7 @@ pub struct CompareArgs {
 /// `beeline explain`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Effects of your own that the campaign's model.toml declares are asked about too.
+Candidates are all effects of the catalogue, and your own that the campaign's model.toml declares.
 
 Examples:
   beeline explain my-robot
@@ -63,22 +63,22 @@ pub struct ExplainArgs {
 /// `beeline model ...`
 #[derive(Clone, Debug, Subcommand)]
 pub enum ModelCommand {
-    /// Show the model: its effects, their values, what the error is with them.
+    /// Show the model: its effects, their values, and its error.
     #[command(after_help = "Example:\n  beeline model show my-robot")]
     Show {
         /// The campaign folder, or a model.toml.
         campaign: PathBuf,
     },
-    /// Add effects, fit the model anew, and say whether it got better.
+    /// Add effects, fit the model again, and show whether it improved.
     Add(AddArgs),
-    /// Remove effects, fit the model anew, and say what that costs.
+    /// Remove effects, fit the model again, and show what that costs.
     Remove(RemoveArgs),
-    /// Fit the model's effects to the campaign as it is now.
+    /// Fit the model's effects to the campaign again.
     #[command(after_help = "Example:\n  beeline model fit my-robot")]
     Fit {
         /// The campaign folder.
         campaign: PathBuf,
-        /// Another model than the campaign's own.
+        /// Use this model instead of the campaign's own.
         #[arg(long, value_name = "FILE")]
         model: Option<PathBuf>,
     },
@@ -93,7 +93,7 @@ An effect of your own is an equation. On its left: ds_left, ds_right, dtheta or 
 /dt, /ds or /dtheta behind it for per second, metre or radian. On its right: v, v_left, v_right,
 omega, a, a_left, a_right, theta, phi_left, phi_right, s, t, t_run, payload; sin, cos, tan, exp, ln,
 sqrt, tanh, abs, sign, min, max; numbers, with a unit if need be: 0.3[m/s]. Every other name is a
-parameter to be fitted; its unit follows, or is checked if you give it.
+parameter to be fitted; its unit is derived, or checked if you give it.
 
 Examples:
   beeline model add wheel_radius_ratio my-robot
@@ -109,16 +109,16 @@ pub struct AddArgs {
     /// Its name in model.toml.
     #[arg(long, value_name = "ID", requires = "custom")]
     pub name: Vec<String>,
-    /// Per what it is meant, where the equation's left side does not say.
+    /// Per what the left side is meant, where the equation does not say.
     #[arg(long, requires = "custom", value_parser = per)]
     pub per: Option<Per>,
-    /// Unit of a parameter, to be checked: k=s^2/m^2.
+    /// Unit of a parameter, to be checked against the equation: k=s^2/m^2.
     #[arg(long, value_name = "NAME=UNIT", requires = "custom", value_parser = unit)]
     pub unit: Vec<(String, String)>,
     /// Plausible range of a parameter: k=-0.1..0.1.
     #[arg(long, value_name = "NAME=LOW..HIGH", requires = "custom", value_parser = range)]
     pub range: Vec<(String, [f64; 2])>,
-    /// Another model than the campaign's own.
+    /// Use this model instead of the campaign's own.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
 }
@@ -133,7 +133,7 @@ pub struct RemoveArgs {
     /// Effects, and last the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
-    /// Another model than the campaign's own.
+    /// Use this model instead of the campaign's own.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
 }
@@ -144,7 +144,7 @@ pub struct RemoveArgs {
 pub struct ReportArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
-    /// Where the page goes; it needs nothing else, no network. FILE.svg: its main picture alone.
+    /// Where to write the page, one self-contained file. FILE.svg: only its main picture.
     #[arg(long, short, value_name = "FILE", default_value = "report.html")]
     pub output: PathBuf,
 }

@@ -44,7 +44,7 @@ Examples:
   beeline wheel-weight --dx 2.525cm --dy 1mm     the paper's calculation on its own numbers
   beeline sim --listen tcp:127.0.0.1:7700        a robot in real time, for any serial program
 
-Exit codes: 0 done, 1 the check said no, 2 could not run, 130 stopped by Ctrl-C.";
+Exit codes: 0 done, 1 the answer is no, 2 could not run, 130 stopped by Ctrl-C.";
 
 /// Makes a two-wheeled robot drive straight, and says why when it does not.
 #[derive(Debug, Parser)]
@@ -76,10 +76,10 @@ pub struct Common {
     /// Print one JSON value instead of text (`watch`: one a line).
     #[arg(long, global = true, help_heading = "Every command")]
     pub json: bool,
-    /// The seed that draws everything random, instead of the scenario's.
+    /// Seed of all random numbers, instead of the scenario's.
     #[arg(long, global = true, value_name = "N", help_heading = "Simulator")]
     pub seed: Option<u64>,
-    /// A file that stands for the robot's flash; without it, the robot forgets.
+    /// A file that serves as the robot's flash; without one, the robot forgets.
     #[arg(long, global = true, value_name = "FILE", help_heading = "Simulator")]
     pub flash: Option<PathBuf>,
 }
@@ -94,9 +94,9 @@ impl Common {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// List the serial ports, and where else a robot may be.
+    /// List the serial ports, and other ways to reach a robot.
     Ports,
-    /// Show who the robot is and how it is: firmware, state, faults, supply, link.
+    /// Show the robot's identity and condition: firmware, state, faults, supply, link.
     Identify,
     /// Read, change and save the robot's configuration.
     #[command(subcommand)]
@@ -110,7 +110,7 @@ pub enum Command {
         #[arg(long)]
         now: bool,
     },
-    /// Clear the latched fault. It is never cleared by itself.
+    /// Clear the latched fault. No fault clears itself.
     Clear,
     /// Show telemetry live.
     Watch(WatchArgs),
@@ -119,18 +119,18 @@ pub enum Command {
     /// Plan a whole campaign of runs, and record it.
     #[command(subcommand)]
     Campaign(CampaignCommand),
-    /// Compare a campaign with a model: how far off, where, and what is noise.
+    /// Compare a campaign with a model: how large the error is, where it arises, and what is noise.
     Compare(CompareArgs),
     /// Name the physical effects that a campaign shows and its model lacks.
     Explain(ExplainArgs),
     /// Show and change the model of a campaign: add an effect, and watch the error fall.
     #[command(subcommand)]
     Model(ModelCommand),
-    /// Put everything that a campaign says on one page.
+    /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
-    /// Write what a campaign says, and the firmware can compensate, to the robot.
+    /// Write what a campaign shows, and the firmware can compensate, to the robot.
     Apply(ApplyArgs),
     /// The paper's calculation on numbers typed in.
     WheelWeight(WheelWeightArgs),
@@ -171,9 +171,9 @@ pub enum ConfigCommand {
         #[arg(long)]
         save: bool,
     },
-    /// Make the configuration in use survive power-off.
+    /// Save the configuration in use, so that it survives power-off.
     Save,
-    /// Go back to the saved configuration, or the factory's.
+    /// Return to the saved configuration, or the factory's.
     Restore {
         /// The one that is built into the firmware.
         #[arg(long)]
@@ -222,7 +222,7 @@ pub struct WatchArgs {
 pub struct RecordArgs {
     /// The campaign folder; made if it does not exist.
     pub campaign: PathBuf,
-    /// Name of the run; its kind if not given. A number is put before it.
+    /// Name of the run, by default its kind. A number is put before it.
     #[arg(long, global = true)]
     pub name: Option<String>,
     /// Samples per second, 1 to 1000: a divisor of 1000.

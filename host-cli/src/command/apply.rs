@@ -38,7 +38,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
-            warn("what was changed on the robot and not saved is dropped");
+            warn("unsaved changes on the robot are discarded");
             session.restore_config(ConfigOrigin::Saved).await?;
         }
         let config = session.read_config().await?;
@@ -51,8 +51,8 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
             warn(format_args!(
-                "the mean radius stays at {}: this campaign is relative to {}, and believes in no other; if that is \
-                 the robot's, scale the radius to it with `beeline config set geometry.wheel_radius_m`",
+                "the mean radius stays at {}: this campaign is relative to {} and shows no error of the mean radius; if \
+                 that is the robot's, scale the radius to it with `beeline config set geometry.wheel_radius_m`",
                 LengthUnit::Mm.format(stays_m, 3),
                 LengthUnit::Mm.format(campaign.robot.wheel_radius_m, 3)
             ));
@@ -64,14 +64,14 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             let question = "Write and save this? y or n:";
             let answer = ui::ask(question, &session.clock()).await?.to_lowercase();
             if !matches!(answer.as_str(), "y" | "yes") {
-                return Err(Error::interrupted("not written; the robot is as it was"));
+                return Err(Error::interrupted("nothing was written; the robot is as it was"));
             }
         }
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign says is not believable: {error}"))
-                .hint("check robot.toml, and what `explain` says")
+            Error::new(format_args!("what the campaign asks for is out of range: {error}"))
+                .hint("check robot.toml, and the values that `explain` finds")
         })?;
         write(common, session, &identity, &config, &new).await?;
         Ok((change, true))
@@ -160,14 +160,14 @@ pub(super) fn undo(common: &Common) -> Result<()> {
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {
-        say("the geometry is as it was before; saved");
+        say("the geometry is as it was before, and saved");
     }
     Ok(())
 }
 
 fn table(change: &Change) -> String {
     let (before, after) = (&change.before, &change.after);
-    let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "then"))];
+    let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "new"))];
     let cm = |value: f64| LengthUnit::Cm.format(value, 4);
     let ratio = |value: f64| format!("{value:.6}");
     let pull = |g: &GeometryConfig| format!("{:.3} mrad/m", g.heading_pull_rad_per_m * 1e3);
@@ -185,19 +185,19 @@ fn table(change: &Change) -> String {
         let text = match remedy {
             Remedy::Compensated => "compensated by the above".to_owned(),
             Remedy::Unsure => {
-                "not written: its 95 % interval holds zero; more runs that show it would tell"
+                "not written: its 95 % interval includes zero; more runs that excite it would narrow it"
                     .to_owned()
             }
             Remedy::Stays => {
-                "stays as it is in use: these runs bear out neither it nor another value".to_owned()
+                "the value in use stays: these runs confirm neither that nor another".to_owned()
             }
             Remedy::Ambiguous(others) => format!(
-                "not written: these runs cannot tell it from {}; `explain` names a run that can, if one is known",
+                "not written: these runs cannot tell it from {}; `explain` suggests a run that can, if there is one",
                 others.join(", ")
             ),
-            Remedy::Measurement => "is about the measurement: nothing to compensate".to_owned(),
+            Remedy::Measurement => "concerns the measurement, not the robot: nothing to compensate".to_owned(),
             Remedy::Uncompensated(what) => {
-                format!("not compensated: the firmware has no term for it; what helps: {what}")
+                format!("not compensated, as the firmware has no term for it; remedy: {what}")
             }
         };
         lines.push(format!("  {effect:<22} {text}"));
@@ -228,14 +228,14 @@ fn finish(common: &Common, change: &Change, written: bool) {
         say(paint(GOOD, "written, read back and saved"));
         if !common.port.is_sim() || common.flash.is_some() {
             say(format_args!(
-                "  beeline apply --undo --port {}{} puts the old values back",
+                "  beeline apply --undo --port {}{} restores the old values",
                 common.port,
                 memory(common)
             ));
         }
     } else {
         say(
-            "nothing to write: what the campaign says and what is in use agree, or cannot be compensated",
+            "nothing to write: the values in use agree with the campaign, or the firmware cannot compensate the difference",
         );
     }
 }

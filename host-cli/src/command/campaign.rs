@@ -63,7 +63,7 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
             file.display()
         )),
         None => note(
-            "`-o plan.toml` writes it to be edited; `beeline campaign record FOLDER` drives it",
+            "`-o plan.toml` writes this plan for editing; `beeline campaign record FOLDER` drives it",
         ),
     }
     Ok(())
@@ -206,7 +206,7 @@ fn goes_on(error: Error, folder: &Path) -> Error {
         Campaign::read_if_any(folder).ok().flatten().map_or(0, |campaign| campaign.runs.len());
     if runs > 0 {
         note(format_args!(
-            "{}: {} complete and kept; the same command goes on with the next",
+            "{}: {} complete and kept; the same command continues with the next",
             folder.display(),
             ui::runs(runs)
         ));
@@ -257,7 +257,7 @@ impl Teller {
     fn tell(&mut self, step: RecordStep<'_>) {
         match step {
             RecordStep::GoesOn(runs) if !self.quiet => {
-                note(format_args!("there already: {} of the plan", ui::runs(runs)));
+                note(format_args!("already recorded: {} of the plan", ui::runs(runs)));
             }
             RecordStep::Begins(index, of, run) => {
                 let title = format!("{index:>2}/{of} {}", run.name);
@@ -275,7 +275,7 @@ impl Teller {
                 }
                 if dropped > 0 {
                     warn(format_args!(
-                        "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+                        "{dropped} samples were dropped because the line is too slow: lower --rate, or raise the baud rate"
                     ));
                 }
             }
@@ -289,11 +289,11 @@ impl Teller {
             RecordStep::Compensated(effects) if !self.quiet => {
                 let effects = effects.join(", ");
                 note(format_args!(
-                    "the robot compensates {effects} already: known in model.toml, not missing"
+                    "the robot already compensates {effects}: noted in model.toml as known"
                 ));
             }
             RecordStep::CompensatedAnew(effect) => warn(format_args!(
-                "the robot compensates another {effect} by now than model.toml says; counts are raw, so the runs go together"
+                "the robot now compensates another {effect} than model.toml says; counts are raw, so old and new runs still fit together"
             )),
             RecordStep::GoesOn(_) | RecordStep::Compensated(_) => {}
         }
@@ -320,7 +320,7 @@ fn finish(common: &Common, folder: &Path, summary: &Summary) {
     let runs = summary.recorded.len();
     if runs == 0 && summary.skipped.is_empty() {
         say(format_args!(
-            "{} is complete: it has the {} of its plan",
+            "{} is complete: it has all {} of its plan",
             folder.display(),
             ui::runs(summary.before)
         ));

@@ -52,7 +52,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
 pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
     let names = campaign.without_poses();
     if !names.is_empty() {
-        warn(format_args!("passed over, as no position was measured in it: {}", names.join(", ")));
+        warn(format_args!("skipped, as no position was measured: {}", names.join(", ")));
     }
 }
 
@@ -71,7 +71,7 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::C
 pub(super) fn warn_if_lone(campaign: &robot_model::recording::Campaign) {
     if campaign.fitted_runs().count() == 1 {
         warn(
-            "one run alone: nothing is held out, and its errors are those of the fit to it; record more",
+            "only one run: nothing can be cross-validated, and the errors are those of the fit to this run; record more runs",
         );
     }
 }

@@ -96,7 +96,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         warn_if_it_forgets(common);
     } else if common.port.is_sim() {
         warn(
-            "a simulated robot ends with the command, and what is not saved ends with it; add --save --flash FILE",
+            "a simulated robot and its unsaved changes end with the command; add --save --flash FILE",
         );
     }
     let (before, after) = (flatten(&before)?, flatten(&after)?);
@@ -112,7 +112,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         say(format_args!("{path}: {old} -> {new}"));
     }
     note(match (changed().count(), save) {
-        (0, false) => "it was like that already",
+        (0, false) => "nothing to change",
         (_, false) => "written and read back; `beeline config save` keeps it",
         (_, true) => "written, read back and saved",
     });

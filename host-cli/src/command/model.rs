@@ -1,4 +1,4 @@
-//! `beeline model`: the effects that a user believes in, one by one.
+//! `beeline model`: the effects that a user puts into the model, one by one.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
             task.before.clear();
             if task.model.effects.is_empty() {
                 return Err(Error::new(format_args!(
-                    "{}: there is nothing to fit",
+                    "{}: the model has no effects to fit",
                     task.file.display()
                 ))
                 .hint(format_args!(
@@ -78,7 +78,7 @@ fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
     for id in &effects {
         if task.model.in_use().iter().any(|it| it.id() == id) {
             warn(format_args!(
-                "{id} was compensated when these runs were recorded: without it `explain` names it as missing"
+                "{id} was compensated when these runs were recorded: without it `explain` will name it as missing"
             ));
         }
         let before = task.model.effects.len();
@@ -89,7 +89,7 @@ fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
             let there: Vec<&str> = task.before.iter().map(|it| it.facts().id).collect();
             let there = if there.is_empty() { "no effects".into() } else { there.join(", ") };
             return Err(Error::new(format_args!("{id} is not in the model"))
-                .hint(format_args!("it has {there}")));
+                .hint(format_args!("the model has {there}")));
         }
     }
     task.change(common)
@@ -230,12 +230,12 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
             Cell::styled(style, format!("{change:+.0} %")),
         ]);
     };
-    row("on the runs fitted to", &|it| it.errors.train.position_rms_m, "mm", false);
+    row("fitted", &|it| it.errors.train.position_rms_m, "mm", false);
     row("", &|it| it.errors.train.heading_rms_rad, "mrad", false);
-    row("on runs held out", &|it| it.errors.cross_validated.position_rms_m, "mm", true);
+    row("cross-validated", &|it| it.errors.cross_validated.position_rms_m, "mm", true);
     row("", &|it| it.errors.cross_validated.heading_rms_rad, "mrad", true);
     if after.held_out.is_some() {
-        row("on runs kept aside", &|it| on_aside(it).position_rms_m, "mm", true);
+        row("on held-out runs", &|it| on_aside(it).position_rms_m, "mm", true);
         row("", &|it| on_aside(it).heading_rms_rad, "mrad", true);
     }
     table.say(0);
@@ -245,7 +245,7 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
     say(paint(DIM, format_args!("{} written", task.file.display())));
 }
 
-/// Errors of a model on the runs kept aside.
+/// Errors of a model on the held-out runs.
 fn on_aside(model: &Model) -> Errors {
     model.held_out.as_ref().map(|it| it.model).unwrap_or_default()
 }
@@ -345,8 +345,8 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
             table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
         };
-        row(format!("on the {} fitted to", runs(fit.runs)), &|it| it.train);
-        row("on runs held out".into(), &|it| it.cross_validated);
+        row(format!("fitted ({})", runs(fit.runs)), &|it| it.train);
+        row("cross-validated".into(), &|it| it.cross_validated);
         table.say(0);
     }
     Ok(())

@@ -62,8 +62,8 @@ pub(super) fn of_campaign(
     match &args.gyro {
         None => poses_of_campaign(args, lab),
         Some(_) if lab.is_some() => {
-            Err(Error::new("the simulated robot has a gyro of its own, if its scenario says so")
-                .hint("leave --gyro out, and put a section [gyro] into the scenario"))
+            Err(Error::new("a simulated robot has its own gyro, defined in its scenario")
+                .hint("leave out --gyro, and add a section [gyro] to the scenario"))
         }
         Some(path) => {
             Ok(Box::new(WithGyro::new(poses_of_campaign(args, lab)?, GyroLog::new(path))))
@@ -81,7 +81,7 @@ fn poses_of_campaign(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Box<
                 .hint("--measure track:FILE, ask or none"))
         }
         (Measure::Ruler, _) => {
-            Err(Error::new("a ruler at the end of a run is too little for a campaign")
+            Err(Error::new("a campaign needs more than a ruler at the end of a run")
                 .hint("--measure camera, track:FILE, ask or none"))
         }
         (Measure::Ask, lab) => {

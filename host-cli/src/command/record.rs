@@ -68,7 +68,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         if let Err(error) = driven {
             note(format_args!(
-                "{}: the run as far as it came, {} samples",
+                "{}: the run up to this point, {} samples",
                 path.display(),
                 rows.len()
             ));
@@ -97,7 +97,7 @@ async fn warn_of_gaps(session: &mut Session, dropped_before: u32) -> Result<()> 
     }
     if dropped > 0 {
         warn(format_args!(
-            "the line was too slow for {dropped} samples: lower --rate, or raise the baud rate"
+            "{dropped} samples were dropped because the line is too slow: lower --rate, or raise the baud rate"
         ));
     }
     Ok(())

@@ -42,8 +42,8 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             say(format_args!("  beeline identify --port {address}"));
         }
         ServeEvent::Connected => note("a client connected"),
-        ServeEvent::NotPutBack => note("the robot moves, and stays where it is"),
-        ServeEvent::Disconnected => note("the client went away"),
+        ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
+        ServeEvent::Disconnected => note("the client disconnected"),
     };
     Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)
 }

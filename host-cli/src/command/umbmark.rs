@@ -125,7 +125,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
         say(table(outcome));
         if outcome.campaign.is_some() {
             say("");
-            say(paint(BOLD, "What `explain` says about the first squares, tracks and all"));
+            say(paint(BOLD, "What `explain` finds in the tracks of the first squares"));
             if explained.is_empty() {
                 say("  nothing beyond noise");
             }
@@ -134,7 +134,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     }
     if !outcome.saved {
         return Err(Error::said_no(format_args!(
-            "the correction made it no better ({:.1} mm before, {:.1} mm after); the old one is back",
+            "the correction did not reduce the error ({:.1} mm before, {:.1} mm after); the old values are restored",
             before.error_m * 1e3,
             after.error_m * 1e3
         ))
@@ -160,9 +160,9 @@ fn say_effect(step: &StepFound) {
     };
     put(2, &step.class.join(" or "));
     parameters(&step.parameters, 4);
-    put(4, &format!("{}.", words::why(step).trim_end_matches('.')));
+    put(4, &format!("Evidence: {}.", words::why(step).trim_end_matches('.')));
     if step.class.len() > 1 {
-        put(4, &format!("The values are of {}, if it is that.", step.effect));
+        put(4, &format!("The values apply if it is {}.", step.effect));
     }
 }
 
@@ -182,10 +182,10 @@ fn table(outcome: &UmbmarkOutcome) -> String {
     let mut lines = vec![paint(DIM, row("", "before".into(), "after".into()))];
     for (name, (a, b)) in [
         ("E_max,syst", both(&|set| format!("{:.1} mm", set.error_m * 1e3))),
-        ("centre, squares to the left", both(&|set| mean(&set.left_m))),
-        ("centre, squares to the right", both(&|set| mean(&set.right_m))),
-        ("E_d, of what is in use", both(&|set| format!("{:.6}", set.wheel_ratio))),
-        ("E_b, of what is in use", both(&|set| format!("{:.6}", set.track_ratio))),
+        ("mean error, left squares", both(&|set| mean(&set.left_m))),
+        ("mean error, right squares", both(&|set| mean(&set.right_m))),
+        ("E_d, with the values in use", both(&|set| format!("{:.6}", set.wheel_ratio))),
+        ("E_b, with the values in use", both(&|set| format!("{:.6}", set.track_ratio))),
         ("W_T in use", in_use(&|g| format!("{:.6}", g.wheel_weight))),
         ("R_L in use", in_use(&|g| LengthUnit::Cm.format(g.wheel_radius_m, 4))),
         ("track width in use", in_use(&|g| LengthUnit::Cm.format(g.track_width_m, 3))),

@@ -7,9 +7,9 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{self, BAD, BOLD, DIM, paint, say};
 use crate::words;
 
-/// A systematic error surer than this is shown in full strength.
+/// A systematic error of more sigmas is shown in full strength.
 const SURE_SIGMAS: f64 = 4.0;
-/// Lines of words are no longer than this.
+/// Longest line of a paragraph.
 pub const LINE: usize = 96;
 
 /// Prints a comparison; `nominal` is that of the nominal robot, if the model is not it.
@@ -20,11 +20,11 @@ pub fn show(comparison: &Comparison, nominal: Option<&Comparison>) {
     say("");
     runs(comparison, nominal);
     say("");
-    say(paint(BOLD, "Where it fails"));
-    let words = "Each run is cut where the regime changes, and at the latest after half a metre. Over each \
-                 stretch: the predicted against the measured move, root mean square, beside what noise \
-                 alone gives. Last: what is the same in all stretches, per metre that the rims roll; it can be sure (drift) \
-                 where each stretch alone looks like noise.";
+    say(paint(BOLD, "Where the error arises"));
+    let words = "Each run is cut into stretches where the regime changes, and at least every half metre. Position and \
+                 heading: root mean square error of the predicted move over a stretch, beside what noise alone \
+                 gives. Last column: the error that all stretches share, per metre of wheel travel; it can be \
+                 significant (drift) where each stretch alone looks like noise.";
     wrapped(words, LINE).iter().for_each(|line| say(paint(DIM, line)));
     say("");
     regimes(comparison);
@@ -34,7 +34,7 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
     let mut table = Table::new("llrrrrrrrr");
     let dim = |text: &str| Cell::styled(DIM, text);
     let heads =
-        ["run", "kind", "path", "off by", "noise", "", "at the end", "heading", "noise", ""];
+        ["run", "kind", "path", "position", "noise", "", "at the end", "heading", "noise", ""];
     table.row(heads.map(dim));
     for run in &comparison.runs {
         let mut row: Vec<Cell> = vec![
@@ -43,12 +43,14 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
             format!("{:.1} m", run.path_m).into(),
         ];
         row.extend(cells(run.position_m.as_ref(), "mm"));
-        row.push(run.end_m.map_or_else(|| dim("-"), |it| format!("{:.1} mm", it * 1e3).into()));
+        row.push(
+            run.end_m.map_or_else(|| dim("-"), |end_m| format!("{:.1} mm", end_m * 1e3).into()),
+        );
         row.extend(cells(run.heading_rad.as_ref(), "mrad"));
         table.row(row);
     }
-    let mut total = |name: &str, it: &Comparison, held_out: bool, rms: &[Rms; 2]| {
-        let runs: Vec<_> = it.runs.iter().filter(|run| run.held_out == held_out).collect();
+    let mut total = |name: &str, of: &Comparison, held_out: bool, rms: &[Rms; 2]| {
+        let runs: Vec<_> = of.runs.iter().filter(|run| run.held_out == held_out).collect();
         let path_m: f64 = runs.iter().map(|run| run.path_m).sum();
         let name = Cell::styled(BOLD, format!("{name} {}", ui::runs(runs.len())));
         let mut row = vec![name, "".into(), format!("{path_m:.1} m").into()];
@@ -57,28 +59,28 @@ fn runs(comparison: &Comparison, nominal: Option<&Comparison>) {
         row.extend(cells(Some(&rms[1]), "mrad"));
         table.row(row);
     };
-    for (before, it) in [("", Some(comparison)), ("nominal, ", nominal)] {
-        let Some(it) = it else { continue };
-        let all = if it.held_out.is_some() { "all other" } else { "all" };
-        total(&format!("{before}{all}"), it, false, &[it.position_m, it.heading_rad]);
-        if let Some(aside) = &it.held_out {
-            total(&format!("{before}kept aside,"), it, true, aside);
+    for (before, of) in [("", Some(comparison)), ("nominal, ", nominal)] {
+        let Some(of) = of else { continue };
+        let all = if of.held_out.is_some() { "all other" } else { "all" };
+        total(&format!("{before}{all}"), of, false, &[of.position_m, of.heading_rad]);
+        if let Some(held_out) = &of.held_out {
+            total(&format!("{before}held out,"), of, true, held_out);
         }
     }
     table.say(0);
 }
 
-/// Its kind, and whether it is kept aside.
+/// The kind of a run, and whether it is held out.
 fn kind_of(run: &RunCompared) -> String {
     match run.held_out {
-        true => format!("{}, kept aside", run.kind.name()),
+        true => format!("{}, held out", run.kind.name()),
         false => run.kind.name().to_owned(),
     }
 }
 
-/// Error, noise, and how many times noise it is.
+/// Error, noise, and their ratio.
 fn cells(rms: Option<&Rms>, unit: &str) -> [Cell; 3] {
-    let Some(rms) = rms.filter(|it| it.rms > 0.0) else {
+    let Some(rms) = rms.filter(|rms| rms.rms > 0.0) else {
         return [Cell::styled(DIM, "-"), "".into(), "".into()];
     };
     [
@@ -98,7 +100,7 @@ fn regimes(comparison: &Comparison) {
         "",
         "runs",
         "stretches",
-        "off by",
+        "position",
         "noise",
         "heading",
         "noise",
@@ -137,7 +139,7 @@ fn systematic(drift: &Drift) -> Cell {
     Cell::styled(style, drift_text(drift))
 }
 
-/// `turns 12.3 ± 0.4 mrad/m too far left`.
+/// `12.3 ± 0.4 mrad/m to the left`.
 pub fn drift_text(drift: &Drift) -> String {
     let value = crate::quantity::plus_minus(drift.per_m.abs() * 1e3, drift.sigma * 1e3);
     match (drift.aspect, drift.per_m > 0.0) {

@@ -8,7 +8,7 @@ use robot_model::explain::{Answer, HeldOut, StepFound};
 
 use crate::words;
 
-/// Effects of an answer at the values found; the catalogue has all that were asked about.
+/// Effects of an answer at the values found; the catalogue has all candidates.
 pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
     let step = |step: &StepFound| {
         let values = step.parameters.iter().map(|parameter| parameter.value).collect();
@@ -18,7 +18,7 @@ pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Ass
     steps.iter().filter_map(step).collect()
 }
 
-/// What an answer's effects are added to.
+/// The name of what an answer's effects are added to.
 pub fn before(answer: &Answer) -> &'static str {
     if answer.known.is_empty() { "nominal robot" } else { "the model" }
 }
@@ -33,11 +33,11 @@ pub struct Subject<'a> {
     pub reached: &'a str,
     /// How many runs a model is fitted to.
     pub runs: usize,
-    /// All effects that were asked about.
+    /// All candidate effects.
     pub catalogue: &'a [&'a dyn Effect],
     /// The effects that the user's model has already.
     pub in_model: &'a [EffectEntry],
-    /// What each step comes to in one plain number, where one says it.
+    /// The net change by each step in one number, where there is one.
     pub combinations: &'a [Option<String>],
 }
 
@@ -54,28 +54,23 @@ impl Subject<'_> {
 
 /// The main finding, in a sentence or two.
 pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
-    let last =
-        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
-    let of_what = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
-    let error = format!("the error {of_what} {}", goes(&answer.baseline.cross_validated, last));
+    let before = &answer.baseline.cross_validated;
+    let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
+    let error = format!("the {} {}", kind_of_error(subject.runs), change(before, after));
     let more = if answer.unexplained.structure {
-        format!(
-            ". Something is still unexplained: it depends on {}",
-            words::depends_on(&answer.unexplained)
-        )
+        format!(". The residuals still depend on {}", words::depends_on(&answer.unexplained))
     } else {
         String::new()
     };
     match answer.steps.as_slice() {
         [] if answer.unexplained.structure => format!(
-            "No known effect explains what {} {}, but something is there: it depends on {}.",
+            "No known effect explains {}, but the residuals depend on {}.",
             these(subject.runs),
-            if subject.runs == 1 { "shows" } else { "show" },
             words::depends_on(&answer.unexplained)
         ),
         [] => format!(
-            "Nothing is missing{} that {} could show: what is left is noise.",
-            if answer.known.is_empty() { "" } else { " beside the model" },
+            "Nothing is missing{}: the residuals of {} are noise.",
+            if answer.known.is_empty() { "" } else { " from the model" },
             these(subject.runs)
         ),
         [one] if answer.known.is_empty() => {
@@ -85,7 +80,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             format!("One more effect is missing: {}. With it {error}{more}.", says(one, subject))
         }
         steps => {
-            let names: Vec<String> = steps.iter().map(|it| says(it, subject)).collect();
+            let names: Vec<String> = steps.iter().map(|step| says(step, subject)).collect();
             format!(
                 "{}{} effects are missing: {}. With them {error}{more}.",
                 count(steps.len()),
@@ -96,22 +91,27 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     }
 }
 
+/// `cross-validated error`; of one run there is only that of the fit to it.
+pub(super) fn kind_of_error(runs: usize) -> &'static str {
+    if runs == 1 { "error on the fitted run" } else { "cross-validated error" }
+}
+
 /// `this run`, `these 21 runs`.
 fn these(runs: usize) -> String {
     if runs == 1 { "this run".into() } else { format!("these {runs} runs") }
 }
 
-/// `falls from 25.8 mm, 61.2 mrad to 5.0 mm, 9.1 mrad`, or whatever it does, as far as the digits show.
-fn goes(from: &Errors, to: &Errors) -> String {
+/// `falls from 25.8 mm, 61.2 mrad to 5.0 mm, 9.1 mrad`; or rises or stays, as far as the printed digits show.
+fn change(from: &Errors, to: &Errors) -> String {
     let (before, after) = (text(from), text(to));
-    let tenths = |it: f64| (it * 1e4).round();
+    let tenths = |value: f64| (value * 1e4).round();
     let position = tenths(to.position_rms_m) - tenths(from.position_rms_m);
     let heading = tenths(to.heading_rms_rad) - tenths(from.heading_rms_rad);
     let verb = match (position, heading) {
         _ if before == after => return format!("stays at {before}"),
         (p, h) if p <= 0.0 && h <= 0.0 => "falls",
         (p, h) if p >= 0.0 && h >= 0.0 => "rises",
-        _ => "goes",
+        _ => "changes",
     };
     format!("{verb} from {before} to {after}")
 }
@@ -119,10 +119,10 @@ fn goes(from: &Errors, to: &Errors) -> String {
 /// A small number in words.
 pub(crate) fn count(n: usize) -> String {
     let words = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
-    words.get(n).map_or_else(|| n.to_string(), |it| (*it).to_owned())
+    words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }
 
-/// An effect by its name; or by all that it cannot be told from.
+/// The name of an effect, with those of all that the runs cannot tell from it.
 pub(crate) fn says(step: &StepFound, subject: &Subject<'_>) -> String {
     let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
     names.join(" or ")
@@ -137,13 +137,13 @@ pub fn text(errors: &Errors) -> String {
     }
 }
 
-/// `on the 2 runs kept aside (square)`.
-pub fn where_aside(aside: &HeldOut) -> String {
-    let kinds: Vec<&str> = aside.kinds.iter().map(|kind| kind.name()).collect();
+/// `on the 2 held-out runs (square)`.
+pub fn on_held_out(held_out: &HeldOut) -> String {
+    let kinds: Vec<&str> = held_out.kinds.iter().map(|kind| kind.name()).collect();
     let kinds = kinds.join(", ");
-    match aside.runs {
-        1 => format!("on the run kept aside ({kinds})"),
-        runs => format!("on the {runs} runs kept aside ({kinds})"),
+    match held_out.runs {
+        1 => format!("on the held-out run ({kinds})"),
+        runs => format!("on the {runs} held-out runs ({kinds})"),
     }
 }
 
@@ -163,7 +163,7 @@ mod tests {
     fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
         let step = StepFound {
             effect: class[0].into(),
-            class: class.iter().map(|it| (*it).to_owned()).collect(),
+            class: class.iter().map(|id| (*id).to_owned()).collect(),
             parameters: Vec::new(),
             train: to,
             cross_validated: to,
@@ -203,12 +203,32 @@ mod tests {
     #[test]
     fn what_the_error_does_is_said_as_it_is() {
         for (runs, from, to, expected) in [
-            (5, errors(25.8, 61.2), errors(5.0, 9.0), "on runs held out falls from 25.8 mm, 61.2"),
-            (5, errors(25.8, 61.2), errors(25.8, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
-            (5, errors(25.81, 61.2), errors(25.79, 61.2), "held out stays at 25.8 mm, 61.2 mrad."),
+            (
+                5,
+                errors(25.8, 61.2),
+                errors(5.0, 9.0),
+                "the cross-validated error falls from 25.8 mm, 61.2",
+            ),
+            (
+                5,
+                errors(25.8, 61.2),
+                errors(25.8, 61.2),
+                "cross-validated error stays at 25.8 mm, 61.2 mrad.",
+            ),
+            (
+                5,
+                errors(25.81, 61.2),
+                errors(25.79, 61.2),
+                "cross-validated error stays at 25.8 mm, 61.2 mrad.",
+            ),
             (5, errors(5.0, 9.0), errors(5.5, 9.0), "rises from 5.0 mm, 9.0 mrad to 5.5 mm"),
-            (5, errors(5.0, 9.0), errors(4.5, 9.1), "goes from 5.0 mm, 9.0 mrad to 4.5 mm"),
-            (1, errors(5.0, 9.0), errors(4.5, 8.0), "on the run fitted to falls from 5.0 mm"),
+            (5, errors(5.0, 9.0), errors(4.5, 9.1), "changes from 5.0 mm, 9.0 mrad to 4.5 mm"),
+            (
+                1,
+                errors(5.0, 9.0),
+                errors(4.5, 8.0),
+                "the error on the fitted run falls from 5.0 mm",
+            ),
         ] {
             let headline = said(runs, from, to);
             assert!(headline.contains(expected), "{headline}\n  does not say: {expected}");
@@ -220,6 +240,6 @@ mod tests {
         let here = errors(5.0, 9.0);
         assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
         let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
-        assert_eq!(said, "No run that is known here would tell scrub from slope, side_slip.");
+        assert_eq!(said, "No kind of run that beeline knows tells scrub from slope, side_slip.");
     }
 }

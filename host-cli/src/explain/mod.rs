@@ -1,4 +1,4 @@
-//! `beeline explain` in words: what is missing, why it is believed, what cannot be told apart, what was
+//! `beeline explain` in words: what is missing, the evidence for it, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
 mod headline;
@@ -14,7 +14,8 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
-pub use self::headline::{Subject, assumed, before, headline, text, where_aside};
+use self::headline::kind_of_error;
+pub use self::headline::{Subject, assumed, before, headline, on_held_out, text};
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};
@@ -27,9 +28,9 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
     say("");
     waterfall(answer, subject);
-    if let Some(aside) = &answer.held_out {
-        let (before, model) = (text(&aside.baseline), text(&aside.model));
-        say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, where_aside(aside))));
+    if let Some(held_out) = &answer.held_out {
+        let (before, model) = (text(&held_out.baseline), text(&held_out.model));
+        say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, on_held_out(held_out))));
     }
     known(answer, subject);
     for (number, step) in answer.steps.iter().enumerate() {
@@ -39,10 +40,11 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     }
     if !answer.rejected.is_empty() {
         say("");
-        say(paint(BOLD, "Looked at, and not believed"));
+        say(paint(BOLD, "Considered and rejected"));
         let mut table = Table::new("lll");
-        for it in &answer.rejected {
-            table.row([it.effect.clone().into(), Cell::styled(DIM, words::reason(&it.reason))]);
+        for rejected in &answer.rejected {
+            let reason = words::reason(&rejected.reason);
+            table.row([rejected.effect.clone().into(), Cell::styled(DIM, reason)]);
         }
         table.say(2);
     }
@@ -52,12 +54,11 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     next_run(answer, subject);
 }
 
-/// The error on held-out runs as effects are added, as bars.
+/// The cross-validated error as effects are added, as bars.
 fn waterfall(answer: &Answer, subject: &Subject<'_>) {
     let most = answer.baseline.cross_validated.position_rms_m.max(f64::MIN_POSITIVE);
     let mut table = Table::new("llrrrl");
-    let where_ = if subject.runs == 1 { "on the run fitted to" } else { "on runs held out" };
-    let heads = ["", where_, "position", "heading", "p", ""];
+    let heads = ["", kind_of_error(subject.runs), "position", "heading", "p", ""];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     let mut row = |number: String, name: String, errors: &Errors, p: String| {
         let length =
@@ -84,24 +85,25 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
     table.say(0);
 }
 
-/// What the model has already, and whether these runs bear it out.
+/// What the model already has, and whether these runs confirm it.
 fn known(answer: &Answer, subject: &Subject<'_>) {
     if subject.in_model.is_empty() {
         return;
     }
     say("");
-    say(paint(BOLD, "In the model already"));
+    say(paint(BOLD, "Already in the model"));
     let mut table = Table::new("ll");
     for entry in subject.in_model {
         let id = entry.id();
-        let holds = |it: &&StepFound| it.class.iter().any(|other| other == id);
+        let holds = |step: &&StepFound| step.class.iter().any(|other| other == id);
         let words = match answer.known.iter().find(holds) {
-            Some(it) if it.effect == id => stands(entry, it),
-            Some(it) => format!("stands, in a class with {}", it.effect),
+            Some(step) if step.effect == id => confirmed(entry, step),
+            Some(step) => format!("confirmed, but not told apart from {}", step.effect),
             None => {
-                let rejected = answer.rejected.iter().find(|it| it.effect == id);
-                let why = rejected.map_or_else(String::new, |it| words::reason(&it.reason));
-                format!("these runs do not bear it out: {why}")
+                let rejected = answer.rejected.iter().find(|rejected| rejected.effect == id);
+                let why =
+                    rejected.map_or_else(String::new, |rejected| words::reason(&rejected.reason));
+                format!("not confirmed by these runs: {why}")
             }
         };
         table.row([id.into(), Cell::styled(DIM, words)]);
@@ -109,11 +111,11 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
     table.say(2);
 }
 
-/// An effect of the model that these runs bear out: whether at the value that the model has.
-fn stands(entry: &EffectEntry, found: &StepFound) -> String {
-    let stands = format!("stands ({})", p_value(found.p_value));
+/// An effect of the model that these runs confirm: whether at the value that the model has.
+fn confirmed(entry: &EffectEntry, found: &StepFound) -> String {
+    let confirmed = format!("confirmed ({})", p_value(found.p_value));
     // Both are known to some 95 %; what is in use, exactly.
-    let half = |it: &ParameterFound| (it.high95 - it.low95) / 2.0;
+    let half = |parameter: &ParameterFound| (parameter.high95 - parameter.low95) / 2.0;
     let pairs = entry.parameters.iter().filter_map(|was| {
         let now = found.parameters.iter().find(|now| now.name == was.name)?;
         let off = (now.value - was.value).abs() > half(was).hypot(half(now));
@@ -121,18 +123,18 @@ fn stands(entry: &EffectEntry, found: &StepFound) -> String {
         Some((friendly_exact(was.value, now.sigma, &now.unit), value, off))
     });
     let pairs: Vec<(String, String, bool)> = pairs.collect();
-    let worst = pairs.iter().find(|it| it.2).or(pairs.first());
+    let worst = pairs.iter().find(|(_, _, off)| *off).or(pairs.first());
     match worst {
         Some((was, now, true)) if entry.in_use => format!(
-            "{stands}, but not at {was}, which is in use: these runs say {now}; `beeline apply` writes it"
+            "{confirmed}, but at {now}, not at the {was} in use; `beeline apply` writes the new value"
         ),
-        Some((was, now, true)) => format!(
-            "{stands}, but not at {was}: these runs say {now}; `beeline model fit` fits it anew"
-        ),
-        Some((was, now, false)) if entry.in_use => {
-            format!("{stands}, compensated: {was} is in use, these runs say {now}")
+        Some((was, now, true)) => {
+            format!("{confirmed}, but at {now}, not at {was}; `beeline model fit` fits it again")
         }
-        _ => stands,
+        Some((was, now, false)) if entry.in_use => {
+            format!("{confirmed}, compensated: {was} is in use, these runs give {now}")
+        }
+        _ => confirmed,
     }
 }
 
@@ -147,65 +149,55 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
         say(format_args!("   {}", paint(DIM, facts.equation)));
     }
     parameters(&step.parameters, 3);
-    put(&format!("Why: {}.", words::why(step).trim_end_matches('.')));
+    put(&format!("Evidence: {}.", words::why(step).trim_end_matches('.')));
     if step.class.len() > 1 {
         let common = combination
-            .map_or_else(String::new, |it| format!(" Together: {it}, of whatever cause."));
-        let words = format!("These runs cannot tell {} apart.{common}", step.class.join(", "));
+            .map_or_else(String::new, |change| format!(" Their combined effect: {change}."));
+        let words = format!("These runs cannot tell {} apart.{common}", words::listed(&step.class));
         wrapped(&words, LINE - 3)
             .iter()
             .for_each(|line| say(format_args!("   {}", paint(WARN, line))));
-    } else if let Some(it) = combination {
-        put(&format!("In these runs: {it}."));
+    } else if let Some(change) = combination {
+        put(&format!("In these runs: {change}."));
     }
-    if let Some(facts) = facts.filter(|it| !it.compensation.is_empty()) {
-        let which = if step.class.len() > 1 {
-            format!(", if it is {}", step.effect)
-        } else {
-            String::new()
-        };
-        put(&format!("What can be done{which}: {}.", facts.compensation));
+    if let Some(facts) = facts.filter(|facts| !facts.compensation.is_empty()) {
+        let which =
+            if step.class.len() > 1 { format!(" if it is {}", step.effect) } else { String::new() };
+        put(&format!("Remedy{which}: {}.", facts.compensation));
     }
 }
 
-/// Prints values with their 95 % intervals, a line each.
+/// Prints parameters with their 95 % intervals, a line each.
 pub fn parameters(parameters: &[ParameterFound], indent: usize) {
     let mut table = Table::new("lll");
-    for it in parameters {
+    for parameter in parameters {
+        let ParameterFound { name, unit, value, sigma, low95, high95 } = parameter;
+        let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
         table.row([
-            Cell::styled(DIM, &it.name),
-            friendly(it.value, it.sigma, &it.unit).into(),
-            Cell::styled(
-                DIM,
-                format!(
-                    "95 %: {}",
-                    friendly_interval(it.value, it.sigma, (it.low95, it.high95), &it.unit)
-                ),
-            ),
+            Cell::styled(DIM, name),
+            friendly(*value, *sigma, unit).into(),
+            Cell::styled(DIM, format!("95 %: {interval}")),
         ]);
     }
     table.say(indent);
 }
 
 fn unexplained(answer: &Answer) {
-    let it = &answer.unexplained;
-    if it.structure {
+    let residuals = &answer.unexplained;
+    if residuals.structure {
         say(paint(
             WARN,
             format_args!(
-                "Still unexplained: an unknown effect that depends on {}",
-                words::depends_on(it)
+                "Still unexplained: the residuals depend on {}",
+                words::depends_on(residuals)
             ),
         ));
-        say(format_args!(
-            "   by chance as much with {}; `beeline report` shows its shape",
-            p_value(it.p_value)
-        ));
+        say(format_args!("   {}; `beeline report` shows the shape", p_value(residuals.p_value)));
     } else {
         say(format_args!(
-            "{}: what is left depends on nothing that was asked about ({})",
+            "{}: the residuals depend on none of the variables tested ({})",
             paint(BOLD, "Nothing else"),
-            p_value(it.p_value)
+            p_value(residuals.p_value)
         ));
     }
 }
@@ -215,7 +207,7 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
         Some(next) => {
             say(paint(BOLD, format_args!("Next: record {}", next.kind.name())));
             let promise = words::promise(&next.promise);
-            let text = format!("It tells {} apart: {promise}.", next.separates.join(", "));
+            let text = format!("It tells {} apart: {promise}.", words::listed(&next.separates));
             wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             let gyro = gyro_words(next).unwrap_or_default();
             wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));

@@ -8,27 +8,28 @@ use crate::cli::Common;
 use crate::port::Port;
 use campaign::{Campaign, RobotFile};
 
-/// What is to be said where no run is suggested.
+/// The sentence where no run is suggested.
 pub(crate) fn no_next_run(answer: &Answer) -> String {
-    let open = answer.steps.iter().filter(|it| it.class.len() > 1);
+    let open = answer.steps.iter().filter(|step| step.class.len() > 1);
     let open: Vec<String> = open
-        .map(|it| {
-            let others = it.class.iter().filter(|id| **id != it.effect).cloned();
-            format!("{} from {}", it.effect, others.collect::<Vec<_>>().join(", "))
+        .map(|step| {
+            let others = step.class.iter().filter(|id| **id != step.effect).cloned();
+            format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(", "))
         })
         .collect();
     if open.is_empty() {
         return "No further run is needed to tell effects apart.".into();
     }
-    format!("No run that is known here would tell {}.", open.join("; nor "))
+    format!("No kind of run that beeline knows tells {}.", open.join("; nor "))
 }
 
-/// What a next run takes besides driving it: one that is about the gyro shows nothing without it.
+/// What a next run needs besides driving: one about the gyro needs its log.
 pub(crate) fn gyro_words(next: &NextRun) -> Option<&'static str> {
-    let of_gyro = |id: &String| find(id).is_some_and(|it| it.facts().acts_on == ActsOn::Gyro);
+    let of_gyro =
+        |id: &String| find(id).is_some_and(|effect| effect.facts().acts_on == ActsOn::Gyro);
     next.separates.iter().any(of_gyro).then_some(
-        "The gyro has to be logged in it: --gyro names the CSV (t_s,gyro_z_rad_s) to which its logger \
-         appends; a simulated robot has one if its scenario has a section [gyro].",
+        "Log the gyro in this run: --gyro names the CSV file (t_s,gyro_z_rad_s) that its logger appends to; \
+         a simulated robot has a gyro if its scenario has a section [gyro].",
     )
 }
 
@@ -47,9 +48,10 @@ fn quoted(text: &str) -> String {
 pub fn reached(port: &Port, robot: &RobotFile) -> String {
     match (port, &robot.simulated) {
         (Port::Sim(None), None) => "--port PORT".into(),
-        (Port::Sim(None), Some(it)) => {
-            let scenario = it.scenario.as_deref().map_or_else(String::new, |it| format!(":{it}"));
-            let seed = it.seed.map_or_else(String::new, |seed| format!(" --seed {seed}"));
+        (Port::Sim(None), Some(simulated)) => {
+            let scenario =
+                simulated.scenario.as_deref().map_or_else(String::new, |file| format!(":{file}"));
+            let seed = simulated.seed.map_or_else(String::new, |seed| format!(" --seed {seed}"));
             format!("--port {}{seed}", quoted(&format!("sim{scenario}")))
         }
         (port, _) => format!("--port {}", quoted(&port.to_string())),
@@ -58,8 +60,8 @@ pub fn reached(port: &Port, robot: &RobotFile) -> String {
 
 /// The option that gives a simulated robot its memory again.
 pub fn memory(common: &Common) -> String {
-    let flash = common.flash.as_ref().map(|it| it.to_string_lossy());
-    flash.map_or_else(String::new, |it| format!(" --flash {}", quoted(&it)))
+    let flash = common.flash.as_ref().map(|file| file.to_string_lossy());
+    flash.map_or_else(String::new, |file| format!(" --flash {}", quoted(&file)))
 }
 
 /// The same, with the robot's memory, and with a track if a tape is too little for what is to be told.
@@ -109,7 +111,7 @@ mod tests {
     fn a_next_run_about_the_gyro_asks_for_its_log() {
         let next = |separates: &[&str]| NextRun {
             kind: PlanKind::Straight,
-            separates: separates.iter().map(|it| (*it).to_owned()).collect(),
+            separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             promise: Promise::default(),
         };
         let subject = |reached| Subject {

@@ -85,9 +85,9 @@ impl GyroLog {
             let (shift_s, correlation) = best_shift_s(&readings, &rates, guess_s);
             if correlation < CORRELATION_MIN {
                 return Err(Error::new(format_args!(
-                    "{path} and the wheels have no turn in common in the run {run}"
+                    "{path} and the wheels do not show the same turns in the run {run}"
                 ))
-                .hint("is it this robot's, in rad/s, and counter-clockwise positive?"));
+                .hint("is it of this robot, in rad/s, and counter-clockwise positive?"));
             }
             self.shift_s = Some(shift_s);
             shift_s
@@ -293,7 +293,7 @@ mod tests {
         let taken =
             GyroLog::new(file.path()).take("spin", &wheels(1.0)).map(|readings| readings.len());
         let error = taken.unwrap_err();
-        assert!(error.to_string().contains("no turn in common in the run spin"));
+        assert!(error.to_string().contains("do not show the same turns in the run spin"));
         let error = GyroLog::new(Path::new("none.csv")).begin().unwrap_err();
         assert!(error.to_string().contains("none.csv"));
         // A file that is empty, or has only its header, is accepted.

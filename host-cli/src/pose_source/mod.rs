@@ -194,7 +194,7 @@ fn ask_for(run: &PlannedRun) -> String {
 
 /// The error of a user who stops here.
 fn stopped() -> Error {
-    Error::interrupted("stopped; the same command goes on from here")
+    Error::interrupted("stopped; the same command continues from here")
 }
 
 /// The error of a source that reads nothing at the end.

@@ -76,7 +76,7 @@ impl Tape {
         }
         while self.confirm {
             let question = format!(
-                "{place} Enter to drive, where it stands if not there (12mm -3mm 1deg), s to skip, q to stop:"
+                "{place} Enter to drive, its pose if it stands elsewhere (12mm -3mm 1deg), s to skip, q to stop:"
             );
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => break,
@@ -112,7 +112,7 @@ impl Tape {
         let mut doubted = None;
         loop {
             self.by_tape = false;
-            let question = "Where it stands now (1.795m -12mm 3deg), its track's file, Enter for neither, repeat, skip, or q:";
+            let question = "Its pose now (1.795m -12mm 3deg), or a track file; Enter for neither, repeat, skip, or q:";
             match parse_reply(&ui::ask(question, clock).await?) {
                 Ok(Reply::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(mut track) => {
@@ -170,7 +170,7 @@ impl Tape {
         let moved_m = (end.x_m - self.start.x_m).hypot(end.y_m - self.start.y_m);
         if moved_m > FARTHER * rolled_m + MARGIN_M {
             return Err(format!(
-                "that is {moved_m:.2} m from where it started, and its wheels rolled {rolled_m:.2} m: check signs and units"
+                "that is {moved_m:.2} m from its start, but the wheels rolled {rolled_m:.2} m: check signs and units"
             ));
         }
         self.by_tape = true;
@@ -254,7 +254,7 @@ fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
     let wheels: Vec<Pose> = reckoned.iter().map(|reckoned| reckoned.pose).collect();
     let off = doubtful(&measured(track.first()?), &measured(track.last()?), &wheels)?;
     Some(format!(
-        "that is {} from where its wheels led: read it again; what is typed a second time is taken",
+        "that is {} off the pose by dead reckoning: read it again; the second reading is accepted",
         how_far(off.position_m, off.heading_rad)
     ))
 }
@@ -282,10 +282,7 @@ mod tests {
         let mut tape = Tape::new(true, Sigma::TAPE, None);
         let end = |x_m: f64| Reading { x_m, y_m: 0.0, heading_rad: None };
         let said = tape.ends(end(18.0), &reckoned).unwrap_err();
-        assert!(
-            said.contains("18.00 m from where it started") && said.contains("1.80 m"),
-            "{said}"
-        );
+        assert!(said.contains("18.00 m from its start") && said.contains("1.80 m"), "{said}");
         assert_eq!(tape.reading_sigma(), None);
         let track = tape.ends(end(1.8), &reckoned).unwrap();
         assert_eq!(track.iter().map(|sample| sample.t_s).collect::<Vec<_>>(), [5.0, 8.0]);

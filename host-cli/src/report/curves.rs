@@ -1,4 +1,4 @@
-//! The shape of what is left: the systematic error against everything that it might depend on.
+//! The residuals: the systematic error against each variable that it might depend on.
 
 use std::fmt::Write;
 
@@ -7,30 +7,32 @@ use robot_model::compare::{Aspect, Curve};
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 
-/// So many drawings at most, those with most left first.
+/// At most so many drawings, the largest residuals first.
 const PANELS: usize = 6;
 const X: (f64, f64) = (54.0, 452.0);
 const Y: (f64, f64) = (168.0, 24.0);
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.curves;
-    // Of each regressor the aspect of which most is left.
+    // Of each variable the aspect with the largest residuals.
     let mut shown: Vec<&Curve> = Vec::new();
     for curve in after {
-        match shown.iter_mut().find(|it| it.axis == curve.axis) {
+        match shown.iter_mut().find(|other| other.axis == curve.axis) {
             Some(best) if best.chi < curve.chi => *best = curve,
             Some(_) => {}
             None => shown.push(curve),
         }
     }
-    let named = |it: &Curve| report.answer.unexplained.depends_on.contains(&it.axis.regressor());
-    // What was named comes first, then what has most left.
+    let depends_on = &report.answer.unexplained.depends_on;
+    let named = |curve: &Curve| depends_on.contains(&curve.axis.regressor());
+    // What was named comes first, then the largest residuals.
     shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
     let mut html = String::new();
     legend(&mut html, super::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
     for curve in shown.into_iter().take(PANELS) {
-        let earlier = before.iter().find(|it| it.axis == curve.axis && it.aspect == curve.aspect);
+        let same = |other: &&Curve| (other.axis, other.aspect) == (curve.axis, curve.aspect);
+        let earlier = before.iter().find(same);
         panel(&mut html, curve, earlier, named(curve));
     }
     html.push_str("</div>\n");
@@ -46,22 +48,26 @@ fn unit(aspect: Aspect) -> &'static str {
 }
 
 fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool) {
-    let values = |it: &Curve| -> Vec<(f64, f64, f64)> {
-        it.bins.iter().map(|bin| (bin.at, bin.drift.per_m * 1e3, bin.drift.sigma * 1e3)).collect()
+    let values = |curve: &Curve| -> Vec<(f64, f64, f64)> {
+        curve
+            .bins
+            .iter()
+            .map(|bin| (bin.at, bin.drift.per_m * 1e3, bin.drift.sigma * 1e3))
+            .collect()
     };
     let now = values(curve);
     let then = earlier.map(values).unwrap_or_default();
-    let ends = now.iter().chain(&then).map(|it| it.0);
+    let ends = now.iter().chain(&then).map(|(at, ..)| *at);
     let span = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
     let margin = 0.04 * (span.1 - span.0).max(1e-9);
     let span = (span.0 - margin, span.1 + margin);
     let heights = now.iter().flat_map(|(_, v, s)| [v - 2.0 * s, v + 2.0 * s]);
-    let heights = heights.chain(then.iter().map(|it| it.1));
+    let heights = heights.chain(then.iter().map(|(_, value, _)| *value));
     let range = heights.fold((0.0_f64, 0.0_f64), |(a, b), y| (a.min(y), b.max(y)));
     let room = 0.06 * (range.1 - range.0).max(1e-6);
     let range = (range.0 - room, range.1 + room);
     let (x, y) = (Scale::over(span, X), Scale::over(range, Y));
-    let mark = if named { "<span class=\"before\">what is left depends on it</span>" } else { "" };
+    let mark = if named { "<span class=\"before\">the residuals depend on it</span>" } else { "" };
     let _ = write!(
         html,
         "<figure><figcaption><b>Against {}</b>{mark}</figcaption>\

@@ -45,7 +45,7 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
         let _ = write!(
             svg,
             "<text class=\"tick\" x=\"{MARGIN}\" y=\"{}\">grey: measured \u{2003} orange: the {before} \u{2003} \
-             blue: with what is missing \u{2003} (deviations enlarged as each corner says)</text>",
+             blue: with the missing effects \u{2003} (deviations enlarged by the factor in the corner)</text>",
             Px(height - 12.0),
             before = super::before(report.answer)
         );

@@ -1,4 +1,4 @@
-//! Each effect that was found: why it is believed, its values with intervals, what can be done.
+//! Each effect that was found: the evidence, its values with intervals, the remedy.
 
 use std::fmt::Write;
 
@@ -30,28 +30,28 @@ fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &Ste
         escape(&name),
         escape(&step.class.join(" = "))
     );
-    let facts = subject.catalogue.iter().map(|it| it.facts()).find(|it| it.id == step.effect);
+    let facts = subject.facts(&step.effect);
     if let Some(facts) = facts {
         let _ = write!(html, "<p><code>{}</code></p>", escape(facts.equation));
     }
     html.push_str(&intervals(&step.parameters));
-    let _ = write!(html, "<p>{}.</p>", escape(crate::words::why(step).trim_end_matches('.')));
+    let _ =
+        write!(html, "<p>Evidence: {}.</p>", escape(crate::words::why(step).trim_end_matches('.')));
     let combination = subject.combinations.get(index).and_then(Option::as_deref);
     if step.class.len() > 1 {
-        let common = combination.map_or_else(String::new, |it| {
-            format!(" Together: {}, of whatever cause.", escape(it))
+        let common = combination.map_or_else(String::new, |change| {
+            format!(" Their combined effect: {}.", escape(change))
         });
         let _ = write!(
             html,
             "<p class=\"class\">These runs cannot tell {} apart.{common}</p>",
-            escape(&step.class.join(", "))
+            escape(&crate::words::listed(&step.class))
         );
-    } else if let Some(it) = combination {
-        let _ = write!(html, "<p class=\"sub\">In these runs: {}.</p>", escape(it));
+    } else if let Some(change) = combination {
+        let _ = write!(html, "<p class=\"sub\">In these runs: {}.</p>", escape(change));
     }
-    if let Some(facts) = facts.filter(|it| !it.compensation.is_empty()) {
-        let _ =
-            write!(html, "<p class=\"sub\">What can be done: {}.</p>", escape(facts.compensation));
+    if let Some(facts) = facts.filter(|facts| !facts.compensation.is_empty()) {
+        let _ = write!(html, "<p class=\"sub\">Remedy: {}.</p>", escape(facts.compensation));
     }
     html.push_str("</div>\n");
 }
@@ -63,10 +63,10 @@ fn intervals(parameters: &[ParameterFound]) -> String {
         "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Values with 95 percent intervals\">",
         Px(ROW * parameters.len() as f64 + 4.0)
     );
-    for (k, it) in parameters.iter().enumerate() {
+    for (k, parameter) in parameters.iter().enumerate() {
         let y = ROW * k as f64 + 16.0;
-        let (factor, _) = scaled_unit(it.value.abs().max(it.sigma), &it.unit);
-        let (low, high) = (it.low95.min(0.0) * factor, it.high95.max(0.0) * factor);
+        let (factor, _) = scaled_unit(parameter.value.abs().max(parameter.sigma), &parameter.unit);
+        let (low, high) = (parameter.low95.min(0.0) * factor, parameter.high95.max(0.0) * factor);
         let pad = 0.06 * (high - low).max(1e-12);
         let range = (low - pad, high + pad);
         let x = Scale::over(range, (420.0, 930.0));
@@ -75,8 +75,8 @@ fn intervals(parameters: &[ParameterFound]) -> String {
             svg,
             "<text x=\"0\" y=\"{ty}\" style=\"fill:var(--ink)\"><tspan font-weight=\"650\">{}</tspan></text>\
              <text x=\"110\" y=\"{ty}\" style=\"fill:var(--ink)\">{}</text><path class=\"g\" d=\"M420 {y}H930\"/>",
-            escape(&it.name),
-            escape(&friendly(it.value, it.sigma, &it.unit)),
+            escape(&parameter.name),
+            escape(&friendly(parameter.value, parameter.sigma, &parameter.unit)),
             ty = Px(y + 5.0),
             y = Px(y)
         );
@@ -95,9 +95,9 @@ fn intervals(parameters: &[ParameterFound]) -> String {
         let _ = write!(
             svg,
             "<path class=\"p a\" d=\"M{0} {3}H{1}M{0} {4}v10M{1} {4}v10\"/><circle class=\"fa\" cx=\"{2}\" cy=\"{3}\" r=\"5\"/>",
-            x.at(it.low95 * factor),
-            x.at(it.high95 * factor),
-            x.at(it.value * factor),
+            x.at(parameter.low95 * factor),
+            x.at(parameter.high95 * factor),
+            x.at(parameter.value * factor),
             Px(y),
             Px(y - 5.0),
         );

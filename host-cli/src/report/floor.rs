@@ -1,4 +1,4 @@
-//! The floor from above: all runs, what each place would explain of what is left, and the place that is named.
+//! The floor from above: all runs, how much of the residuals each place would explain, and the place that is named.
 
 use std::fmt::Write;
 
@@ -21,7 +21,7 @@ const OPACITY_MAX: f64 = 0.8;
 pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
     let place_m = report.answer.unexplained.place_m?;
     let paths = report.paths[1];
-    let (low, high) = super::paths::bounds(paths.iter().flat_map(|it| it.shape_m()));
+    let (low, high) = super::paths::bounds(paths.iter().flat_map(|path| path.shape_m()));
     let (low, high) =
         ([0, 1].map(|k| low[k].min(place_m[k])), [0, 1].map(|k| high[k].max(place_m[k])));
     let span = [0, 1].map(|k| high[k] - low[k] + 2.0 * RING_M);
@@ -32,20 +32,20 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
     let y = Scale::new(low[1] - RING_M, height - PAD, -per_m);
     let mut svg = format!(
         "<figure><svg class=\"d thin\" style=\"max-width:{w}px\" viewBox=\"0 0 {w} {}\" role=\"img\" aria-label=\"The floor, and the place that \
-         what is left depends on\">",
+         the residuals depend on\">",
         Px(height),
         w = Px(width)
     );
     grid(&mut svg, (low, high), (x, y), [width, height]);
-    let most = report.answer.unexplained.places.iter().map(|it| it.gain).fold(0.0, f64::max);
+    let most = report.answer.unexplained.places.iter().map(|place| place.gain).fold(0.0, f64::max);
     let side = PlaceSeen::SIDE_M;
-    for it in report.answer.unexplained.places.iter().filter(|it| it.gain > 0.0) {
+    for place in report.answer.unexplained.places.iter().filter(|place| place.gain > 0.0) {
         let _ = write!(
             svg,
             "<rect class=\"fb\" fill-opacity=\"{:.2}\" x=\"{}\" y=\"{}\" width=\"{w}\" height=\"{w}\"/>",
-            OPACITY_MAX * it.gain / most,
-            x.at(it.at_m[0] - side / 2.0),
-            y.at(it.at_m[1] + side / 2.0),
+            OPACITY_MAX * place.gain / most,
+            x.at(place.at_m[0] - side / 2.0),
+            y.at(place.at_m[1] + side / 2.0),
             w = Px(side * per_m)
         );
     }
@@ -73,9 +73,9 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
         number(place_m[1], 2)
     );
     Some(format!(
-        "<p class=\"sub\">All runs from above. Squares are the places that wheels of several runs came to, half a track \
-         width beside these paths: the darker, the more of what is left a place would explain. The ring is the one that is \
-         named, after a closer look.</p>\n{svg}\n"
+        "<p class=\"sub\">All runs from above. Squares are the places that wheels of several runs passed, half a track \
+         width beside these paths: the darker, the more of the residuals a place would explain. The ring is the place \
+         named above, from a finer search.</p>\n{svg}\n"
     ))
 }
 

@@ -3,10 +3,10 @@
 //! | section | file |
 //! | --- | --- |
 //! | paths, measured and predicted | `paths.rs` |
-//! | the error on held-out runs as effects are added | `waterfall.rs` |
-//! | each effect: why, values with intervals, what can be done | `effects.rs` |
+//! | the cross-validated error as effects are added | `waterfall.rs` |
+//! | each effect: evidence, values with intervals, remedy | `effects.rs` |
 //! | where the error comes from, before and after | `regimes.rs` |
-//! | the shape of what is still unexplained | `curves.rs` |
+//! | the residuals against each variable | `curves.rs` |
 //! | the place on the floor that it depends on | `floor.rs` |
 //! | two of these as one picture | `drawing.rs` |
 //!
@@ -28,7 +28,7 @@ use robot_model::compare::{Comparison, Curve, Path};
 use robot_model::explain::Answer;
 
 use crate::explain::{
-    Subject, gyro_words, headline, next_run_command, no_next_run, text, where_aside,
+    Subject, gyro_words, headline, next_run_command, no_next_run, on_held_out, text,
 };
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
@@ -94,25 +94,25 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
         "The error, effect by effect",
         match report.subject.runs {
             1 => {
-                "There is one run: it is predicted by a fit to itself, and nothing is held out. Bars are root mean \
-                squares over it; p is how often chance alone would do as well."
+                "There is only one run: it is predicted by a fit to itself, and nothing can be cross-validated. Bars \
+                are root mean squares over the run; p is the probability that chance alone does as well."
             }
             _ => {
-                "Each run is predicted by a fit to all the others: what a model \
-                earns here, it has not merely learnt by heart. Bars are root mean squares over all runs; the upright mark \
-                is the error on the runs fitted to, and p is how often chance alone would do as well for the effect asked about."
+                "Each run is predicted by a fit to all the others (cross-validation), so an effect gains nothing by \
+                overfitting. Bars are root mean squares over all runs; the upright mark is the error of the fit to all \
+                runs, and p is the probability that chance alone does as well as the effect."
             }
         },
     );
     html.push_str(&waterfall::draw(report));
-    aside(&mut html, report);
+    held_out(&mut html, report);
     section(
         &mut html,
         "Measured and predicted",
-        "The runs with the largest errors of each kind, from above, and \
-        their errors before and after. How far a prediction is off is drawn enlarged by the factor in the corner, \
-        averaged over a twentieth of the run; the measured path is drawn as it is. Where the robot was seen at the ends of a \
-        run alone, these are dots, and the ways between them are those of its wheels.",
+        "The runs with the largest errors of each kind, from above, with \
+        their errors before and after. Deviations are averaged over a twentieth of the run and enlarged by the factor in \
+        the corner; the measured path is drawn to scale. Where poses were measured only at the ends of a run, they \
+        are dots, and the paths between them are dead reckoning.",
     );
     html.push_str(&paths::draw(report));
     if !report.answer.steps.is_empty() {
@@ -122,10 +122,10 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     section(
         &mut html,
         "Where the error comes from",
-        "Every run is cut where the regime changes; each dot \
+        "Every run is cut into stretches where the regime changes; each dot \
         is the error over all stretches of one kind, in multiples of what noise alone gives. Within the \
-        grey band it is noise. On the right: what is the same in all stretches of a kind for the robot before, \
-        per metre that the rims roll, where it is more than noise.",
+        grey band it is noise. On the right: the error that all stretches of a kind share without the missing effects, \
+        per metre of wheel travel, where it is significant.",
     );
     html.push_str(&regimes::draw(report));
     unexplained(&mut html, report);
@@ -134,7 +134,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     let runs = crate::ui::runs(report.subject.runs);
     let _ = write!(
         html,
-        "\n<footer>{runs}. Start poses are free in each. \u{b1} is one standard error; intervals hold the truth \
+        "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals hold the truth \
          in 95 % of cases. Model: exact arcs from encoder counts, and the effects named here.</footer>\n</body></html>\n"
     );
     html
@@ -143,8 +143,9 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
 fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let answer = report.answer;
     let last =
-        answer.steps.last().map_or(&answer.baseline.cross_validated, |it| &it.cross_validated);
-    let mm = |it: &robot_model::estimation::Errors| format!("{:.1} mm", it.position_rms_m * 1e3);
+        answer.steps.last().map_or(&answer.baseline.cross_validated, |step| &step.cross_validated);
+    let mm =
+        |errors: &robot_model::estimation::Errors| format!("{:.1} mm", errors.position_rms_m * 1e3);
     let (before, after) = (mm(&answer.baseline.cross_validated), mm(last));
     let title = title(answer);
     let _ = write!(
@@ -164,9 +165,9 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
         escape(&headline(answer, report.subject))
     );
     if !answer.known.is_empty() {
-        let known = answer.known.iter().map(|it| report.subject.name(&it.effect));
+        let known = answer.known.iter().map(|step| report.subject.name(&step.effect));
         let names = known.collect::<Vec<_>>().join(", ");
-        let _ = writeln!(html, "<p>Compensated on the robot already: {}.</p>", escape(&names));
+        let _ = writeln!(html, "<p>Already compensated on the robot: {}.</p>", escape(&names));
     }
     let _ =
         writeln!(html, "<p class=\"sub\">{}</p>", escape(&words::finding(report.comparisons[0])));
@@ -202,45 +203,44 @@ fn legend(html: &mut String, before: &str, measured: bool) {
     }
     let _ = write!(
         html,
-        "<span><i class=\"b\"></i>{before}</span><span><i class=\"a\"></i>with what is missing</span></p>"
+        "<span><i class=\"b\"></i>{before}</span><span><i class=\"a\"></i>with the missing effects</span></p>"
     );
 }
 
-/// The errors on runs that nothing was fitted to or chosen by.
-fn aside(html: &mut String, report: &CampaignReport<'_>) {
-    let Some(it) = &report.answer.held_out else { return };
+/// The errors on held-out runs.
+fn held_out(html: &mut String, report: &CampaignReport<'_>) {
+    let Some(held_out) = &report.answer.held_out else { return };
     let _ = writeln!(
         html,
-        "<p>{}, to which nothing was fitted and by which nothing was chosen: <span class=\"before\">{}</span> \
-         for the {}, <span class=\"after\">{}</span> with what is missing.</p>",
-        escape(&where_aside(it).replacen("on", "On", 1)),
-        text(&it.baseline),
+        "<p>{}, used neither to fit nor to select: <span class=\"before\">{}</span> \
+         for the {}, <span class=\"after\">{}</span> with the missing effects.</p>",
+        escape(&on_held_out(held_out).replacen("on", "On", 1)),
+        text(&held_out.baseline),
         before(report.answer),
-        text(&it.model)
+        text(&held_out.model)
     );
 }
 
 fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
-    let it = &report.answer.unexplained;
-    let p = escape(&crate::quantity::p_value(it.p_value));
-    let words = if it.structure {
+    let residuals = &report.answer.unexplained;
+    let p = escape(&crate::quantity::p_value(residuals.p_value));
+    let words = if residuals.structure {
         format!(
-            "Something is left that no effect asked about explains: it depends on <b>{}</b> (by chance as much with {p}). \
-             An effect that explains it must have this shape.",
-            escape(&words::depends_on(it))
+            "The residuals depend on <b>{}</b> ({p}), and no candidate effect explains this. \
+             An effect that does must have the shape below.",
+            escape(&words::depends_on(residuals))
         )
     } else {
         format!(
-            "What is left depends on nothing that was asked about ({p}): these curves should lie on zero within their bars."
+            "The residuals depend on none of the variables tested ({p}): these curves should lie on zero within their bars."
         )
     };
-    section(html, if it.structure { "Still unexplained" } else { "What is left" }, "");
+    section(html, if residuals.structure { "Still unexplained" } else { "Residuals" }, "");
     let _ = writeln!(html, "<p>{words}</p>");
     html.push_str(&floor::draw(report).unwrap_or_default());
     html.push_str(
-        "<p class=\"sub\">Each drawing has one question across, and upwards what is the same in all runs there, per \
-         metre that the rims roll. Upright bars hold the true value in 95 % of cases: a curve whose bars all touch \
-         zero shows nothing.</p>\n",
+        "<p class=\"sub\">Each drawing shows the error that all runs share, per metre of wheel travel, against one \
+         variable. Error bars are 95 % intervals: a curve whose bars all touch zero shows nothing.</p>\n",
     );
     html.push_str(&curves::draw(report));
 }
@@ -253,7 +253,7 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
                 html,
                 "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}. {}</p><code>{}</code></div>",
                 escape(next.kind.name()),
-                escape(&next.separates.join(", ")),
+                escape(&words::listed(&next.separates)),
                 escape(&words::promise(&next.promise)),
                 escape(gyro_words(next).unwrap_or_default()),
                 escape(&next_run_command(next, report.subject))
@@ -271,17 +271,17 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
     }
     section(
         html,
-        "Looked at, and not believed",
-        "Amounts without a unit are in -2 log likelihood of runs held out: one that gives less than 4 is noise.",
+        "Considered and rejected",
+        "-2 log likelihoods are cross-validated unless stated otherwise; a gain below 4 is noise.",
     );
-    html.push_str("<table class=\"rej\"><thead><tr><th>effect</th><th>why not</th><th>held out, with it</th></tr></thead><tbody>");
-    for it in &report.answer.rejected {
+    html.push_str("<table class=\"rej\"><thead><tr><th>effect</th><th>reason</th><th>cross-validated, with it</th></tr></thead><tbody>");
+    for rejected in &report.answer.rejected {
         let _ = write!(
             html,
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
-            escape(report.subject.name(&it.effect)),
-            escape(&words::reason(&it.reason)),
-            text(&it.cross_validated)
+            escape(report.subject.name(&rejected.effect)),
+            escape(&words::reason(&rejected.reason)),
+            text(&rejected.cross_validated)
         );
     }
     html.push_str("</tbody></table>\n");

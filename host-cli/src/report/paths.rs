@@ -32,7 +32,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 fn rms_m(path: &Path) -> f64 {
     let squares =
         path.measured_m.iter().zip(&path.predicted_m).map(|(a, b)| distance(*a, *b).powi(2));
-    let squares = squares.filter(|it: &f64| it.is_finite());
+    let squares = squares.filter(|square: &f64| square.is_finite());
     (squares.sum::<f64>() / path.measured_m.len().max(1) as f64).sqrt()
 }
 
@@ -59,8 +59,9 @@ fn chosen(paths: &[Path]) -> Vec<usize> {
             None => by_kind.push((kind, vec![index])),
         }
     }
-    let most = by_kind.iter().map(|(_, it)| it.len()).max().unwrap_or(0);
-    let turns = (0..most).flat_map(|turn| by_kind.iter().filter_map(move |(_, it)| it.get(turn)));
+    let most = by_kind.iter().map(|(_, of_kind)| of_kind.len()).max().unwrap_or(0);
+    let turns =
+        (0..most).flat_map(|turn| by_kind.iter().filter_map(move |(_, of_kind)| of_kind.get(turn)));
     let mut chosen: Vec<usize> = turns.copied().take(PANELS).collect();
     chosen.sort_unstable();
     chosen
@@ -68,10 +69,10 @@ fn chosen(paths: &[Path]) -> Vec<usize> {
 
 fn panel(html: &mut String, nominal: &Path, model: &Path) {
     let name = escape(&nominal.run);
-    let aside = if nominal.held_out { ", kept aside" } else { "" };
+    let held_out = if nominal.held_out { ", held out" } else { "" };
     let _ = write!(
         html,
-        "<figure><figcaption><b>{name}{aside}</b><span>{}</span></figcaption>\
+        "<figure><figcaption><b>{name}{held_out}</b><span>{}</span></figcaption>\
          <svg class=\"d thin\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Path of {name}\">{}</svg></figure>",
         errors(nominal, model),
         Px(WIDTH),
@@ -85,10 +86,9 @@ pub(super) fn worst(report: &CampaignReport<'_>, most: usize) -> Vec<(String, St
     let mut indices = chosen(report.paths[0]);
     let off = |i: &usize| rms_m(&report.paths[0][*i]);
     indices.sort_by(|a, b| off(b).total_cmp(&off(a)));
-    let one_a_kind = |it: &usize| report.paths[0][*it].kind;
     let mut kinds = Vec::new();
-    indices.retain(|it| {
-        let kind = one_a_kind(it);
+    indices.retain(|index| {
+        let kind = report.paths[0][*index].kind;
         let new = !kinds.contains(&kind);
         kinds.push(kind);
         new
@@ -121,8 +121,9 @@ fn deviations_m(path: &Path) -> Vec<[f64; 2]> {
         // As far to both sides: at its ends a run is not drawn towards its middle.
         let reach = reach.min(at).min(off.len() - 1 - at);
         let near = &off[at - reach..=at + reach];
-        let finite: Vec<_> = near.iter().filter(|it| it.iter().all(|it| it.is_finite())).collect();
-        [0, 1].map(|axis| finite.iter().map(|it| it[axis]).sum::<f64>() / finite.len() as f64)
+        let finite: Vec<_> =
+            near.iter().filter(|off| off.iter().all(|part| part.is_finite())).collect();
+        [0, 1].map(|axis| finite.iter().map(|off| off[axis]).sum::<f64>() / finite.len() as f64)
     };
     (0..off.len()).map(mean).collect()
 }
@@ -133,12 +134,12 @@ fn drawing(nominal: &Path, model: &Path) -> String {
         return drawing_of_ends(nominal, model);
     }
     let [off_nominal, off_model] = [deviations_m(nominal), deviations_m(model)];
-    let off_m = off_nominal.iter().map(|it| it[0].hypot(it[1])).fold(0.0, f64::max);
+    let off_m = off_nominal.iter().map(|off| off[0].hypot(off[1])).fold(0.0, f64::max);
     let (low, high) = bounds(nominal.measured_m.iter());
     let size_m = (high[0] - low[0]).max(high[1] - low[1]).max(0.02);
     // The largest deviation is to be a seventh of the drawing.
     let wanted = 0.14 * size_m / off_m.max(1e-9);
-    let factor = [10.0, 5.0, 2.0].into_iter().find(|it| *it <= wanted).unwrap_or(1.0);
+    let factor = [10.0, 5.0, 2.0].into_iter().find(|factor| *factor <= wanted).unwrap_or(1.0);
     let enlarged = |path: &Path, off: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let both = path.measured_m.iter().zip(off);
         both.map(|(a, off)| [a[0] + factor * off[0], a[1] + factor * off[1]]).collect()
@@ -158,12 +159,13 @@ fn drawing(nominal: &Path, model: &Path) -> String {
     )
 }
 
-/// The same where it was seen seldom: the ways by the wheels, as large as they are, and dots where it was seen.
+/// The same where poses were measured only at the ends: dead reckoning to scale, and dots for the poses.
 fn drawing_of_ends(nominal: &Path, model: &Path) -> String {
     let points = nominal.measured_m.iter().chain(&nominal.way_m).chain(&model.way_m);
     let view = View::of(points);
     let mut dots = String::new();
-    for point in nominal.measured_m.iter().filter(|it| it.iter().all(|it| it.is_finite())) {
+    for point in nominal.measured_m.iter().filter(|point| point.iter().all(|part| part.is_finite()))
+    {
         let (x, y) = view.at(point);
         let _ = write!(
             dots,
@@ -233,9 +235,11 @@ fn bar_text(metres: f64) -> String {
 
 pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
     let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let found =
-        points.filter(|it| it.iter().all(|it| it.is_finite())).fold(start, |(low, high), p| {
+    let found = points.filter(|point| point.iter().all(|part| part.is_finite())).fold(
+        start,
+        |(low, high), p| {
             ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
-        });
+        },
+    );
     if found.0[0].is_finite() { found } else { ([0.0; 2], [1.0; 2]) }
 }

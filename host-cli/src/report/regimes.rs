@@ -13,13 +13,13 @@ const HEAD: f64 = 30.0;
 const X: (f64, f64) = (250.0, 640.0);
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
-    let [before, after] = report.comparisons.map(|it| &it.regimes);
+    let [before, after] = report.comparisons.map(|comparison| &comparison.regimes);
     let mut html = String::new();
     legend(&mut html, super::before(report.answer), false);
-    let rows: usize = before.iter().map(|it| it.cells.len()).sum();
+    let rows: usize = before.iter().map(|question| question.cells.len()).sum();
     let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
-    let cells = before.iter().chain(after).flat_map(|it| &it.cells);
-    let most = cells.map(|it| it.chi).fold(2.0, f64::max) * 1.04;
+    let cells = before.iter().chain(after).flat_map(|question| &question.cells);
+    let most = cells.map(|cell| cell.chi).fold(2.0, f64::max) * 1.04;
     let x = Scale::over((0.0, most), X);
     let _ = write!(
         html,
@@ -44,7 +44,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let _ = write!(
         html,
         "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\
-         <text class=\"tick\" x=\"690\" y=\"13\">the same everywhere, {}</text>",
+         <text class=\"tick\" x=\"690\" y=\"13\">shared error, {}</text>",
         Px((X.0 + X.1) / 2.0),
         Px(bottom + 36.0),
         super::before(report.answer)
@@ -58,9 +58,10 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
             Px(y - 8.0),
             escape(words::regime(question.regime))
         );
-        let later = after.iter().find(|it| it.regime == question.regime);
+        let later = after.iter().find(|other| other.regime == question.regime);
         for cell in &question.cells {
-            let then = later.and_then(|it| it.cells.iter().find(|other| other.label == cell.label));
+            let then =
+                later.and_then(|later| later.cells.iter().find(|other| other.label == cell.label));
             row(&mut html, cell, then, y, &x);
             y += ROW;
         }

@@ -138,11 +138,11 @@ fn the_page_needs_nothing_but_itself_and_names_stay_text() {
 #[test]
 fn runs_kept_aside_have_their_errors_and_are_marked() {
     let page = html("robot", false);
-    let words = "On the 2 runs kept aside (square), to which nothing was fitted";
+    let words = "On the 2 held-out runs (square), used neither to fit nor to select";
     assert!(
         page.contains(words) && page.contains("12.3 mm, 24.6 mrad</span> for the nominal robot")
     );
-    assert!(page.contains("01_&lt;a&gt;, kept aside</b>"), "{page}");
+    assert!(page.contains("01_&lt;a&gt;, held out</b>"), "{page}");
 }
 
 #[test]
@@ -167,8 +167,8 @@ fn the_page_says_what_explain_says() {
         "One effect is missing",
         "<span class=\"before\">25.8 mm</span> without, <span class=\"after\">6.0 mm</span> with",
         "from 25.8 mm, 51.6 mrad to 6.0 mm, 12.0 mrad",
-        "These runs cannot tell side_slip, measurement_delay apart. Together: 2.0 mm to the left",
-        "it depends on <b>speed</b>",
+        "These runs cannot tell side_slip and measurement_delay apart. Their combined effect: 2.0 mm to the left",
+        "The residuals depend on <b>speed</b>",
         "beeline campaign record &quot;my robot&quot; --run &quot;spins both ways&quot; --port sim",
         "no &amp; never",
         "20.0 \u{b1} 1.0 ms",

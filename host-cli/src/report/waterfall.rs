@@ -1,4 +1,4 @@
-//! The error on held-out runs as one effect after the other is added.
+//! The cross-validated error as one effect after the other is added.
 
 use std::fmt::Write;
 
@@ -50,10 +50,12 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 /// Its height, and its lines.
 pub(super) fn drawing(report: &CampaignReport<'_>) -> (f64, String) {
     let rows = rows(report);
-    let bottom = rows.last().map_or(TOP, |it| it.y + it.height());
+    let bottom = rows.last().map_or(TOP, |row| row.y + row.height());
     let mut svg = String::new();
-    column(&mut svg, &rows, bottom, "position, mm", POSITION, |it| it.position_rms_m * 1e3);
-    column(&mut svg, &rows, bottom, "heading, mrad", HEADING, |it| it.heading_rms_rad * 1e3);
+    column(&mut svg, &rows, bottom, "position, mm", POSITION, |errors| errors.position_rms_m * 1e3);
+    column(&mut svg, &rows, bottom, "heading, mrad", HEADING, |errors| {
+        errors.heading_rms_rad * 1e3
+    });
     for row in &rows {
         for (k, line) in row.name.iter().enumerate() {
             let _ = write!(
@@ -87,7 +89,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
             name[LINES - 1].push_str(" \u{2026}");
         }
         let p = p_value(step.p_value).replace('<', "&lt;");
-        let y = rows.last().map_or(TOP, |it| it.y + it.height());
+        let y = rows.last().map_or(TOP, |row| row.y + row.height());
         rows.push(Row { name, p, train: step.train, cross_validated: step.cross_validated, y });
     }
     rows
@@ -103,7 +105,7 @@ fn column(
     of: fn(&Errors) -> f64,
 ) {
     let most =
-        rows.iter().flat_map(|it| [of(&it.train), of(&it.cross_validated)]).fold(1e-6, f64::max);
+        rows.iter().flat_map(|row| [of(&row.train), of(&row.cross_validated)]).fold(1e-6, f64::max);
     let x = Scale::over((0.0, most), (from, to));
     let (levels, places) = ticks((0.0, most), nice_step(most, 4.0));
     let _ = write!(svg, "<text class=\"q\" x=\"{}\" y=\"14\">{title}</text>", Px(from));

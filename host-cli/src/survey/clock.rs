@@ -81,7 +81,7 @@ pub(super) async fn start_clock(
     let missing_s = later_s - last.ago_s;
     if later_s > SOON_S && missing_s > 0.0 {
         return Err(Error::new(format_args!(
-            "this run is to start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",
+            "this run must start {:.0} minutes after the campaign's last one, which ended {:.0} minutes ago",
             later_s / 60.0,
             last.ago_s / 60.0
         ))

@@ -362,7 +362,7 @@ fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
                     "the run {} takes a wheel to {:.3} m/s, limits.speed_mps_max is {}",
                     run.name, motion.cruise, limits.speed_mps_max
                 ))
-                .hint("lower its speed in the plan, or --speeds"));
+                .hint("lower its speed in the plan, or --fast"));
             }
         }
     }
@@ -375,15 +375,17 @@ fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
     if path.exists() && has_runs {
         if CampaignPlan::read(&path)?.to_toml() != plan.to_toml() {
             return Err(Error::new(format_args!(
-                "{} was begun with another plan than this one",
+                "{} was begun with another plan",
                 folder.display()
             ))
-            .hint("leave the plan's options out to go on with its own, or choose another folder"));
+            .hint(
+                "leave out the plan options to continue its own plan, or choose another folder",
+            ));
         }
         return Ok(());
     }
     write_whole(&path, plan.to_toml().as_bytes()).map_err(|error| {
         Error::new(format_args!("cannot write {}: {error}", path.display()))
-            .hint("check who may write there")
+            .hint("check the permissions")
     })
 }

@@ -6,80 +6,77 @@ use robot_model::residuals::{Regressor, Unexplained};
 
 use super::p_text;
 
-/// Why an effect is believed; no full stop.
+/// The evidence for an effect: how it shows, how much it explains, and what else would; no full stop.
 pub fn why(step: &StepFound) -> String {
     let why = &step.why;
     let gain = if why.one_run_alone {
-        format!(
-            "only one run shows it, and that is explained better by {:.0} in -2 log likelihood",
-            why.gain
-        )
+        format!("only one run shows it; there the -2 log likelihood falls by {:.0}", why.gain)
     } else {
-        format!(
-            "with it, runs held out are predicted better by {:.0} in -2 log likelihood",
-            why.gain
-        )
+        format!("the cross-validated -2 log likelihood falls by {:.0}", why.gain)
     };
-    let (left, rivals) = match &step.class[..] {
-        [] | [_] => (
-            format!("Without it there is left: {}", why.signature),
-            "nothing else that was asked about explains it as well".to_owned(),
-        ),
-        [_, rivals @ ..] => (
-            format!("Without one of these there is left what looks like this: {}", why.signature),
-            format!("these data cannot tell it from {}", rivals.join(", ")),
-        ),
+    let rivals = match &step.class[..] {
+        [] | [_] => "no other effect explains it as well".to_owned(),
+        [_, rivals @ ..] => format!("these runs cannot tell it from {}", rivals.join(", ")),
     };
-    format!("{left}; {gain}; {rivals}")
+    format!("{}; {gain}; {rivals}", why.signature)
 }
 
-/// Why an effect is not believed.
+/// Why an effect was rejected.
 pub fn reason(reason: &Reason) -> String {
     match reason {
         Reason::Lacking(need) => lacking(*need).to_owned(),
-        Reason::NotShown { shown_by } => format!("these runs do not show it; {shown_by} would"),
+        Reason::NotShown { shown_by } => format!("these runs do not excite it; {shown_by} would"),
         Reason::Implausible { value } => {
-            format!("its value would be {value:.2e}, which no robot has")
+            format!("its fitted value, {}, is outside the plausible range", three_digits(*value))
         }
         Reason::WorseKind { kind, loss } => format!(
-            "fitted to other kinds of runs it makes {} runs worse, by {loss:.1}",
+            "fitted to the other kinds of runs, it raises the -2 log likelihood of {} runs by {loss:.1}",
             kind.name()
         ),
-        Reason::InModel => "what it does is nearly all in what the model has already".to_owned(),
+        Reason::InModel => "the model already explains nearly all of it".to_owned(),
         Reason::OneRunByChance { gain } => {
-            format!("only one run shows it, and that by no more than chance ({gain:+.1})")
+            format!("only one run shows it, and not significantly (gain {gain:.1})")
         }
         Reason::PredictsWorse { loss } => {
-            format!("runs held out are predicted worse with it, by {loss:.1}")
+            format!("raises the cross-validated -2 log likelihood by {loss:.1}")
         }
         Reason::FewGetBetter { touched, better } => {
-            format!("of the {touched} runs that it touches {better} get better")
+            format!("only {better} of the {touched} runs that it affects are predicted better")
         }
         Reason::RunsDisagree { times, p_value } => format!(
-            "runs disagree about it {times:.0} times more than their noise ({})",
+            "the runs disagree about it {times:.0} times more than noise allows ({})",
             p_text(*p_value)
         ),
-        Reason::Chance { tested, p_value } => format!(
-            "no more than chance gives where {tested} effects are asked about ({})",
-            p_text(*p_value)
-        ),
+        Reason::Chance { tested, p_value } => {
+            format!("not significant among {tested} candidates ({})", p_text(*p_value))
+        }
         Reason::TracksNoBetter { p_value } => format!(
-            "beside the model it makes tracks of runs held out no better ({} by their likelihood)",
+            "added to the model, it does not improve the cross-validated tracks (likelihood: {})",
             p_text(*p_value)
         ),
         Reason::DoesNotHold { p_value } => {
-            format!("beside the model that was found it does not hold ({})", p_text(*p_value))
+            format!("not significant beside the effects found ({})", p_text(*p_value))
         }
     }
+}
+
+/// A number with three significant digits, with an exponent only where that is shorter to read.
+fn three_digits(value: f64) -> String {
+    let size = value.abs();
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let decimals = (2 - size.log10().floor() as i32).max(0);
+    format!("{value:.*}", decimals.unsigned_abs() as usize)
 }
 
 /// What the runs lack in order to show an effect.
 pub const fn lacking(need: Need) -> &'static str {
     match need {
         Need::YawRate => "no yaw rate was recorded (gyro_z_rad_s)",
-        Need::StartTimes => "not every run says when it began (started_s in robot.toml)",
+        Need::StartTimes => "not every run has a start time (started_s in robot.toml)",
         Need::ContinuousCounts => {
-            "counts begin anew in every run, so that an angle of a wheel is another one in each"
+            "counts restart at zero in every run, so wheel angles cannot be compared between runs"
         }
         Need::Load => "no run carries a load (payload_kg in robot.toml)",
     }
@@ -90,18 +87,18 @@ pub fn promise(promise: &Promise) -> String {
     let sigmas = if promise.sigmas >= 5.0 { "five" } else { "three" };
     let mut text = if promise.pairs_apart == promise.pairs() {
         format!(
-            "there they predict tracks at least {sigmas} sigma apart, whichever of them is true"
+            "their predicted tracks differ by at least {sigmas} sigma, whichever of them is real"
         )
     } else {
         format!(
-            "of the {} pairs that {} make, {} predict tracks {sigmas} sigma apart there",
+            "of the {} pairs among {}, {} have predicted tracks that differ by {sigmas} sigma",
             promise.pairs(),
-            promise.class.join(", "),
+            super::listed(&promise.class),
             promise.pairs_apart
         )
     };
     if promise.needs_poses_along_the_way {
-        text.push_str(", if poses are measured along the way, as a camera does");
+        text.push_str(", if poses are measured along the way, as by a camera");
     }
     text
 }
@@ -109,21 +106,20 @@ pub fn promise(promise: &Promise) -> String {
 /// What the residuals depend on, in a line.
 pub fn depends_on(unexplained: &Unexplained) -> String {
     let word = |regressor: &Regressor| match unexplained.place_m {
-        Some([x_m, y_m]) if *regressor == Regressor::Place => format!(
-            "{} (where a wheel comes near x = {x_m:.2} m, y = {y_m:.2} m)",
-            regressor.name()
-        ),
+        Some([x_m, y_m]) if *regressor == Regressor::Place => {
+            format!("{} (where a wheel passes x = {x_m:.2} m, y = {y_m:.2} m)", regressor.name())
+        }
         _ => regressor.name().to_owned(),
     };
     unexplained.depends_on.iter().map(word).collect::<Vec<_>>().join(", ")
 }
 
-/// What an effect comes to, in one number.
+/// The net change by an effect, in one number.
 pub fn net_change(change: &NetChange) -> String {
     let side = |left: f64| if left > 0.0 { "left" } else { "right" };
     let share = |share: f64, what: &str| {
         let more = if share > 0.0 { "more" } else { "less" };
-        format!("{:.2} % {more} {what} than the wheels tell", 100.0 * share.abs())
+        format!("{:.2} % {more} {what} than the encoders report", 100.0 * share.abs())
     };
     match *change {
         NetChange::TurnPerMetre { rad_per_m, on } => {
@@ -161,11 +157,25 @@ mod tests {
                 "10.00 mrad of turn to the right per metre forwards, the opposite backwards",
             ),
             (turn(0.002, Ways::Forwards), "2.00 mrad of turn to the left per metre forwards"),
-            (NetChange::TurnShare(-0.0196), "1.96 % less turn than the wheels tell"),
-            (NetChange::TravelShare(0.005), "0.50 % more travel than the wheels tell"),
+            (NetChange::TurnShare(-0.0196), "1.96 % less turn than the encoders report"),
+            (NetChange::TravelShare(0.005), "0.50 % more travel than the encoders report"),
             (NetChange::SidewaysPerMetre(-0.002), "2.0 mm to the right per metre"),
         ] {
             assert_eq!(net_change(&change), text);
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_as_a_person_would() {
+        for (value, text) in [
+            (-0.1372, "-0.137"),
+            (12.0, "12.0"),
+            (1234.6, "1235"),
+            (0.000_51, "0.000510"),
+            (-2.5e-5, "-2.50e-5"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(three_digits(value), text);
         }
     }
 
@@ -176,7 +186,7 @@ mod tests {
             place_m: Some([0.5, -0.25]),
             ..Unexplained::default()
         };
-        let text = "speed, place (where a wheel comes near x = 0.50 m, y = -0.25 m)";
+        let text = "speed, place (where a wheel passes x = 0.50 m, y = -0.25 m)";
         assert_eq!(depends_on(&found), text);
     }
 }

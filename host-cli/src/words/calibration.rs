@@ -7,7 +7,7 @@ pub const fn source(source: Source) -> &'static str {
     match source {
         Source::Reading => "reading at the end",
         Source::TrackNoise => "noise of the track",
-        Source::Wander => "wandering of the robot",
+        Source::Wander => "random wander of the robot",
         Source::StartHeading => "alignment at the start",
         Source::TrackWidth => "track width",
         Source::WheelRadius => "wheel radius",
@@ -21,13 +21,13 @@ pub const fn out_and_back(verdict: Verdict) -> &'static str {
         Verdict::Radius => "the curvature flips its sign on reversing: unequal radii",
         Verdict::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
         Verdict::Both => {
-            "the curvature changes on reversing but does not just flip: unequal radii and a pull"
+            "the curvature changes on reversing, but not only its sign: unequal radii and a pull"
         }
         Verdict::Neither => "neither unequal radii nor a pull stands out from the noise",
     }
 }
 
-/// What would make W_T surer, and how sure.
+/// What would reduce the uncertainty of W_T, and by how much.
 pub fn advice(advice: &Advice) -> String {
     format!(
         "{:.0} % of the variance comes from the {}; {}: the sigma of W_T would be {}",
@@ -51,10 +51,10 @@ fn action(action: Action) -> String {
         Action::LongerBase { dx_m } => format!("use a longer base dx, of {dx_m:.2} m"),
         Action::DriveTwiceAsFar => "drive twice as far".to_owned(),
         Action::OffsetHalfWayToo => {
-            "read the lateral offset half way as well as at the end, then the alignment cancels"
+            "read the lateral offset half way as well as at the end, so that the alignment error cancels"
                 .to_owned()
         }
-        Action::CalibrateOnceMore => "calibrate once more, starting from this W_T".to_owned(),
+        Action::CalibrateOnceMore => "calibrate again, starting from this W_T".to_owned(),
         Action::FourRuns => "drive four such runs and take their mean".to_owned(),
     }
 }

@@ -34,22 +34,22 @@ pub fn label(label: Label) -> String {
         Label::Speed { above: None, to: Some(high) } => format!("below {high:.2} m/s"),
         Label::Speed { above: Some(low), to: Some(high) } => format!("{low:.2} to {high:.2} m/s"),
         Label::Speed { above: Some(low), to: None } => format!("above {low:.2} m/s"),
-        Label::Facing(deg) => format!("round {deg} deg"),
+        Label::Facing(deg) => format!("about {deg} deg"),
         Label::Quadrant(from_deg) => format!("{from_deg} to {} deg", from_deg + 90),
     }
 }
 
-/// What stands on an axis.
+/// The label of an axis.
 pub const fn axis(axis: Axis) -> &'static str {
     match axis {
         Axis::Speed => "speed in m/s",
         Axis::TurnRate => "turn rate in rad/s",
-        Axis::Acceleration => "speeding up of the middle in m/s\u{b2}",
-        Axis::RimSpeed => "speed of the faster rim in m/s",
+        Axis::Acceleration => "acceleration of the robot's centre in m/s\u{b2}",
+        Axis::RimSpeed => "speed of the faster wheel in m/s",
         Axis::Heading => "heading in degrees",
         Axis::LeftWheelAngle => "angle of the left wheel in degrees",
         Axis::RightWheelAngle => "angle of the right wheel in degrees",
-        Axis::SinceReversal => "way since the last reversal in m",
+        Axis::SinceReversal => "distance since the last reversal in m",
         Axis::TimeInRun => "time in the run in s",
         Axis::TimeInCampaign => "time in the campaign in s",
     }
@@ -69,22 +69,22 @@ pub fn finding(comparison: &Comparison) -> String {
     let worst = finding.worst.as_ref().map(|worst| depends(comparison, worst));
     match (finding.extent, worst) {
         (Extent::NotFinite, _) => {
-            format!("{who} predicts no track that ends anywhere: one of its values makes no sense.")
+            format!("{who} predicts no finite track: one of its values makes no sense.")
         }
         (Extent::NoPositions, _) => {
-            "No places were measured, so there is nothing to compare with.".to_owned()
+            "No positions were measured, so there is nothing to compare with.".to_owned()
         }
         (Extent::Noise, None) => {
-            format!("{who} is off by {size}, which is what noise alone would give.")
+            format!("{who} is off by {size}, which noise alone explains.")
         }
         (Extent::Noise, Some(worst)) => format!(
-            "{who} is off by {size}, which over whole runs noise alone would give; but {worst}."
+            "{who} is off by {size}, which noise alone explains over whole runs; but {worst}."
         ),
         (Extent::Beyond(times), worst) => {
-            let start = format!("{who} is off by {size}, {times:.1} times what noise would give");
+            let start = format!("{who} is off by {size}, {times:.1} times what noise explains");
             match worst {
                 Some(worst) => format!("{start}: {worst}."),
-                None => format!("{start}, too little in any one regime to stand out there."),
+                None => format!("{start}; no single regime stands out."),
             }
         }
     }
@@ -97,18 +97,18 @@ fn depends(comparison: &Comparison, worst: &Worst) -> String {
     let Some(drift) = worst.drift else {
         let (mm, mrad) = (cell.position_m.rms * 1e3, cell.heading_rad.rms * 1e3);
         return format!(
-            "it is worst {place}, {mm:.1} mm and {mrad:.1} mrad over {:.2} m of rolling, {:.1} times noise",
+            "it is worst {place}, {mm:.1} mm and {mrad:.1} mrad over {:.2} m of wheel travel, {:.1} times the noise",
             cell.rolled_m, cell.chi
         );
     };
     let flips = match question.regime {
         Regime::TravelDirection | Regime::TurnDirection if worst.flips => {
-            ", and the other way round in the opposite direction"
+            ", and the opposite in the other direction"
         }
-        _ if worst.flips => ", and the other way round elsewhere",
+        _ if worst.flips => ", and the opposite elsewhere",
         _ => "",
     };
-    format!("it is worst {place}, where {} for each metre that the rims roll{flips}", says(&drift))
+    format!("it is worst {place}, where {} per metre of wheel travel{flips}", says(&drift))
 }
 
 /// Where a cell's stretches are.
@@ -142,7 +142,7 @@ fn says(drift: &Drift) -> String {
         (Aspect::Ahead, true) => {
             format!("the robot gets {size:.1} mm further ahead than predicted")
         }
-        (Aspect::Ahead, false) => format!("the robot stays {size:.1} mm behind what is predicted"),
+        (Aspect::Ahead, false) => format!("the robot stays {size:.1} mm behind the prediction"),
         (Aspect::Left, true) => format!("the robot drifts {size:.1} mm to the left"),
         (Aspect::Left, false) => format!("the robot drifts {size:.1} mm to the right"),
     }

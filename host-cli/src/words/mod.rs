@@ -1,12 +1,11 @@
 //! Sentences: what `robot-model` finds, in words.
 //!
-//! The library gives verdicts and numbers; here they become what a person reads, in the terminal, on a page and in the
-//! sentences of JSON.
+//! The library gives verdicts and numbers; here they become sentences, for the terminal, the page and the JSON.
 //!
 //! | file | what it puts into words |
 //! | --- | --- |
-//! | `answer.rs` | what `explain` answers: why an effect is believed or not, the next run |
-//! | `model.rs` | what speaks for an effect of a chosen model |
+//! | `answer.rs` | what `explain` answers: the evidence for an effect, why one was rejected, the next run |
+//! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
 //! | `calibration.rs` | what W_T's uncertainty is made of, and what would reduce it |
 
@@ -19,6 +18,15 @@ pub use answer::{depends_on, lacking, net_change, promise, reason, why};
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};
 pub use model::verdict;
+
+/// `a`, `a and b`, `a, b and c`.
+pub(crate) fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
 
 /// A probability with its name: `p = 0.03`, `p < 1e-99`; with three decimals below 0.01.
 pub(crate) fn p_text(p: f64) -> String {

@@ -1,30 +1,30 @@
-//! What speaks for an effect of a chosen model, in words.
+//! The verdict on an effect of a chosen model, in words.
 
 use robot_model::explain::model::{CHANCE, Verdict};
 
 use super::{lacking, p_text};
 
-/// What speaks for an effect, given all others of a model.
+/// The verdict on an effect, given all others of a model.
 pub fn verdict(verdict: &Verdict) -> String {
     if let Some(need) = verdict.lacking {
-        format!("nothing shows it: {}", lacking(need))
+        format!("these runs cannot show it: {}", lacking(need))
     } else if verdict.implausible {
-        "not believable: no robot has such a value".to_owned()
+        "implausible: its value is outside the plausible range".to_owned()
     } else if verdict.cross_validated_gain <= 0.0 {
-        "no better than chance: runs that were held out get no better".to_owned()
+        "not significant: it does not improve the cross-validated prediction".to_owned()
     } else if let Some(kind) = verdict.worse_kind {
-        format!("not to be trusted: fitted to the other kinds, it makes {} runs worse", kind.name())
-    } else if verdict.p_value >= CHANCE {
-        format!("no better than chance: {}", p_text(verdict.p_value))
-    } else if verdict.spoils_tracks {
-        "not to be trusted: with it tracks of runs held out are predicted worse".to_owned()
-    } else if verdict.one_run_alone {
         format!(
-            "better, in the one run that shows it: chance gives as much with {}",
-            p_text(verdict.p_value)
+            "unreliable: fitted to the other kinds of runs, it predicts {} runs worse",
+            kind.name()
         )
+    } else if verdict.p_value >= CHANCE {
+        format!("not significant: {}", p_text(verdict.p_value))
+    } else if verdict.spoils_tracks {
+        "unreliable: with it the cross-validated tracks get worse".to_owned()
+    } else if verdict.one_run_alone {
+        format!("significant, but only one run shows it: {}", p_text(verdict.p_value))
     } else {
-        format!("better: chance gives as much with {}", p_text(verdict.p_value))
+        format!("significant: {}", p_text(verdict.p_value))
     }
 }
 
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_runs_cannot_show_is_said_of_an_effect_that_was_asked_for() {
+    fn what_runs_cannot_show_is_said_of_an_effect_that_was_added() {
         let shown = Verdict {
             p_value: 1e-9,
             cross_validated_gain: 9.0,
@@ -46,9 +46,9 @@ mod tests {
             one_run_alone: false,
             lacking: None,
         };
-        assert_eq!(verdict(&shown), "better: chance gives as much with p = 1e-9");
+        assert_eq!(verdict(&shown), "significant: p = 1e-9");
         let hidden = Verdict { lacking: Some(Need::Load), ..shown };
-        let text = "nothing shows it: no run carries a load (payload_kg in robot.toml)";
+        let text = "these runs cannot show it: no run carries a load (payload_kg in robot.toml)";
         assert_eq!(verdict(&hidden), text);
     }
 }

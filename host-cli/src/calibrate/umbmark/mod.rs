@@ -90,7 +90,7 @@ async fn experiment(
     let mut new = config.clone();
     new.geometry = before.corrected(&config.geometry);
     new.validate().map_err(|error| {
-        Error::new(format_args!("the measured geometry is not believable: {error}"))
+        Error::new(format_args!("the measured geometry is implausible: {error}"))
             .hint("check the readings and their signs")
     })?;
     session.write_config(&new).await?;

@@ -70,15 +70,15 @@ fn check_combination(args: &CalibrateArgs) -> Result<()> {
     }
     if args.method == Method::Umbmark {
         return Err(Error::new(
-            "--out-and-back is of --method straight: UMBmark has no way back, its squares go both ways round",
+            "--out-and-back belongs to --method straight: UMBmark drives its squares in both directions instead",
         )
-        .hint("leave one of the two out"));
+        .hint("leave out one of the two"));
     }
     if args.runs.is_some_and(|runs| runs > 1) {
         return Err(Error::new(
-            "--out-and-back and --runs do not go together: the way back begins where the way out ended, each of several runs at the start line",
+            "--out-and-back and --runs exclude each other: the way back begins where the way out ended, but each of several runs begins at the start line",
         )
-        .hint("--out-and-back tells a pull from a radius, --runs makes W_T surer: one after the other"));
+        .hint("use them one after the other: --out-and-back tells a pull from unequal radii, --runs reduces the uncertainty of W_T"));
     }
     Ok(())
 }
@@ -116,7 +116,7 @@ fn undo(common: &Common) -> Result<()> {
         say(json!({"undone": {"wheel_weight": undone.before.0, "was": undone.after.0}}));
     } else {
         say(format_args!(
-            "W_T is {} again, as before the last calibration; saved",
+            "W_T is {} again, as before the last calibration, and saved",
             undone.before.0
         ));
     }

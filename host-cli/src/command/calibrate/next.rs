@@ -33,12 +33,12 @@ pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Stri
     match outcome.basis {
         Basis::OneRun => words::advice(&weight.advice),
         Basis::Mean(runs) if runs < 50 => format!(
-            "more runs, --runs {}, or longer ones, --distance; {} is what one is least sure of",
+            "more runs, --runs {}, or longer ones, --distance; the {} contributes most to the uncertainty",
             2 * runs,
             words::source(weight.advice.dominating)
         ),
         Basis::Mean(_) | Basis::BothWays => format!(
-            "drive farther than the {} of --distance, or measure better: {} is what one run is least sure of",
+            "drive farther than the {} of --distance, or measure better: the {} contributes most to the uncertainty of a run",
             args.distance,
             words::source(weight.advice.dominating)
         ),
@@ -49,12 +49,14 @@ pub(super) fn after_cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Stri
 pub(super) fn after_no_better(args: &CalibrateArgs) -> &'static str {
     match (args.out_and_back, args.runs) {
         (false, None | Some(1)) => {
-            "is the start line-up good enough? --out-and-back tells a pull from a radius"
+            "is the alignment at the start good enough? --out-and-back tells a pull from unequal radii"
         }
         (false, Some(_)) => {
-            "is something else bending the path? --out-and-back tells a pull from a radius"
+            "is something else bending the path? --out-and-back tells a pull from unequal radii"
         }
-        (true, _) => "is the start line-up good enough? --runs 4 takes the mean of four runs",
+        (true, _) => {
+            "is the alignment at the start good enough? --runs 4 takes the mean of four runs"
+        }
     }
 }
 
@@ -64,7 +66,7 @@ pub(super) fn say_steps(common: &Common, args: &CalibrateArgs) {
         Port::Sim(_) => on_simulator(common, args),
         _ => vec![
             (format!("drive straight 8rev --port {}", common.port), "look along the line"),
-            (format!("calibrate --undo --port {}", common.port), "put the old W_T back"),
+            (format!("calibrate --undo --port {}", common.port), "restore the old W_T"),
         ],
     };
     let width = steps.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
@@ -86,16 +88,13 @@ fn on_simulator(common: &Common, args: &CalibrateArgs) -> Vec<(String, &'static 
             again(&format!("--seed {seed} --measure ruler")),
             "other noise, and a ruler instead of the camera",
         ),
-        _ => (
-            again(&format!("--seed {seed} --measure camera")),
-            "other noise, and what the camera says",
-        ),
+        _ => (again(&format!("--seed {seed} --measure camera")), "other noise, and the camera"),
     };
     let first = match &common.flash {
         // A robot with a flash drives straight now: measuring it again would only confirm that.
         Some(flash) => (
             format!("calibrate --undo --flash {}{scenario}", flash.display()),
-            "put the old W_T back",
+            "restore the old W_T",
         ),
         None => other,
     };

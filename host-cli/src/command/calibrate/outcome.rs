@@ -24,7 +24,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
             let change =
                 mm(outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
             return Err(Error::said_no(format_args!(
-                "the new W_T made it no better ({change}); the old one is back"
+                "the new W_T did not reduce the error ({change}); the old one is restored"
             ))
             .hint(next::after_no_better(args))
             .details(to_json(&outcome, None)));
@@ -62,12 +62,12 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
         }
         None if matches!(outcome.decision, Decision::NotARadius) => {
             say(format_args!(
-                "{} the path bends, but by a pull, not by the wheels: W_T would only hide it. Nothing was changed.",
+                "{} a pull bends the path, not the wheels: W_T would only hide it. Nothing was changed.",
                 paint(WARN, "Not a radius:")
             ));
-            say("  look at the caster, the floor's slope, and a brake or tyre that drags");
+            say("  check the caster, the floor's slope, and for a brake or tyre that drags");
             say(
-                "  what stays of it can be steered against: `beeline campaign record`, then `beeline apply`",
+                "  the firmware can steer against what remains: `beeline campaign record`, then `beeline apply`",
             );
         }
         None => {

@@ -71,13 +71,13 @@ impl Teller {
         let config = &checks.config;
         note(paint(BOLD, format_args!("Calibrating {}", display_name(&checks.identity))));
         note(format_args!(
-            "  link       {} questions answered, {} asked again",
+            "  link       {} requests answered, {} repeated",
             checks.asked, checks.repeated
         ));
         note(format_args!("  supply     {:.2} V", checks.supply_v));
         if checks.identity.unsaved {
             warn(
-                "what was changed and not saved is dropped: a calibration starts from the saved configuration",
+                "unsaved changes are discarded: a calibration starts from the saved configuration",
             );
         }
         note(format_args!(

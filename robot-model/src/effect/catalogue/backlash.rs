@@ -43,9 +43,9 @@ static FACTS: Facts<'static> = Facts {
         Parameter::positive("beta_left", "rad", 0.12),
         Parameter::positive("beta_right", "rad", 0.12),
     ],
-    signature: "a step at each reversal of a wheel",
+    signature: "a step at each reversal of a wheel's direction",
     shown_by: "an out-and-back run with several reversals",
-    compensation: "a state machine for each wheel's direction",
+    compensation: "track each gear's play in the odometry",
     ..Facts::DEFAULT
 };
 

@@ -30,8 +30,8 @@ static FACTS: Facts<'static> = Facts {
     name: "drift on a carpet",
     equation: "world drift (d_x, d_y) |ds|",
     parameters: &[Parameter::amplitude("d_x", "1", 0.05), Parameter::amplitude("d_y", "1", 0.05)],
-    signature: "drift depends on the heading, the heading itself is right",
+    signature: "drift that depends on the heading, while the heading itself is right",
     shown_by: "straight runs in four headings",
-    compensation: "a vector in the odometry",
+    compensation: "add a drift vector to the odometry",
     ..Facts::DEFAULT
 };

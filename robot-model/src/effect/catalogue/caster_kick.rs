@@ -46,6 +46,6 @@ static FACTS: Facts<'static> = Facts {
     ],
     signature: "a turn in the first centimetres after a reversal",
     shown_by: "an out-and-back run",
-    compensation: "a short run-in before what matters",
+    compensation: "drive a short run-in after each reversal",
     ..Facts::DEFAULT
 };

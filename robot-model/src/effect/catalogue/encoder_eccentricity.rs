@@ -38,9 +38,9 @@ static FACTS: Facts<'static> = Facts {
         Parameter::amplitude("c_right", "1", 0.05),
         Parameter::amplitude("s_right", "1", 0.05),
     ],
-    signature: "a ripple once per turn of the encoder",
-    shown_by: "a slow run, sampled several times in each turn of the encoder",
-    compensation: "a table over the angle",
+    signature: "a ripple once per encoder revolution",
+    shown_by: "a slow run, sampled several times per encoder revolution",
+    compensation: "correct the counts by a table over the encoder's angle",
     needs: &[Need::ContinuousCounts],
     ..Facts::DEFAULT
 };

@@ -25,13 +25,13 @@ impl Effect for GyroBias {
 
 static FACTS: Facts<'static> = Facts {
     id: "gyro_bias",
-    name: "bias of the yaw rate sensor",
+    name: "gyro bias",
     equation: "gyro = omega + bias",
     parameters: &[Parameter::amplitude("bias", "rad/s", 0.2)],
     acts_on: ActsOn::Gyro,
-    signature: "the sensor's heading runs away in time",
-    shown_by: "rest",
-    compensation: "subtract it",
+    signature: "the gyro's heading drifts with time",
+    shown_by: "a run at rest",
+    compensation: "subtract the bias",
     needs: &[Need::YawRate],
     ..Facts::DEFAULT
 };

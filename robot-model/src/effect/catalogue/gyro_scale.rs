@@ -25,13 +25,13 @@ impl Effect for GyroScale {
 
 static FACTS: Facts<'static> = Facts {
     id: "gyro_scale",
-    name: "scale of the yaw rate sensor",
+    name: "gyro scale error",
     equation: "gyro = omega (1 + k)",
     parameters: &[Parameter::amplitude("k", "1", 0.1).possible(-1.0, f64::INFINITY)],
     acts_on: ActsOn::Gyro,
-    signature: "the sensor's heading is off in proportion to the turning",
+    signature: "the gyro's heading is off in proportion to the rotation",
     shown_by: "spins",
-    compensation: "divide it out",
+    compensation: "divide the yaw rate by 1 + k",
     needs: &[Need::YawRate],
     ..Facts::DEFAULT
 };

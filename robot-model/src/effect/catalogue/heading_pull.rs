@@ -29,9 +29,9 @@ static FACTS: Facts<'static> = Facts {
     name: "pull to one side",
     equation: "dtheta = c |ds|",
     parameters: &[Parameter::amplitude("c", "rad/m", 0.05)],
-    signature: "a straight run turns the same way forwards and backwards",
+    signature: "straight runs turn to the same side forwards and backwards",
     shown_by: "an out-and-back straight run",
-    compensation: "steering against it: the firmware's geometry.heading_pull_rad_per_m",
+    compensation: "steer against it, by the firmware's geometry.heading_pull_rad_per_m",
     compensated_by: Some(FirmwareTerm::HeadingPull),
     ..Facts::DEFAULT
 };

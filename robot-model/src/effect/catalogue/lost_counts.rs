@@ -51,8 +51,8 @@ static FACTS: Facts<'static> = Facts {
     name: "lost encoder counts",
     equation: "dphi_i (1 + k max(0, |dphi_i/dt| - w0) / w0)",
     parameters: &[Parameter::positive("k", "1", 0.5), Parameter::shape("w0", "rad/s", 0.5, 200.0)],
-    signature: "an error that sets in above a speed",
+    signature: "an error that begins above a certain wheel speed",
     shown_by: "straight runs at several speeds",
-    compensation: "a filter for the encoder's edges, or drive slower",
+    compensation: "filter the encoder's signals, or drive slower",
     ..Facts::DEFAULT
 };

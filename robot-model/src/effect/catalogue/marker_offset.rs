@@ -25,12 +25,12 @@ impl Effect for MarkerOffset {
 
 static FACTS: Facts<'static> = Facts {
     id: "marker_offset",
-    name: "marker off the middle",
+    name: "marker offset",
     equation: "the measured point sits at (l_x, l_y) on the body",
     parameters: &[Parameter::amplitude("l_x", "m", 0.3), Parameter::amplitude("l_y", "m", 0.3)],
     acts_on: ActsOn::Measurement,
-    signature: "in proportion to the rotation",
+    signature: "a position error in proportion to the rotation",
     shown_by: "spins",
-    compensation: "tell the tracker where the marker sits",
+    compensation: "enter the marker's position in the tracking system",
     ..Facts::DEFAULT
 };

@@ -25,12 +25,12 @@ impl Effect for MeasurementDelay {
 
 static FACTS: Facts<'static> = Facts {
     id: "measurement_delay",
-    name: "late pose measurements",
+    name: "delayed pose measurements",
     equation: "z(t) = pose(t - tau)",
     parameters: &[Parameter::amplitude("tau", "s", 0.3)],
     acts_on: ActsOn::Measurement,
-    signature: "in proportion to the velocity, opposite when reversing",
-    shown_by: "any run that stops and goes",
-    compensation: "time stamps",
+    signature: "a position error in proportion to the velocity, opposite when driving backwards",
+    shown_by: "a run that stops and starts",
+    compensation: "stamp each pose with the time of its measurement",
     ..Facts::DEFAULT
 };

@@ -30,9 +30,9 @@ static FACTS: Facts<'static> = Facts {
     name: "tyres flattened by the load",
     equation: "R (1 - k m)",
     parameters: &[Parameter::amplitude("k", "1/kg", 0.01)],
-    signature: "distances differ between loads",
-    shown_by: "one straight run, loaded and empty",
-    compensation: "a table over the load",
+    signature: "distances that differ between loads",
+    shown_by: "straight runs with and without a load",
+    compensation: "correct the radius by a table over the load",
     needs: &[Need::Load],
     ..Facts::DEFAULT
 };

@@ -35,6 +35,6 @@ static FACTS: Facts<'static> = Facts {
     parameters: &[Parameter::amplitude("k", "1", 0.12).possible(-1.0, f64::INFINITY)],
     signature: "spins and wide arcs disagree on the track width",
     shown_by: "spins, and arcs of two radii",
-    compensation: "a track width that depends on the curvature",
+    compensation: "make the track width depend on the curvature",
     ..Facts::DEFAULT
 };

@@ -29,8 +29,8 @@ static FACTS: Facts<'static> = Facts {
     name: "side slip in arcs",
     equation: "dn = -k v omega dt",
     parameters: &[Parameter::amplitude("k", "s", 0.15)],
-    signature: "sideways in arcs, growing with the speed",
-    shown_by: "arcs at two speeds, both ways",
-    compensation: "a term in the odometry",
+    signature: "a sideways error in arcs that grows with the speed",
+    shown_by: "arcs at two speeds, in both directions",
+    compensation: "add this term to the odometry",
     ..Facts::DEFAULT
 };

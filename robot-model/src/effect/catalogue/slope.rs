@@ -46,8 +46,8 @@ static FACTS: Facts<'static> = Facts {
         Parameter::amplitude("k_y", "rad/m", 0.05),
         Parameter::shape("l", "m", -2.0, 2.0),
     ],
-    signature: "drift and turn depend on the heading",
+    signature: "drift and turn that depend on the heading",
     shown_by: "straight runs in four headings",
-    compensation: "level the floor, or an IMU",
+    compensation: "level the floor, or use an IMU",
     ..Facts::DEFAULT
 };

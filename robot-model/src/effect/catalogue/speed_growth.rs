@@ -31,8 +31,8 @@ static FACTS: Facts<'static> = Facts {
     name: "wheel radius grows with speed",
     equation: "R_i (1 + k v_i^2)",
     parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
-    signature: "an error along the path at high speeds only",
+    signature: "a distance error at high speeds only",
     shown_by: "straight runs at several speeds",
-    compensation: "a term in the odometry",
+    compensation: "add this term to the odometry",
     ..Facts::DEFAULT
 };

@@ -27,12 +27,12 @@ impl Effect for ThermalDrift {
 
 static FACTS: Facts<'static> = Facts {
     id: "thermal_drift",
-    name: "slow drift in the course of the campaign",
+    name: "slow drift during the campaign",
     equation: "R (1 + k t)",
     parameters: &[Parameter::amplitude("k", "1/s", 1e-4)],
-    signature: "a slow trend of the distances from run to run",
-    shown_by: "the first run once more, last",
-    compensation: "a new fit now and then",
+    signature: "a slow trend of the distance error from run to run",
+    shown_by: "a repeat of the first run at the end",
+    compensation: "calibrate again from time to time",
     needs: &[Need::StartTimes],
     ..Facts::DEFAULT
 };

@@ -26,12 +26,12 @@ impl Effect for TrackWidth {
 
 static FACTS: Facts<'static> = Facts {
     id: "track_width",
-    name: "track width off",
+    name: "wrong track width",
     equation: "dtheta / (1 + delta)",
     parameters: &[Parameter::amplitude("delta", "1", 0.12).possible(-1.0, f64::INFINITY)],
-    signature: "a heading error in proportion to the turning, either way",
+    signature: "a heading error in proportion to the rotation, in both directions",
     shown_by: "spins to both sides",
-    compensation: "the track width b",
+    compensation: "correct the track width b",
     group: Group::Geometry,
     compensated_by: Some(FirmwareTerm::TrackWidth),
     ..Facts::DEFAULT

@@ -31,8 +31,8 @@ static FACTS: Facts<'static> = Facts {
     name: "slip under traction",
     equation: "ds_i (1 - c a_i sgn v_i)",
     parameters: &[Parameter::positive("c", "s^2/m", 0.2)],
-    signature: "an error that arises on ramps only",
-    shown_by: "fast ramps against slow ones",
-    compensation: "a lower acceleration limit, or a term in the odometry",
+    signature: "an error that arises only on speed ramps",
+    shown_by: "fast and slow ramps",
+    compensation: "lower the acceleration limit, or add this term to the odometry",
     ..Facts::DEFAULT
 };

@@ -31,6 +31,6 @@ static FACTS: Facts<'static> = Facts {
     parameters: &[Parameter::amplitude("k", "1", 0.05).possible(-1.0, 1.0)],
     signature: "spins to the left and to the right disagree on the track width",
     shown_by: "spins to both sides",
-    compensation: "two track widths, one a side",
+    compensation: "use one track width for each direction of turn",
     ..Facts::DEFAULT
 };

@@ -32,6 +32,6 @@ static FACTS: Facts<'static> = Facts {
     parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
     signature: "a heading error in fast arcs",
     shown_by: "arcs of one radius at two speeds",
-    compensation: "a term in the odometry",
+    compensation: "add this term to the odometry",
     ..Facts::DEFAULT
 };

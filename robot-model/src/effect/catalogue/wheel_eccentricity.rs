@@ -39,9 +39,9 @@ static FACTS: Facts<'static> = Facts {
         Parameter::amplitude("c_right", "1", 0.05),
         Parameter::amplitude("s_right", "1", 0.05),
     ],
-    signature: "a ripple once per turn of the wheel",
-    shown_by: "a slow run of several turns of the wheel",
-    compensation: "a table over the angle",
+    signature: "a ripple once per wheel revolution",
+    shown_by: "a slow run of several wheel revolutions",
+    compensation: "correct the travel by a table over the wheel's angle",
     needs: &[Need::ContinuousCounts],
     ..Facts::DEFAULT
 };

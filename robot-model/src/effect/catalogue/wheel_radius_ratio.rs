@@ -30,9 +30,9 @@ static FACTS: Facts<'static> = Facts {
     name: "unequal wheel radii",
     equation: "R_L = R (1 - rho/2), R_R = R (1 + rho/2)",
     parameters: &[Parameter::amplitude("rho", "1", 0.03).possible(-2.0, 2.0)],
-    signature: "a straight run curves, to the other side when driven backwards",
+    signature: "straight runs curve, to the opposite side when driven backwards",
     shown_by: "an out-and-back straight run",
-    compensation: "the right wheel's distance per count, Q_R",
+    compensation: "correct the right wheel's distance per count, Q_R",
     group: Group::Geometry,
     compensated_by: Some(FirmwareTerm::WheelWeight),
     ..Facts::DEFAULT

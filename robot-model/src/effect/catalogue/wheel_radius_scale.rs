@@ -27,12 +27,12 @@ impl Effect for WheelRadiusScale {
 
 static FACTS: Facts<'static> = Facts {
     id: "wheel_radius_scale",
-    name: "both wheel radii off",
+    name: "wrong mean wheel radius",
     equation: "ds_i (1 + s)",
     parameters: &[Parameter::amplitude("s", "1", 0.03).possible(-1.0, f64::INFINITY)],
-    signature: "an error along the path that grows with the distance",
-    shown_by: "a straight run against a tape measure",
-    compensation: "both distances per count, Q",
+    signature: "a distance error in proportion to the distance",
+    shown_by: "a straight run measured with a tape",
+    compensation: "correct both distances per count, Q",
     group: Group::Geometry,
     compensated_by: Some(FirmwareTerm::MeanRadius),
     ..Facts::DEFAULT

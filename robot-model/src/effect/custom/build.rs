@@ -160,7 +160,7 @@ impl Effect for CustomEffect {
             parameters: &self.parameters,
             signature: &self.signature,
             shown_by: "runs in which what stands in its expression varies",
-            compensation: "a term in the odometry",
+            compensation: "add this term to the odometry",
             ..Facts::DEFAULT
         }
     }

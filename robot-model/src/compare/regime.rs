@@ -225,21 +225,12 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
     let top = fastest.iter().copied().fold(0.0, f64::max);
     let slow_and_fast = quantile_edges(prepared);
     let edges = slow_and_fast.clone();
-    let facing = |angle_rad: f64| {
-        ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
-    };
-    let quadrant =
-        |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
     let of = |regime, labels: &[Label], of: Sorter<'static>| Labels {
         regime,
         labels: labels.to_vec(),
         of,
     };
-    const QUADRANTS: [Label; 4] =
-        [Label::Quadrant(0), Label::Quadrant(90), Label::Quadrant(180), Label::Quadrant(270)];
-    const FACING: [Label; 4] =
-        [Label::Facing(0), Label::Facing(90), Label::Facing(180), Label::Facing(270)];
-    vec![
+    let mut all = vec![
         Labels {
             regime: Regime::RunKind,
             labels: kind_labels,
@@ -285,6 +276,23 @@ fn labels(prepared: &Prepared) -> Vec<Labels<'_>> {
                 moving(step).then(|| edges.iter().filter(|edge| speed > **edge).count())
             }),
         },
+    ];
+    all.extend(angle_labels());
+    all
+}
+
+/// Labels by the heading, and by the angle of each wheel.
+fn angle_labels() -> [Labels<'static>; 3] {
+    const QUADRANTS: [Label; 4] =
+        [Label::Quadrant(0), Label::Quadrant(90), Label::Quadrant(180), Label::Quadrant(270)];
+    const FACING: [Label; 4] =
+        [Label::Facing(0), Label::Facing(90), Label::Facing(180), Label::Facing(270)];
+    let facing = |angle_rad: f64| {
+        ((angle_rad + FRAC_PI_2 / 2.0).rem_euclid(TAU) / FRAC_PI_2).floor().min(3.0) as usize
+    };
+    let quadrant =
+        |angle_rad: f64| (angle_rad.rem_euclid(TAU) / (TAU / 4.0)).floor().min(3.0) as usize;
+    [
         Labels {
             regime: Regime::Heading,
             labels: FACING.to_vec(),

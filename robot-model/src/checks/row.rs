@@ -204,11 +204,10 @@ mod tests {
                     *wheel_rad += 7.0;
                 }
                 let found = bad_row(&ROBOT, &wrong);
-                assert!(
-                    matches!(found, Some(BadRow::Jump { right: side, t_s, .. }) if side == right && t_s == at_s),
-                    "{}: {found:?}",
-                    run.name
-                );
+                let Some(BadRow::Jump { right: side, t_s, .. }) = found else {
+                    panic!("{}: {found:?}", run.name);
+                };
+                assert_eq!((side, t_s), (right, at_s), "{}", run.name);
             }
             let mut wrong = run.clone();
             let middle = wrong.measured_poses.len() / 2;
@@ -218,8 +217,9 @@ mod tests {
             wrong.measured_poses[middle].position_m =
                 run.measured_poses[middle].position_m.map(|[x, y]| [x, y + 0.5]);
             let found = bad_row(&ROBOT, &wrong);
+            let at_s = run.measured_poses[middle].t_s;
             assert!(
-                matches!(found, Some(BadRow::Spike { t_s, off_m }) if t_s == run.measured_poses[middle].t_s && off_m > 0.4),
+                matches!(found, Some(BadRow::Spike { t_s, off_m }) if t_s == at_s && off_m > 0.4),
                 "{}: {found:?}",
                 run.name
             );

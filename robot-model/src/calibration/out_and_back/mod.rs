@@ -1,7 +1,8 @@
 //! Is it the radius at all? One run forwards and one backwards tell unequal radii from a pull.
 //!
 //! Unequal radii turn the robot one way forwards and the other way backwards. A pull (a caster that drags, a slope,
-//! a crooked tyre) turns it the same way on every metre, in either direction. With alpha clockwise positive and p the pull per metre driven:
+//! a crooked tyre) turns it the same way on every metre, in either direction. With alpha clockwise positive and p
+//! the pull per metre driven:
 //!
 //! ```text
 //! alpha = (R_L phi_L - W_T R_L phi_R) / b + p |s|,   s = R_L phi_L - b alpha / 2      (1)

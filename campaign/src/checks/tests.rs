@@ -168,7 +168,7 @@ fn one_run_with_other_signs_is_a_warning_at_its_file() {
     });
     assert!(
         said.iter().any(|warning| warning.contains("16_arc_large_fast_left.csv, line ")
-            && it.contains(" m off those before and after it")),
+            && warning.contains(" m off those before and after it")),
         "{said:?}"
     );
     let said = of_mystery("12_", |y, heading| (-y, heading));

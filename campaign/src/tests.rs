@@ -133,7 +133,7 @@ fn another_robots_campaign_is_refused() {
         (RobotFile { track_width_m: 0.42, ..robot() }, "track_width_m = 0.372 is of another robot"),
         (
             RobotFile { wheel_radius_m: 0.03, ..robot() },
-            "wheel_radius_m = 0.036 is another robot's",
+            "wheel_radius_m = 0.036 is of another robot",
         ),
         (
             RobotFile { counts_per_rev: 901.0, ..robot() },

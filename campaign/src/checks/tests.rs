@@ -99,7 +99,7 @@ fn an_end_that_was_misread_is_a_warning_at_its_cell() {
     let warnings = read(misread).unwrap();
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     let said = warning.to_string();
-    assert!(said.contains("01_a.csv, line 102, column 4: the run ends 90 degrees from"), "{said}");
+    assert!(said.contains("01_a.csv, line 102, column 4: the run ends 90 degrees off"), "{said}");
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (
             "\"side_slip\"",
             "\"side_slop\"",
-            "line 3, column 6: there is no effect `side_slop`; there are",
+            "line 3, column 6: there is no effect `side_slop`; the effects are",
         ),
         ("\"side_slip\"", "\"slip\"", "did you mean side_slip?"),
         (

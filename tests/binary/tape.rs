@@ -95,7 +95,7 @@ fn what_the_wheels_contradict_is_asked_again_and_taken_when_typed_twice() {
     let warnings: Vec<&str> =
         outcome.stderr.lines().filter(|it| it.starts_with("warning:")).collect();
     let [ahead, north, spin] = warnings[..] else { panic!("{outcome:#?}") };
-    for (warning, off) in [(ahead, " degrees from where"), (north, " m from"), (spin, " degrees")] {
+    for (warning, off) in [(ahead, " degrees off"), (north, " m off"), (spin, " degrees")] {
         assert!(warning.contains(off) && warning.contains("read it again"), "{warning}");
     }
     let heading = |run: usize| seen(&desk, run)[1].heading_rad.unwrap();

@@ -133,12 +133,9 @@ fn another_robots_campaign_is_refused() {
         (RobotFile { track_width_m: 0.42, ..robot() }, "track_width_m = 0.372 is of another robot"),
         (
             RobotFile { wheel_radius_m: 0.03, ..robot() },
-            "wheel_radius_m = 0.036 is another robot's",
+            "wheel_radius_m = 0.036 is of another robot",
         ),
-        (
-            RobotFile { counts_per_rev: 901.0, ..robot() },
-            "counts_per_rev = 900 is of another robot",
-        ),
+        (RobotFile { counts_per_rev: 901.0, ..robot() }, "counts_per_rev = 900 is of another"),
     ] {
         let error = CampaignWriter::open(folder.path(), &other).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

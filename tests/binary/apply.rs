@@ -163,8 +163,8 @@ fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
     assert_eq!(json["steps"].as_array().unwrap().len(), 0, "{json}");
     assert_eq!(json["unexplained"]["structure"], false, "{json}");
     let text = desk.run("explain after").ok().stdout;
-    assert!(text.contains("Nothing is missing beside the model"), "{text}");
-    assert!(text.contains("wheel_radius_ratio  stands"), "{text}");
+    assert!(text.contains("Nothing is missing from the model"), "{text}");
+    assert!(text.contains("wheel_radius_ratio  confirmed"), "{text}");
     assert!(text.contains("in use"), "{text}");
     // 10 mrad a metre are 17 mm after the 1.2 m there and back; what is left is the camera's noise.
     let position = |json: &serde_json::Value| json["comparison"]["position_m"]["rms"].as_f64();
@@ -173,7 +173,7 @@ fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
     assert!(after_m < before_m / 5.0 && after_m > 0.0, "{before_m} {after_m}");
     let report = desk.run("report after -o report.html").ok();
     let page = String::from_utf8(desk.read("report.html")).unwrap();
-    assert!(page.contains("Compensated on the robot already: unequal wheel radii"), "{report:#?}");
+    assert!(page.contains("Already compensated on the robot: unequal wheel radii"), "{report:#?}");
     assert!(page.contains("<h1>Nothing is missing</h1>"));
 
     // By the new runs alone: the same robot.

@@ -115,7 +115,7 @@ fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files
     assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
     assert_eq!(desk.read("robot/runs/01_a.csv"), kept);
     let again = desk.run("campaign record robot").ok();
-    assert!(again.stdout.contains("complete: it has the 3 runs"), "{again:#?}");
+    assert!(again.stdout.contains("complete: it has all 3 runs"), "{again:#?}");
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn a_fault_ends_the_campaign_with_the_complete_runs_kept_and_nothing_of_the_brok
     assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
     // Repaired.
     let outcome = desk.run("campaign record robot").ok();
-    assert!(outcome.stderr.contains("there already: 1 run of the plan"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("already recorded: 1 run of the plan"), "{outcome:#?}");
     assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
     let campaign = Campaign::read(&desk.path("robot")).unwrap();
     let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
@@ -163,7 +163,7 @@ fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
     assert!((10.5..13.0).contains(&last.rows.last().unwrap().t_s), "{:?}", last.rows.last());
     // The campaign's own plan is as it was, and complete.
     let again = desk.run("campaign record robot").ok();
-    assert!(again.stdout.contains("complete: it has the 3 runs"), "{again:#?}");
+    assert!(again.stdout.contains("complete: it has all 3 runs"), "{again:#?}");
     let message = desk.run("campaign record robot --run loop").refused();
     assert!(message.contains("arcs of two radii"), "{message}");
 }

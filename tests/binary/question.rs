@@ -88,7 +88,7 @@ fn a_new_wheel_weight_that_makes_it_worse_is_taken_back() {
     desk.run("config save --flash flash").ok();
     let flash = desk.read("flash");
     let outcome = calibrate(&desk, "\n-36mm\n\n-72mm\n");
-    assert_eq!(outcome.code, Some(1), "the check said no: {outcome:#?}");
+    assert_eq!(outcome.code, Some(1), "the answer is no: {outcome:#?}");
     assert!(outcome.stderr.contains("did not reduce the error"), "{outcome:#?}");
     assert_eq!(desk.read("flash"), flash);
     assert_eq!(desk.listing(), ["flash"]);
@@ -100,10 +100,10 @@ fn a_millimetre_less_is_not_straight_and_is_taken_back() {
     desk.run("config save --flash flash").ok();
     let flash = desk.read("flash");
     let outcome = calibrate(&desk, "\n-36mm\n\n-35mm\n");
-    assert_eq!(outcome.code, Some(1), "the check said no: {outcome:#?}");
+    assert_eq!(outcome.code, Some(1), "the answer is no: {outcome:#?}");
     assert!(!outcome.stdout.contains("Drives straight"), "{outcome:#?}");
     assert!(
-        outcome.stderr.contains("no better (36.0 mm off before, 35.0 mm after)"),
+        outcome.stderr.contains("did not reduce the error (36.0 mm off before, 35.0 mm after)"),
         "{outcome:#?}"
     );
     assert_eq!(desk.read("flash"), flash);

@@ -59,7 +59,7 @@ fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() 
     for (warning, expected) in warnings.iter().zip([
         "`1m` is no pose",
         "no unit",
-        "4.99 m from where it started",
+        "4.99 m from its start",
         "unit",
         "no number",
         "no unit",
@@ -95,7 +95,7 @@ fn what_the_wheels_contradict_is_asked_again_and_taken_when_typed_twice() {
     let warnings: Vec<&str> =
         outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     let [ahead, north, spin] = warnings[..] else { panic!("{outcome:#?}") };
-    for (warning, off) in [(ahead, " degrees from where"), (north, " m from"), (spin, " degrees")] {
+    for (warning, off) in [(ahead, " degrees off"), (north, " m off"), (spin, " degrees")] {
         assert!(warning.contains(off) && warning.contains("read it again"), "{warning}");
     }
     let heading = |run: usize| seen(&desk, run)[1].heading_rad.unwrap();
@@ -119,7 +119,10 @@ fn how_well_a_tape_is_read_is_in_robot_toml_once_it_was_read() {
     // The first value stays, and another instrument leads to a warning.
     let finer = [&RECORD[..], &["--position-sigma", "0.5mm"]].concat();
     let outcome = desk.run_with(&finer, "\n0m 0.5m 90deg\ns\n").ok();
-    assert!(outcome.stderr.contains("position_sigma_m = 0.002 is not how well"), "{outcome:#?}");
+    assert!(
+        outcome.stderr.contains("position_sigma_m = 0.002, but this run was measured with 0.0005"),
+        "{outcome:#?}"
+    );
     assert_eq!(campaign(&desk).robot.position_sigma_m, Some(0.002));
 
     let desk = self::desk();
@@ -141,7 +144,7 @@ fn when_answers_end_what_is_complete_is_kept_and_the_same_command_goes_on() {
         assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
 
         let outcome = record(&desk, "\n0m 0.5m 90deg\n\n0m 0m 0deg\n").ok();
-        assert!(outcome.stderr.contains("there already: 1 run of the plan"), "{outcome:#?}");
+        assert!(outcome.stderr.contains("already recorded: 1 run of the plan"), "{outcome:#?}");
         assert_eq!(names(&desk), ["01_ahead", "02_north", "03_spin"]);
         assert_eq!(desk.read("robot/runs/01_ahead.csv"), kept);
     }

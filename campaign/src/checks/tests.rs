@@ -65,14 +65,14 @@ fn a_counter_that_went_round_is_told_with_its_row_and_what_to_add() {
     let round = |left: f64| (left + 65_486.0).rem_euclid(65_536.0);
     let error = read(|t_s| row(t_s, [1.0; 3], round)).unwrap_err().to_string();
     assert!(error.contains("column 3: left_counts goes from 655"), "{error}");
-    assert!(error.contains("of 16 bits went round; add 65536 from this row on"), "{error}");
+    assert!(error.contains("its 16-bit counter overflowed; add 65536 from this row on"), "{error}");
 }
 
 #[test]
 fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
     let same = |value: f64| value;
     for (from, to, expected) in [
-        ("= 900", "= 225", "line 2, column 1: on straight ways the robot got 0.25"),
+        ("= 900", "= 225", "line 2, column 1: on straight stretches the robot moved 0.25"),
         ("= 0.372", "= 3.72", "line 3, column 1: the robot turned 10.0"),
     ] {
         let toml = TOML.replace(from, to);
@@ -99,7 +99,7 @@ fn an_end_that_was_misread_is_a_warning_at_its_cell() {
     let warnings = read(misread).unwrap();
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     let said = warning.to_string();
-    assert!(said.contains("01_a.csv, line 102, column 4: the run ends 90 degrees from"), "{said}");
+    assert!(said.contains("01_a.csv, line 102, column 4: the run ends 90 degrees off"), "{said}");
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn other_axes_are_one_warning_that_says_which() {
 #[test]
 fn headings_that_sit_crooked_in_all_runs_are_one_warning() {
     let said = of_mystery("csv", |y, heading| (y, heading + 0.08));
-    assert!(said.len() == 1 && said[0].contains("headings are turned by +4."), "{said:?}");
+    assert!(said.len() == 1 && said[0].contains("heading_rad differs by +4."), "{said:?}");
     assert!(said[0].contains("01_rest.csv, line 1, column 9: "), "{said:?}");
 }
 
@@ -174,7 +174,7 @@ fn one_run_with_other_signs_is_a_warning_at_its_file() {
     let said = of_mystery("12_", |y, heading| (-y, heading));
     assert!(
         said.len() == 1
-            && said[0].contains("12_arc_small_fast_left.csv, line 1, column 7: in this"),
+            && said[0].contains("12_arc_small_fast_left.csv, line 1, column 7: only in this"),
         "{said:?}"
     );
     // A spin goes nowhere: its headings alone show it.
@@ -182,7 +182,7 @@ fn one_run_with_other_signs_is_a_warning_at_its_file() {
     assert!(
         said.len() == 1
             && said[0].contains(
-                "06_spin_slow_left.csv, line 1: in this run alone the robot turned the other way"
+                "06_spin_slow_left.csv, line 1: only in this run, the robot turned the opposite way"
             ),
         "{said:?}"
     );

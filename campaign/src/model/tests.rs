@@ -81,7 +81,7 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (
             "\"side_slip\"",
             "\"side_slop\"",
-            "line 3, column 6: there is no effect `side_slop`; there are",
+            "line 3, column 6: there is no effect `side_slop`; the effects are",
         ),
         ("\"side_slip\"", "\"slip\"", "did you mean side_slip?"),
         (
@@ -92,27 +92,27 @@ fn every_way_to_be_wrong_has_its_place_and_a_hint() {
         (
             "0.021",
             "nan",
-            "line 4, column 26: k has a number that is not finite; take it out and `beeline model fit",
+            "line 4, column 26: k has a number that is not finite; remove it, and `beeline model fit",
         ),
         (
             "unit = \"s\"",
             "unit = \"ms\"",
             "line 4, column 55: k of side_slip has the unit s, not ms; give the value in s",
         ),
-        ("0.001", "-0.001", "line 4, column 41: sigma = -0.001 cannot be; a standard error"),
+        ("0.001", "-0.001", "line 4, column 41: sigma = -0.001 is negative; a standard error"),
         (
             "sigma = 0.001",
             "low95 = 0.03, high95 = 0.01",
-            "line 4, column 41: low95 = 0.03 lies above high95 = 0.01; exchange",
+            "line 4, column 41: low95 = 0.03 lies above high95 = 0.01; swap",
         ),
         ("0.021", "\"x\"", "line 4, column 26: invalid type: string"),
         (
             "id = \"mine\"\nparam",
             "id = \"side_slip\"\nparam",
-            "line 7, column 6: the effect `side_slip` is there twice",
+            "line 7, column 6: the effect `side_slip` appears twice",
         ),
-        ("\"dtheta\"", "\"dz\"", "line 12, column 10: `dz` is not known here; one of ds_left"),
-        ("\"second\"", "\"hour\"", "line 13, column 7: `hour` is not known here; one of second"),
+        ("\"dtheta\"", "\"dz\"", "line 12, column 10: `dz` is unknown here; one of ds_left"),
+        ("\"second\"", "\"hour\"", "line 13, column 7: `hour` is unknown here; one of second"),
         (
             "v^2",
             "v^^2",

@@ -114,7 +114,7 @@ async fn in_real_time(mut server: Server, cancel: &Cancel) -> Result<(), ServeEr
     while !cancel.is_requested() {
         server.exchange(&mut |event| match event {
             ServeEvent::Connected => eprintln!("a client connected"),
-            ServeEvent::Disconnected => eprintln!("the client went away"),
+            ServeEvent::Disconnected => eprintln!("the client disconnected"),
             ServeEvent::Listening(_) | ServeEvent::NotPutBack => {}
         })?;
         sleep_until_us(now_us() + STEP_US).await;

@@ -23,7 +23,7 @@ use campaign::model::{EffectEntry, ModelFile};
 
 /// An effect that was found or chosen, and its parameters.
 #[derive(Clone, Debug)]
-pub struct Believed {
+pub struct Estimate {
     /// Its id.
     pub effect: String,
     /// All that the campaign cannot tell from this one, itself included.
@@ -31,10 +31,10 @@ pub struct Believed {
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
     /// The value by which the robot compensates this effect, where the runs do not confirm it.
-    pub doubted: Option<f64>,
+    pub unconfirmed: Option<f64>,
 }
 
-impl Believed {
+impl Estimate {
     /// Whether this is the effect of this id, or cannot be told from that.
     pub fn is(&self, id: &str) -> bool {
         self.class.iter().any(|other| other == id)
@@ -71,34 +71,34 @@ pub struct Change {
 
 /// The effects that a campaign's explanation names: those that the robot compensates already at their new
 /// values, and the missing ones.
-pub fn believed(answer: &Answer) -> Vec<Believed> {
-    let step = |step: &robot_model::explain::StepFound| Believed {
+pub fn estimates(answer: &Answer) -> Vec<Estimate> {
+    let step = |step: &robot_model::explain::StepFound| Estimate {
         effect: step.effect.clone(),
         class: step.class.clone(),
         parameters: step.parameters.clone(),
-        doubted: None,
+        unconfirmed: None,
     };
     answer.known.iter().chain(&answer.steps).map(step).collect()
 }
 
 /// An effect that the robot compensates and these runs do not confirm, as this model has it.
-pub fn doubted(entry: &EffectEntry, fitted: &Model) -> Option<Believed> {
+pub fn unconfirmed(entry: &EffectEntry, fitted: &Model) -> Option<Estimate> {
     let effect = entry.id().to_owned();
     let parameters =
         fitted.effects.iter().find(|fitted| fitted.effect == effect)?.parameters.clone();
-    let doubted = entry.parameters.first().map(|parameter| parameter.value);
-    Some(Believed { class: vec![effect.clone()], effect, parameters, doubted })
+    let unconfirmed = entry.parameters.first().map(|parameter| parameter.value);
+    Some(Estimate { class: vec![effect.clone()], effect, parameters, unconfirmed })
 }
 
 /// The effects of a campaign's model: whoever put one in has decided that it is this one.
-pub fn chosen(model: &ModelFile) -> Vec<Believed> {
+pub fn chosen(model: &ModelFile) -> Vec<Estimate> {
     let entry = |entry: &EffectEntry| {
         let effect = entry.effect.facts().id.to_owned();
-        Believed {
+        Estimate {
             class: vec![effect.clone()],
             effect,
             parameters: entry.parameters.clone(),
-            doubted: None,
+            unconfirmed: None,
         }
     };
     model.effects.iter().map(entry).collect()
@@ -114,7 +114,7 @@ impl Change {
     ///
     /// `uid` is the robot's own number, in hexadecimal; none for a simulated one.
     pub fn new(
-        effects: &[Believed],
+        effects: &[Estimate],
         nominal: &RobotFile,
         config: &Config,
         uid: Option<&str>,
@@ -182,7 +182,7 @@ impl Change {
     }
 }
 
-fn remedy(found: &Believed) -> Remedy {
+fn remedy(found: &Estimate) -> Remedy {
     let facts = find(&found.effect).map(|effect| effect.facts());
     let acts_on = facts.map(|facts| facts.acts_on);
     if acts_on.is_some_and(|acts_on| acts_on != ActsOn::Motion) {
@@ -196,7 +196,7 @@ fn remedy(found: &Believed) -> Remedy {
         let outside = |of: &ParameterFound| of.low95 > value || of.high95 < value;
         found.parameters.first().is_none_or(|parameter| !outside(parameter))
     };
-    match found.doubted {
+    match found.unconfirmed {
         Some(in_use) if holds(in_use) => return Remedy::Stays,
         None if holds(0.0) => return Remedy::Unsure,
         _ => {}
@@ -228,7 +228,7 @@ mod tests {
         robot_file(config, None)
     }
 
-    fn effect(id: &str, value: f64, class: &[&str]) -> Believed {
+    fn effect(id: &str, value: f64, class: &[&str]) -> Estimate {
         let parameter = ParameterFound {
             name: "p".into(),
             unit: "1".into(),
@@ -238,7 +238,7 @@ mod tests {
             high95: value + 2e-4,
         };
         let class = class.iter().map(|id| (*id).to_owned()).collect();
-        Believed { effect: id.into(), class, parameters: vec![parameter], doubted: None }
+        Estimate { effect: id.into(), class, parameters: vec![parameter], unconfirmed: None }
     }
 
     #[test]
@@ -332,17 +332,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_compensated_and_not_there_goes_and_what_nobody_can_tell_stays() {
+    fn a_compensation_that_the_runs_deny_goes_and_one_that_they_leave_open_stays() {
         let config = calibrated();
         // In use is 1.008: the runs say 1, to 2e-4.
-        let doubted = |value: f64, in_use: f64| Believed {
-            doubted: Some(in_use),
+        let unconfirmed = |value: f64, in_use: f64| Estimate {
+            unconfirmed: Some(in_use),
             ..effect("wheel_radius_ratio", value, &["wheel_radius_ratio"])
         };
         let nominal = nominal(&Config::default());
-        let change = Change::new(&[doubted(1e-4, 0.008)], &nominal, &config, None).unwrap();
+        let change = Change::new(&[unconfirmed(1e-4, 0.008)], &nominal, &config, None).unwrap();
         assert!((change.after.wheel_weight - 1.0001).abs() < 1e-7);
-        let change = Change::new(&[doubted(1e-4, 2e-4)], &nominal, &config, None).unwrap();
+        let change = Change::new(&[unconfirmed(1e-4, 2e-4)], &nominal, &config, None).unwrap();
         assert_eq!(change.remedies[0].1, Remedy::Stays);
         assert!(!change.changes());
     }
@@ -364,7 +364,7 @@ mod tests {
     fn the_campaign_of_another_robot_is_refused() {
         let config = Config::default();
         let smaller = RobotFile { wheel_radius_m: 0.0358, ..nominal(&config) };
-        let of = |effects: &[Believed]| Change::new(effects, &smaller, &config, None).unwrap();
+        let of = |effects: &[Estimate]| Change::new(effects, &smaller, &config, None).unwrap();
         let ratio = effect("wheel_radius_ratio", 0.01, &["wheel_radius_ratio"]);
         let kept_m = of(std::slice::from_ref(&ratio)).other_radius_m(&smaller).unwrap();
         assert!((kept_m - mean_radius_m(&config.geometry)).abs() < 1e-12);

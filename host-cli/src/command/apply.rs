@@ -10,7 +10,7 @@ use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
 use super::compare::warn_of_blind_runs;
 use super::identify::display_name;
-use crate::apply::{Believed, Change, Remedy, believed, chosen, doubted};
+use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
 use crate::explain::memory;
@@ -105,12 +105,12 @@ async fn write(
     Ok(())
 }
 
-/// What is believed of the robot: the campaign's model, or without one what the explanation names.
+/// The effects to apply: those of the campaign's model, or without one those that the explanation names.
 fn effects_of(
     folder: &std::path::Path,
     campaign: &Campaign,
     recordings: Recordings,
-) -> Result<Vec<Believed>> {
+) -> Result<Vec<Estimate>> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
     if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
@@ -128,7 +128,7 @@ fn effects_of(
     };
     let campaign = recordings.into_model(campaign, folder)?;
     let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
-    let mut effects = believed(&answer);
+    let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |it: &&&EffectEntry| !effects.iter().any(|other| other.is(it.id()));
     let gone: Vec<EffectEntry> = model.in_use().iter().filter(gone).copied().cloned().collect();
@@ -138,7 +138,7 @@ fn effects_of(
         all.extend(gone.iter().map(|entry| entry.effect.clone()));
         let all: Vec<&dyn Effect> = all.iter().map(|effect| &**effect).collect();
         let fitted = fit(&campaign, &all).map_err(failed)?;
-        effects.extend(gone.iter().filter_map(|it| doubted(it, &fitted)));
+        effects.extend(gone.iter().filter_map(|it| unconfirmed(it, &fitted)));
     }
     Ok(effects)
 }

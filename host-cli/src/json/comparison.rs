@@ -1,6 +1,6 @@
 //! What `compare` answers.
 
-use robot_model::compare::{Aspect, Cell, Comparison, Drift, Question, Rms, RunCompared};
+use robot_model::compare::{Aspect, Cell, Comparison, Drift, Label, Question, Rms, RunCompared};
 use serde_json::{Value, json};
 
 use crate::words;
@@ -46,7 +46,7 @@ fn question(question: &Question) -> Value {
 
 fn cell(cell: &Cell) -> Value {
     json!({
-        "name": words::label(cell.label),
+        "name": name(cell.label),
         "runs": cell.runs,
         "stretches": cell.stretches,
         "rolled_m": cell.rolled_m,
@@ -57,6 +57,14 @@ fn cell(cell: &Cell) -> Value {
         "beyond_noise": cell.beyond_noise,
         "drifts": cell.drifts.each_ref().map(drift),
     })
+}
+
+/// The name of a kind of stretches. Programs compare it, so a heading keeps the name that it has had.
+fn name(label: Label) -> String {
+    match label {
+        Label::Facing(deg) => format!("round {deg} deg"),
+        other => words::label(other),
+    }
 }
 
 fn drift(drift: &Drift) -> Value {

@@ -23,12 +23,12 @@ const ROBOT: Robot = Robot {
 fn campaign(beginning: &str) -> Campaign {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/optiodom/runs");
     let mut files: Vec<_> =
-        std::fs::read_dir(folder).unwrap().map(|it| it.unwrap().path()).collect();
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     let mut runs = Vec::new();
     for file in files {
         let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
-        if !beginning.split(',').any(|it| name.starts_with(it)) {
+        if !beginning.split(',').any(|prefix| name.starts_with(prefix)) {
             continue;
         }
         let text = std::fs::read_to_string(&file).unwrap();
@@ -36,9 +36,10 @@ fn campaign(beginning: &str) -> Campaign {
         assert_eq!(lines.next(), Some("t_s,left_counts,right_counts,x_m,y_m,heading_rad"));
         let mut run = Recording { name, ..Recording::default() };
         for line in lines {
-            let cells: Vec<f64> = line.split(',').map(|it| it.parse().unwrap()).collect();
+            let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
             let t_s = cells[0];
-            let phi_rad = WheelPair::new(cells[1], cells[2]).map(|it| it * ROBOT.rad_per_count);
+            let phi_rad =
+                WheelPair::new(cells[1], cells[2]).map(|counts| counts * ROBOT.rad_per_count);
             run.wheels.push(WheelSample { t_s, phi_rad });
             run.measured_poses.push(PoseMeasurement {
                 t_s,
@@ -80,7 +81,7 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
             assert!((got / want - 1.0).abs() < 0.003, "{kind}: {got} {want}");
         }
         let nominal = fit(&campaign(kind), &[]).unwrap();
-        let errors = [nominal, model].map(|it| it.errors.cross_validated.position_rms_m);
+        let errors = [nominal, model].map(|model| model.errors.cross_validated.position_rms_m);
         // Of all runs of the session 19.8, 39.8 and 25.8 mm nominal; these are a third of them.
         assert!((errors[0] / nominal_m - 1.0).abs() < 0.2, "{kind}: {errors:?}");
         // Their best fits leave 5.1, 4.5 and 6.0 mm. Here runs are held out, and a fit to innovations does
@@ -105,7 +106,7 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
     // Both learn the noise, and so weigh the runs, with their own effects in place: 5 %.
     assert!(last <= 1.05 * three, "{last} against {three}");
     for id in THREE {
-        let named = answer.steps.iter().any(|it| it.class.iter().any(|it| it == id));
+        let named = answer.steps.iter().any(|step| step.class.iter().any(|member| member == id));
         assert!(named, "{id}: {:?}", answer.steps);
     }
     // Squares and circles disagree about the radii beyond their noise: something is missing, and nothing
@@ -122,18 +123,19 @@ fn held_out_by_kind_of_run_what_explain_adds_to_three_parameters_predicts_better
     for (seen, unseen) in directions {
         let (seen, unseen) = (campaign(seen), campaign(unseen));
         let answer = explain(&seen).unwrap();
-        let chosen = effects(answer.steps.iter().map(|it| it.effect.as_str()));
-        let errors = [chosen, effects(THREE)]
-            .map(|it| fit(&seen, &it).unwrap().errors_on(&unseen).unwrap().position_rms_m);
-        let is_chosen = |id: &str| answer.steps.iter().any(|it| it.effect == id);
+        let chosen = effects(answer.steps.iter().map(|step| step.effect.as_str()));
+        let errors = [chosen, effects(THREE)].map(|effects| {
+            fit(&seen, &effects).unwrap().errors_on(&unseen).unwrap().position_rms_m
+        });
+        let is_chosen = |id: &str| answer.steps.iter().any(|step| step.effect == id);
         if answer.steps.len() == THREE.len() && THREE.into_iter().all(is_chosen) {
             // It is the same model: then everything else has to have been refused for a reason.
             let named = |id: &str| {
-                let classes = answer.steps.iter().flat_map(|it| &it.class);
-                classes.into_iter().any(|it| it == id)
+                let classes = answer.steps.iter().flat_map(|step| &step.class);
+                classes.into_iter().any(|member| member == id)
             };
-            for id in CATALOGUE.iter().map(|it| it.facts().id).filter(|id| !named(id)) {
-                let refused = answer.rejected.iter().find(|it| it.effect == id);
+            for id in CATALOGUE.iter().map(|effect| effect.facts().id).filter(|id| !named(id)) {
+                let refused = answer.rejected.iter().find(|rejected| rejected.effect == id);
                 assert!(refused.is_some(), "{id} without a reason");
             }
         } else {

@@ -266,8 +266,17 @@ fn compare(
             })
             .count(),
         flagged: answer.unexplained.structure,
-        depends_on: answer.unexplained.depends_on.iter().map(|it| it.name().to_owned()).collect(),
-        regressors: case.effects.iter().flat_map(|it| regressors(*it).iter().copied()).collect(),
+        depends_on: answer
+            .unexplained
+            .depends_on
+            .iter()
+            .map(|regressor| regressor.name().to_owned())
+            .collect(),
+        regressors: case
+            .effects
+            .iter()
+            .flat_map(|hidden| regressors(*hidden).iter().copied())
+            .collect(),
         cross_validated_ratio: after.position_rms_m / oracle.errors.cross_validated.position_rms_m,
         found,
         covered,

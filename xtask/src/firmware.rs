@@ -25,7 +25,7 @@ pub struct Board {
     bin: &'static str,
     /// What that is built with.
     features: &'static str,
-    /// Largest image \[KiB\]; what is in one is in docs/boards.md. With USB: what it is and 2 %.
+    /// Largest image \[KiB\]; what is in one is in docs/emulated-board.md. With USB: what it is and 2 %.
     flash_kib_max: u64,
     /// Most static memory \[KiB\]; the stack is what is left.
     ram_kib_max: u64,

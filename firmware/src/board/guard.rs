@@ -10,7 +10,7 @@
 //! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz)
 //! ```
 //!
-//! So when a part hangs, the motors are off within 45 ms and the board restarts within 100 ms. Code that
+//! So when a part hangs, the motors are off within 50 ms (40 ms and one check) and the board restarts within 100 ms. Code that
 //! hangs with interrupts masked stops the guard too: then the restart itself switches the motors off, at
 //! most 59 ms after the last feed. A hard fault switches the motors off at once, like a panic.
 

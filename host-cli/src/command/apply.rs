@@ -113,12 +113,12 @@ fn effects_of(
 ) -> Result<Vec<Estimate>> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
-    if let Some(entry) = model.effects.iter().find(|it| it.parameters.is_empty()) {
+    if let Some(entry) = model.effects.iter().find(|entry| entry.parameters.is_empty()) {
         let id = entry.id();
         return Err(Error::new(format_args!("{}: {id} has no value yet", place.display()))
             .hint(format_args!("beeline model fit {}", folder.display())));
     }
-    let in_use: Vec<&str> = model.in_use().iter().map(|it| it.id()).collect();
+    let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     // Somebody has chosen a model.
     if model.effects.len() > in_use.len() {
         return Ok(chosen(&model));
@@ -130,15 +130,15 @@ fn effects_of(
     let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
-    let gone = |it: &&&EffectEntry| !effects.iter().any(|other| other.is(it.id()));
+    let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));
     let gone: Vec<EffectEntry> = model.in_use().iter().filter(gone).copied().cloned().collect();
     if !gone.is_empty() {
         let mut all: Vec<KnownEffect> =
-            effects.iter().filter_map(|it| model.find(&it.effect)).collect();
+            effects.iter().filter_map(|effect| model.find(&effect.effect)).collect();
         all.extend(gone.iter().map(|entry| entry.effect.clone()));
         let all: Vec<&dyn Effect> = all.iter().map(|effect| &**effect).collect();
         let fitted = fit(&campaign, &all).map_err(failed)?;
-        effects.extend(gone.iter().filter_map(|it| unconfirmed(it, &fitted)));
+        effects.extend(gone.iter().filter_map(|entry| unconfirmed(entry, &fitted)));
     }
     Ok(effects)
 }

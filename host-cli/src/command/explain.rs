@@ -16,7 +16,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     warn_if_lone(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
-    let in_model: Vec<&str> = model.chosen().iter().map(|it| it.facts().id).collect();
+    let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
     let answer = explain_beyond(&campaign, &catalogue, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
         say(json::answer(&answer));
@@ -29,7 +29,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
                     .map_err(Error::new)?;
             assumed(&answer.steps, &catalogue)
                 .iter()
-                .map(|it| comparer.net_change(it).as_ref().map(words::net_change))
+                .map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change))
                 .collect()
         };
         show(

@@ -63,7 +63,7 @@ fn add(common: &Common, args: &AddArgs) -> Result<()> {
     }
     for id in &effects {
         let effect = task.find(id)?;
-        if task.model.effects.iter().any(|it| it.effect.facts().id == id) {
+        if task.model.effects.iter().any(|entry| entry.effect.facts().id == id) {
             return Err(Error::new(format_args!("{id} is in the model already"))
                 .hint(format_args!("`beeline model fit {}` fits it again", campaign.display())));
         }
@@ -76,17 +76,17 @@ fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
     let (effects, campaign) = split(&args.what, true, "remove")?;
     let mut task = Task::new(campaign, args.model.as_deref())?;
     for id in &effects {
-        if task.model.in_use().iter().any(|it| it.id() == id) {
+        if task.model.in_use().iter().any(|entry| entry.id() == id) {
             warn(format_args!(
                 "{id} was compensated when these runs were recorded: without it `explain` will name it as missing"
             ));
         }
         let before = task.model.effects.len();
-        task.model.effects.retain(|it| it.effect.facts().id != id);
+        task.model.effects.retain(|entry| entry.effect.facts().id != id);
         let declared = task.model.customs.len();
-        task.model.customs.retain(|it| it.facts().id != id);
+        task.model.customs.retain(|custom| custom.facts().id != id);
         if task.model.effects.len() == before && task.model.customs.len() == declared {
-            let there: Vec<&str> = task.before.iter().map(|it| it.facts().id).collect();
+            let there: Vec<&str> = task.before.iter().map(|effect| effect.facts().id).collect();
             let there = if there.is_empty() { "no effects".into() } else { there.join(", ") };
             return Err(Error::new(format_args!("{id} is not in the model"))
                 .hint(format_args!("the model has {there}")));
@@ -107,17 +107,17 @@ fn customs(
         Ok((custom, own))
     };
     let mut customs = equations.iter().map(read).collect::<Result<Vec<_>>>()?;
-    for name in units.iter().map(|it| &it.0).chain(ranges.iter().map(|it| &it.0)) {
+    for name in units.iter().map(|unit| &unit.0).chain(ranges.iter().map(|range| &range.0)) {
         if !customs.iter().any(|(_, own)| own.contains(name)) {
             return Err(Error::new(format_args!("no --custom has a parameter `{name}`"))
                 .hint("--unit and --range name a parameter of an equation"));
         }
     }
     for (custom, own) in &mut customs {
-        custom.units.extend(units.iter().filter(|it| own.contains(&it.0)).cloned());
-        custom.ranges.extend(ranges.iter().filter(|it| own.contains(&it.0)).cloned());
+        custom.units.extend(units.iter().filter(|unit| own.contains(&unit.0)).cloned());
+        custom.ranges.extend(ranges.iter().filter(|range| own.contains(&range.0)).cloned());
     }
-    Ok(customs.into_iter().map(|it| it.0).collect())
+    Ok(customs.into_iter().map(|custom| custom.0).collect())
 }
 
 /// Effects and, last, the campaign.
@@ -134,7 +134,7 @@ fn split<'a>(
         ))
         .hint(format_args!("`beeline model {verb} side_slip my-robot`")));
     }
-    Ok((effects.iter().map(|it| it.to_string_lossy().into_owned()).collect(), campaign))
+    Ok((effects.iter().map(|effect| effect.to_string_lossy().into_owned()).collect(), campaign))
 }
 
 /// A campaign with its model, about to be changed.
@@ -170,9 +170,12 @@ impl Task {
         let before = fitted(&before)?;
         let after = fitted(&self.model.chosen())?;
         if !after.is_finite() {
-            let old: Vec<&str> = self.before.iter().map(|it| it.facts().id).collect();
-            let new =
-                after.effects.iter().map(|it| it.effect.as_str()).filter(|id| !old.contains(id));
+            let old: Vec<&str> = self.before.iter().map(|effect| effect.facts().id).collect();
+            let new = after
+                .effects
+                .iter()
+                .map(|effect| effect.effect.as_str())
+                .filter(|id| !old.contains(id));
             let added = new.collect::<Vec<_>>().join(", ");
             let with = if added.is_empty() { "this model".to_owned() } else { added };
             return Err(Error::new(format_args!(
@@ -191,7 +194,7 @@ impl Task {
             noise: after.noise,
         });
         self.model.write(&self.file, &self.robot)?;
-        let old: Vec<&str> = self.before.iter().map(|it| it.facts().id).collect();
+        let old: Vec<&str> = self.before.iter().map(|effect| effect.facts().id).collect();
         let new = |id: &str| !old.contains(&id);
         if common.json {
             say(to_json(&before, &after, &self.file));
@@ -230,13 +233,13 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
             Cell::styled(style, format!("{change:+.0} %")),
         ]);
     };
-    row("fitted", &|it| it.errors.train.position_rms_m, "mm", false);
-    row("", &|it| it.errors.train.heading_rms_rad, "mrad", false);
-    row("cross-validated", &|it| it.errors.cross_validated.position_rms_m, "mm", true);
-    row("", &|it| it.errors.cross_validated.heading_rms_rad, "mrad", true);
+    row("fitted", &|model| model.errors.train.position_rms_m, "mm", false);
+    row("", &|model| model.errors.train.heading_rms_rad, "mrad", false);
+    row("cross-validated", &|model| model.errors.cross_validated.position_rms_m, "mm", true);
+    row("", &|model| model.errors.cross_validated.heading_rms_rad, "mrad", true);
     if after.held_out.is_some() {
-        row("on held-out runs", &|it| on_aside(it).position_rms_m, "mm", true);
-        row("", &|it| on_aside(it).heading_rms_rad, "mrad", true);
+        row("on held-out runs", &|model| held_out_errors(model).position_rms_m, "mm", true);
+        row("", &|model| held_out_errors(model).heading_rms_rad, "mrad", true);
     }
     table.say(0);
     say("");
@@ -246,41 +249,41 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
 }
 
 /// Errors of a model on the held-out runs.
-fn on_aside(model: &Model) -> Errors {
-    model.held_out.as_ref().map(|it| it.model).unwrap_or_default()
+fn held_out_errors(model: &Model) -> Errors {
+    model.held_out.as_ref().map(|held_out| held_out.model).unwrap_or_default()
 }
 
 /// Each effect with its parameters and its verdict.
 fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
-    for it in &model.effects {
-        let mark = if new(&it.effect) { "+ " } else { "  " };
-        say(format_args!("{mark}{}", paint(BOLD, &it.effect)));
-        parameters(&it.parameters, 4);
-        let style = if it.verdict.better() { GOOD } else { BAD };
-        for line in wrapped(&words::verdict(&it.verdict), LINE - 4) {
+    for effect in &model.effects {
+        let mark = if new(&effect.effect) { "+ " } else { "  " };
+        say(format_args!("{mark}{}", paint(BOLD, &effect.effect)));
+        parameters(&effect.parameters, 4);
+        let style = if effect.verdict.better() { GOOD } else { BAD };
+        for line in wrapped(&words::verdict(&effect.verdict), LINE - 4) {
             say(format_args!("    {}", paint(style, line)));
         }
     }
 }
 
-fn aside_json(it: Option<&HeldOut>) -> serde_json::Value {
-    it.map_or(
-        json!(null),
-        |it| json!({"runs": it.runs, "kinds": it.kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>(), "errors": json::errors(&it.model)}),
-    )
+fn held_out_json(held_out: Option<&HeldOut>) -> serde_json::Value {
+    held_out.map_or(json!(null), |held_out| {
+        let kinds: Vec<_> = held_out.kinds.iter().map(|kind| kind.name()).collect();
+        json!({"runs": held_out.runs, "kinds": kinds, "errors": json::errors(&held_out.model)})
+    })
 }
 
 fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
     let effects: Vec<_> = after
         .effects
         .iter()
-        .map(|it| {
+        .map(|effect| {
             json!({
-                "effect": it.effect,
-                "parameters": json::parameters(&it.parameters),
-                "p_value": it.verdict.p_value,
-                "better": it.verdict.better(),
-                "verdict": words::verdict(&it.verdict),
+                "effect": effect.effect,
+                "parameters": json::parameters(&effect.parameters),
+                "p_value": effect.verdict.p_value,
+                "better": effect.verdict.better(),
+                "verdict": words::verdict(&effect.verdict),
             })
         })
         .collect();
@@ -289,7 +292,7 @@ fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
         "model": file,
         "before": json::pair(&before.errors),
         "after": json::pair(&after.errors),
-        "aside": {"before": aside_json(before.held_out.as_ref()), "after": aside_json(after.held_out.as_ref())},
+        "aside": {"before": held_out_json(before.held_out.as_ref()), "after": held_out_json(after.held_out.as_ref())},
         "effects": effects,
     })
 }
@@ -306,31 +309,31 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let effects: Vec<_> = model
             .effects
             .iter()
-            .map(|it| json!({"effect": it.effect.facts().id, "parameters": json::parameters(&it.parameters)}))
+            .map(|entry| json!({"effect": entry.effect.facts().id, "parameters": json::parameters(&entry.parameters)}))
             .collect();
-        let errors = model.fit.as_ref().map(|it| json::pair(&it.errors));
+        let errors = model.fit.as_ref().map(|fit| json::pair(&fit.errors));
         say(json!({"schema": 1, "model": file, "effects": effects, "errors": errors}));
         return Ok(());
     }
     if model.effects.is_empty() {
         say(format_args!("{}: the nominal robot, no effects", campaign.display()));
     }
-    for it in &model.effects {
-        let facts = it.effect.facts();
+    for entry in &model.effects {
+        let facts = entry.effect.facts();
         say(format_args!("{}  {}", paint(BOLD, facts.id), facts.name));
         say(format_args!("    {}", paint(DIM, facts.equation)));
-        if it.in_use {
+        if entry.in_use {
             say("    in use on the robot when these runs were recorded");
         }
-        if it.parameters.is_empty() {
+        if entry.parameters.is_empty() {
             say("    not fitted yet: `beeline model fit CAMPAIGN`");
         }
-        parameters(&it.parameters, 4);
+        parameters(&entry.parameters, 4);
     }
     let unused = model
         .customs
         .iter()
-        .filter(|own| model.effects.iter().all(|it| it.effect.facts().id != own.facts().id));
+        .filter(|own| model.effects.iter().all(|entry| entry.effect.facts().id != own.facts().id));
     for own in unused {
         say(format_args!(
             "{}  {} (declared, not in the model)",
@@ -341,12 +344,12 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
     if let Some(fit) = &model.fit {
         say("");
         let mut table = Table::new("lrr");
-        table.row(["", "nominal", "with this model"].map(|it| Cell::styled(DIM, it)));
+        table.row(["", "nominal", "with this model"].map(|head| Cell::styled(DIM, head)));
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
             table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
         };
-        row(format!("fitted ({})", runs(fit.runs)), &|it| it.train);
-        row("cross-validated".into(), &|it| it.cross_validated);
+        row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.train);
+        row("cross-validated".into(), &|errors| errors.cross_validated);
         table.say(0);
     }
     Ok(())
@@ -363,11 +366,12 @@ mod tests {
         let units = [unit("c", "1/m"), unit("q", "s/m")];
         let ranges = [("q".to_owned(), [-0.1, 0.1]), ("both".to_owned(), [-1.0, 1.0])];
         let customs = customs(&equations, &units, &ranges).unwrap();
-        let names = |of: &[&String]| of.iter().map(|it| it.as_str()).collect::<Vec<_>>().join(" ");
+        let names =
+            |of: &[&String]| of.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" ");
         let has = |k: usize| {
-            let it: &Custom = &customs[k];
-            let units: Vec<_> = it.units.keys().collect();
-            let ranges: Vec<_> = it.ranges.keys().collect();
+            let custom: &Custom = &customs[k];
+            let units: Vec<_> = custom.units.keys().collect();
+            let ranges: Vec<_> = custom.ranges.keys().collect();
             (names(&units), names(&ranges))
         };
         assert_eq!(has(0), ("c".to_owned(), "both".to_owned()));

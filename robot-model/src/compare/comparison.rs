@@ -32,11 +32,11 @@ pub struct Assumed<'a> {
 pub struct Comparison {
     /// The main finding.
     pub finding: Finding,
-    /// Distance between predicted and measured places, over all runs but those kept aside \[m\].
+    /// Distance between predicted and measured places, over all runs but those held out \[m\].
     pub position_m: Rms,
     /// Between headings \[rad\].
     pub heading_rad: Rms,
-    /// Distance and heading on the runs kept aside \[m\], \[rad\]; `None` if there are none.
+    /// Distance and heading on the held-out runs \[m\], \[rad\]; `None` if there are none.
     pub held_out: Option<[Rms; 2]>,
     /// Each run; those held out come last.
     pub runs: Vec<RunCompared>,

@@ -29,7 +29,7 @@ pub struct RunCompared {
     pub name: String,
     /// Its kind.
     pub kind: RunKind,
-    /// Whether it is kept aside: nothing is fitted to it, and it counts in no other figure.
+    /// Whether it is held out: nothing is fitted to it, and it counts in no other figure.
     pub held_out: bool,
     /// Length of the path, forwards and backwards \[m\].
     pub path_m: f64,
@@ -53,7 +53,7 @@ pub struct Path {
     pub run: String,
     /// Its kind.
     pub kind: RunKind,
-    /// Whether it is kept aside.
+    /// Whether it is held out.
     pub held_out: bool,
     /// Measured positions \[m\].
     pub measured_m: Vec<[f64; 2]>,
@@ -191,9 +191,9 @@ pub(super) fn overall(runs: &[RunCompared]) -> [Rms; 2] {
 fn rms(runs: &[&Sums]) -> [Rms; 2] {
     core::array::from_fn(|i| {
         // Each run's twins have fewer measurements than itself, so they are weighed by its own.
-        let count: f64 = runs.iter().map(|it| it.measured.count[i]).sum();
+        let count: f64 = runs.iter().map(|sums| sums.measured.count[i]).sum();
         let root = |of: &dyn Fn(&Sums) -> f64| {
-            let sum: f64 = runs.iter().map(|it| it.measured.count[i] * of(it)).sum();
+            let sum: f64 = runs.iter().map(|sums| sums.measured.count[i] * of(sums)).sum();
             (sum / count.max(1.0)).sqrt()
         };
         let mut simulated: Vec<f64> =

@@ -16,22 +16,25 @@ fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
 }
 
 fn cell(comparison: &Comparison, regime: Regime, label: Label) -> &Cell {
-    let question = comparison.regimes.iter().find(|it| it.regime == regime).unwrap();
-    question.cells.iter().find(|it| it.label == label).unwrap()
+    let question = comparison.regimes.iter().find(|question| question.regime == regime).unwrap();
+    question.cells.iter().find(|cell| cell.label == label).unwrap()
 }
 
 #[test]
 fn a_perfect_robot_is_noise_everywhere() {
     for seed in 300..303 {
-        let it = compared(&[], &[], seed);
+        let comparison = compared(&[], &[], seed);
         assert!(
-            !it.position_m.beyond_noise() && !it.heading_rad.beyond_noise(),
+            !comparison.position_m.beyond_noise() && !comparison.heading_rad.beyond_noise(),
             "{:?}",
-            it.finding
+            comparison.finding
         );
         // What noise gives is found to what the 15 runs of a campaign scatter by.
-        assert!((0.7..1.3).contains(&(it.position_m.rms / it.position_m.noise)), "{it:?}");
-        for question in &it.regimes {
+        assert!(
+            (0.7..1.3).contains(&(comparison.position_m.rms / comparison.position_m.noise)),
+            "{comparison:?}"
+        );
+        for question in &comparison.regimes {
             for cell in &question.cells {
                 assert!(!cell.beyond_noise, "{:?}: {cell:?}", question.regime);
                 // Three numbers a stretch, and some hundred cells in all: four sigma.
@@ -43,15 +46,15 @@ fn a_perfect_robot_is_noise_everywhere() {
                 );
             }
         }
-        assert_eq!((it.finding.extent, it.finding.worst), (Extent::Noise, None));
+        assert_eq!((comparison.finding.extent, comparison.finding.worst), (Extent::Noise, None));
     }
 }
 
 #[test]
 fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
     let ratio = compared(&[term("wheel_radius_ratio", &[0.01])], &[], 1);
-    let turn = |it: &Comparison, label: Label| {
-        let drift = cell(it, Regime::TravelDirection, label).drifts[Aspect::Turn as usize];
+    let turn = |comparison: &Comparison, label: Label| {
+        let drift = cell(comparison, Regime::TravelDirection, label).drifts[Aspect::Turn as usize];
         assert!(drift.sigmas() > 4.0, "{label:?}: {drift:?}");
         drift.per_m
     };
@@ -69,7 +72,9 @@ fn what_the_model_knows_is_no_longer_an_error() {
     let truth = [term("side_slip", &[0.05])];
     let before = compared(&truth, &[], 2);
     let after = compared(&truth, &[assumed("side_slip", &[0.05])], 2);
-    let arc = |it: &Comparison| cell(it, Regime::RunKind, Label::Kind(RunKind::Arc)).clone();
+    let arc = |comparison: &Comparison| {
+        cell(comparison, Regime::RunKind, Label::Kind(RunKind::Arc)).clone()
+    };
     assert!(arc(&before).beyond_noise && !arc(&after).beyond_noise);
     assert!(!after.position_m.beyond_noise(), "{:?}", after.finding);
     // To the outside: in turns to the left, to the right; as arcs differ in speed, so do they in slip.

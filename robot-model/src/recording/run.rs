@@ -83,7 +83,7 @@ pub struct RecordingError {
 pub enum RecordingProblem {
     /// The campaign has no run.
     NoRuns,
-    /// All runs are kept aside.
+    /// All runs are held out.
     AllHeldOut,
     /// The encoders were sampled less than twice.
     TooFewSamples,

@@ -83,9 +83,11 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
     let Case { truth, class, scenario, .. } = case;
     let mut answer = user.explain();
     let refused = |answer: &Answer| {
-        let of_class = answer.rejected.iter().filter(|it| class.contains(&it.effect.as_str()));
-        let reasons: Vec<_> =
-            of_class.map(|it| format!("{}: {}", it.effect, words::reason(&it.reason))).collect();
+        let of_class =
+            answer.rejected.iter().filter(|rejected| class.contains(&rejected.effect.as_str()));
+        let reasons: Vec<_> = of_class
+            .map(|rejected| format!("{}: {}", rejected.effect, words::reason(&rejected.reason)))
+            .collect();
         format!("{:?}, {reasons:?}, {:?}", classes(answer), answer.unexplained)
     };
     assert!(is_class(&answer, case), "{truth}, seed {}: {}", scenario.seed, refused(&answer));

@@ -85,7 +85,7 @@ fn killed_and_reconnected(listen: &str) {
     robot.run("clear").ok();
 
     let outcome = robot.calibrated().ok();
-    assert!(outcome.stderr.contains("dropped"), "the unsaved W_T: {outcome:#?}");
+    assert!(outcome.stderr.contains("discarded"), "the unsaved W_T: {outcome:#?}");
     assert!(robot.flash() != flash);
     assert!((robot.wheel_weight() - 0.96).abs() < 0.016, "{}", robot.wheel_weight());
 }

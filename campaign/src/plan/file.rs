@@ -109,6 +109,17 @@ impl CampaignPlan {
         Ok(Self { acceleration_mps2, runs })
     }
 
+    /// Whether both plans drive the same runs, to the digits of their files. What a run is said to show is no part
+    /// of what it drives: another version may say it in other words.
+    pub fn drives_the_same_as(&self, other: &Self) -> bool {
+        let driven = |plan: &Self| {
+            let mut plan = plan.clone();
+            plan.runs.iter_mut().for_each(|run| run.shows.clear());
+            plan.to_toml()
+        };
+        driven(self) == driven(other)
+    }
+
     /// The plan as TOML, which [`CampaignPlan::parse`] reads back.
     pub fn to_toml(&self) -> String {
         let mut text = format!(
@@ -307,6 +318,17 @@ mod tests {
             assert_eq!(a.pieces.len(), b.pieces.len());
         }
         assert_eq!(back.to_toml(), plan.to_toml());
+    }
+
+    #[test]
+    fn a_plan_is_the_same_in_other_words_and_another_one_with_another_piece() {
+        let plan = CampaignPlan::usual(&PlanSettings::default()).unwrap();
+        let mut other = parse(&plan.to_toml()).unwrap();
+        other.runs[3].shows = "other words".into();
+        assert!(plan.drives_the_same_as(&other));
+        other.runs[3].pieces.truncate(1);
+        other.runs[3].heading_rad += 0.1;
+        assert!(!plan.drives_the_same_as(&other));
     }
 
     #[test]

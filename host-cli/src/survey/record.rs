@@ -373,7 +373,7 @@ fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
 fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
     let path = plan_path(folder);
     if path.exists() && has_runs {
-        if CampaignPlan::read(&path)?.to_toml() != plan.to_toml() {
+        if !CampaignPlan::read(&path)?.drives_the_same_as(plan) {
             return Err(Error::new(format_args!(
                 "{} was begun with another plan",
                 folder.display()

@@ -1,4 +1,4 @@
-//! What we believe about a robot: kinematics, estimation, selection. Pure `f64`, no I/O.
+//! The estimator's model of a robot: kinematics, effects, estimation, selection. Pure `f64`, no I/O.
 //!
 //! Conventions everywhere: x forward, y to the left, heading counter-clockwise positive; metres,
 //! radians, seconds. The one exception is the paper's deviation angle `alpha`, which is positive to
@@ -18,7 +18,7 @@
 //! | `selection` | which effects belong in a model? | behind [`explain::explain`] |
 //! | [`numeric`] | numerics that know nothing of robots | [`numeric::Jet`] |
 //!
-//! A room uses only rooms above it in this order: numeric, kinematics, recording, checks and calibration, effect,
+//! A room uses only those named before it here: numeric, kinematics, recording, checks and calibration, effect,
 //! estimation, selection, residuals, explain, compare.
 
 pub mod calibration;

@@ -84,7 +84,7 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
         let errors = [nominal, model].map(|model| model.errors.cross_validated.position_rms_m);
         // Of all runs of the session 19.8, 39.8 and 25.8 mm nominal; these are a third of them.
         assert!((errors[0] / nominal_m - 1.0).abs() < 0.2, "{kind}: {errors:?}");
-        // Their best fits leave 5.1, 4.5 and 6.0 mm. Here runs are held out, and a fit to innovations does
+        // Their best fits leave 5.1, 4.5 and 6.0 mm. Here runs are cross-validated, and a fit to innovations does
         // not make whole tracks least: up to 1.6 times as much, and not far below either.
         assert!((0.7..1.6).contains(&(errors[1] / three_m)), "{kind}: {errors:?}");
     }
@@ -116,7 +116,7 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
 }
 
 #[test]
-fn held_out_by_kind_of_run_what_explain_adds_to_three_parameters_predicts_better_or_nothing_is_added()
+fn fitted_to_some_kinds_of_run_what_explain_adds_to_three_parameters_predicts_better_or_nothing_is_added()
  {
     let mut better = 0;
     let directions = [("square,ivanjko", "circular"), ("circular", "square,ivanjko")];

@@ -54,9 +54,12 @@ pub(super) struct RawCustom {
 pub(super) struct RawErrors {
     pub(super) runs: usize,
     pub(super) nominal: RawError,
-    pub(super) nominal_heldout: RawError,
+    // Version 0.1.0 wrote `heldout` for what is cross-validated.
+    #[serde(alias = "nominal_heldout")]
+    pub(super) nominal_cross_validated: RawError,
     pub(super) train: RawError,
-    pub(super) heldout: RawError,
+    #[serde(alias = "heldout")]
+    pub(super) cross_validated: RawError,
 }
 
 #[derive(Deserialize)]

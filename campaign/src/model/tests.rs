@@ -176,6 +176,10 @@ fn errors_and_noise_are_sizes() {
     };
     let text = ModelFile { fit: Some(fit), ..parse(GOOD).unwrap() }.to_text("robot");
     assert_eq!(parse(&text).unwrap().fit.unwrap().errors, fit.errors);
+    // As version 0.1.0 wrote them.
+    let old = text.replace("cross_validated = ", "heldout = ");
+    assert!(old.contains("nominal_heldout = ") && old.contains("\nheldout = "), "{old}");
+    assert_eq!(parse(&old).unwrap().fit.unwrap().errors, fit.errors);
     let lines = || text.lines().enumerate().skip_while(|(_, line)| !line.starts_with("[error]"));
     let mut changed = 0;
     for (index, line) in lines() {

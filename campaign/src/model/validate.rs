@@ -121,9 +121,12 @@ pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), I
             chi: size(&raw.chi, "chi")?,
         })
     };
-    let nominal =
-        ErrorPair { train: errors(&raw.nominal)?, cross_validated: errors(&raw.nominal_heldout)? };
-    let model = ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.heldout)? };
+    let nominal = ErrorPair {
+        train: errors(&raw.nominal)?,
+        cross_validated: errors(&raw.nominal_cross_validated)?,
+    };
+    let model =
+        ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.cross_validated)? };
     Ok((raw.runs, nominal, model))
 }
 

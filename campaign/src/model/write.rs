@@ -112,8 +112,8 @@ fn errors(text: &mut String, fit: &FitEntry) {
     };
     let _ = write!(
         text,
-        "\n[error]  # predicted against measured; heldout: cross-validated, each run predicted by a fit to the others\n\
-         runs = {}\nnominal = {}\nnominal_heldout = {}\ntrain = {}\nheldout = {}\n",
+        "\n[error]  # predicted against measured; cross_validated: each run predicted by a fit to the others\n\
+         runs = {}\nnominal = {}\nnominal_cross_validated = {}\ntrain = {}\ncross_validated = {}\n",
         fit.runs,
         line(&fit.nominal.train),
         line(&fit.nominal.cross_validated),

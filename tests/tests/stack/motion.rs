@@ -165,7 +165,7 @@ fn a_drive_that_is_refused_leaves_the_motion_of_another_host_alone() {
         // The host that began it is gone; this one keeps it alive, and would have another one driven.
         robot.reconnect(2).await;
         let error = refused(robot, &Motion::PAPER).await;
-        assert!(error.contains("driving already"), "{error}");
+        assert!(error.contains("already driving"), "{error}");
         let status = robot.session.status().await.expect("it answers");
         assert_eq!((status.state, status.motion), (State::Driving, Some(id)));
         let (_, end) = settled(robot).await;

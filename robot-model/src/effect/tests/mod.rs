@@ -1,6 +1,7 @@
 //! What holds for every effect of the catalogue: identity at zero, derivatives, ids and texts; signs and units.
 
 mod signs;
+mod speed_linear;
 mod units;
 
 use super::*;
@@ -10,6 +11,20 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::survey::Survey;
 use crate::tests::synthetic::ROBOT;
+
+#[test]
+fn the_page_on_adding_an_effect_shows_a_file_that_works() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let code = read("robot-model/src/effect/tests/speed_linear.rs");
+    assert!(read("docs/adding-an-effect.md").contains(&format!("```rust\n{code}```")));
+    let step = Step { wheel_speed_mps: WheelPair::both(-0.5), ..steps()[0] };
+    let change =
+        speed_linear::SpeedLinear.act(&Jet::parameters(&[0.02]), &step, &mut Memory::default());
+    // 1 + 0.02 |-0.5|, whichever way it drives.
+    assert!((change.travel.left.value - 0.01).abs() < 1e-15, "{change:?}");
+    assert_eq!(change.travel.left, change.travel.right);
+}
 
 /// Steps of some motion: forward, back, in curves, on the spot, at rest.
 fn steps() -> Vec<Step> {

@@ -60,10 +60,11 @@ fn another_program_drives_a_robot() {
 fn another_program_reads_a_campaign() {
     let text = output("read_campaign", &["examples/mystery-robot"]);
     assert!(text.contains(": 21 runs\n"), "{text}");
-    // Four sides of a metre, and four quarter turns to the left.
+    // Four sides of a metre, and a turn to the left about the middle: 4 -+ pi b, with b = 0.372 m.
     let square = numbers(&text, "18_square_left");
-    let difference_m = square[2] - square[1];
-    assert!((3.0..5.0).contains(&square[1]) && difference_m > 2.0, "{text}");
+    for (rolled_m, expected_m) in [(square[1], 2.831), (square[2], 5.169)] {
+        assert!((rolled_m - expected_m).abs() < 0.02, "{rolled_m} m: {text}");
+    }
 }
 
 #[test]

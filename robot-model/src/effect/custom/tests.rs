@@ -77,10 +77,10 @@ fn every_mistake_is_pointed_at_and_has_a_hint() {
         ("dtheta = k * omga", "did you mean omega?", "omga"),
         ("dtheta = k1+k2+k3+k4+k5", "at most 4", "k5"),
         ("dtheta = k * (v + omega)", "different units", "(v + omega)"),
-        ("dtheta = k * sin(v)", "sin takes a number without a unit", "v"),
-        ("dtheta = k * 2^v", "an exponent has no unit", "v"),
-        ("dtheta = v * omega", "no parameter", "v * omega"),
-        ("dtheta = omega * (1 + k)", "no parameter makes it vanish", "omega * (1 + k)"),
+        ("dtheta = k * sin(v)", "the argument of sin must not have a unit", "v"),
+        ("dtheta = k * 2^v", "an exponent must not have a unit", "v"),
+        ("dtheta = v * omega", "does not vanish", "v * omega"),
+        ("dtheta = omega * (1 + k)", "does not vanish when its parameters are zero", "omega * (1 + k)"),
         ("dtheta = k / v", "grows without bound when the robot stands", "k / v"),
         ("ds_left/ds = k * a / omega^2", "when the robot stands", "k * a / omega^2"),
         ("dn = k / a", "when the robot drives evenly", "k / a"),
@@ -138,7 +138,7 @@ fn a_declared_unit_is_checked_against_the_expression() {
     assert_eq!(custom.build().unwrap().facts().parameters[0].unit, "s^2/m^2");
     custom.units.insert("k".into(), "s/m".into());
     let error = custom.build().unwrap_err();
-    assert!(error.problem.contains("dtheta per second has the unit 1/s"), "{error}");
+    assert!(error.problem.contains("dtheta per second needs the unit 1/s"), "{error}");
     assert!(error.problem.contains("by a factor of m/s"), "{error}");
     custom.units = [("c".to_owned(), "s".to_owned())].into();
     assert_eq!(custom.build().unwrap_err().part, Part::Unit("c".into()));

@@ -50,9 +50,8 @@ fn all(steps: &mut Steps) -> Outcome {
         )
     })?;
     // What is compiled for them and what they take are two figures: only one is the tests' own.
-    steps.run("build tests", || {
-        cargo(&["test", "--workspace", "--no-run"], &[], "fix the build")
-    })?;
+    steps
+        .run("build tests", || cargo(&["test", "--workspace", "--no-run"], &[], "fix the build"))?;
     steps.run("test", || {
         cargo(
             &["test", "--workspace", "--no-fail-fast"],

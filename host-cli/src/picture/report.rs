@@ -61,7 +61,9 @@ impl fmt::Display for Basis {
         match self {
             Self::OneRun => f.write_str("one run"),
             Self::Mean(runs) => write!(f, "the mean of {runs} runs"),
-            Self::BothWays => f.write_str("the part of the curvature that changes sign between out and back"),
+            Self::BothWays => {
+                f.write_str("the part of the curvature that changes sign between out and back")
+            }
         }
     }
 }

@@ -66,7 +66,9 @@ impl Custom {
         }
         if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
             let problem = format!("it grows without bound when the robot {when}");
-            let hint = format!("do not divide by something that can be zero: write {instead}, for example");
+            let hint = format!(
+                "do not divide by something that can be zero: write {instead}, for example"
+            );
             return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
         }
         Ok(CustomEffect {

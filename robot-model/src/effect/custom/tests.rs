@@ -80,7 +80,11 @@ fn every_mistake_is_pointed_at_and_has_a_hint() {
         ("dtheta = k * sin(v)", "the argument of sin must not have a unit", "v"),
         ("dtheta = k * 2^v", "an exponent must not have a unit", "v"),
         ("dtheta = v * omega", "does not vanish", "v * omega"),
-        ("dtheta = omega * (1 + k)", "does not vanish when its parameters are zero", "omega * (1 + k)"),
+        (
+            "dtheta = omega * (1 + k)",
+            "does not vanish when its parameters are zero",
+            "omega * (1 + k)",
+        ),
         ("dtheta = k / v", "grows without bound when the robot stands", "k / v"),
         ("ds_left/ds = k * a / omega^2", "when the robot stands", "k * a / omega^2"),
         ("dn = k / a", "when the robot drives evenly", "k / a"),

@@ -262,7 +262,7 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
         (&["model", "add", "--custom", "dtheta = k * (v + omega)", "robot"], "different units"),
         (
             &["model", "add", "--custom", "dtheta = k * v", "--unit", "k=s", "robot"],
-            "dtheta per second needs the unit 1/s",
+            "dtheta per second has the unit 1/s",
         ),
         (&["model", "add", "--custom", "dtheta = k * v", "--unit", "k", "robot"], "NAME=UNIT"),
     ] {

@@ -66,7 +66,7 @@ pub(super) fn units(
     equations.push(Equation {
         open: whole.plus(Open::known(target), -1.0),
         at: tree.at.clone(),
-        problem: format!("{target_name} needs the unit {target}, but the right side has another"),
+        problem: format!("{target_name} has the unit {target}, but the right side has another"),
         hint: "check each factor; or declare another unit, or another per",
     });
     let mut solved: Vec<Option<(usize, Open)>> = vec![None; names.len()];

@@ -142,7 +142,7 @@ fn a_declared_unit_is_checked_against_the_expression() {
     assert_eq!(custom.build().unwrap().facts().parameters[0].unit, "s^2/m^2");
     custom.units.insert("k".into(), "s/m".into());
     let error = custom.build().unwrap_err();
-    assert!(error.problem.contains("dtheta per second needs the unit 1/s"), "{error}");
+    assert!(error.problem.contains("dtheta per second has the unit 1/s"), "{error}");
     assert!(error.problem.contains("by a factor of m/s"), "{error}");
     custom.units = [("c".to_owned(), "s".to_owned())].into();
     assert_eq!(custom.build().unwrap_err().part, Part::Unit("c".into()));

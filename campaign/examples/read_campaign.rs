@@ -12,12 +12,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for warning in &files.warnings {
         eprintln!("warning: {warning}");
     }
-    let model = recordings.into_model(&files, &folder)?;
-    println!("{}: {} runs", files.robot.name, model.runs.len());
-    for run in &model.runs {
+    let campaign = recordings.into_model(&files, &folder)?;
+    println!("{}: {} runs", files.robot.name, campaign.runs.len());
+    for run in &campaign.runs {
         let (first, last) = (run.wheels[0], run.wheels[run.wheels.len() - 1]);
         let rolled_m =
-            last.phi_rad.since(first.phi_rad).map(|rad| rad * model.robot.wheel_radius_m);
+            last.phi_rad.since(first.phi_rad).map(|rad| rad * campaign.robot.wheel_radius_m);
         println!(
             "{:28} {:6.1} s  left {:+.3} m  right {:+.3} m  {} poses",
             run.name,

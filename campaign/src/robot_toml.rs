@@ -209,7 +209,7 @@ fn hint_for(problem: &str) -> &'static str {
     } else if problem.starts_with("missing field") {
         "name, wheel_radius_m, track_width_m and counts_per_rev are required"
     } else if problem.starts_with("unknown field") {
-        "check its spelling, and that it stands above the first [[run]] if it is about the robot, below if about a run"
+        "check its spelling; keys of the robot stand above the first [[run]], keys of a run below it"
     } else if problem.contains("expected f64") {
         "a number, without quotes and unit, with a decimal point: wheel_radius_m = 0.036"
     } else if problem.contains("expected a boolean") {

@@ -313,10 +313,10 @@ fn runs_held_out_reach_the_model_marked_and_one_at_least_is_to_be_fitted_to() {
     let held_out: Vec<_> = campaign.runs.iter().map(|run| run.held_out).collect();
     assert_eq!(held_out, [true, false, false]);
     for (facts, expected) in [
-        (&["held_out = true"][..], "robot.toml: the only run is held out: none is left"),
+        (&["held_out = true"][..], "robot.toml: the only run is held out, so none is left"),
         (
             &["held_out = true"; 3],
-            "robot.toml: all 3 runs are held out: none is left to fit to; remove",
+            "robot.toml: all 3 runs are held out, so none is left to fit; remove",
         ),
     ] {
         let folder = with_facts(facts);

@@ -44,8 +44,8 @@ impl Recordings {
         checks::check_all(folder, &self.robot, &self.runs)?;
         if campaign.runs.iter().all(|run| run.facts.held_out) {
             let problem = match campaign.runs.len() {
-                1 => "the only run is held out: none is left to fit to".to_owned(),
-                n => format!("all {n} runs are held out: none is left to fit to"),
+                1 => "the only run is held out, so none is left to fit".to_owned(),
+                n => format!("all {n} runs are held out, so none is left to fit"),
             };
             let place = Place::whole(&folder.join("robot.toml"));
             let hint = "remove held_out = true from the runs that a model is to be fitted to";

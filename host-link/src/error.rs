@@ -136,7 +136,7 @@ impl fmt::Display for Error {
             ),
             Self::VersionsDiffer { ours, theirs } => write!(
                 f,
-                "the robot speaks protocol {} (schema {:016x}), this beeline speaks protocol {} (schema {:016x})",
+                "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
                 theirs.protocol, theirs.schema, ours.protocol, ours.schema
             ),
             Self::StoppedAnswering { port } => {
@@ -149,7 +149,7 @@ impl fmt::Display for Error {
                 write!(f, "the robot on {port} restarted during this command")
             }
             Self::WrongAnswer { request, answer } => {
-                write!(f, "the robot gave a wrong answer to {request}: {answer:?}")
+                write!(f, "the robot gave a wrong answer when asked to {request}: {answer:?}")
             }
             Self::Refused { request, refusal } => refused(f, request, refusal),
             Self::ReadBackDiffers => {
@@ -237,23 +237,23 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
     }
 }
 
-/// The name of a request.
+/// What a request asks the robot to do, to follow "asked to".
 pub(crate) fn name_of(command: &Command) -> &'static str {
     match command {
-        Command::Identify => "identify",
-        Command::Status => "status",
-        Command::ReadConfig => "read configuration",
-        Command::WriteConfig(_) => "write configuration",
-        Command::SaveConfig => "save configuration",
-        Command::RestoreConfig(_) => "restore configuration",
+        Command::Identify => "identify itself",
+        Command::Status => "report its status",
+        Command::ReadConfig => "read the configuration",
+        Command::WriteConfig(_) => "use the configuration",
+        Command::SaveConfig => "save the configuration",
+        Command::RestoreConfig(_) => "restore the configuration",
         Command::Arm => "arm",
         Command::Disarm => "disarm",
         Command::Drive(_) => "drive",
-        Command::Renew { .. } => "renew",
+        Command::Renew { .. } => "renew the motion",
         Command::Stop => "stop",
-        Command::EmergencyStop => "emergency stop",
-        Command::ClearFault { .. } => "clear fault",
-        Command::Subscribe { .. } => "subscribe",
-        Command::Recall { .. } => "recall telemetry",
+        Command::EmergencyStop => "stop at once",
+        Command::ClearFault { .. } => "clear the fault",
+        Command::Subscribe { .. } => "send telemetry",
+        Command::Recall { .. } => "repeat telemetry",
     }
 }

@@ -212,7 +212,7 @@ impl Session {
     pub async fn identify(&mut self) -> Result<Identity> {
         match self.request(Command::Identify).await? {
             Answer::Identity(identity) => Ok(identity),
-            other => Err(wrong_answer("identify", other)),
+            other => Err(wrong_answer("identify itself", other)),
         }
     }
 
@@ -220,7 +220,7 @@ impl Session {
     pub async fn status(&mut self) -> Result<Status> {
         match self.request(Command::Status).await? {
             Answer::Status(status) => Ok(status),
-            other => Err(wrong_answer("status", other)),
+            other => Err(wrong_answer("report its status", other)),
         }
     }
 
@@ -228,14 +228,14 @@ impl Session {
     pub async fn read_config(&mut self) -> Result<Config> {
         match self.request(Command::ReadConfig).await? {
             Answer::Config(config) => Ok(config),
-            other => Err(wrong_answer("read configuration", other)),
+            other => Err(wrong_answer("read the configuration", other)),
         }
     }
 
     /// Uses another configuration, reads it back and compares.
     pub async fn write_config(&mut self, config: &Config) -> Result<()> {
         config.validate().map_err(|error| Error::Refused {
-            request: "write configuration",
+            request: "use the configuration",
             refusal: Refusal::Config(error),
         })?;
         self.request(Command::WriteConfig(config.clone())).await?;
@@ -255,7 +255,7 @@ impl Session {
     pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
         match self.request(Command::RestoreConfig(origin)).await? {
             Answer::Config(config) => Ok(config),
-            other => Err(wrong_answer("restore configuration", other)),
+            other => Err(wrong_answer("restore the configuration", other)),
         }
     }
 

@@ -64,7 +64,7 @@ impl fmt::Display for ServeError {
         match self {
             Self::Link(error) => write!(f, "{error}"),
             Self::ResetOnPty => f.write_str(
-                "--reset-on-connect does nothing on a pseudo-terminal: nobody sees a client come",
+                "--reset-on-connect does nothing here: a pseudo-terminal does not report connections",
             ),
             Self::CameraExists(path) => write!(f, "{} exists", path.display()),
             Self::CameraNew(path, error) | Self::CameraWrite(path, error) => {

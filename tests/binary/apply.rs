@@ -208,7 +208,10 @@ fn what_is_compensated_and_no_longer_there_is_taken_back() {
         "campaign record robot --run \"spins both ways\" --port sim:equal.toml --flash flash";
     let model = desk.read("robot/model.toml");
     let more = desk.run_with(&crate::desk::words(spins), "").ok();
-    assert!(more.stderr.contains("now compensates another wheel_radius_ratio"), "{more:#?}");
+    assert!(
+        more.stderr.contains("the robot's wheel_radius_ratio differs from model.toml"),
+        "{more:#?}"
+    );
     assert!(desk.read("robot/robot.toml").starts_with(&robot));
     assert_eq!(desk.read("robot/model.toml"), model);
 }

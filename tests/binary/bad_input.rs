@@ -159,7 +159,7 @@ fn other_bad_arguments_are_refused_before_the_robot_moves() {
         ("sim --listen somewhere", "tcp:HOST:PORT or pty"),
         ("sim --listen tcp:127.0.0.1:nine", "tcp:HOST:PORT or pty"),
         ("sim --listen tcp:192.0.2.1:0", "cannot listen"),
-        ("sim --listen pty --reset-on-connect", "nobody sees a client come"),
+        ("sim --listen pty --reset-on-connect", "a pseudo-terminal does not report connections"),
         ("sim --listen tcp:127.0.0.1:0 --port /dev/ttyACM0", "sim:SCENARIO.toml"),
         ("sim --listen tcp:127.0.0.1:0 --camera nowhere/track.csv", "nowhere/track.csv"),
         ("completions cobol", "bash"),

@@ -72,7 +72,7 @@ fn another_protocol_version_is_refused_with_both_versions_named() {
     let message = Desk::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains(&format!("the robot speaks protocol {newer}")), "{message}");
     assert!(
-        message.contains(&format!("this beeline speaks protocol {PROTOCOL_VERSION}")),
+        message.contains(&format!("this host speaks protocol {PROTOCOL_VERSION}")),
         "{message}"
     );
     assert!(message.contains("update beeline"), "{message}");

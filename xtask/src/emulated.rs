@@ -17,7 +17,7 @@ fn line(what: &str, args: &[&str]) -> Result<Vec<String>, String> {
 
 /// Compiles the tests on the emulated board.
 pub fn build_tests() -> Outcome {
-    cargo(&line("test", &["--no-run"])?, &[], "mend the build")
+    cargo(&line("test", &["--no-run"])?, &[], "fix the build")
 }
 
 /// Tests the flashed image on the emulated board.
@@ -38,7 +38,7 @@ pub fn serve(args: &[&str]) -> Outcome {
 /// Checks the code of the emulated board's crate.
 pub fn clippy() -> Outcome {
     let line = line("clippy", &["--all-targets", "--", "-D", "warnings"])?;
-    cargo(&line, &[], "mend what clippy says")
+    cargo(&line, &[], "fix what clippy says")
 }
 
 fn with_image(what: &str, args: &[&str]) -> Outcome {

@@ -120,7 +120,7 @@ pub fn clippy() -> Outcome {
             .args(["--bin", board.bin, "--target", TARGET, "--", "-D", "warnings"])
             .current_dir(root().join("firmware"))
             .env_remove("CARGO_ENCODED_RUSTFLAGS");
-        run_command(&mut command, "mend what clippy says")?;
+        run_command(&mut command, "fix what clippy says")?;
     }
     Ok(())
 }
@@ -166,7 +166,7 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
     if let Compiler::Distribution = compiler {
         command.arg("-Zbuild-std=core,alloc");
     }
-    run_command(&mut command, "mend the build; firmware/ builds with `cargo build --release` too")?;
+    run_command(&mut command, "fix the build; firmware/ builds with `cargo build --release` too")?;
     Ok(target.join(TARGET).join("release").join(board.bin))
 }
 

@@ -23,7 +23,7 @@ pub fn check() -> Outcome {
     outcome
 }
 
-/// Each of these is run, whatever becomes of the others: all that is to be mended is seen at once.
+/// Each of these is run, whatever becomes of the others: all that is to be fixed is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
     let checks: [(&'static str, Check); 6] = [
@@ -46,13 +46,12 @@ fn all(steps: &mut Steps) -> Outcome {
         cargo(
             &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],
             &[],
-            "mend what clippy says; `cargo clippy --fix` does some of it",
+            "fix what clippy says; `cargo clippy --fix` does some of it",
         )
     })?;
     // What is compiled for them and what they take are two figures: only one is the tests' own.
-    steps.run("build tests", || {
-        cargo(&["test", "--workspace", "--no-run"], &[], "mend the build")
-    })?;
+    steps
+        .run("build tests", || cargo(&["test", "--workspace", "--no-run"], &[], "fix the build"))?;
     steps.run("test", || {
         cargo(
             &["test", "--workspace", "--no-fail-fast"],
@@ -69,7 +68,7 @@ fn all(steps: &mut Steps) -> Outcome {
         cargo(
             &["doc", "--workspace", "--no-deps"],
             &[("RUSTDOCFLAGS", "-D warnings")],
-            "mend the documentation comments",
+            "fix the documentation comments",
         )
     })
 }

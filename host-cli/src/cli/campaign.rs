@@ -23,9 +23,9 @@ Examples:
     #[command(after_help = "\
 How the robot is measured (--measure):
   camera      the simulator's overhead camera (default on the simulator)
-  ask         you type the robot's pose as a tape reads it (1.795m -12mm 3deg): before
-              a run if it is not at its mark, and after it; or the name of a track file;
-              or nothing, repeat, skip (default elsewhere)
+  ask         you type the pose that a tape reads (1.795m -12mm 3deg) after each run, or a
+              track file's name, `repeat`, `skip`, or Enter for none; before a run you confirm
+              that the robot stands at its mark, or type where else (default elsewhere)
   track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
   none        not at all: add poses to the files later
 
@@ -74,7 +74,7 @@ pub struct PlanArgs {
     /// Acceleration of the ramps [default: 0.3 m/s^2].
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Option<Acceleration>,
-    /// Drive every run so many times [default: 1].
+    /// Drive every run this many times [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=20))]
     pub repeats: Option<u16>,
     /// Add an out-and-back run with this load on board.
@@ -121,7 +121,7 @@ pub struct CampaignRecordArgs {
     /// Samples per second.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub rate: u16,
-    /// Ask nothing: the robot is put at its mark without being told to.
+    /// Do not ask; assume that the robot stands at its mark before each run.
     #[arg(long, short)]
     pub yes: bool,
 }
@@ -143,7 +143,7 @@ pub struct ApplyArgs {
     /// Write without asking.
     #[arg(long, short)]
     pub yes: bool,
-    /// Restore what was there before.
+    /// Restore the configuration from before the last `apply`.
     #[arg(long, conflicts_with = "campaign")]
     pub undo: bool,
 }

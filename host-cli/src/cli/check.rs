@@ -64,7 +64,7 @@ pub(super) fn rate(text: &str) -> Result<u16, String> {
             let divides = |rate: &u16| 1000 % rate == 0;
             let below = (1..rate).rev().find(divides).unwrap_or(1);
             let above = (rate..=1000).find(divides).unwrap_or(1000);
-            Err(format!("must be a whole number of milliseconds apart, as {below} and {above} are"))
+            Err(format!("must divide 1000, as {below} and {above} do"))
         }
         _ => Err("must be a whole number from 1 to 1000".into()),
     }

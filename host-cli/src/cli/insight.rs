@@ -44,7 +44,7 @@ pub struct CompareArgs {
 /// `beeline explain`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Candidates are all effects of the catalogue, and your own that the campaign's model.toml declares.
+Tests all effects of the catalogue, and those that the campaign's model.toml defines.
 
 Examples:
   beeline explain my-robot
@@ -109,7 +109,7 @@ pub struct AddArgs {
     /// Its name in model.toml.
     #[arg(long, value_name = "ID", requires = "custom")]
     pub name: Vec<String>,
-    /// Per what the left side is meant, where the equation does not say.
+    /// What the left side is divided by, if the equation does not say: second, metre or radian.
     #[arg(long, requires = "custom", value_parser = per)]
     pub per: Option<Per>,
     /// Unit of a parameter, to be checked against the equation: k=s^2/m^2.

@@ -175,7 +175,7 @@ pub enum ConfigCommand {
     Save,
     /// Return to the saved configuration, or the factory's.
     Restore {
-        /// The one that is built into the firmware.
+        /// Return to the factory configuration.
         #[arg(long)]
         factory: bool,
     },
@@ -248,7 +248,7 @@ pub struct SimArgs {
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
     /// Put the robot back at its start line whenever a client connects and it stands still
-    /// (TCP only: on a pseudo-terminal nobody sees a client come).
+    /// (TCP only: a pseudo-terminal does not report connections).
     #[arg(long)]
     pub reset_on_connect: bool,
     /// Stop after this long.

@@ -189,7 +189,7 @@ fn table(change: &Change) -> String {
                     .to_owned()
             }
             Remedy::Stays => {
-                "the value in use stays: these runs confirm neither that nor another".to_owned()
+                "the value in use stays: these runs confirm neither it nor another value".to_owned()
             }
             Remedy::Ambiguous(others) => format!(
                 "not written: these runs cannot tell it from {}; `explain` suggests a run that can, if there is one",

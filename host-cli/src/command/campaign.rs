@@ -293,7 +293,7 @@ impl Teller {
                 ));
             }
             RecordStep::CompensatedAnew(effect) => warn(format_args!(
-                "the robot now compensates another {effect} than model.toml says; counts are raw, so old and new runs still fit together"
+                "the robot's {effect} differs from model.toml; counts are recorded raw, so old and new runs can be fitted together"
             )),
             RecordStep::GoesOn(_) | RecordStep::Compensated(_) => {}
         }

@@ -143,7 +143,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     if !common.json {
         say(format_args!(
             "\n{} E_max,syst {:.1} mm before, {:.1} mm after",
-            paint(GOOD, "Square again:"),
+            paint(GOOD, "Squares improved:"),
             before.error_m * 1e3,
             after.error_m * 1e3
         ));

@@ -240,6 +240,9 @@ mod tests {
         let here = errors(5.0, 9.0);
         assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
         let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
-        assert_eq!(said, "No kind of run that beeline knows tells scrub from slope, side_slip.");
+        assert_eq!(
+            said,
+            "No run that beeline can plan distinguishes scrub from slope or side_slip."
+        );
     }
 }

@@ -14,13 +14,13 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
     let open: Vec<String> = open
         .map(|step| {
             let others = step.class.iter().filter(|id| **id != step.effect).cloned();
-            format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(", "))
+            format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
     if open.is_empty() {
         return "No further run is needed to tell effects apart.".into();
     }
-    format!("No kind of run that beeline knows tells {}.", open.join("; nor "))
+    format!("No run that beeline can plan distinguishes {}.", open.join(", nor "))
 }
 
 /// What a next run needs besides driving: one about the gyro needs its log.

@@ -61,7 +61,7 @@ pub(super) fn page(report: &CalibrationReport) -> String {
     if let Some(out_and_back) = &report.out_and_back {
         let _ = write!(
             html,
-            "\n<h2>Out and back</h2>\n<p>{}.</p><p class=\"sub\">From the part that flips: W<sub>T</sub> = {}. \
+            "\n<h2>Out and back</h2>\n<p>{}.</p><p class=\"sub\">From the part of the curvature that changes sign: W<sub>T</sub> = {}. \
              Pull: {} mrad per metre, to the right positive.</p>",
             escape(&capitalised(words::out_and_back(out_and_back.verdict))),
             plus_minus(out_and_back.wheel_weight, out_and_back.wheel_weight_sigma),

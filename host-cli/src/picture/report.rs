@@ -38,7 +38,7 @@ impl CalibrationReport {
         if self.after.is_straighter_than(&self.before, 0.0) {
             "Drives straight"
         } else if self.out_and_back.is_some_and(|both| both.verdict == Verdict::Both) {
-            "Wheels corrected, a pull is left"
+            "Wheels corrected, a pull remains"
         } else {
             "Not straighter yet"
         }
@@ -61,7 +61,9 @@ impl fmt::Display for Basis {
         match self {
             Self::OneRun => f.write_str("one run"),
             Self::Mean(runs) => write!(f, "the mean of {runs} runs"),
-            Self::BothWays => f.write_str("the part that flips between out and back"),
+            Self::BothWays => {
+                f.write_str("the part of the curvature that changes sign between out and back")
+            }
         }
     }
 }
@@ -141,7 +143,7 @@ impl PathSource {
     pub const fn sentence(self) -> &'static str {
         match self {
             Self::Measured => "fitted to the points measured along the way",
-            Self::Reckoned => "reckoned from the wheels' angles and the reading at the end",
+            Self::Reckoned => "dead reckoning from the wheel angles, ending at the reading",
         }
     }
 }

@@ -70,7 +70,10 @@ fn the_page_states_the_wheel_weight_that_was_written_and_how_often_the_robot_dro
     let both = report("Bee");
     let html = to_html(&both);
     assert!(html.contains("<b>Written: W<sub>T</sub> = 0.99182 \u{b1} 0.00030</b>"), "{html}");
-    assert!(html.contains("from the part that flips") && html.contains("Driven 3 times:"));
+    assert!(
+        html.contains("from the part of the curvature that changes sign")
+            && html.contains("Driven 3 times:")
+    );
     let html = to_html(&CalibrationReport { basis: Basis::Mean(4), drives: 5, ..both.clone() });
     assert!(html.contains("from the mean of 4 runs") && html.contains("Driven 5 times:"));
     let html = to_html(&CalibrationReport { basis: Basis::OneRun, drives: 2, ..both });

@@ -96,10 +96,8 @@ pub enum RecordingProblem {
 impl fmt::Display for RecordingProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NoRuns => "there is none in this campaign",
-            Self::AllHeldOut => {
-                "this run and all others are held out: none is left to be fitted to"
-            }
+            Self::NoRuns => "the campaign has no runs",
+            Self::AllHeldOut => "all runs are held out, so none is left to fit",
             Self::TooFewSamples => "fewer than two samples of the encoders",
             Self::NotFinite => "a number that is not finite",
             Self::TimeNotIncreasing => "time does not increase",
@@ -109,7 +107,10 @@ impl fmt::Display for RecordingProblem {
 
 impl fmt::Display for RecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "run {}: {}", self.run, self.problem)
+        match self.problem {
+            RecordingProblem::NoRuns | RecordingProblem::AllHeldOut => self.problem.fmt(f),
+            _ => write!(f, "run {}: {}", self.run, self.problem),
+        }
     }
 }
 

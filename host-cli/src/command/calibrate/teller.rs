@@ -97,7 +97,7 @@ impl Teller {
         match which {
             Pass::Before => {
                 if self.drives == 1 {
-                    note("  encoders   run with their motors");
+                    note("  encoders   directions agree with the motors");
                 }
                 note(format_args!(
                     "  before     {off} to the {side}, heading {heading_mrad:+.1} mrad"

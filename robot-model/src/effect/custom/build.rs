@@ -45,9 +45,8 @@ impl Custom {
             }
         }
         let amplitudes = amplitudes(&tree, names.len()).ok_or_else(|| {
-            let problem = "no parameter makes it vanish at zero";
-            let hint =
-                "an effect that is not there must be nothing: put a parameter in front, k * (...)";
+            let problem = "the effect does not vanish when its parameters are zero";
+            let hint = "multiply it by a parameter: k * (...)";
             CustomError::new(Part::Expression, tree.at.clone(), problem, hint)
         })?;
         let target = Unit(match self.target {
@@ -67,7 +66,9 @@ impl Custom {
         }
         if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
             let problem = format!("it grows without bound when the robot {when}");
-            let hint = format!("no division by what becomes zero there: {instead}, for example");
+            let hint = format!(
+                "do not divide by something that can be zero: write {instead}, for example"
+            );
             return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
         }
         Ok(CustomEffect {

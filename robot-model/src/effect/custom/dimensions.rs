@@ -66,7 +66,7 @@ pub(super) fn units(
     equations.push(Equation {
         open: whole.plus(Open::known(target), -1.0),
         at: tree.at.clone(),
-        problem: format!("{target_name} has the unit {target}, and this has another"),
+        problem: format!("{target_name} has the unit {target}, but the right side has another"),
         hint: "check each factor; or declare another unit, or another per",
     });
     let mut solved: Vec<Option<(usize, Open)>> = vec![None; names.len()];
@@ -171,7 +171,7 @@ fn unit_of(
                     equations.push(Equation {
                         open: units[0],
                         at: arguments[0].at.clone(),
-                        problem: format!("{name} takes a number without a unit, and this has one"),
+                        problem: format!("the argument of {name} must not have a unit"),
                         hint: DIVIDE,
                     });
                     one
@@ -191,7 +191,7 @@ fn unit_of_power(
     equations.push(Equation {
         open: exponent_unit,
         at: exponent.at.clone(),
-        problem: "an exponent has no unit, and this one has".into(),
+        problem: "an exponent must not have a unit".into(),
         hint: DIVIDE,
     });
     if let Some(power) = constant(exponent) {
@@ -200,7 +200,7 @@ fn unit_of_power(
     equations.push(Equation {
         open: unit,
         at: base.at.clone(),
-        problem: "what is raised to a free power has no unit, and this has".into(),
+        problem: "a base with a variable exponent must not have a unit".into(),
         hint: DIVIDE,
     });
     one

@@ -15,7 +15,8 @@ fn halving_m(parameters: &PlantParameters, run: impl Fn(&mut Plant)) -> f64 {
     (whole.x_m - half.x_m).hypot(whole.y_m - half.y_m)
 }
 
-/// The bound. Below a nanometre the step would not be in effect at all.
+/// A tenth of a millimetre is a tenth of the camera's noise, so nobody can measure the step. Below a
+/// nanometre the step would not be in effect at all.
 fn is_fine(distance_m: f64) -> bool {
     (1e-9..1e-4).contains(&distance_m)
 }

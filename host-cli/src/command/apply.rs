@@ -2,7 +2,7 @@
 
 use host_link::Session;
 use robot_model::effect::{Effect, KnownEffect};
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_given;
 use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
 use serde_json::json;
@@ -127,7 +127,7 @@ fn effects_of(
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
     let campaign = recordings.into_model(campaign, folder)?;
-    let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
+    let answer = explain_given(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));

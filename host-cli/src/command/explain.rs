@@ -1,7 +1,7 @@
 //! `beeline explain`
 
 use robot_model::compare::Comparer;
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_given;
 
 use super::compare::{read, warn_if_lone};
 use crate::cli::{Common, ExplainArgs};
@@ -17,7 +17,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
-    let answer = explain_beyond(&campaign, &catalogue, &in_model).map_err(Error::new)?;
+    let answer = explain_given(&campaign, &catalogue, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
         say(json::answer(&answer));
     } else {

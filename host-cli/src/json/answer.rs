@@ -87,7 +87,7 @@ fn next_run(next: &NextRun) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{PlanKind, Promise, Reason, Why};
+    use robot_model::explain::{CandidateKind, Promise, Reason, Why};
 
     use super::*;
 
@@ -120,7 +120,7 @@ mod tests {
             }],
             unexplained: Unexplained::default(),
             next_run: Some(NextRun {
-                kind: PlanKind::Straight,
+                kind: CandidateKind::Straight,
                 separates: Vec::new(),
                 promise: Promise::default(),
             }),

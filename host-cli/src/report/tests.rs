@@ -2,7 +2,7 @@ use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
-    HeldOut, NextRun, ParameterFound, PlanKind, Promise, Reason, Rejected, StepFound, Why,
+    CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound, Why,
 };
 use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
@@ -54,7 +54,7 @@ fn answer() -> Answer {
             model: errors(4.5),
         }),
         next_run: Some(NextRun {
-            kind: PlanKind::SpinsBothWays,
+            kind: CandidateKind::SpinsBothWays,
             separates: vec!["side_slip".into()],
             promise: Promise::default(),
         }),

@@ -23,20 +23,20 @@ use crate::selection::select::{Selection, is_chance, select, settled};
 
 /// Explains a campaign with the effects of the catalogue.
 pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
-    explain_by(campaign, &CATALOGUE)
+    explain_with(campaign, &CATALOGUE)
 }
 
 /// Explains a campaign with these effects.
-pub fn explain_by(
+pub fn explain_with(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
 ) -> Result<Answer, RecordingError> {
-    explain_beyond(campaign, catalogue, &[])
+    explain_given(campaign, catalogue, &[])
 }
 
 /// Explains what a model with the effects of these ids leaves unexplained. They are fitted again together
 /// with whatever is found, and count as known, not as missing.
-pub fn explain_beyond(
+pub fn explain_given(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
     in_model: &[&str],

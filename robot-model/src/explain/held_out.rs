@@ -36,8 +36,8 @@ pub(crate) fn errors(
     Some(HeldOut { runs, kinds, baseline: errors(before), model: errors(terms) })
 }
 
-/// A campaign of the held-out runs only, with the survey of the others.
+/// A campaign of the held-out runs only, with the excitation of the others.
 pub(crate) fn only(prepared: &Prepared) -> Prepared {
     let runs: Vec<PreparedRun> = prepared.held_out.clone();
-    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), survey: prepared.survey }
+    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), excitation: prepared.excitation }
 }

@@ -120,7 +120,7 @@ pub(crate) fn fit_from_best_starts<'a>(
     prepared: &Prepared,
     effects: &[&'a dyn Effect],
 ) -> Fitted<'a> {
-    let starts = |effect: &dyn Effect| effect.starts(&prepared.survey);
+    let starts = |effect: &dyn Effect| effect.starts(&prepared.excitation);
     let (shaped, plain): (Vec<_>, Vec<_>) =
         effects.iter().copied().partition(|effect| starts(*effect).len() > 1);
     let terms =

@@ -48,8 +48,10 @@ fn suggestions_followed(start: &[&str], truth: (&str, &[f64]), ends_only: bool) 
         let next = answer.next_run.unwrap_or_else(|| panic!("{truth:?}: no run for {class:?}"));
         let excitation = campaign.prepare().unwrap().excitation;
         let speed_mps = excitation.wheel_rate_max_rad_s * campaign.robot.wheel_radius_m;
-        let suggested =
-            candidate_runs(speed_mps).into_iter().find(|plan| plan.kind == next.kind).unwrap();
+        let suggested = candidate_runs(speed_mps)
+            .into_iter()
+            .find(|candidate| candidate.kind == next.kind)
+            .unwrap();
         for (k, (heading_rad, _, pieces)) in suggested.runs.into_iter().enumerate() {
             plan.push((format!("next_{made}_{k}"), heading_rad, pieces));
         }

@@ -8,7 +8,7 @@ use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
-use super::compare::warn_of_blind_runs;
+use super::compare::warn_of_runs_without_poses;
 use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
@@ -33,7 +33,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     for warning in &campaign.warnings {
         warn(warning);
     }
-    warn_of_blind_runs(&campaign);
+    warn_of_runs_without_poses(&campaign);
     let effects = effects_of(folder, &campaign, recordings)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;

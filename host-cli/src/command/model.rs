@@ -9,7 +9,7 @@ use robot_model::explain::model::{Model, fit};
 use robot_model::recording::Campaign;
 use serde_json::json;
 
-use super::compare::{read, warn_if_lone};
+use super::compare::{read, warn_if_single_run};
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
@@ -150,7 +150,7 @@ struct Task {
 impl Task {
     fn new(folder: &Path, model: Option<&Path>) -> Result<Self> {
         let (read, campaign) = read(folder)?;
-        warn_if_lone(&campaign);
+        warn_if_single_run(&campaign);
         let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
         let model = ModelFile::read_or_empty(&file)?;
         let before = model.effects.iter().map(|entry| entry.effect.clone()).collect();

@@ -7,7 +7,7 @@ use robot_model::effect::Effect;
 use robot_model::explain::explain_given;
 use serde_json::json;
 
-use super::compare::{read, warn_if_lone};
+use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again};
@@ -29,7 +29,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         .hint("a browser prints the page, to PDF as well"));
     }
     let (read, campaign) = read(&args.campaign)?;
-    warn_if_lone(&campaign);
+    warn_if_single_run(&campaign);
     let output = args.output.display();
     let cannot = |error: &dyn std::fmt::Display| {
         Error::new(format_args!("cannot write {output}: {error}"))

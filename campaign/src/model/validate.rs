@@ -122,8 +122,8 @@ pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), I
         })
     };
     let nominal =
-        ErrorPair { train: errors(&raw.nominal)?, cross_validated: errors(&raw.nominal_heldout)? };
-    let model = ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.heldout)? };
+        ErrorPair { fitted: errors(&raw.nominal)?, cross_validated: errors(&raw.nominal_heldout)? };
+    let model = ErrorPair { fitted: errors(&raw.train)?, cross_validated: errors(&raw.heldout)? };
     Ok((raw.runs, nominal, model))
 }
 

@@ -15,7 +15,7 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPair {
     /// Fitted to all runs.
-    pub train: Errors,
+    pub fitted: Errors,
     /// Each run predicted by a fit to all others.
     pub cross_validated: Errors,
 }
@@ -96,7 +96,7 @@ fn moved<'a>(
 }
 
 /// Errors with these columns fitted to all runs.
-pub(crate) fn train(
+pub(crate) fn fitted_errors(
     prepared: &Prepared,
     (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],

@@ -49,7 +49,7 @@ pub struct StepFound {
     /// Its parameters, fitted with those of all steps.
     pub parameters: Vec<ParameterFound>,
     /// Errors on the runs fitted to.
-    pub train: Errors,
+    pub fitted: Errors,
     /// Cross-validated errors.
     pub cross_validated: Errors,
     /// Probability of at least as much gain by chance, given all other effects.

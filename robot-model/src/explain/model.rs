@@ -5,7 +5,7 @@
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
-use crate::estimation::errors::{ErrorPair, Errors, train};
+use crate::estimation::errors::{ErrorPair, Errors, fitted_errors};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -146,7 +146,7 @@ impl Model {
         let held_out = self.held_out.iter().flat_map(|errors| [errors.baseline, errors.model]);
         let pairs = [self.nominal, self.errors].into_iter();
         let mut numbers = pairs
-            .flat_map(|pair| [pair.train, pair.cross_validated])
+            .flat_map(|pair| [pair.fitted, pair.cross_validated])
             .chain(held_out)
             .flat_map(|errors| [errors.position_rms_m, errors.heading_rms_rad, errors.chi])
             .chain(self.noise.to_array());
@@ -170,7 +170,7 @@ impl Model {
             .collect();
         let terms = PlacedTerm::place(&terms);
         let equations = CampaignEquations::gather(&prepared, &terms, &self.noise);
-        Ok(train(&prepared, (&equations, &terms), &[], &self.noise))
+        Ok(fitted_errors(&prepared, (&equations, &terms), &[], &self.noise))
     }
 }
 

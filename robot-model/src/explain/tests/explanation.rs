@@ -47,7 +47,7 @@ fn a_perfect_robot_is_given_no_effect() {
         assert_eq!(found(&answer), [""; 0], "seed {seed}");
         assert!(!answer.unexplained.structure, "seed {seed}: {:?}", answer.unexplained);
         // White residuals of unit variance: sqrt(1 +- 0.04) for ten thousand of them.
-        let chi = answer.baseline.train.chi;
+        let chi = answer.baseline.fitted.chi;
         assert!((0.96..1.04).contains(&chi), "{chi}");
     }
 }

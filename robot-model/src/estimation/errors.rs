@@ -95,8 +95,8 @@ fn moved<'a>(
     terms
 }
 
-/// Errors with these columns fitted to all runs.
-pub(crate) fn fitted_errors(
+/// Errors on these runs, with these columns fitted to all of them.
+pub(crate) fn errors_on_runs(
     prepared: &Prepared,
     (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],

@@ -5,7 +5,7 @@
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Need};
-use crate::estimation::errors::{ErrorPair, cross_validated, fitted_errors};
+use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
@@ -153,7 +153,7 @@ pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>
     let columns: Vec<usize> = (0..equations.priors.len()).collect();
     let model = (&equations, terms.as_slice());
     ErrorPair {
-        fitted: fitted_errors(prepared, model, &columns, &fitted.noise),
+        fitted: errors_on_runs(prepared, model, &columns, &fitted.noise),
         cross_validated: cross_validated(prepared, model, &columns, &fitted.noise),
     }
 }

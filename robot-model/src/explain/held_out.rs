@@ -3,7 +3,7 @@
 //! Cross-validated errors, of runs that take part in the fit, are in [`crate::estimation`].
 
 use crate::effect::composition::{PlacedTerm, Term};
-use crate::estimation::errors::{Errors, fitted_errors};
+use crate::estimation::errors::{Errors, errors_on_runs};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::answer::HeldOut;
@@ -24,7 +24,7 @@ pub(crate) fn errors(
     let errors = |terms: &[Term<'_>]| -> Errors {
         let terms = PlacedTerm::place(terms);
         let equations = CampaignEquations::gather(&held_out, &terms, noise);
-        fitted_errors(&held_out, (&equations, &terms), &[], noise)
+        errors_on_runs(&held_out, (&equations, &terms), &[], noise)
     };
     let mut kinds: Vec<RunKind> = Vec::new();
     for run in &held_out.runs {

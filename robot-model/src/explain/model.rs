@@ -5,7 +5,7 @@
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
-use crate::estimation::errors::{ErrorPair, Errors, fitted_errors};
+use crate::estimation::errors::{ErrorPair, Errors, errors_on_runs};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -170,7 +170,7 @@ impl Model {
             .collect();
         let terms = PlacedTerm::place(&terms);
         let equations = CampaignEquations::gather(&prepared, &terms, &self.noise);
-        Ok(fitted_errors(&prepared, (&equations, &terms), &[], &self.noise))
+        Ok(errors_on_runs(&prepared, (&equations, &terms), &[], &self.noise))
     }
 }
 

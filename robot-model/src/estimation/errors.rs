@@ -11,7 +11,7 @@ use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 
-/// Errors on the runs fitted to, and on runs held out.
+/// Errors on the runs fitted to, and cross-validated ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPair {
     /// Fitted to all runs.

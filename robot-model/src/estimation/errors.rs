@@ -11,7 +11,7 @@ use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 
-/// Errors on the runs fitted to, and cross-validated ones.
+/// Errors on the runs fitted to, and cross-validated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPair {
     /// Fitted to all runs.

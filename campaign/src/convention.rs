@@ -107,7 +107,7 @@ impl Convention {
 
 /// Which poses follow another convention.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Meant {
+pub struct OtherConvention {
     /// The convention.
     pub convention: Convention,
     /// Only the poses after the first of each run: the first is a mark on the floor, and was not
@@ -115,7 +115,7 @@ pub struct Meant {
     pub ends_only: bool,
 }
 
-impl Meant {
+impl OtherConvention {
     /// All runs, with these poses in our axes.
     pub(super) fn in_ours(self, runs: &[Recording]) -> Vec<Recording> {
         let ours = |run: &Recording| {
@@ -130,7 +130,7 @@ impl Meant {
     }
 }
 
-impl fmt::Display for Meant {
+impl fmt::Display for OtherConvention {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.convention.hint())?;
         if self.ends_only {

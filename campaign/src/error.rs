@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use robot_model::checks::{BadRow, Mismatch};
 
-use crate::convention::Meant;
+use crate::convention::OtherConvention;
 use crate::simulated::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
@@ -122,7 +122,7 @@ pub enum Warning {
         rate_rad_s: f64,
     },
     /// The last pose of a run lies far from dead reckoning that began at the first one.
-    Stray {
+    EndPoseOff {
         /// Where.
         place: Place,
         /// How far, if its position does \[m\].
@@ -131,7 +131,7 @@ pub enum Warning {
         heading_rad: Option<f64>,
     },
     /// The same in so many runs that single misreadings do not explain it.
-    Strays {
+    ManyRunsOff {
         /// The campaign's `robot.toml`.
         place: Place,
         /// How many runs.
@@ -139,31 +139,31 @@ pub enum Warning {
         /// Of how many.
         of: usize,
         /// The convention by which wheels and poses agree.
-        because: Option<Meant>,
+        because: Option<OtherConvention>,
     },
     /// A single run that cannot be of the robot that drove the others.
-    Another {
+    RunMismatch {
         /// Where.
         place: Place,
         /// How wheels and poses disagree.
         found: Mismatch,
     },
     /// Most poses of a single run lie far from dead reckoning.
-    Beside {
+    MostPosesOff {
         /// Where.
         place: Place,
         /// The median distance \[m\].
         off_m: f64,
     },
     /// A single row that no robot drove.
-    Glitch {
+    BadRow {
         /// Where.
         place: Place,
         /// What is off.
         found: BadRow,
     },
     /// The same angle between headings and direction of travel in all runs.
-    Crooked {
+    HeadingOffset {
         /// Where.
         place: Place,
         /// By how much, counter-clockwise positive \[rad\].
@@ -221,7 +221,7 @@ impl fmt::Display for Warning {
                      degrees per second; give seconds"
                 )
             }
-            Self::Stray { place, position_m, heading_rad } => {
+            Self::EndPoseOff { place, position_m, heading_rad } => {
                 let off = how_far(*position_m, *heading_rad);
                 write!(
                     f,
@@ -229,23 +229,23 @@ impl fmt::Display for Warning {
                      or counts were lost; correct the pose, or remove the run if the robot was not the cause"
                 )
             }
-            Self::Strays { place, of, because: Some(meant), .. } => write!(
+            Self::ManyRunsOff { place, of, because: Some(convention), .. } => write!(
                 f,
-                "{place}: wheels and poses of the {of} runs do not agree; with {meant} they do"
+                "{place}: wheels and poses of the {of} runs do not agree; with {convention} they do"
             ),
-            Self::Strays { place, runs, of, because: None } => write!(
+            Self::ManyRunsOff { place, runs, of, because: None } => write!(
                 f,
                 "{place}: in {runs} of {of} runs the measured poses lie far from dead reckoning; check \
                  wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
             ),
-            Self::Another { place, found } => another(f, place, found),
-            Self::Beside { place, off_m } => write!(
+            Self::RunMismatch { place, found } => run_mismatch(f, place, found),
+            Self::MostPosesOff { place, off_m } => write!(
                 f,
                 "{place}: only in this run, most poses lie far from dead reckoning (median {off_m:.2} m): use the columns and \
                  signs of the other runs, check the clock of its poses, or remove the run if somebody pushed the robot"
             ),
-            Self::Glitch { place, found } => glitch(f, place, found),
-            Self::Crooked { place, turned_rad } => write!(
+            Self::BadRow { place, found } => bad_row(f, place, found),
+            Self::HeadingOffset { place, turned_rad } => write!(
                 f,
                 "{place}: in all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
                  mounted at an angle; subtract {turned_rad:.4} from heading_rad",
@@ -268,7 +268,7 @@ impl fmt::Display for Warning {
     }
 }
 
-fn another(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::Result {
+fn run_mismatch(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::Result {
     let (what, columns) = match found {
         Mismatch::Travel { times } => (
             format!("moved {times:.2} times as far as its wheels rolled"),
@@ -293,7 +293,7 @@ fn another(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::
     )
 }
 
-fn glitch(f: &mut fmt::Formatter<'_>, place: &Place, found: &BadRow) -> fmt::Result {
+fn bad_row(f: &mut fmt::Formatter<'_>, place: &Place, found: &BadRow) -> fmt::Result {
     match found {
         BadRow::Jump { rolled_m, .. } => write!(
             f,

@@ -54,7 +54,7 @@ pub mod write;
 #[cfg(test)]
 mod tests;
 
-pub use convention::{Convention, Meant};
+pub use convention::{Convention, OtherConvention};
 pub use error::{CampaignError, Place, Warning, how_far};
 pub use read::read_run;
 pub use recorded::{Campaign, Run};

@@ -4,7 +4,7 @@
 
 use robot_model::explain::explain;
 use robot_model::kinematics::{Geometry, Pose, dead_reckon};
-use robot_model::recording::{Campaign, Drive, Piece, Robot, drive};
+use robot_model::recording::{Campaign, Piece, Robot, Sampling, nominal_run};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let geometry = Geometry::PAPER;
@@ -22,13 +22,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let pieces = [straight(2.0), straight(-2.0), spin(12.0), spin(-12.0), arc(6.0), arc(-6.0)];
 
     let runs = pieces.iter().enumerate().map(|(number, piece)| {
-        let mut run = drive(&robot, &format!("run {number}"), &[*piece], &Drive::USUAL);
+        let mut run = nominal_run(&robot, &format!("run {number}"), &[*piece], &Sampling::USUAL);
         // What your encoders and your camera say goes here: times, wheel angles, measured poses.
         let true_w_t = 1.01;
         let turns = run.wheels.iter().map(|sample| sample.phi_rad);
         let poses = dead_reckon(Pose::ORIGIN, &geometry, true_w_t, turns);
         for (k, measured) in run.measured_poses.iter_mut().enumerate() {
-            let pose = poses[k * Drive::USUAL.samples_per_pose];
+            let pose = poses[k * Sampling::USUAL.samples_per_pose];
             let noise = |salt: usize| ((k * 7919 + salt * 104_729) % 2001) as f64 / 1000.0 - 1.0;
             measured.position_m =
                 Some([pose.x_m + 0.0017 * noise(1), pose.y_m + 0.0017 * noise(2)]);

@@ -4,28 +4,28 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::desk::Desk;
 use crate::schema::violation;
+use crate::temp_folder::TempFolder;
 
 /// Copies those runs of an example whose names contain one of these parts.
-fn runs_of(desk: &Desk, example: &str, parts: &[&str], to: &str) {
+fn runs_of(temp: &TempFolder, example: &str, parts: &[&str], to: &str) {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(example);
-    std::fs::create_dir_all(desk.path(&format!("{to}/runs"))).unwrap();
+    std::fs::create_dir_all(temp.path(&format!("{to}/runs"))).unwrap();
     let text = std::fs::read_to_string(from.join("robot.toml")).unwrap();
     let robot = text.split("[[run]]").next().unwrap();
-    desk.write(&format!("{to}/robot.toml"), robot);
+    temp.write(&format!("{to}/robot.toml"), robot);
     for entry in std::fs::read_dir(from.join("runs")).unwrap() {
         let file = entry.unwrap().path();
         let name = file.file_name().unwrap().to_str().unwrap().to_owned();
         if parts.iter().any(|part| name.contains(part)) {
-            std::fs::copy(&file, desk.path(&format!("{to}/runs/{name}"))).unwrap();
+            std::fs::copy(&file, temp.path(&format!("{to}/runs/{name}"))).unwrap();
         }
     }
 }
 
 /// The answer to a campaign. It must follow the schema, and its exit code must say whether something is missing.
-fn explained(desk: &Desk, campaign: &str) -> Value {
-    let outcome = desk.run(&format!("explain {campaign} --format json --exit-code"));
+fn explained(temp: &TempFolder, campaign: &str) -> Value {
+    let outcome = temp.run(&format!("explain {campaign} --format json --exit-code"));
     let answer = outcome.json();
     assert_eq!(violation(&answer), None, "{campaign}");
     let missing = steps(&answer) > 0 || answer["unexplained"]["structure"] == true;
@@ -39,29 +39,29 @@ fn steps(answer: &Value) -> usize {
 
 #[test]
 fn nothing_missing() {
-    let desk = Desk::new();
-    runs_of(&desk, "mystery-robot", &["rest"], "robot");
-    let answer = explained(&desk, "robot");
+    let temp = TempFolder::new();
+    runs_of(&temp, "mystery-robot", &["rest"], "robot");
+    let answer = explained(&temp, "robot");
     assert_eq!(steps(&answer), 0, "{answer:#}");
     assert_eq!(answer["unexplained"]["structure"], false, "{answer:#}");
     assert_eq!(answer["unexplained"]["depends_on"], serde_json::json!([]));
-    assert!(desk.run("explain robot").ok().stdout.starts_with("Nothing is missing"));
+    assert!(temp.run("explain robot").ok().stdout.starts_with("Nothing is missing"));
 }
 
 #[test]
 fn one_effect_and_no_further_run() {
-    let desk = Desk::new();
-    runs_of(&desk, "mystery-robot", &[""], "robot");
-    let answer = explained(&desk, "robot");
+    let temp = TempFolder::new();
+    runs_of(&temp, "mystery-robot", &[""], "robot");
+    let answer = explained(&temp, "robot");
     assert_eq!(steps(&answer), 1, "{answer:#}");
     assert_eq!(answer["next_run"], Value::Null, "{answer:#}");
 }
 
 #[test]
 fn a_class_and_the_run_that_tells_it_apart() {
-    let desk = Desk::new();
-    runs_of(&desk, "mystery-robot", &["spin_fast"], "robot");
-    let answer = explained(&desk, "robot");
+    let temp = TempFolder::new();
+    runs_of(&temp, "mystery-robot", &["spin_fast"], "robot");
+    let answer = explained(&temp, "robot");
     let class = answer["steps"][0]["class"].as_array().unwrap();
     assert!(class.len() > 1, "{answer:#}");
     assert!(class.contains(&answer["steps"][0]["effect"]), "the chosen one is included");
@@ -70,9 +70,9 @@ fn a_class_and_the_run_that_tells_it_apart() {
 
 #[test]
 fn structure_that_nothing_explains() {
-    let desk = Desk::new();
-    runs_of(&desk, "optiodom", &["circular", "ivanjko"], "robot");
-    let answer = explained(&desk, "robot");
+    let temp = TempFolder::new();
+    runs_of(&temp, "optiodom", &["circular", "ivanjko"], "robot");
+    let answer = explained(&temp, "robot");
     assert_eq!(answer["unexplained"]["structure"], true, "{answer:#}");
     assert!(!answer["unexplained"]["depends_on"].as_array().unwrap().is_empty(), "{answer:#}");
 }

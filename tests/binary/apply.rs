@@ -1,6 +1,6 @@
 //! `beeline apply` and `beeline calibrate --method umbmark` on the simulator.
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// Wheels that differ by 1 %, a track 1 % too wide, and stiff tyres without effects of their own.
 const CROOKED: &str = "\
@@ -47,61 +47,61 @@ pieces = [
 ]
 ";
 
-fn crooked() -> Desk {
-    let desk = Desk::new();
-    desk.write("crooked.toml", CROOKED);
-    desk.write("plan.toml", PLAN);
-    desk
+fn crooked() -> TempFolder {
+    let temp = TempFolder::new();
+    temp.write("crooked.toml", CROOKED);
+    temp.write("plan.toml", PLAN);
+    temp
 }
 
-fn geometry(desk: &Desk, field: &str) -> f64 {
+fn geometry(temp: &TempFolder, field: &str) -> f64 {
     let arguments = format!("config get geometry.{field} --json --flash flash");
-    desk.run(&arguments).ok().json().as_f64().unwrap()
+    temp.run(&arguments).ok().json().as_f64().unwrap()
 }
 
 #[test]
 fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone() {
-    let desk = crooked();
-    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
-    desk.run("config save --flash flash").ok();
-    let before = desk.read("flash");
+    let temp = crooked();
+    temp.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
+    temp.run("config save --flash flash").ok();
+    let before = temp.read("flash");
     let apply = ["apply", "robot", "--flash", "flash"];
-    let refused = desk.run_with(&apply, "n\n");
+    let refused = temp.run_with(&apply, "n\n");
     assert_eq!(refused.code, Some(130), "{refused:#?}");
     assert!(refused.stderr.contains("W_T") && refused.stderr.contains("track width"));
-    assert_eq!(desk.read("flash"), before);
+    assert_eq!(temp.read("flash"), before);
 
-    desk.run_with(&apply, "y\n").ok();
+    temp.run_with(&apply, "y\n").ok();
     // To a tenth of what is wrong: a campaign of eight runs is good to some 1e-4.
-    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
-    assert!((geometry(&desk, "track_width_m") / 0.37572 - 1.0).abs() < 1e-3);
+    assert!((geometry(&temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+    assert!((geometry(&temp, "track_width_m") / 0.37572 - 1.0).abs() < 1e-3);
     // Once is enough.
-    let again = desk.run("apply robot --yes --flash flash --json").ok().json();
+    let again = temp.run("apply robot --yes --flash flash --json").ok().json();
     assert_eq!(again["written"], false, "{again}");
 
-    desk.run("apply --undo --flash flash").ok();
-    assert_eq!(geometry(&desk, "wheel_weight"), 1.0);
+    temp.run("apply --undo --flash flash").ok();
+    assert_eq!(geometry(&temp, "wheel_weight"), 1.0);
     // If there is a model, it is used as it is: the track is not in it.
-    desk.run("model add wheel_radius_ratio robot").ok();
-    desk.run("apply robot --yes --flash flash").ok();
-    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
-    assert_eq!(geometry(&desk, "track_width_m"), 0.372);
-    desk.run("apply --undo --flash flash").ok();
-    let message = desk.run("apply --undo --flash flash").refused();
+    temp.run("model add wheel_radius_ratio robot").ok();
+    temp.run("apply robot --yes --flash flash").ok();
+    assert!((geometry(&temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
+    assert_eq!(geometry(&temp, "track_width_m"), 0.372);
+    temp.run("apply --undo --flash flash").ok();
+    let message = temp.run("apply --undo --flash flash").refused();
     assert!(message.contains("has applied nothing"), "{message}");
 }
 
 #[test]
 fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
-    let desk = crooked();
-    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml --flash flash").ok();
-    let nominal = desk.read("robot/robot.toml");
-    desk.run("apply robot --yes --flash flash").ok();
-    assert_ne!(geometry(&desk, "track_width_m"), 0.372);
+    let temp = crooked();
+    temp.run("campaign record robot --plan plan.toml --port sim:crooked.toml --flash flash").ok();
+    let nominal = temp.read("robot/robot.toml");
+    temp.run("apply robot --yes --flash flash").ok();
+    assert_ne!(geometry(&temp, "track_width_m"), 0.372);
     let spins =
         "campaign record robot --run \"spins both ways\" --port sim:crooked.toml --flash flash";
-    desk.run_with(&crate::desk::words(spins), "").ok();
-    let toml = desk.read("robot/robot.toml");
+    temp.run_with(&crate::temp_folder::words(spins), "").ok();
+    let toml = temp.read("robot/robot.toml");
     assert!(
         toml.starts_with(&nominal),
         "what is nominal stays: the runs before were explained by it"
@@ -113,10 +113,10 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
         effect["parameters"][0]["value"].as_f64().unwrap()
     };
     let fitted = "model add wheel_radius_ratio track_width robot --json";
-    let json = desk.run(fitted).ok().json();
+    let json = temp.run(fitted).ok().json();
     assert!((value(&json, "track_width") - 0.01).abs() < 1e-3, "{json}");
     assert!((value(&json, "wheel_radius_ratio") + 0.01).abs() < 1e-3, "{json}");
-    let again = desk.run("apply robot --yes --flash flash --json").ok().json();
+    let again = temp.run("apply robot --yes --flash flash --json").ok().json();
     let (before, after) = (&again["before"], &again["after"]);
     for name in ["wheel_weight", "track_width_m"] {
         let of = |set: &serde_json::Value| set[name].as_f64().unwrap();
@@ -137,8 +137,8 @@ caster.rolling_resistance = 0.0
 ";
 
 /// A campaign of this scenario in this folder, recorded with what the flash has.
-fn recorded(desk: &Desk, folder: &str, scenario: &str) {
-    desk.run(&format!(
+fn recorded(temp: &TempFolder, folder: &str, scenario: &str) {
+    temp.run(&format!(
         "campaign record {folder} --plan plan.toml --port sim:{scenario} --flash flash"
     ))
     .ok();
@@ -146,74 +146,74 @@ fn recorded(desk: &Desk, folder: &str, scenario: &str) {
 
 #[test]
 fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
-    let desk = crooked();
-    desk.write("unequal.toml", UNEQUAL);
-    recorded(&desk, "before", "unequal.toml");
-    assert!(!desk.path("before/model.toml").exists(), "nothing is compensated yet");
-    let missing = desk.run("explain before --exit-code --json");
+    let temp = crooked();
+    temp.write("unequal.toml", UNEQUAL);
+    recorded(&temp, "before", "unequal.toml");
+    assert!(!temp.path("before/model.toml").exists(), "nothing is compensated yet");
+    let missing = temp.run("explain before --exit-code --json");
     assert_eq!(missing.code, Some(1));
     assert!(missing.stdout.contains("wheel_radius_ratio"), "{missing:#?}");
-    let nominal = desk.run("compare before --json").ok().json();
-    desk.run("apply before --yes --flash flash").ok();
+    let nominal = temp.run("compare before --json").ok().json();
+    temp.run("apply before --yes --flash flash").ok();
 
-    recorded(&desk, "after", "unequal.toml");
-    let model = String::from_utf8(desk.read("after/model.toml")).unwrap();
+    recorded(&temp, "after", "unequal.toml");
+    let model = String::from_utf8(temp.read("after/model.toml")).unwrap();
     assert!(model.contains("in_use = true") && model.contains("robot's configuration"), "{model}");
-    let json = desk.run("explain after --exit-code --json").ok().json();
+    let json = temp.run("explain after --exit-code --json").ok().json();
     assert_eq!(json["steps"].as_array().unwrap().len(), 0, "{json}");
     assert_eq!(json["unexplained"]["structure"], false, "{json}");
-    let text = desk.run("explain after").ok().stdout;
+    let text = temp.run("explain after").ok().stdout;
     assert!(text.contains("Nothing is missing from the model"), "{text}");
     assert!(text.contains("wheel_radius_ratio  confirmed"), "{text}");
     assert!(text.contains("in use"), "{text}");
     // 10 mrad a metre are 17 mm after the 1.2 m there and back; what is left is the camera's noise.
     let position = |json: &serde_json::Value| json["comparison"]["position_m"]["rms"].as_f64();
-    let compensated = desk.run("compare after --json").ok().json();
+    let compensated = temp.run("compare after --json").ok().json();
     let (before_m, after_m) = (position(&nominal).unwrap(), position(&compensated).unwrap());
     assert!(after_m < before_m / 5.0 && after_m > 0.0, "{before_m} {after_m}");
-    let report = desk.run("report after -o report.html").ok();
-    let page = String::from_utf8(desk.read("report.html")).unwrap();
+    let report = temp.run("report after -o report.html").ok();
+    let page = String::from_utf8(temp.read("report.html")).unwrap();
     assert!(page.contains("Already compensated on the robot: unequal wheel radii"), "{report:#?}");
     assert!(page.contains("<h1>Nothing is missing</h1>"));
 
     // By the new runs alone: the same robot.
-    desk.run("apply after --yes --flash flash").ok();
-    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
-    assert!((geometry(&desk, "wheel_radius_m") / 0.03618 - 1.0).abs() < 1e-3);
-    let again = desk.run("apply after --yes --flash flash --json").ok().json();
+    temp.run("apply after --yes --flash flash").ok();
+    assert!((geometry(&temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+    assert!((geometry(&temp, "wheel_radius_m") / 0.03618 - 1.0).abs() < 1e-3);
+    let again = temp.run("apply after --yes --flash flash --json").ok().json();
     assert_eq!(again["written"], false, "{again}");
 
     // A fit makes it a model like any other, which is then what is applied.
-    desk.run("model fit after").ok();
-    assert!(!String::from_utf8(desk.read("after/model.toml")).unwrap().contains("in_use"));
-    desk.run("apply after --yes --flash flash").ok();
-    assert!((geometry(&desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
+    temp.run("model fit after").ok();
+    assert!(!String::from_utf8(temp.read("after/model.toml")).unwrap().contains("in_use"));
+    temp.run("apply after --yes --flash flash").ok();
+    assert!((geometry(&temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
 }
 
 #[test]
 fn what_is_compensated_and_no_longer_there_is_taken_back() {
-    let desk = crooked();
-    desk.write("equal.toml", &UNEQUAL.replace("0.03618", "0.036").replace("0.03582", "0.036"));
+    let temp = crooked();
+    temp.write("equal.toml", &UNEQUAL.replace("0.03618", "0.036").replace("0.03582", "0.036"));
     for set in ["wheel_weight 0.99", "wheel_radius_m 0.03618"] {
-        desk.run(&format!("config set geometry.{set} --save --flash flash")).ok();
+        temp.run(&format!("config set geometry.{set} --save --flash flash")).ok();
     }
-    recorded(&desk, "robot", "equal.toml");
-    let text = desk.run("explain robot").ok().stdout;
+    recorded(&temp, "robot", "equal.toml");
+    let text = temp.run("explain robot").ok().stdout;
     assert!(text.contains("not confirmed by these runs"), "{text}");
-    let robot = desk.read("robot/robot.toml");
-    desk.run("apply robot --yes --flash flash").ok();
-    assert!((geometry(&desk, "wheel_weight") - 1.0).abs() < 1e-3);
+    let robot = temp.read("robot/robot.toml");
+    temp.run("apply robot --yes --flash flash").ok();
+    assert!((geometry(&temp, "wheel_weight") - 1.0).abs() < 1e-3);
     // Going on with the campaign gives a warning, and leaves both files as they are.
     let spins =
         "campaign record robot --run \"spins both ways\" --port sim:equal.toml --flash flash";
-    let model = desk.read("robot/model.toml");
-    let more = desk.run_with(&crate::desk::words(spins), "").ok();
+    let model = temp.read("robot/model.toml");
+    let more = temp.run_with(&crate::temp_folder::words(spins), "").ok();
     assert!(
         more.stderr.contains("the robot's wheel_radius_ratio differs from model.toml"),
         "{more:#?}"
     );
-    assert!(desk.read("robot/robot.toml").starts_with(&robot));
-    assert_eq!(desk.read("robot/model.toml"), model);
+    assert!(temp.read("robot/robot.toml").starts_with(&robot));
+    assert_eq!(temp.read("robot/model.toml"), model);
 }
 
 /// A twisted cable turns it to the left, 12 mrad a metre, forwards and backwards.
@@ -227,8 +227,8 @@ caster.rolling_resistance = 0.0
 ";
 
 /// How far a run's heading is from where it was at the start, in the end \[rad\].
-fn turned_rad(desk: &Desk, run: &str) -> f64 {
-    let text = String::from_utf8(desk.read(run)).unwrap();
+fn turned_rad(temp: &TempFolder, run: &str) -> f64 {
+    let text = String::from_utf8(temp.read(run)).unwrap();
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = head.iter().position(|name| *name == "heading_rad").unwrap();
@@ -241,65 +241,65 @@ fn turned_rad(desk: &Desk, run: &str) -> f64 {
 
 #[test]
 fn a_robot_that_is_pulled_aside_drives_straight_after_apply() {
-    let desk = crooked();
-    desk.write("pulled.toml", PULLED);
-    recorded(&desk, "before", "pulled.toml");
-    let json = desk.run("explain before --json").ok().json();
+    let temp = crooked();
+    temp.write("pulled.toml", PULLED);
+    recorded(&temp, "before", "pulled.toml");
+    let json = temp.run("explain before --json").ok().json();
     assert_eq!(json["steps"][0]["effect"], "heading_pull", "{json}");
-    let before = turned_rad(&desk, "before/runs/01_out_and_back.csv");
+    let before = turned_rad(&temp, "before/runs/01_out_and_back.csv");
     assert!((0.02..0.05).contains(&before), "2.4 m turn it by {before}");
 
-    let shown = desk.run("apply before --yes --flash flash").ok();
+    let shown = temp.run("apply before --yes --flash flash").ok();
     assert!(shown.stderr.contains("heading pull"), "{shown:#?}");
-    let pull = geometry(&desk, "heading_pull_rad_per_m");
+    let pull = geometry(&temp, "heading_pull_rad_per_m");
     assert!((pull - before / 2.4).abs() < 0.2 * pull, "{pull} {before}");
 
-    recorded(&desk, "after", "pulled.toml");
-    let after = turned_rad(&desk, "after/runs/01_out_and_back.csv");
+    recorded(&temp, "after", "pulled.toml");
+    let after = turned_rad(&temp, "after/runs/01_out_and_back.csv");
     assert!(after.abs() < before / 5.0, "{before} {after}");
     // The value is in the configuration, and the new runs give the same one: counts show the steering.
-    let model = String::from_utf8(desk.read("after/model.toml")).unwrap();
+    let model = String::from_utf8(temp.read("after/model.toml")).unwrap();
     assert!(model.contains("id = \"heading_pull\"\n"), "{model}");
-    let json = desk.run("explain after --json").ok().json();
+    let json = temp.run("explain after --json").ok().json();
     let steps = json["steps"].as_array().unwrap();
     assert!(steps.iter().all(|step| step["effect"] != "heading_pull"), "{json}");
-    desk.run("apply after --yes --flash flash").ok();
-    let again = geometry(&desk, "heading_pull_rad_per_m");
+    temp.run("apply after --yes --flash flash").ok();
+    let again = geometry(&temp, "heading_pull_rad_per_m");
     assert!((again / pull - 1.0).abs() < 0.2, "{pull} {again}");
 
-    desk.run("apply --undo --flash flash").ok();
-    assert_eq!(geometry(&desk, "heading_pull_rad_per_m"), pull);
+    temp.run("apply --undo --flash flash").ok();
+    assert_eq!(geometry(&temp, "heading_pull_rad_per_m"), pull);
 }
 
 #[test]
 fn a_calibration_does_not_take_a_pull_that_is_steered_against_for_a_radius() {
-    let desk = crooked();
-    desk.write("pulled.toml", PULLED);
-    let calibrate = |desk: &Desk| {
-        let json = desk.run("calibrate --port sim:pulled.toml --flash flash --json");
+    let temp = crooked();
+    temp.write("pulled.toml", PULLED);
+    let calibrate = |temp: &TempFolder| {
+        let json = temp.run("calibrate --port sim:pulled.toml --flash flash --json");
         json.json()["before"]["wheel_weight"]["value"].as_f64().unwrap()
     };
     // 12 mrad a metre over a track of 0.372 m pass for 0.4 %.
-    let fooled = calibrate(&desk);
+    let fooled = calibrate(&temp);
     assert!((fooled - 1.0).abs() > 3e-3, "{fooled}");
-    let desk = crooked();
-    desk.write("pulled.toml", PULLED);
-    desk.run("config set geometry.heading_pull_rad_per_m 0.012 --save --flash flash").ok();
-    let told = calibrate(&desk);
+    let temp = crooked();
+    temp.write("pulled.toml", PULLED);
+    temp.run("config set geometry.heading_pull_rad_per_m 0.012 --save --flash flash").ok();
+    let told = calibrate(&temp);
     assert!((told - 1.0).abs() < 1.5e-3, "{told}");
 }
 
 #[test]
 fn a_campaign_of_another_robot_or_none_is_not_applied() {
-    let desk = crooked();
-    desk.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
-    let toml = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
-    desk.write("robot/robot.toml", &toml.replace("counts_per_rev = 900", "counts_per_rev = 1024"));
-    let message = desk.run("apply robot --yes").refused();
+    let temp = crooked();
+    temp.run("campaign record robot --plan plan.toml --port sim:crooked.toml").ok();
+    let toml = String::from_utf8(temp.read("robot/robot.toml")).unwrap();
+    temp.write("robot/robot.toml", &toml.replace("counts_per_rev = 900", "counts_per_rev = 1024"));
+    let message = temp.run("apply robot --yes").refused();
     assert!(message.contains("of another robot"), "{message}");
-    let message = desk.run("apply nowhere --yes").refused();
+    let message = temp.run("apply nowhere --yes").refused();
     assert!(message.contains("nowhere"), "{message}");
-    let message = desk.run("apply --undo").refused();
+    let message = temp.run("apply --undo").refused();
     assert!(message.contains("forgets"), "{message}");
 }
 
@@ -310,16 +310,16 @@ fn umbmark_corrects_wheels_and_track_and_its_squares_close() {
 
 #[test]
 fn umbmark_of_a_slow_camera_begins_where_the_robot_was_put() {
-    let desk = crooked();
+    let temp = crooked();
     // Half a second has five pictures: half of the last ten are from before the robot was put there.
-    desk.write("crooked.toml", &format!("{CROOKED}[camera]\nrate_hz = 10\n"));
-    umbmark_closes_squares(&desk);
+    temp.write("crooked.toml", &format!("{CROOKED}[camera]\nrate_hz = 10\n"));
+    umbmark_closes_squares(&temp);
 }
 
-fn umbmark_closes_squares(desk: &Desk) {
+fn umbmark_closes_squares(temp: &TempFolder) {
     let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
                      --port sim:crooked.toml --flash flash --json";
-    let json = desk.run(arguments).ok().json();
+    let json = temp.run(arguments).ok().json();
     assert_eq!(json["saved"], true);
     let number = |set: &str, name: &str| json[set][name].as_f64().unwrap();
     let (before, after) = (number("before", "e_max_syst_m"), number("after", "e_max_syst_m"));
@@ -327,17 +327,17 @@ fn umbmark_closes_squares(desk: &Desk) {
     assert!((0.05..0.15).contains(&before), "{before}");
     assert!(after < before / 5.0, "{before} {after}");
     // First order in errors of 1 %, and two squares under a camera of 2 mrad.
-    assert!((geometry(desk, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
-    assert!((geometry(desk, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
+    assert!((geometry(temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
+    assert!((geometry(temp, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
     assert!(!json["explained"].as_array().unwrap().is_empty());
 }
 
 #[test]
 fn what_explain_says_of_umbmarks_squares_has_values_and_intervals_in_lines_that_fit() {
-    let desk = crooked();
+    let temp = crooked();
     let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
                      --port sim:crooked.toml";
-    let said = desk.run(arguments).ok().stdout;
+    let said = temp.run(arguments).ok().stdout;
     let (_, explained) = said.split_once("What `explain` finds").unwrap();
     assert!(explained.contains("wheel_radius_ratio"), "{said}");
     // Wheels that differ by 1 %: a value, its sigma, its interval, its unit.
@@ -349,31 +349,31 @@ fn what_explain_says_of_umbmarks_squares_has_values_and_intervals_in_lines_that_
 
 #[test]
 fn umbmark_that_cannot_be_remembered_is_refused_before_the_robot_moves() {
-    let desk = crooked();
+    let temp = crooked();
     // Where the folder of that name would have to be.
-    desk.write("state", "");
-    desk.run("config save --flash flash").ok();
-    let flash = desk.read("flash");
+    temp.write("state", "");
+    temp.run("config save --flash flash").ok();
+    let flash = temp.read("flash");
     let arguments = "calibrate --method umbmark --runs 1 --cruise 0.2m/s --acceleration 0.3m/s^2 \
                      --port sim:crooked.toml --flash flash";
-    let message = desk.run(arguments).refused();
+    let message = temp.run(arguments).refused();
     assert!(message.contains("for --undo") && message.contains("XDG_STATE_HOME"), "{message}");
-    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(temp.read("flash"), flash);
 }
 
 #[test]
 fn umbmark_with_a_ruler_and_with_a_person_reads_ends_alone() {
-    let desk = crooked();
+    let temp = crooked();
     let common = "calibrate --method umbmark --runs 1 --side 50cm --cruise 0.2m/s \
                   --acceleration 0.3m/s^2 --port sim:crooked.toml";
-    let outcome = desk.run(&format!("{common} --measure ruler")).ok();
+    let outcome = temp.run(&format!("{common} --measure ruler")).ok();
     assert!(outcome.stdout.contains("E_max,syst"), "{outcome:#?}");
     assert!(!outcome.stdout.contains("explain"), "a ruler sees no tracks");
     let mut arguments: Vec<&str> = common.split_whitespace().collect();
     arguments.extend(["--measure", "ask"]);
     // Left, right; then with the correction: no better.
     let answers = "\n20mm -20mm\n\nwhat\n5mm 5mm\n\n40mm 0mm\n\n0mm 0mm\n";
-    let outcome = desk.run_with(&arguments, answers);
+    let outcome = temp.run_with(&arguments, answers);
     assert_eq!(outcome.code, Some(1), "{outcome:#?}");
     assert!(outcome.stderr.contains("did not reduce the error"), "{outcome:#?}");
 }

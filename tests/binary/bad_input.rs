@@ -2,7 +2,7 @@
 
 use shared_proto::{Config, EncoderConfig, WheelPair};
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// Values just and far outside the range of each field.
 fn out_of_range() -> impl Iterator<Item = (&'static str, String)> {
@@ -15,40 +15,40 @@ fn out_of_range() -> impl Iterator<Item = (&'static str, String)> {
 
 #[test]
 fn every_field_out_of_range_is_refused_by_name() {
-    let desk = Desk::new();
-    desk.run("config save --flash flash").ok();
-    let flash = desk.read("flash");
+    let temp = TempFolder::new();
+    temp.run("config save --flash flash").ok();
+    let flash = temp.read("flash");
     for (path, value) in out_of_range() {
         let arguments = ["config", "set", path, &value, "--save", "--flash", "flash"];
-        let message = desk.run_with(&arguments, "").refused();
+        let message = temp.run_with(&arguments, "").refused();
         assert!(message.contains(&format!("{path} = ")), "{path} = {value}: {message}");
         assert!(message.contains("must be from"), "{path} = {value}: {message}");
     }
-    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(temp.read("flash"), flash);
 }
 
 #[test]
 fn every_field_out_of_range_in_a_file_is_refused_by_name() {
-    let desk = Desk::new();
-    desk.run("config save --flash flash").ok();
-    let flash = desk.read("flash");
+    let temp = TempFolder::new();
+    temp.run("config save --flash flash").ok();
+    let flash = temp.read("flash");
     for (path, value) in out_of_range() {
         let mut config = toml::Value::try_from(Config::default()).unwrap();
         let place = path.split('.').fold(&mut config, |place, name| place.get_mut(name).unwrap());
         *place = toml::Value::Float(value.parse().unwrap());
-        desk.write("bad.toml", &toml::to_string(&config).unwrap());
-        let message = desk.run("config import bad.toml --save --flash flash").refused();
+        temp.write("bad.toml", &toml::to_string(&config).unwrap());
+        let message = temp.run("config import bad.toml --save --flash flash").refused();
         assert!(
             message.contains("bad.toml") && message.contains(&format!("{path} = ")),
             "{message}"
         );
     }
-    assert_eq!(desk.read("flash"), flash);
+    assert_eq!(temp.read("flash"), flash);
 }
 
 #[test]
 fn a_value_that_is_no_value_of_its_field_is_refused() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (arguments, expected) in [
         ("config set geometry.wheel_weight straight", "must be a number"),
         ("config set geometry.wheel_weight 36mm", "must be a number"),
@@ -61,19 +61,19 @@ fn a_value_that_is_no_value_of_its_field_is_refused() {
         ("config export /proc/robot.toml", "/proc/robot.toml"),
         ("config export nowhere/robot.toml", "nowhere/robot.toml"),
     ] {
-        let message = desk.run(arguments).refused();
+        let message = temp.run(arguments).refused();
         assert!(message.contains(expected), "{arguments}: {message}");
     }
-    assert_eq!(desk.listing(), [""; 0]);
+    assert_eq!(temp.listing(), [""; 0]);
 }
 
 #[test]
 fn a_distance_per_count_that_no_robot_has_is_refused() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let fine = EncoderConfig { counts_per_rev: 1e6, gear_reduction: 1000.0, reversed: false };
     let config = Config { encoder: WheelPair::both(fine), ..Config::default() };
-    desk.write("fine.toml", &toml::to_string(&config).unwrap());
-    let message = desk.run("config import fine.toml").refused();
+    temp.write("fine.toml", &toml::to_string(&config).unwrap());
+    let message = temp.run("config import fine.toml").refused();
     assert!(
         message.contains("left wheel travels") && message.contains("gear_reduction"),
         "{message}"
@@ -82,7 +82,7 @@ fn a_distance_per_count_that_no_robot_has_is_refused() {
 
 #[test]
 fn a_configuration_file_that_is_wrong_is_refused_with_its_line() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let good = toml::to_string(&Config::default()).unwrap();
     for (text, expected) in [
         (good.replace("wheel_weight", "wheel_wait"), "wheel_wait"),
@@ -91,15 +91,15 @@ fn a_configuration_file_that_is_wrong_is_refused_with_its_line() {
         ("= nonsense".into(), "bad.toml:1:1"),
         (String::new(), "bad.toml"),
     ] {
-        desk.write("bad.toml", &text);
-        let message = desk.run("config import bad.toml").refused();
+        temp.write("bad.toml", &text);
+        let message = temp.run("config import bad.toml").refused();
         assert!(message.contains(expected), "{expected}: {message}");
     }
 }
 
 #[test]
 fn a_wrong_scenario_is_refused_with_file_line_and_column() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (text, expected) in [
         ("name = \"x\"\n[plant.body]\nmas_kg = 4.0\n", "bad.toml:3:1"),
         ("name = \"x\"\n[plant.body]\nmass_kg = -4.0\n", "bad.toml:3:11"),
@@ -107,37 +107,37 @@ fn a_wrong_scenario_is_refused_with_file_line_and_column() {
         ("name = \"x\"\n[[fault]]\nkind = \"lightning\"\n", "bad.toml:3:8"),
         ("name = \n", "bad.toml:1:"),
     ] {
-        desk.write("bad.toml", text);
+        temp.write("bad.toml", text);
         for command in ["identify", "calibrate", "sim --listen tcp:127.0.0.1:0"] {
-            let message = desk.run(&format!("{command} --port sim:bad.toml")).refused();
+            let message = temp.run(&format!("{command} --port sim:bad.toml")).refused();
             assert!(message.contains(expected), "{text}: {message}");
         }
     }
-    assert_eq!(desk.listing(), ["bad.toml"]);
+    assert_eq!(temp.listing(), ["bad.toml"]);
 }
 
 #[test]
 fn a_picture_that_cannot_be_drawn_stops_the_robot_before_it_moves() {
-    let desk = Desk::new();
-    std::fs::create_dir(desk.path("folder.html")).unwrap();
-    let message = desk.run("calibrate --flash flash --output picture.png").refused();
+    let temp = TempFolder::new();
+    std::fs::create_dir(temp.path("folder.html")).unwrap();
+    let message = temp.run("calibrate --flash flash --output picture.png").refused();
     assert!(message.contains("must end in .html or .svg"), "{message}");
     for picture in
         ["nowhere/picture.html", "folder.html", "/proc/picture.html", "/dev/null/picture.html"]
     {
-        let message = desk.run(&format!("calibrate --flash flash --output {picture}")).refused();
+        let message = temp.run(&format!("calibrate --flash flash --output {picture}")).refused();
         assert!(message.contains(&format!("cannot write the picture {picture}")), "{message}");
         assert!(!message.contains("Driving"), "{message}");
         assert!(!message.contains(".beeline-"), "{message}");
     }
     // Not even the flash was made: no robot was started.
-    assert_eq!(desk.listing(), ["folder.html"]);
+    assert_eq!(temp.listing(), ["folder.html"]);
 }
 
 #[test]
 fn other_bad_arguments_are_refused_before_the_robot_moves() {
-    let desk = Desk::new();
-    std::fs::create_dir(desk.path("folder")).unwrap();
+    let temp = TempFolder::new();
+    std::fs::create_dir(temp.path("folder")).unwrap();
     for (arguments, expected) in [
         ("calibrate --measure telepathy", "camera, ask, track:FILE, ruler (to calibrate)"),
         ("calibrate --measure track:", "camera, ask, track:FILE, ruler (to calibrate)"),
@@ -166,16 +166,16 @@ fn other_bad_arguments_are_refused_before_the_robot_moves() {
         ("dance", "dance"),
         ("--colour", "--colour"),
     ] {
-        let message = desk.run(arguments).refused();
+        let message = temp.run(arguments).refused();
         assert!(message.contains(expected), "{arguments}: {message}");
         assert!(!message.contains("encoders"), "{arguments} drove: {message}");
     }
-    assert_eq!(desk.listing(), ["folder"]);
+    assert_eq!(temp.listing(), ["folder"]);
 }
 
 #[test]
 fn an_error_under_json_is_one_value_too() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for arguments in [
         "identify --json --port tcp:127.0.0.1:1",
         "--json calibrate --output nowhere/picture.html",
@@ -183,7 +183,7 @@ fn an_error_under_json_is_one_value_too() {
         "wheel-weight --dx 1 --dy 1mm --json",
         "dance --json",
     ] {
-        let outcome = desk.run(arguments);
+        let outcome = temp.run(arguments);
         assert_eq!(outcome.code, Some(2), "{arguments}: {outcome:#?}");
         assert_eq!(outcome.stderr, "", "{arguments}");
         let value = outcome.json();
@@ -198,7 +198,7 @@ fn an_error_under_json_is_one_value_too() {
         ("dance --json", "error", "dance"),
         ("calibrate --tolerence 1 --json", "hint", "'--tolerance'"),
     ] {
-        let value = desk.run(arguments).json();
+        let value = temp.run(arguments).json();
         assert!(
             value[field].as_str().is_some_and(|text| text.contains(expected)),
             "{arguments}: {value}"
@@ -208,12 +208,12 @@ fn an_error_under_json_is_one_value_too() {
 
 #[test]
 fn a_track_that_is_there_is_not_overwritten_by_the_camera() {
-    let desk = Desk::new();
-    desk.write("mine.csv", "precious");
+    let temp = TempFolder::new();
+    temp.write("mine.csv", "precious");
     let arguments = "sim --listen tcp:127.0.0.1:0 --for 50ms --camera mine.csv";
-    let message = desk.run(arguments).refused();
+    let message = temp.run(arguments).refused();
     assert!(message.contains("mine.csv exists"), "{message}");
-    assert_eq!(desk.read("mine.csv"), b"precious");
+    assert_eq!(temp.read("mine.csv"), b"precious");
 }
 
 #[test]
@@ -233,25 +233,25 @@ fn an_argument_that_is_no_text_is_an_error_and_no_panic() {
 
 #[test]
 fn a_track_that_shows_no_drive_is_refused_and_nothing_is_changed() {
-    let desk = Desk::new();
-    desk.run("config save --flash flash").ok();
-    let flash = desk.read("flash");
-    desk.write("still.csv", "t_s,x_m,y_m\n0,0,0\n1,0,0\n");
-    desk.write("begun.csv", "t_s,x_m,y_m\n0,0,0\n");
+    let temp = TempFolder::new();
+    temp.run("config save --flash flash").ok();
+    let flash = temp.read("flash");
+    temp.write("still.csv", "t_s,x_m,y_m\n0,0,0\n1,0,0\n");
+    temp.write("begun.csv", "t_s,x_m,y_m\n0,0,0\n");
     for track in ["still.csv", "begun.csv"] {
         let arguments = format!("calibrate --measure track:{track} --yes --flash flash");
-        let message = desk.run(&arguments).refused();
+        let message = temp.run(&arguments).refused();
         assert!(message.contains(&format!("{track} got 0 samples during the drive")), "{message}");
         assert!(message.contains("is the tracking system running"), "{message}");
     }
-    desk.write("other.csv", "t,x,y\n0,0,0\n1,0,0\n");
+    temp.write("other.csv", "t,x,y\n0,0,0\n1,0,0\n");
     for (track, expected) in
         [("nowhere.csv", "nowhere.csv: cannot read the track"), ("other.csv", "no column t_s")]
     {
-        let message = desk.run(&format!("calibrate --measure track:{track} --yes")).refused();
+        let message = temp.run(&format!("calibrate --measure track:{track} --yes")).refused();
         assert!(message.contains(expected), "{message}");
         assert!(!message.contains("Driving"), "{message}");
     }
-    assert_eq!(desk.read("flash"), flash);
-    assert_eq!(desk.listing(), ["begun.csv", "flash", "other.csv", "still.csv"]);
+    assert_eq!(temp.read("flash"), flash);
+    assert_eq!(temp.listing(), ["begun.csv", "flash", "other.csv", "still.csv"]);
 }

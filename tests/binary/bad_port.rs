@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 
 use shared_proto::{Channel, Decoder, Encoder, Hello, PROTOCOL_VERSION};
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// A server in the place of a robot; `behave` serves each client.
 fn impostor(behave: impl Fn(TcpStream) + Send + 'static) -> String {
@@ -33,8 +33,8 @@ fn foreign_robot(theirs: impl Fn(Hello) -> Hello + Send + 'static) -> String {
 
 #[test]
 fn a_port_that_is_none_is_refused() {
-    let desk = Desk::new();
-    desk.write("file", "not a device");
+    let temp = TempFolder::new();
+    temp.write("file", "not a device");
     for (port, expected) in [
         ("/dev/no-such-device", "/dev/no-such-device"),
         ("file", "file"),
@@ -51,25 +51,25 @@ fn a_port_that_is_none_is_refused() {
         ("sim:", "scenario"),
         ("sim:nowhere.toml", "nowhere.toml"),
     ] {
-        let message = desk.run(&format!("identify --port {port}")).refused();
+        let message = temp.run(&format!("identify --port {port}")).refused();
         assert!(message.contains(expected), "{port}: {message}");
     }
 }
 
 #[test]
 fn a_port_that_is_none_costs_no_picture_and_no_campaign() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for command in ["calibrate --yes", "record robot straight 1rev", "config export robot.toml"] {
-        desk.run(&format!("{command} --port tcp:127.0.0.1:1")).refused();
+        temp.run(&format!("{command} --port tcp:127.0.0.1:1")).refused();
     }
-    assert_eq!(desk.listing(), [""; 0]);
+    assert_eq!(temp.listing(), [""; 0]);
 }
 
 #[test]
 fn another_protocol_version_is_refused_with_both_versions_named() {
     let newer = PROTOCOL_VERSION + 1;
     let port = foreign_robot(move |hello| Hello { protocol: newer, ..hello });
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains(&format!("the robot speaks protocol {newer}")), "{message}");
     assert!(
         message.contains(&format!("this host speaks protocol {PROTOCOL_VERSION}")),
@@ -78,7 +78,7 @@ fn another_protocol_version_is_refused_with_both_versions_named() {
     assert!(message.contains("update beeline"), "{message}");
 
     let port = foreign_robot(move |hello| Hello { protocol: 0, ..hello });
-    let message = Desk::new().run(&format!("calibrate --yes --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("calibrate --yes --port {port}")).refused();
     assert!(message.contains("the robot speaks protocol 0"), "{message}");
     assert!(message.contains("flash the robot"), "{message}");
 }
@@ -86,7 +86,7 @@ fn another_protocol_version_is_refused_with_both_versions_named() {
 #[test]
 fn another_layout_of_the_same_version_is_refused_with_both_named() {
     let port = foreign_robot(|hello| Hello { schema: 0xdead_beef, ..hello });
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains("schema 00000000deadbeef"), "{message}");
     assert!(message.contains(&format!("schema {:016x}", shared_proto::SCHEMA_HASH)), "{message}");
 }
@@ -109,14 +109,14 @@ fn noise_on_the_port_ends_in_one_error() {
             }
         }
     });
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains("not as a Beeline robot"), "{message}");
 }
 
 #[test]
 fn a_console_that_chatters_is_told_from_a_robot() {
     let port = impostor(|mut stream| while stream.write_all(b"login: \r\n\0").is_ok() {});
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains("not as a Beeline robot"), "{message}");
 }
 
@@ -125,7 +125,7 @@ fn silence_on_the_port_ends_in_one_error() {
     let port = impostor(|mut stream| {
         let _ = stream.read_to_end(&mut Vec::new());
     });
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains("no robot answers"), "{message}");
 }
 
@@ -134,12 +134,12 @@ fn an_echo_on_the_port_is_no_robot() {
     let port = impostor(|stream| {
         let _ = std::io::copy(&mut &stream, &mut &stream);
     });
-    Desk::new().run(&format!("identify --port {port}")).refused();
+    TempFolder::new().run(&format!("identify --port {port}")).refused();
 }
 
 #[test]
 fn a_port_that_hangs_up_ends_in_one_error() {
     let port = impostor(drop);
-    let message = Desk::new().run(&format!("identify --port {port}")).refused();
+    let message = TempFolder::new().run(&format!("identify --port {port}")).refused();
     assert!(message.contains(&port), "{message}");
 }

@@ -5,8 +5,8 @@ use std::io::Read;
 use campaign::Campaign;
 use campaign::plan::CampaignPlan;
 
-use crate::desk::Desk;
 use crate::outcome::{collect, wait_for};
+use crate::temp_folder::TempFolder;
 
 /// Three short runs.
 const SHORT: &str = "\
@@ -23,37 +23,37 @@ name = \"c\"
 pieces = [{ arc_deg = -90, radius_m = 0.3, speed_mps = 0.1 }]
 ";
 
-fn runs(desk: &Desk) -> Vec<String> {
-    Campaign::read(&desk.path("robot")).unwrap().runs.into_iter().map(|run| run.name).collect()
+fn runs(temp: &TempFolder) -> Vec<String> {
+    Campaign::read(&temp.path("robot")).unwrap().runs.into_iter().map(|run| run.name).collect()
 }
 
 #[test]
 fn the_usual_plan_is_shown_with_room_time_and_reason_and_can_be_edited_and_given_back() {
-    let desk = Desk::new();
-    let table = desk.run("campaign plan --floor 2mx2.5m --payload 2kg").ok().stdout;
+    let temp = TempFolder::new();
+    let table = temp.run("campaign plan --floor 2mx2.5m --payload 2kg").ok().stdout;
     for words in ["out_and_back_east", "square_right", "scrub", "21 runs", "minutes of driving"] {
         assert!(table.contains(words), "{words}: {table}");
     }
-    desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o plan.toml").ok();
-    let text = String::from_utf8(desk.read("plan.toml")).unwrap();
+    temp.run("campaign plan --floor 2mx2.5m --payload 2kg -o plan.toml").ok();
+    let text = String::from_utf8(temp.read("plan.toml")).unwrap();
     // The squares are held out.
     assert_eq!(text.matches("held_out = true").count(), 2, "{text}");
-    desk.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
-    let edited = CampaignPlan::read(&desk.path("plan.toml")).unwrap();
+    temp.write("plan.toml", &text.replace("rest_s = 5", "rest_s = 7"));
+    let edited = CampaignPlan::read(&temp.path("plan.toml")).unwrap();
     assert_eq!(edited.runs.len(), 21);
-    let json = desk.run("campaign plan --plan plan.toml --json").ok().json();
+    let json = temp.run("campaign plan --plan plan.toml --json").ok().json();
     assert_eq!(json["runs"][0]["duration_s"], 7.0);
-    let printed = desk.run("campaign plan --floor 2mx2.5m --payload 2kg -o -").ok().stdout;
+    let printed = temp.run("campaign plan --floor 2mx2.5m --payload 2kg -o -").ok().stdout;
     assert_eq!(printed, text);
 }
 
 #[test]
 fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
-    let desk = Desk::new();
-    desk.write("short.toml", SHORT);
-    let json = desk.run("campaign record robot --plan short.toml --json").ok().json();
+    let temp = TempFolder::new();
+    temp.write("short.toml", SHORT);
+    let json = temp.run("campaign record robot --plan short.toml --json").ok().json();
     assert_eq!(json["recorded"].as_array().unwrap().len(), 3);
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     // The camera of the simulator.
     assert_eq!(campaign.robot.position_sigma_m, Some(0.001));
     assert_eq!(campaign.robot.heading_sigma_rad, Some(0.002));
@@ -70,10 +70,10 @@ fn a_campaign_is_recorded_with_times_and_known_noise_and_facing_its_headings() {
 /// No other test checks the middle of a run: in an old bug only the last piece was recorded.
 #[test]
 fn a_run_of_several_pieces_is_recorded_whole() {
-    let desk = Desk::new();
-    desk.write("short.toml", SHORT);
-    desk.run("campaign record robot --plan short.toml").ok();
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let temp = TempFolder::new();
+    temp.write("short.toml", SHORT);
+    temp.run("campaign record robot --plan short.toml").ok();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     let rows = &campaign.runs[1].rows;
     let counts: Vec<f64> = rows.iter().filter_map(|row| row.counts.left).collect();
     let most = counts.iter().copied().fold(f64::MIN, f64::max);
@@ -88,12 +88,12 @@ fn a_run_of_several_pieces_is_recorded_whole() {
 
 #[test]
 fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let long = SHORT.replace("rest_s = 1", "rest_s = 200");
-    desk.write("plan.toml", &long);
+    temp.write("plan.toml", &long);
     let arguments = ["campaign", "record", "robot", "--plan", "plan.toml"];
-    let mut child = desk.spawn(&arguments);
-    let first = desk.path("robot/runs/01_a.csv");
+    let mut child = temp.spawn(&arguments);
+    let first = temp.path("robot/runs/01_a.csv");
     wait_for("the first run", || first.exists().then_some(()));
     interrupt(child.id());
     let mut stderr = child.stderr.take().unwrap();
@@ -102,82 +102,82 @@ fn ctrl_c_keeps_the_complete_runs_and_the_same_command_goes_on_to_the_same_files
     stderr.read_to_string(&mut said).unwrap();
     if outcome.code == Some(130) {
         assert!(said.contains("complete and kept"), "{said}");
-        assert!(runs(&desk).len() < 3, "{said}");
+        assert!(runs(&temp).len() < 3, "{said}");
     } else {
         // The campaign was faster than the signal.
         assert_eq!(outcome.code, Some(0), "{said}");
     }
-    let kept = desk.read("robot/runs/01_a.csv");
-    let left: Vec<_> = std::fs::read_dir(desk.path("robot/runs")).unwrap().collect();
-    assert_eq!(left.len(), runs(&desk).len(), "nothing half-written: {left:?}");
+    let kept = temp.read("robot/runs/01_a.csv");
+    let left: Vec<_> = std::fs::read_dir(temp.path("robot/runs")).unwrap().collect();
+    assert_eq!(left.len(), runs(&temp).len(), "nothing half-written: {left:?}");
 
-    desk.run("campaign record robot").ok();
-    assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
-    assert_eq!(desk.read("robot/runs/01_a.csv"), kept);
-    let again = desk.run("campaign record robot").ok();
+    temp.run("campaign record robot").ok();
+    assert_eq!(runs(&temp), ["01_a", "02_b", "03_c"]);
+    assert_eq!(temp.read("robot/runs/01_a.csv"), kept);
+    let again = temp.run("campaign record robot").ok();
     assert!(again.stdout.contains("complete: it has all 3 runs"), "{again:#?}");
 }
 
 #[test]
 fn a_fault_ends_the_campaign_with_the_complete_runs_kept_and_nothing_of_the_broken_one() {
-    let desk = Desk::new();
-    desk.write("plan.toml", SHORT);
-    desk.write(
+    let temp = TempFolder::new();
+    temp.write("plan.toml", SHORT);
+    temp.write(
         "blocked.toml",
         "name = \"blocked\"\n[[fault]]\nkind = \"wheel_blocked\"\nwheel = \"left\"\nat_motion_s = 1.0\n",
     );
     let message =
-        desk.run("campaign record robot --plan plan.toml --port sim:blocked.toml").refused();
+        temp.run("campaign record robot --plan plan.toml --port sim:blocked.toml").refused();
     assert!(message.contains("stopped with a fault"), "{message}");
     assert!(message.contains("1 run complete"), "{message}");
-    assert_eq!(runs(&desk), ["01_a"]);
-    assert_eq!(std::fs::read_dir(desk.path("robot/runs")).unwrap().count(), 1);
+    assert_eq!(runs(&temp), ["01_a"]);
+    assert_eq!(std::fs::read_dir(temp.path("robot/runs")).unwrap().count(), 1);
     // Repaired.
-    let outcome = desk.run("campaign record robot").ok();
+    let outcome = temp.run("campaign record robot").ok();
     assert!(outcome.stderr.contains("already recorded: 1 run of the plan"), "{outcome:#?}");
-    assert_eq!(runs(&desk), ["01_a", "02_b", "03_c"]);
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    assert_eq!(runs(&temp), ["01_a", "02_b", "03_c"]);
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     let began: Vec<f64> = campaign.runs.iter().map(|run| run.facts.started_s.unwrap()).collect();
     assert!(began.is_sorted(), "{began:?}");
 }
 
 #[test]
 fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
-    let desk = Desk::new();
-    desk.write("short.toml", SHORT);
-    desk.run("campaign record robot --plan short.toml").ok();
+    let temp = TempFolder::new();
+    temp.write("short.toml", SHORT);
+    temp.run("campaign record robot --plan short.toml").ok();
     for _ in 0..2 {
         let arguments = ["campaign", "record", "robot", "--run", "arcs both ways"];
-        desk.run_with(&arguments, "").ok();
+        temp.run_with(&arguments, "").ok();
     }
-    let names = runs(&desk);
+    let names = runs(&temp);
     assert_eq!(
         names[3..],
         ["04_arcs_both_ways", "05_arcs_both_ways_2", "06_arcs_both_ways_3", "07_arcs_both_ways_4"]
     );
     // The campaign's fastest is 0.2 m/s, and a straight is driven at 0.7 of what is fastest: 1.5 m in
     // 11 s. At the usual speed it would be 6 s.
-    desk.run("campaign record robot --run straight").ok();
-    let last = Campaign::read(&desk.path("robot")).unwrap().runs.pop().unwrap();
+    temp.run("campaign record robot --run straight").ok();
+    let last = Campaign::read(&temp.path("robot")).unwrap().runs.pop().unwrap();
     assert_eq!(last.name, "08_straight");
     assert!((10.5..13.0).contains(&last.rows.last().unwrap().t_s), "{:?}", last.rows.last());
     // The campaign's own plan is as it was, and complete.
-    let again = desk.run("campaign record robot").ok();
+    let again = temp.run("campaign record robot").ok();
     assert!(again.stdout.contains("complete: it has all 3 runs"), "{again:#?}");
-    let message = desk.run("campaign record robot --run loop").refused();
+    let message = temp.run("campaign record robot --run loop").refused();
     assert!(message.contains("arcs of two radii"), "{message}");
 }
 
 #[test]
 fn what_cannot_be_recorded_is_refused_before_anything_moves() {
-    let desk = Desk::new();
-    desk.write("good.toml", SHORT);
-    desk.write("fast.toml", &SHORT.replace("speed_mps = 0.1", "speed_mps = 3"));
-    desk.write("bad.toml", &SHORT.replace("rest_s = 1", "rest_s = one"));
-    desk.write("worse.toml", &SHORT.replace("radius_m = 0.3, ", ""));
+    let temp = TempFolder::new();
+    temp.write("good.toml", SHORT);
+    temp.write("fast.toml", &SHORT.replace("speed_mps = 0.1", "speed_mps = 3"));
+    temp.write("bad.toml", &SHORT.replace("rest_s = 1", "rest_s = one"));
+    temp.write("worse.toml", &SHORT.replace("radius_m = 0.3, ", ""));
     let spin = "spin_deg = 180000, speed_mps = 0.1";
-    desk.write("spin.toml", &SHORT.replace("arc_deg = -90, radius_m = 0.3, speed_mps = 0.1", spin));
-    desk.write("file", "");
+    temp.write("spin.toml", &SHORT.replace("arc_deg = -90, radius_m = 0.3, speed_mps = 0.1", spin));
+    temp.write("file", "");
     for (arguments, expected) in [
         ("campaign record robot --plan bad.toml", "bad.toml, line 4, column 22"),
         (
@@ -197,47 +197,47 @@ fn what_cannot_be_recorded_is_refused_before_anything_moves() {
         ("campaign plan -o /proc/plan.toml", "/proc/plan.toml"),
         ("campaign record robot --measure track:none.csv --yes --plan good.toml", "none.csv"),
     ] {
-        let message = desk.run(arguments).refused();
+        let message = temp.run(arguments).refused();
         assert!(message.contains(expected), "{arguments}: {message}");
     }
-    assert!(!desk.path("robot/runs").exists() || runs_in(&desk) == 0);
+    assert!(!temp.path("robot/runs").exists() || runs_in(&temp) == 0);
 }
 
-fn runs_in(desk: &Desk) -> usize {
-    std::fs::read_dir(desk.path("robot/runs")).unwrap().count()
+fn runs_in(temp: &TempFolder) -> usize {
+    std::fs::read_dir(temp.path("robot/runs")).unwrap().count()
 }
 
 #[test]
 fn another_plan_for_a_campaign_that_has_begun_is_refused() {
-    let desk = Desk::new();
-    desk.write("short.toml", SHORT);
-    desk.run("campaign record robot --plan short.toml").ok();
-    desk.write("other.toml", &SHORT.replace("rest_s = 1", "rest_s = 2"));
-    let message = desk.run("campaign record robot --plan other.toml").refused();
+    let temp = TempFolder::new();
+    temp.write("short.toml", SHORT);
+    temp.run("campaign record robot --plan short.toml").ok();
+    temp.write("other.toml", &SHORT.replace("rest_s = 1", "rest_s = 2"));
+    let message = temp.run("campaign record robot --plan other.toml").refused();
     assert!(message.contains("begun with another plan"), "{message}");
 }
 
 #[test]
 fn a_person_skips_a_run_names_a_track_for_another_and_has_none_for_the_last() {
-    let desk = Desk::new();
-    desk.write("short.toml", SHORT);
+    let temp = TempFolder::new();
+    temp.write("short.toml", SHORT);
     // What a tracker saw of the robot on its way there and back, on a clock of its own.
-    desk.run("campaign record seen --plan short.toml").ok();
-    let seen = Campaign::read(&desk.path("seen")).unwrap();
+    temp.run("campaign record seen --plan short.toml").ok();
+    let seen = Campaign::read(&temp.path("seen")).unwrap();
     let mut track = String::from("t_s,x_m,y_m,heading_rad\n");
     for row in seen.runs[1].rows.iter().filter(|row| row.x_m.is_some()) {
         let [x_m, y_m, heading_rad] = [row.x_m, row.y_m, row.heading_rad].map(Option::unwrap);
         track += &format!("{},{x_m},{y_m},{heading_rad}\n", row.t_s + 1234.5);
     }
-    desk.write("track.csv", &track);
+    temp.write("track.csv", &track);
     let arguments = ["campaign", "record", "robot", "--plan", "short.toml", "--measure", "ask"];
-    let outcome = desk.run_with(&arguments, "s\n\nnone.csv\ntrack.csv\n\n\n").ok();
+    let outcome = temp.run_with(&arguments, "s\n\nnone.csv\ntrack.csv\n\n\n").ok();
     assert!(outcome.stdout.contains("left out: a"), "{outcome:#?}");
     assert!(outcome.stderr.contains("facing 90 degrees"), "{outcome:#?}");
     assert!(outcome.stderr.contains("1 run without measured poses"), "{outcome:#?}");
-    assert_eq!(runs(&desk), ["01_b", "02_c"]);
+    assert_eq!(runs(&temp), ["01_b", "02_c"]);
     // The same robot drove: on the robot's clock its camera and this track agree to milliseconds.
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     let at = |campaign: &Campaign, run: usize| {
         let rows = campaign.runs[run].rows.iter();
         let seen: Vec<_> = rows.filter_map(|row| Some((row.t_s, row.y_m?))).collect();
@@ -249,10 +249,10 @@ fn a_person_skips_a_run_names_a_track_for_another_and_has_none_for_the_last() {
 
 #[test]
 fn going_on_with_another_simulated_robot_is_warned_of() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let quiet = |arguments: &str| {
         let said =
-            desk.run(&format!("campaign record robot --run straight {arguments}")).ok().stderr;
+            temp.run(&format!("campaign record robot --run straight {arguments}")).ok().stderr;
         !said.contains("the simulated robot of this campaign was")
     };
     assert!(quiet("--seed 3"));

@@ -3,11 +3,11 @@
 use campaign::{Campaign, Warning};
 use serde_json::Value;
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// Revolutions of both wheels.
 fn revolutions(arguments: &str) -> (f64, f64) {
-    let value = Desk::new().run(&format!("drive {arguments} --json")).ok().json();
+    let value = TempFolder::new().run(&format!("drive {arguments} --json")).ok().json();
     assert_eq!(value["end"], "completed", "{value}");
     let turns = &value["wheel_revolutions"];
     let number = |value: &Value| value.as_f64().unwrap();
@@ -39,7 +39,7 @@ fn straight_reverse_spin_and_arc_turn_the_wheels_as_told() {
 
 #[test]
 fn a_motion_beyond_the_limits_is_refused_and_the_robot_stands() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (arguments, expected) in [
         ("drive straight 1m --cruise 100m/s", "limits.speed_mps_max"),
         ("drive straight 1m --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
@@ -53,27 +53,27 @@ fn a_motion_beyond_the_limits_is_refused_and_the_robot_stands() {
         ("drive spin 1m", "not a unit"),
         ("drive arc 0m 90deg", "spin"),
     ] {
-        let message = desk.run(arguments).refused();
+        let message = temp.run(arguments).refused();
         assert!(message.contains(expected), "{arguments}: {message}");
     }
 }
 
 #[test]
 fn a_drive_of_hours_is_driven_only_if_it_is_meant() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for arguments in ["drive straight 1m", "record new spin 1rev", "calibrate --distance 1m"] {
-        let message = desk.run(&format!("{arguments} --cruise 0.0001m/s")).refused();
+        let message = temp.run(&format!("{arguments} --cruise 0.0001m/s")).refused();
         assert!(message.contains("this drive takes 2 h 47 min") || message.contains("3 h 15 min"));
         assert!(message.contains("--long") && !message.contains("Driving"), "{message}");
     }
-    assert_eq!(desk.listing(), [""; 0]);
+    assert_eq!(temp.listing(), [""; 0]);
     // 11 minutes.
-    desk.run("drive straight 66cm --cruise 1mm/s --long").ok();
+    temp.run("drive straight 66cm --cruise 1mm/s --long").ok();
 }
 
 #[test]
 fn nobody_says_driving_before_the_limits_are_kept() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (arguments, expected) in [
         ("calibrate --cruise 100m/s", "limits.speed_mps_max"),
         ("calibrate --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
@@ -86,23 +86,23 @@ fn nobody_says_driving_before_the_limits_are_kept() {
         ("calibrate --out-and-back --method umbmark", "belongs to --method straight"),
         ("record new straight 1m --cruise 100m/s", "limits.speed_mps_max"),
     ] {
-        let message = desk.run(arguments).refused();
+        let message = temp.run(arguments).refused();
         assert!(message.contains(expected), "{arguments}: {message}");
         assert!(!message.contains("Driving") && !message.contains("UMBmark of"), "{message}");
     }
-    assert_eq!(desk.listing(), [""; 0]);
-    desk.run("calibrate --distance 19.4m").ok();
+    assert_eq!(temp.listing(), [""; 0]);
+    temp.run("calibrate --distance 19.4m").ok();
 }
 
 #[test]
 fn recorded_runs_are_numbered_and_read_back() {
-    let desk = Desk::new();
-    let first = desk.run("record robot straight 1rev --json").ok().json();
+    let temp = TempFolder::new();
+    let first = temp.run("record robot straight 1rev --json").ok().json();
     assert_eq!(first["run"], "robot/runs/01_straight.csv");
-    desk.run("record robot straight 1rev").ok();
-    desk.run("record robot --name turn_left spin 45deg --rate 50").ok();
+    temp.run("record robot straight 1rev").ok();
+    temp.run("record robot --name turn_left spin 45deg --rate 50").ok();
 
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     let names: Vec<_> = campaign.runs.iter().map(|run| run.name.as_str()).collect();
     assert_eq!(names, ["01_straight", "02_straight", "03_turn_left"]);
     // None of them has a start time; there is no other warning.
@@ -122,22 +122,22 @@ fn recorded_runs_are_numbered_and_read_back() {
 
 #[test]
 fn the_same_seed_records_the_same_bytes_and_another_seed_others() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (folder, seed) in [("a", 3), ("b", 3), ("c", 4)] {
-        desk.run(&format!("record {folder} arc 50cm 30deg --seed {seed}")).ok();
+        temp.run(&format!("record {folder} arc 50cm 30deg --seed {seed}")).ok();
     }
-    let run = |folder: &str| desk.read(&format!("{folder}/runs/01_arc.csv"));
+    let run = |folder: &str| temp.read(&format!("{folder}/runs/01_arc.csv"));
     assert!(run("a") == run("b"));
     assert!(run("a") != run("c"));
-    assert!(desk.read("a/robot.toml") == desk.read("b/robot.toml"));
+    assert!(temp.read("a/robot.toml") == temp.read("b/robot.toml"));
 }
 
 #[test]
 fn a_run_that_cannot_be_recorded_is_not_driven() {
-    let desk = Desk::new();
-    desk.write("file", "");
-    desk.run("record good straight 10cm").ok();
-    let robot = desk.read("good/robot.toml");
+    let temp = TempFolder::new();
+    temp.write("file", "");
+    temp.run("record good straight 10cm").ok();
+    let robot = temp.read("good/robot.toml");
     for arguments in [
         "record /proc/campaign straight 1rev",
         "record file straight 1rev",
@@ -146,25 +146,25 @@ fn a_run_that_cannot_be_recorded_is_not_driven() {
         "record good --name ../b straight 1rev",
         "record good --rate 0 straight 1rev",
     ] {
-        desk.run(arguments).refused();
+        temp.run(arguments).refused();
     }
-    assert_eq!(desk.listing(), ["file", "good"]);
-    assert_eq!(desk.read("good/robot.toml"), robot);
-    let runs = std::fs::read_dir(desk.path("good/runs")).unwrap().count();
+    assert_eq!(temp.listing(), ["file", "good"]);
+    assert_eq!(temp.read("good/robot.toml"), robot);
+    let runs = std::fs::read_dir(temp.path("good/runs")).unwrap().count();
     assert_eq!(runs, 1, "no half-written run");
 }
 
 #[test]
 fn a_run_that_ends_in_a_fault_is_kept_as_far_as_it_came() {
-    let desk = Desk::new();
-    desk.write(
+    let temp = TempFolder::new();
+    temp.write(
         "blocked.toml",
         "name = \"blocked\"\n[[fault]]\nkind = \"wheel_blocked\"\nwheel = \"left\"\nat_motion_s = 3.0\n",
     );
-    let message = desk.run("record robot straight 4rev --port sim:blocked.toml").refused();
+    let message = temp.run("record robot straight 4rev --port sim:blocked.toml").refused();
     assert!(message.contains("stopped with a fault"), "{message}");
     assert!(message.contains("left"), "{message}");
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     assert_eq!(campaign.runs.len(), 1);
     let counts: Vec<_> = campaign.runs[0].rows.iter().filter_map(|row| row.counts.right).collect();
     assert!(counts.last().unwrap() - counts[0] > 100.0, "it drove until the wheel was blocked");

@@ -1,28 +1,28 @@
 //! `beeline` without arguments: the calibration.
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 const PICTURE: &str = "beeline-calibration.html";
 
 #[test]
 fn without_arguments_it_calibrates_draws_and_says_what_to_try_next() {
-    let desk = Desk::new();
-    let outcome = desk.run("").ok();
+    let temp = TempFolder::new();
+    let outcome = temp.run("").ok();
     assert!(outcome.stdout.contains("Drives straight:"), "{outcome:#?}");
     assert!(outcome.stdout.contains(&format!("picture  {PICTURE}")), "{outcome:#?}");
     let (_, next) = outcome.stdout.split_once("What to try next:\n").expect("what to try next");
     assert!(next.lines().count() >= 3, "{next}");
-    let picture = String::from_utf8(desk.read(PICTURE)).unwrap();
+    let picture = String::from_utf8(temp.read(PICTURE)).unwrap();
     assert!(picture.starts_with("<!doctype html>") || picture.starts_with("<!DOCTYPE html>"));
     assert!(picture.contains("<svg") && picture.trim_end().ends_with("</html>"));
     // Nothing else is left behind: no temporary file, no memory of a robot that is gone.
-    assert_eq!(desk.listing(), [PICTURE]);
+    assert_eq!(temp.listing(), [PICTURE]);
 }
 
 #[test]
 fn what_it_suggests_to_try_next_works() {
-    let desk = Desk::new();
-    let outcome = desk.run("").ok();
+    let temp = TempFolder::new();
+    let outcome = temp.run("").ok();
     let (_, next) = outcome.stdout.split_once("What to try next:\n").unwrap();
     let commands: Vec<_> = next
         .lines()
@@ -31,13 +31,13 @@ fn what_it_suggests_to_try_next_works() {
         .collect();
     assert_eq!(commands.len(), 3, "{next}");
     for command in commands.iter().filter(|command| !command.contains("/dev/")) {
-        desk.run(command).ok();
+        temp.run(command).ok();
     }
 }
 
 #[test]
 fn what_it_suggests_to_try_next_is_not_what_was_just_done() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (done, not, instead) in [
         ("--out-and-back", "--out-and-back", "--runs 4"),
         ("--runs 4", "--runs 4", "--out-and-back"),
@@ -46,14 +46,14 @@ fn what_it_suggests_to_try_next_is_not_what_was_just_done() {
         ("--seed 7", "--seed 7", "--seed 8"),
         ("--flash flash", "--flash flash --out-and-back", "--undo --flash flash"),
     ] {
-        let outcome = desk.run(&format!("calibrate {done}")).ok();
+        let outcome = temp.run(&format!("calibrate {done}")).ok();
         let (result, next) = outcome.stdout.split_once("What to try next:\n").expect("steps");
         assert!(!next.contains(not) && next.contains(instead), "{done}: {next}");
         assert!(!result.contains(&format!("calibrate {done}")), "{done}: {result}");
     }
     let unsure = "calibrate --measure ruler --start-heading 2deg";
     for done in ["--runs 4", "--out-and-back"] {
-        let outcome = desk.run(&format!("{unsure} {done}"));
+        let outcome = temp.run(&format!("{unsure} {done}"));
         assert!(!outcome.stderr.contains(&format!("try: {done}")), "{outcome:#?}");
         assert!(!outcome.stderr.contains("four such runs"), "{outcome:#?}");
     }
@@ -61,19 +61,19 @@ fn what_it_suggests_to_try_next_is_not_what_was_just_done() {
 
 #[test]
 fn a_second_run_draws_the_same_picture_byte_for_byte() {
-    let desk = Desk::new();
-    desk.run("").ok();
-    let first = desk.read(PICTURE);
-    desk.run("").ok();
-    assert!(desk.read(PICTURE) == first);
-    desk.run("--seed 2").ok();
-    assert!(desk.read(PICTURE) != first, "another seed is another throw of the noise");
+    let temp = TempFolder::new();
+    temp.run("").ok();
+    let first = temp.read(PICTURE);
+    temp.run("").ok();
+    assert!(temp.read(PICTURE) == first);
+    temp.run("--seed 2").ok();
+    assert!(temp.read(PICTURE) != first, "another seed is another throw of the noise");
 }
 
 #[test]
 fn json_is_one_value_with_the_papers_wheel_weight() {
-    let desk = Desk::new();
-    let outcome = desk.run("--json").ok();
+    let temp = TempFolder::new();
+    let outcome = temp.run("--json").ok();
     let value = outcome.json();
     assert_eq!(outcome.stderr, "");
     assert_eq!(value["decision"], "corrected");
@@ -88,11 +88,11 @@ fn json_is_one_value_with_the_papers_wheel_weight() {
 
 #[test]
 fn a_pipe_gets_no_colours() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for arguments in
         ["", "--help", "identify", "ports", "watch --for 50ms", "config set nonsense 1"]
     {
-        let outcome = desk.run(arguments);
+        let outcome = temp.run(arguments);
         let text = outcome.stdout + &outcome.stderr;
         assert!(!text.contains('\u{1b}'), "beeline {arguments}: {text}");
     }
@@ -100,7 +100,7 @@ fn a_pipe_gets_no_colours() {
 
 #[test]
 fn progress_goes_to_standard_error_and_results_to_standard_output() {
-    let outcome = Desk::new().run("").ok();
+    let outcome = TempFolder::new().run("").ok();
     assert!(outcome.stderr.contains("Calibrating"), "{outcome:#?}");
     assert!(!outcome.stdout.contains("Calibrating"), "{outcome:#?}");
     assert!(!outcome.stderr.contains("lateral offset"), "{outcome:#?}");
@@ -108,12 +108,12 @@ fn progress_goes_to_standard_error_and_results_to_standard_output() {
 
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for arguments in
         ["", "--json", "watch --for 5s", "completions bash", "--help", "sim --scenario"]
     {
         let arguments: Vec<_> = arguments.split_whitespace().collect();
-        let mut child = desk.spawn(&arguments);
+        let mut child = temp.spawn(&arguments);
         // Before it has written a byte, or just after its first ones: neither may matter.
         drop(child.stdout.take());
         let outcome = crate::outcome::collect(child).ok();
@@ -123,9 +123,9 @@ fn a_reader_that_goes_away_is_no_error() {
 
 #[test]
 fn the_mean_of_four_runs_is_surer_than_one() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let sigma = |command: &str| {
-        desk.run(command).ok().json()["wheel_weight"]["sigma"].as_f64().expect("a number")
+        temp.run(command).ok().json()["wheel_weight"]["sigma"].as_f64().expect("a number")
     };
     let (one, four) = (sigma("calibrate --json"), sigma("calibrate --runs 4 --json"));
     // Half, but for the tolerance of the track width, which the runs have in common.
@@ -134,15 +134,15 @@ fn the_mean_of_four_runs_is_surer_than_one() {
 
 #[test]
 fn a_measurement_that_knows_nothing_changes_nothing() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let arguments = "calibrate --measure ruler --start-heading 2deg --flash flash";
-    let outcome = desk.run(arguments);
+    let outcome = temp.run(arguments);
     assert_eq!(outcome.code, Some(1), "{outcome:#?}");
     assert!(outcome.stderr.contains("cannot tell"), "{outcome:#?}");
     assert!(outcome.stdout.is_empty(), "{outcome:#?}");
-    assert_eq!(desk.listing(), Vec::<String>::new());
+    assert_eq!(temp.listing(), Vec::<String>::new());
 
-    let outcome = desk.run(&format!("{arguments} --json"));
+    let outcome = temp.run(&format!("{arguments} --json"));
     assert_eq!(outcome.code, Some(1), "{outcome:#?}");
     let value = outcome.json();
     assert_eq!(value["decision"], "cannot_tell", "{value}");
@@ -156,30 +156,30 @@ fn a_measurement_that_knows_nothing_changes_nothing() {
 
 #[test]
 fn what_would_help_most_is_always_said() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for measure in ["camera", "ruler"] {
         for seed in 1..=6 {
-            let outcome = desk.run(&format!("calibrate --seed {seed} --measure {measure}")).ok();
+            let outcome = temp.run(&format!("calibrate --seed {seed} --measure {measure}")).ok();
             let said = outcome.stdout.contains(" % of the variance comes from the ");
             assert!(said, "seed {seed}, {measure}: {outcome:#?}");
         }
     }
     // The advice is about one run by itself.
     for several in ["--runs 2", "--out-and-back"] {
-        let outcome = desk.run(&format!("calibrate {several}")).ok();
+        let outcome = temp.run(&format!("calibrate {several}")).ok();
         assert!(!outcome.stdout.contains("of the variance"), "{several}: {outcome:#?}");
     }
 }
 
 #[test]
 fn the_page_states_the_wheel_weight_that_was_written() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (several, drives) in [("--runs 4", 5), ("--out-and-back", 3)] {
-        let value = desk.run(&format!("calibrate {several} --json")).ok().json();
+        let value = temp.run(&format!("calibrate {several} --json")).ok().json();
         let number = |name: &str| value["wheel_weight"][name].as_f64().expect("a number");
         let written = host_cli::quantity::plus_minus(number("value"), number("sigma"));
         assert_eq!(value["drives"], drives, "{value}");
-        let page = String::from_utf8(desk.read(PICTURE)).unwrap();
+        let page = String::from_utf8(temp.read(PICTURE)).unwrap();
         assert!(
             page.contains(&format!("Written: W<sub>T</sub> = {written}")),
             "{several} {written}"
@@ -193,7 +193,7 @@ fn the_page_shows_what_is_said() {
     let page = include_str!("../../docs/calibrate.md");
     let (_, sample) = page.split_once("```text\nCalibrating").expect("a sample");
     let (sample, _) = sample.split_once("\n```").expect("its end");
-    let said = Desk::new().run("").ok().stderr;
+    let said = TempFolder::new().run("").ok().stderr;
     assert_eq!(
         format!("Calibrating{sample}"),
         said.trim_end(),

@@ -2,7 +2,7 @@
 
 use campaign::Campaign;
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 const ROBOT: &str = "name = \"gyro\"\nseed = 3\n[gyro]\nbias_rad_s = 0.01\nscale = 0.02\n";
 
@@ -31,11 +31,11 @@ pieces = [{ rest_s = 5 }]
 
 #[test]
 fn what_is_wrong_with_a_gyro_is_found_in_a_campaign_that_was_recorded_with_it() {
-    let desk = Desk::new();
-    desk.write("gyro.toml", ROBOT);
-    desk.write("plan.toml", PLAN);
-    desk.run("campaign record robot --plan plan.toml --port sim:gyro.toml").ok();
-    let answer = desk.run("explain robot --json").ok().json();
+    let temp = TempFolder::new();
+    temp.write("gyro.toml", ROBOT);
+    temp.write("plan.toml", PLAN);
+    temp.run("campaign record robot --plan plan.toml --port sim:gyro.toml").ok();
+    let answer = temp.run("explain robot --json").ok().json();
     for (effect, truth) in [("gyro_bias", 0.01), ("gyro_scale", 0.02)] {
         let steps = answer["steps"].as_array().unwrap();
         let step = steps.iter().find(|step| step["effect"] == effect);
@@ -50,18 +50,18 @@ fn what_is_wrong_with_a_gyro_is_found_in_a_campaign_that_was_recorded_with_it() 
 
 #[test]
 fn a_single_run_has_the_gyros_column_too_and_a_robot_without_one_has_none() {
-    let desk = Desk::new();
-    desk.write("gyro.toml", ROBOT);
-    desk.run("record with spin 90deg --port sim:gyro.toml").ok();
-    desk.run("record without spin 90deg").ok();
+    let temp = TempFolder::new();
+    temp.write("gyro.toml", ROBOT);
+    temp.run("record with spin 90deg --port sim:gyro.toml").ok();
+    temp.run("record without spin 90deg").ok();
     let readings = |folder: &str| {
-        let campaign = Campaign::read(&desk.path(folder)).unwrap();
+        let campaign = Campaign::read(&temp.path(folder)).unwrap();
         campaign.runs[0].rows.iter().filter_map(|row| row.gyro_z_rad_s).count()
     };
     // 100 a second, for more than five.
     assert!(readings("with") > 500);
-    let text = String::from_utf8(desk.read("without/runs/01_spin.csv")).unwrap();
+    let text = String::from_utf8(temp.read("without/runs/01_spin.csv")).unwrap();
     assert!(!text.contains("gyro"), "{}", text.lines().next().unwrap_or_default());
-    let message = desk.run("campaign record robot --gyro log.csv --port sim:gyro.toml").refused();
+    let message = temp.run("campaign record robot --gyro log.csv --port sim:gyro.toml").refused();
     assert!(message.contains("[gyro]"), "{message}");
 }

@@ -3,7 +3,7 @@
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
 
-use crate::desk::{Desk, words};
+use crate::temp_folder::{TempFolder, words};
 
 /// Every command with its help, subcommands too.
 fn commands() -> Vec<(String, clap::Command)> {
@@ -47,7 +47,7 @@ fn every_example_in_the_help_is_a_command() {
 
 #[test]
 fn every_example_that_needs_no_hardware_runs() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let elsewhere = ["/dev/", "tcp:", "--listen", "sim:"];
     let here: Vec<_> = examples()
         .into_iter()
@@ -55,16 +55,16 @@ fn every_example_that_needs_no_hardware_runs() {
         .collect();
     assert!(here.len() >= 10, "{here:#?}");
     for example in here {
-        let outcome = desk.run(&example);
+        let outcome = temp.run(&example);
         assert_eq!(outcome.code, Some(0), "beeline {example}: {outcome:#?}");
     }
 }
 
 #[test]
 fn every_command_has_help_and_those_with_arguments_an_example() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for (name, command) in commands() {
-        let outcome = desk.run(&format!("{name} --help")).ok();
+        let outcome = temp.run(&format!("{name} --help")).ok();
         assert!(outcome.stdout.contains("Usage: beeline"), "{name}: {outcome:#?}");
         let required = command.get_arguments().any(clap::Arg::is_required_set);
         if required && !command.has_subcommands() {
@@ -75,9 +75,9 @@ fn every_command_has_help_and_those_with_arguments_an_example() {
 
 #[test]
 fn completions_know_the_commands() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let script = desk.run(&format!("completions {shell}")).ok().stdout;
+        let script = temp.run(&format!("completions {shell}")).ok().stdout;
         for word in ["calibrate", "wheel-weight", "completions"] {
             assert!(script.contains(word), "{shell}: {word}");
         }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::desk::Desk;
 use crate::served::Served;
+use crate::temp_folder::TempFolder;
 
 const PROGRAMS: [&str; 3] = [
     "host-link/examples/drive.rs",
@@ -46,8 +46,8 @@ fn the_page_shows_the_programs_as_they_are() {
 
 #[test]
 fn another_program_drives_a_robot() {
-    let desk = Desk::new();
-    let served = Served::start(&desk, "tcp:127.0.0.1:0");
+    let temp = TempFolder::new();
+    let served = Served::start(&temp, "tcp:127.0.0.1:0");
     let text = output("drive", &[served.port()]);
     assert!(numbers(&text, "")[0] > 400.0, "{text}");
     for turns in numbers(&text, "left encoder") {

@@ -1,20 +1,18 @@
 //! The `beeline` executable, as a user runs it: arguments in; exit code, output and files out. Each test has a folder
 //! of its own, and no state from earlier runs.
 
+mod analysis;
 mod answers;
 mod apply;
 mod bad_input;
 mod bad_port;
 mod calculator;
 mod campaign;
-mod desk;
 mod drive;
 mod files;
 mod first_run;
 mod gyro;
 mod help;
-
-mod insight;
 mod libraries;
 mod memory;
 mod outcome;
@@ -24,4 +22,5 @@ mod real_time;
 mod schema;
 mod served;
 mod tape;
+mod temp_folder;
 mod walkthrough;

@@ -13,7 +13,7 @@ use pulldown_cmark::{Event, Parser as Markdown, Tag, TagEnd};
 use shared_proto::Config;
 use sim_target::Scenario;
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// Code in a page: between backquotes, or a line of a fenced block.
 #[derive(Debug)]
@@ -255,9 +255,9 @@ fn block(page: &str, heading: &str) -> String {
 
 #[test]
 fn the_robot_and_the_plan_of_the_campaigns_page_are_read() {
-    let desk = Desk::new();
-    desk.run("record my-robot straight 1rev --json").ok();
-    let runs = std::fs::read_dir(desk.path("my-robot/runs")).unwrap();
+    let temp = TempFolder::new();
+    temp.run("record my-robot straight 1rev --json").ok();
+    let runs = std::fs::read_dir(temp.path("my-robot/runs")).unwrap();
     let runs: Vec<PathBuf> = runs.map(|entry| entry.unwrap().path()).collect();
     let [run] = &runs[..] else { panic!("one run: {runs:?}") };
     let run = run.file_stem().unwrap().to_str().unwrap();
@@ -265,14 +265,14 @@ fn the_robot_and_the_plan_of_the_campaigns_page_are_read() {
     let robot = block("docs/campaign.md", "robot.toml")
         .replace("01_straight", run)
         .replace("held_out = true", "held_out = false");
-    desk.write("my-robot/robot.toml", &robot);
-    desk.run("compare my-robot").ok();
-    desk.write("my-robot/robot.toml", &robot.replace("payload_kg", "payload"));
-    assert!(desk.run("compare my-robot").refused().contains("payload"));
+    temp.write("my-robot/robot.toml", &robot);
+    temp.run("compare my-robot").ok();
+    temp.write("my-robot/robot.toml", &robot.replace("payload_kg", "payload"));
+    assert!(temp.run("compare my-robot").refused().contains("payload"));
 
     let plan = block("docs/campaign.md", "plan.toml");
-    desk.write("plan.toml", &plan);
-    desk.run("campaign record other --plan plan.toml").ok();
-    desk.write("plan.toml", &plan.replace("heading_deg", "heading"));
-    assert!(desk.run("campaign record other --plan plan.toml").refused().contains("heading"));
+    temp.write("plan.toml", &plan);
+    temp.run("campaign record other --plan plan.toml").ok();
+    temp.write("plan.toml", &plan.replace("heading_deg", "heading"));
+    assert!(temp.run("campaign record other --plan plan.toml").refused().contains("heading"));
 }

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use campaign::Campaign;
 
-use crate::desk::Desk;
 use crate::outcome::{collect, wait_for};
 use crate::served::{SHORT_M, Served, interrupt, signal};
+use crate::temp_folder::TempFolder;
 
 const TCP: &str = "tcp:127.0.0.1:0";
 const PTY: &str = "pty";
@@ -28,8 +28,8 @@ fn a_calibration_over_a_serial_port_completes() {
 }
 
 fn calibration_completes(listen: &str) {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, listen);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, listen);
     let outcome = robot.calibrated().ok();
     assert!(outcome.stdout.contains("Drives straight:"), "{outcome:#?}");
     assert!(robot.picture().exists());
@@ -55,8 +55,8 @@ fn a_host_killed_over_a_serial_port_leaves_a_stopped_robot_that_can_be_calibrate
 }
 
 fn killed_and_reconnected(listen: &str) {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, listen);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, listen);
     robot.run("config save").ok();
     let flash = robot.flash();
 
@@ -93,11 +93,11 @@ fn killed_and_reconnected(listen: &str) {
 #[test]
 fn ctrl_c_in_a_drive_stops_the_robot_and_changes_nothing() {
     for travel_m in [SHORT_M * 0.3, SECOND_DRIVE_M] {
-        let desk = Desk::new();
-        let robot = Served::start(&desk, TCP);
+        let temp = TempFolder::new();
+        let robot = Served::start(&temp, TCP);
         robot.run("config save").ok();
         let flash = robot.flash();
-        let before = desk.listing();
+        let before = temp.listing();
 
         let host = robot.calibrate();
         robot.wait_until_travelled(travel_m);
@@ -112,15 +112,15 @@ fn ctrl_c_in_a_drive_stops_the_robot_and_changes_nothing() {
         assert!(identity["status"]["fault"].is_null(), "a stop is no fault: {identity}");
         assert!(robot.flash() == flash, "what is saved is as it was");
         assert_eq!(robot.wheel_weight(), 1.0, "and in use again");
-        assert_eq!(desk.listing(), before, "no picture, not even half of one");
+        assert_eq!(temp.listing(), before, "no picture, not even half of one");
     }
 }
 
 #[test]
 fn ctrl_c_at_a_question_changes_nothing() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
-    let mut host = desk.spawn(&["calibrate", "--port", robot.port()]);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
+    let mut host = temp.spawn(&["calibrate", "--port", robot.port()]);
     wait_for_question(&mut host);
     interrupt(&host);
     let outcome = collect(host);
@@ -141,8 +141,8 @@ fn wait_for_question(host: &mut Child) {
 
 #[test]
 fn a_second_client_can_stop_what_the_first_one_drives() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let host = robot.calibrate();
     robot.wait_until_travelled(SHORT_M * 0.2);
     robot.run("stop --now").ok();
@@ -156,8 +156,8 @@ fn a_second_client_can_stop_what_the_first_one_drives() {
 
 #[test]
 fn what_is_watched_is_one_json_value_a_line() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let outcome = robot.run("watch --json --rate 50 --for 300ms").ok();
     let frames = outcome.stdout.lines().map(|line| {
         let value: serde_json::Value = serde_json::from_str(line).expect("one value a line");
@@ -175,8 +175,8 @@ const LONG: &str = "straight 8rev";
 
 #[test]
 fn ctrl_c_stops_the_robot_at_once_however_seldom_it_reports() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let host = robot.spawn(&format!("record robot {LONG} --rate 5"));
     robot.wait_until_travelled(0.1);
     interrupt(&host);
@@ -193,8 +193,8 @@ fn ctrl_c_stops_the_robot_at_once_however_seldom_it_reports() {
 
 #[test]
 fn of_a_robot_that_no_longer_answers_nothing_is_claimed() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let host = robot.spawn(&format!("drive {LONG}"));
     robot.wait_until_travelled(0.05);
     signal(robot.id(), "STOP");
@@ -208,8 +208,8 @@ fn of_a_robot_that_no_longer_answers_nothing_is_claimed() {
 
 #[test]
 fn ctrl_c_between_the_last_reading_and_the_saving_saves_nothing() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     robot.run("config save").ok();
     let flash = robot.flash();
     // 1 rev with W_T = 0.96 ends 2.7 mm to the right for each 0.024 rad: the reading says 0.96.
@@ -244,12 +244,12 @@ fn wait_for_text(stderr: &mut impl std::io::Read, text: &[u8]) {
 
 #[test]
 fn a_recording_that_is_ended_by_a_signal_is_kept_and_leaves_nothing_else() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let host = robot.spawn(&format!("record robot {LONG}"));
     robot.wait_until_travelled(0.05);
     let runs = || -> Vec<_> {
-        let entries = std::fs::read_dir(desk.path("robot/runs")).unwrap();
+        let entries = std::fs::read_dir(temp.path("robot/runs")).unwrap();
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
     };
     assert!(runs().is_empty(), "whatever kills it now leaves nothing");
@@ -261,24 +261,24 @@ fn a_recording_that_is_ended_by_a_signal_is_kept_and_leaves_nothing_else() {
 
 #[test]
 fn runs_of_a_robot_that_was_switched_off_in_between_keep_their_order_in_time() {
-    let desk = Desk::new();
+    let temp = TempFolder::new();
     let record = || {
-        let robot = Served::start(&desk, TCP);
+        let robot = Served::start(&temp, TCP);
         let drive = "record robot straight 5cm --cruise 0.2m/s --acceleration 0.5m/s^2";
         robot.run(drive).ok();
         drop(robot);
-        std::fs::remove_file(desk.path("track.csv")).unwrap();
+        std::fs::remove_file(temp.path("track.csv")).unwrap();
     };
     record();
     record();
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     let started_s: Vec<_> = campaign.runs.iter().filter_map(|run| run.facts.started_s).collect();
     // A drive of half a second, and its rests.
     assert!(started_s.len() == 2 && started_s[1] - started_s[0] > 1.0, "{started_s:?}");
     assert!(campaign.robot.uid.is_some_and(|uid| uid.len() == 24), "the board's number");
 
     // Another robot of the same kind: the seed is the simulated board's number.
-    let other = Served::start_with(&desk, TCP, "--seed 99");
+    let other = Served::start_with(&temp, TCP, "--seed 99");
     let message = other.run("record robot straight 5cm").refused();
     assert!(message.contains("uid = ") && message.contains("of another robot"), "{message}");
     // A camera of a millimetre, where the motion was to be 50.
@@ -287,34 +287,34 @@ fn runs_of_a_robot_that_was_switched_off_in_between_keep_their_order_in_time() {
 
 #[test]
 fn a_campaign_knows_its_robot_and_is_not_gone_on_with_by_another() {
-    let desk = Desk::new();
-    desk.write(
+    let temp = TempFolder::new();
+    temp.write(
         "plan.toml",
         "acceleration_mps2 = 0.5\n[[run]]\nname = \"a\"\npieces = [{ rest_s = 0.3 }]\n\
          [[run]]\nname = \"b\"\npieces = [{ rest_s = 0.3 }]\n",
     );
     let record = "campaign record robot --plan plan.toml --measure none --yes";
-    let robot = Served::start(&desk, TCP);
+    let robot = Served::start(&temp, TCP);
     robot.run(record).ok();
     drop(robot);
-    std::fs::remove_file(desk.path("track.csv")).unwrap();
-    let campaign = Campaign::read(&desk.path("robot")).unwrap();
+    std::fs::remove_file(temp.path("track.csv")).unwrap();
+    let campaign = Campaign::read(&temp.path("robot")).unwrap();
     assert!(campaign.robot.uid.is_some_and(|uid| uid.len() == 24), "the board's number");
-    std::fs::remove_file(desk.path("robot/runs/02_b.csv")).unwrap();
-    let text = String::from_utf8(desk.read("robot/robot.toml")).unwrap();
+    std::fs::remove_file(temp.path("robot/runs/02_b.csv")).unwrap();
+    let text = String::from_utf8(temp.read("robot/robot.toml")).unwrap();
     let second = text.rfind("[[run]]").unwrap();
-    desk.write("robot/robot.toml", &text[..second]);
+    temp.write("robot/robot.toml", &text[..second]);
 
-    let other = Served::start_with(&desk, TCP, "--seed 99");
+    let other = Served::start_with(&temp, TCP, "--seed 99");
     let message = other.run(record).refused();
     assert!(message.contains("uid = ") && message.contains("of another robot"), "{message}");
-    assert!(!desk.path("robot/runs/02_b.csv").exists());
+    assert!(!temp.path("robot/runs/02_b.csv").exists());
 }
 
 #[test]
 fn watch_ends_when_its_reader_leaves() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     let mut host = robot.spawn("watch --json");
     let mut stdout = BufReader::new(host.stdout.take().unwrap());
     stdout.read_line(&mut String::new()).unwrap();
@@ -324,8 +324,8 @@ fn watch_ends_when_its_reader_leaves() {
 
 #[test]
 fn a_client_that_comes_while_the_robot_drives_does_not_move_it_and_a_later_one_does() {
-    let desk = Desk::new();
-    let robot = Served::start_with(&desk, TCP, "--reset-on-connect");
+    let temp = TempFolder::new();
+    let robot = Served::start_with(&temp, TCP, "--reset-on-connect");
     let mut host = robot.spawn(&format!("drive {LONG}"));
     robot.wait_until_travelled(0.1);
     // It takes the first one's place, and the robot is still driving then.
@@ -348,8 +348,8 @@ fn a_client_that_comes_while_the_robot_drives_does_not_move_it_and_a_later_one_d
 
 #[test]
 fn machines_are_told_that_unsaved_changes_were_dropped() {
-    let desk = Desk::new();
-    let robot = Served::start(&desk, TCP);
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
     robot.run("config set geometry.wheel_weight 0.99").ok();
     let outcome = robot.run(
         "calibrate --json --measure track:track.csv --yes --distance 1rev --cruise 1.2rev/s \

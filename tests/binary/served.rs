@@ -7,8 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
-use crate::desk::Desk;
 use crate::outcome::{Outcome, wait_for};
+use crate::temp_folder::TempFolder;
 
 /// Wheels so unequal that one revolution shows the difference: W_T = 0.96.
 const SCENARIO: &str = "\
@@ -27,7 +27,7 @@ pub const SHORT_M: f64 = 0.226;
 /// A simulated robot that listens.
 pub struct Served<'a> {
     child: Child,
-    desk: &'a Desk,
+    temp: &'a TempFolder,
     port: String,
     // One robot at a time: tests in real time must not share the machine.
     _turn: MutexGuard<'static, ()>,
@@ -35,24 +35,24 @@ pub struct Served<'a> {
 
 impl<'a> Served<'a> {
     /// Starts one that listens at this address, with a camera and a flash.
-    pub fn start(desk: &'a Desk, listen: &str) -> Self {
-        Self::start_with(desk, listen, "")
+    pub fn start(temp: &'a TempFolder, listen: &str) -> Self {
+        Self::start_with(temp, listen, "")
     }
 
     /// As [`start`](Self::start), with more options of `beeline sim`.
-    pub fn start_with(desk: &'a Desk, listen: &str, options: &str) -> Self {
+    pub fn start_with(temp: &'a TempFolder, listen: &str, options: &str) -> Self {
         static TURN: Mutex<()> = Mutex::new(());
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        desk.write("uneven.toml", SCENARIO);
+        temp.write("uneven.toml", SCENARIO);
         let arguments = format!(
             "sim --json --listen {listen} --port sim:uneven.toml --camera track.csv --flash flash {options}"
         );
-        let mut child = desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>());
+        let mut child = temp.spawn(&arguments.split_whitespace().collect::<Vec<_>>());
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let value: Value = serde_json::from_str(&line).expect("one line with the port");
         let port = value["listening"].as_str().unwrap().to_owned();
-        Self { child, desk, port, _turn: turn }
+        Self { child, temp, port, _turn: turn }
     }
 
     /// Where it listens.
@@ -62,18 +62,18 @@ impl<'a> Served<'a> {
 
     /// A command on this robot.
     pub fn run(&self, arguments: &str) -> Outcome {
-        self.desk.run(&format!("{arguments} --port {}", self.port))
+        self.temp.run(&format!("{arguments} --port {}", self.port))
     }
 
     /// A calibration, started.
     pub fn calibrate(&self) -> Child {
         let arguments = self.calibration();
-        self.desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
+        self.temp.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
     }
 
     /// A calibration, to its end.
     pub fn calibrated(&self) -> Outcome {
-        self.desk.run(&self.calibration())
+        self.temp.run(&self.calibration())
     }
 
     fn calibration(&self) -> String {
@@ -84,7 +84,7 @@ impl<'a> Served<'a> {
     /// A command on this robot, started.
     pub fn spawn(&self, arguments: &str) -> Child {
         let arguments = format!("{arguments} --port {}", self.port);
-        self.desk.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
+        self.temp.spawn(&arguments.split_whitespace().collect::<Vec<_>>())
     }
 
     /// The process in which the robot lives.
@@ -103,7 +103,7 @@ impl<'a> Served<'a> {
 
     /// The camera's positions of the robot, (x, y) \[m\].
     pub fn places_m(&self) -> Vec<(f64, f64)> {
-        let track = String::from_utf8(self.desk.read("track.csv")).unwrap();
+        let track = String::from_utf8(self.temp.read("track.csv")).unwrap();
         let place = |line: &str| -> Option<(f64, f64)> {
             let mut cells = line.split(',').skip(1).map(|cell| cell.parse().ok());
             Some((cells.next()??, cells.next()??))
@@ -132,12 +132,12 @@ impl<'a> Served<'a> {
 
     /// The saved configuration, byte for byte.
     pub fn flash(&self) -> Vec<u8> {
-        self.desk.read("flash")
+        self.temp.read("flash")
     }
 
     /// Where the picture of a calibration goes.
     pub fn picture(&self) -> PathBuf {
-        self.desk.path("beeline-calibration.html")
+        self.temp.path("beeline-calibration.html")
     }
 }
 

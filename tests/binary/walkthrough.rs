@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::desk::Desk;
+use crate::temp_folder::TempFolder;
 
 /// A page with `console` blocks, and how many commands of `beeline` it has at least.
 const PAGES: [(&str, usize); 3] =
@@ -91,18 +91,18 @@ fn difference(example: &Example, printed: &str) -> Option<String> {
 }
 
 /// Runs the command line; `None` if it is for another program.
-fn output_of(desk: &Desk, command: &str) -> Option<String> {
+fn output_of(temp: &TempFolder, command: &str) -> Option<String> {
     if let Some(arguments) = command.strip_prefix("beeline ") {
-        return Some(desk.run(arguments).ok().stdout);
+        return Some(temp.run(arguments).ok().stdout);
     }
     let words: Vec<&str> = command.split_whitespace().collect();
     match words[..] {
         ["cp", "-r", from, to] => {
-            copy(&repository().join(from), &desk.path(to));
+            copy(&repository().join(from), &temp.path(to));
             Some(String::new())
         }
         ["tail", "-n", "1", file] => {
-            let text = String::from_utf8(desk.read(file)).unwrap();
+            let text = String::from_utf8(temp.read(file)).unwrap();
             text.lines().last().map(str::to_owned)
         }
         // The tests of the example itself cover this.
@@ -133,22 +133,22 @@ fn commands_print_what_the_pages_show() {
         let is_ours = |example: &&Example| example.command.starts_with("beeline ");
         let beeline = examples.iter().filter(is_ours).count();
         assert!(beeline >= commands_min, "{page}: only {beeline} commands of {}", examples.len());
-        let desk = Desk::new();
+        let temp = TempFolder::new();
         for example in &examples {
-            if let Some(printed) = output_of(&desk, &example.command) {
+            if let Some(printed) = output_of(&temp, &example.command) {
                 wrong.extend(difference(example, &printed));
             }
         }
         if page == WALK_THROUGH {
-            the_picture_is_what_was_drawn(&desk);
+            the_picture_is_what_was_drawn(&temp);
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 /// `BEELINE_GOLDEN=write` draws it anew.
-fn the_picture_is_what_was_drawn(desk: &Desk) {
-    let drawn = desk.read("mystery.svg");
+fn the_picture_is_what_was_drawn(temp: &TempFolder) {
+    let drawn = temp.read("mystery.svg");
     let kept = repository().join(PICTURE);
     if std::env::var_os("BEELINE_GOLDEN").is_some() {
         std::fs::write(&kept, &drawn).unwrap();

@@ -7,7 +7,7 @@ use host_cli::error::Error;
 use host_cli::pose_source::camera::Camera;
 use host_cli::pose_source::{Go, Mark, PoseSource};
 use host_cli::survey::samples::{columns, robot_file};
-use host_cli::survey::{Ran, record_run};
+use host_cli::survey::{RunOutcome, record_run};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sim_target::instruments::GyroParameters;
@@ -116,7 +116,7 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
                     &mut |_| (),
                 )
                 .await?;
-                let Ran::Recorded(recorded) = ran else { continue };
+                let RunOutcome::Recorded(recorded) = ran else { continue };
                 let name = format!("{:02}_{}", index + 1, run.name);
                 let facts = RunFacts {
                     name: name.clone(),

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::slice;
 
 use robot_model::checks::{
-    BadRow, Mismatch, OffEndPose, Suspicion, bad_row, beside, crooked, end_poses_off, misfits,
-    mismatch, suspicions,
+    BadRow, Mismatch, OffEndPose, Suspicion, bad_row, end_pose_misfits, end_poses_off,
+    heading_offset, median_pose_error, mismatch, suspicions,
 };
 use robot_model::recording::{Recording, Robot};
 
-use crate::convention::{Convention, Meant};
+use crate::convention::{Convention, OtherConvention};
 use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::place_of_key;
@@ -47,7 +47,7 @@ pub(crate) fn check(
                      robot.toml";
                 return fail(header(file, Column::Heading), problem, hint);
             }
-            Suspicion::WentRound { right, t_s, bits } => {
+            Suspicion::CounterOverflow { right, t_s, bits } => {
                 let column = if right { Column::RightCounts } else { Column::LeftCounts };
                 let row = run.rows.iter().position(|row| row.t_s >= t_s).unwrap_or(0);
                 let before = run.rows[..row].iter().rev().find_map(|row| row.get(column));
@@ -149,16 +149,16 @@ pub(crate) fn warnings(
     let mut warnings = slow_clocks(folder, campaign, &suspected);
     // In wrong units no other check means anything.
     if suspected.iter().all(Vec::is_empty) {
-        warnings.extend(glitches(folder, campaign, robot, recordings));
+        warnings.extend(bad_rows_and_headings(folder, campaign, robot, recordings));
         if mismatch(robot, recordings).is_none() {
-            warnings.extend(stray_runs(folder, campaign, robot, recordings));
+            warnings.extend(runs_off(folder, campaign, robot, recordings));
         }
     }
     warnings
 }
 
 /// Runs whose last pose lies far from dead reckoning, or that cannot be of the robot that drove the others.
-fn stray_runs(
+fn runs_off(
     folder: &Path,
     campaign: &Campaign,
     robot: &Robot,
@@ -166,59 +166,67 @@ fn stray_runs(
 ) -> Vec<Warning> {
     let found = odd(robot, recordings);
     let count = odd_runs(&found);
-    let because = meant(robot, recordings, count);
-    let strays =
-        |place| vec![Warning::Strays { place, runs: count, of: recordings.len(), because }];
-    if let Some(meant) = because {
+    let because = other_convention(robot, recordings, count);
+    let many_off =
+        |place| vec![Warning::ManyRunsOff { place, runs: count, of: recordings.len(), because }];
+    if let Some(other) = because {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
-        return strays(header(&run_file(folder, first), meant.convention.column()));
+        return many_off(header(&run_file(folder, first), other.convention.column()));
     }
-    if count > STRAYS_MAX && 4 * count > recordings.len() {
-        return strays(place_of_key(&folder.join("robot.toml"), "wheel_radius_m"));
+    if count > RUNS_OFF_MAX && 4 * count > recordings.len() {
+        return many_off(place_of_key(&folder.join("robot.toml"), "wheel_radius_m"));
     }
     let warning = |(run, odd): (&Run, Odd)| {
         let file = run_file(folder, &run.name);
         if let Some(found) = odd.mismatch {
-            return Some(Warning::Another {
+            return Some(Warning::RunMismatch {
                 place: Place { line: 1, ..Place::whole(&file) },
                 found,
             });
         }
-        if let Some(off_m) = odd.beside_m {
-            return Some(Warning::Beside { place: header(&file, Column::X), off_m });
+        if let Some(off_m) = odd.pose_error_m {
+            return Some(Warning::MostPosesOff { place: header(&file, Column::X), off_m });
         }
-        let found = odd.stray?;
+        let found = odd.end_pose?;
         let line = run.rows.iter().position(|row| row.t_s >= found.t_s)? as u64 + 2;
         let column = if found.position_m.is_some() { Column::X } else { Column::Heading };
         let place = Place { line, ..header(&file, column) };
-        Some(Warning::Stray { place, position_m: found.position_m, heading_rad: found.heading_rad })
+        Some(Warning::EndPoseOff {
+            place,
+            position_m: found.position_m,
+            heading_rad: found.heading_rad,
+        })
     };
     campaign.runs.iter().zip(found).filter_map(warning).collect()
 }
 
 /// The convention by which all runs would agree with their wheels, if many do not by ours.
-fn meant(robot: &Robot, runs: &[Recording], odd_runs_here: usize) -> Option<Meant> {
+fn other_convention(
+    robot: &Robot,
+    runs: &[Recording],
+    odd_runs_here: usize,
+) -> Option<OtherConvention> {
     let sum = |misfits: &[f64]| misfits.iter().sum::<f64>();
-    let here = misfits(robot, runs);
-    if sum(&here) < MISFIT_MIN && odd_runs_here <= STRAYS_MAX {
+    let here = end_pose_misfits(robot, runs);
+    if sum(&here) < MISFIT_MIN && odd_runs_here <= RUNS_OFF_MAX {
         return None;
     }
-    let all = Convention::ALL
-        .into_iter()
-        .flat_map(|convention| [false, true].map(|ends_only| Meant { convention, ends_only }));
-    let tried = all.map(|meant| {
-        let ours = meant.in_ours(runs);
-        (meant, misfits(robot, &ours), ours)
+    let all = Convention::ALL.into_iter().flat_map(|convention| {
+        [false, true].map(|ends_only| OtherConvention { convention, ends_only })
+    });
+    let tried = all.map(|other| {
+        let ours = other.in_ours(runs);
+        (other, end_pose_misfits(robot, &ours), ours)
     });
     let (best, there, ours) = tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))?;
     let better =
         here.iter().zip(&there).filter(|(here, there)| **here > 2.0 * **there + BETTER_MIN);
-    let by_ends = better.count() > STRAYS_MAX
+    let by_ends = better.count() > RUNS_OFF_MAX
         && sum(&here) > MISFIT_MIN
         && sum(&here) > MISFIT_TIMES * sum(&there);
     // Runs that end where they began show little at their ends: then the path in between counts.
     let fewer = || 4 * odd_runs(&odd(robot, &ours)) <= odd_runs_here;
-    let by_ways = odd_runs_here > STRAYS_MAX && sum(&there) <= sum(&here) && fewer();
+    let by_ways = odd_runs_here > RUNS_OFF_MAX && sum(&there) <= sum(&here) && fewer();
     let sound = mismatch(robot, &ours).is_none();
     (sound && (by_ends || by_ways)).then_some(best)
 }
@@ -231,7 +239,7 @@ const MISFIT_TIMES: f64 = 4.0;
 const BETTER_MIN: f64 = 0.02;
 
 /// Single rows that no robot can have driven, and a heading offset that all runs share.
-fn glitches(
+fn bad_rows_and_headings(
     folder: &Path,
     campaign: &Campaign,
     robot: &Robot,
@@ -246,13 +254,13 @@ fn glitches(
             BadRow::Spike { t_s, .. } => (t_s, Column::X),
         };
         let line = run.rows.iter().position(|row| row.t_s >= t_s)? as u64 + 2;
-        Some(Warning::Glitch { place: Place { line, ..header(&file, column) }, found })
+        Some(Warning::BadRow { place: Place { line, ..header(&file, column) }, found })
     };
     let mut warnings: Vec<Warning> = campaign.runs.iter().zip(recordings).filter_map(row).collect();
-    if let Some(turned_rad) = crooked(robot, recordings) {
+    if let Some(turned_rad) = heading_offset(robot, recordings) {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
         let place = header(&run_file(folder, first), Column::Heading);
-        warnings.push(Warning::Crooked { place, turned_rad });
+        warnings.push(Warning::HeadingOffset { place, turned_rad });
     }
     warnings
 }
@@ -260,21 +268,21 @@ fn glitches(
 /// What is odd about a single run.
 struct Odd {
     mismatch: Option<Mismatch>,
-    beside_m: Option<f64>,
-    stray: Option<OffEndPose>,
+    pose_error_m: Option<f64>,
+    end_pose: Option<OffEndPose>,
 }
 
 fn odd_runs(runs: &[Odd]) -> usize {
     let is_odd =
-        |run: &&Odd| run.mismatch.is_some() || run.beside_m.is_some() || run.stray.is_some();
+        |run: &&Odd| run.mismatch.is_some() || run.pose_error_m.is_some() || run.end_pose.is_some();
     runs.iter().filter(is_odd).count()
 }
 
 fn odd(robot: &Robot, runs: &[Recording]) -> Vec<Odd> {
-    let alone = |(run, stray): (&Recording, _)| Odd {
+    let alone = |(run, end_pose): (&Recording, _)| Odd {
         mismatch: mismatch(robot, slice::from_ref(run)),
-        beside_m: beside(robot, run),
-        stray,
+        pose_error_m: median_pose_error(robot, run),
+        end_pose,
     };
     runs.iter().zip(end_poses_off(robot, runs)).map(alone).collect()
 }
@@ -284,7 +292,7 @@ fn run_file(folder: &Path, name: &str) -> PathBuf {
 }
 
 /// More odd runs than this, and than a quarter of all, have a common cause.
-const STRAYS_MAX: usize = 2;
+const RUNS_OFF_MAX: usize = 2;
 
 /// Runs whose clock can hardly be in seconds.
 fn slow_clocks(folder: &Path, campaign: &Campaign, suspected: &[Vec<Suspicion>]) -> Vec<Warning> {

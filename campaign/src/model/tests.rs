@@ -170,8 +170,8 @@ fn what_no_robot_has_is_refused_and_what_is_merely_implausible_is_not() {
 fn errors_and_noise_are_sizes() {
     let fit = FitEntry {
         runs: 3,
-        nominal: ErrorPair { train: errors(1.0), cross_validated: errors(2.0) },
-        errors: ErrorPair { train: errors(3.0), cross_validated: errors(4.0) },
+        nominal: ErrorPair { fitted: errors(1.0), cross_validated: errors(2.0) },
+        errors: ErrorPair { fitted: errors(3.0), cross_validated: errors(4.0) },
         noise: OdometryNoise::TYPICAL,
     };
     let text = ModelFile { fit: Some(fit), ..parse(GOOD).unwrap() }.to_text("robot");

@@ -122,11 +122,11 @@ pub(super) fn errors(raw: &RawErrors) -> Result<(usize, ErrorPair, ErrorPair), I
         })
     };
     let nominal = ErrorPair {
-        train: errors(&raw.nominal)?,
+        fitted: errors(&raw.nominal)?,
         cross_validated: errors(&raw.nominal_cross_validated)?,
     };
     let model =
-        ErrorPair { train: errors(&raw.train)?, cross_validated: errors(&raw.cross_validated)? };
+        ErrorPair { fitted: errors(&raw.train)?, cross_validated: errors(&raw.cross_validated)? };
     Ok((raw.runs, nominal, model))
 }
 

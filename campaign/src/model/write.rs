@@ -115,9 +115,9 @@ fn errors(text: &mut String, fit: &FitEntry) {
         "\n[error]  # predicted against measured; cross_validated: each run predicted by a fit to the others\n\
          runs = {}\nnominal = {}\nnominal_cross_validated = {}\ntrain = {}\ncross_validated = {}\n",
         fit.runs,
-        line(&fit.nominal.train),
+        line(&fit.nominal.fitted),
         line(&fit.nominal.cross_validated),
-        line(&fit.errors.train),
+        line(&fit.errors.fitted),
         line(&fit.errors.cross_validated)
     );
 }

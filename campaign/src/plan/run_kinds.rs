@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use robot_model::explain::plans;
+use robot_model::explain::candidate_runs;
 use robot_model::recording::Piece;
 
 use super::file::plan_path;
@@ -25,7 +25,7 @@ pub struct ExtraRuns {
 /// Every kind that can be asked for.
 pub fn kinds() -> Vec<&'static str> {
     let mut kinds = vec!["rest", "spin", "arc", "square"];
-    kinds.extend(plans(1.0).into_iter().map(|plan| plan.kind.name()));
+    kinds.extend(candidate_runs(1.0).into_iter().map(|candidate| candidate.kind.name()));
     kinds
 }
 
@@ -101,11 +101,16 @@ pub fn runs_of(
                 "square" => "square both ways".to_owned(),
                 one => format!("{one}s both ways"),
             };
-            let plan = plans(fast_mps).into_iter().find(|plan| plan.kind.name() == both);
-            (0.0, plan.map_or_else(Vec::new, |plan| plan.runs[..1].to_vec()))
+            let candidate = candidate_runs(fast_mps)
+                .into_iter()
+                .find(|candidate| candidate.kind.name() == both);
+            (0.0, candidate.map_or_else(Vec::new, |candidate| candidate.runs[..1].to_vec()))
         }
-        kind => match plans(fast_mps).into_iter().find(|plan| plan.kind.name() == kind) {
-            Some(plan) => (plan.later_s, plan.runs),
+        kind => match candidate_runs(fast_mps)
+            .into_iter()
+            .find(|candidate| candidate.kind.name() == kind)
+        {
+            Some(candidate) => (candidate.later_s, candidate.runs),
             None => return Err(PlanError::UnknownKind(kind.into())),
         },
     };

@@ -33,13 +33,13 @@ right = 0.03456
 
 #[test]
 fn a_host_calibrates_the_emulated_board_over_tcp() {
-    let desk = std::env::temp_dir().join(format!("beeline-emulated-{}", std::process::id()));
-    std::fs::create_dir_all(&desk).unwrap();
-    std::fs::write(desk.join("uneven.toml"), SCENARIO).unwrap();
+    let folder = std::env::temp_dir().join(format!("beeline-emulated-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("uneven.toml"), SCENARIO).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_emulate"))
         .args(["--listen", "127.0.0.1:0", "--scenario", "uneven.toml", "--camera", "track.csv"])
         .env("BEELINE_IMAGE", image())
-        .current_dir(&desk)
+        .current_dir(&folder)
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -64,13 +64,13 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
         with_robot(&port, &SimOptions::default(), async |session, _| {
             let identity = session.identify().await?;
             let noise = Some(Sigma { position_m: 0.001, heading_rad: 0.002 });
-            let mut track = TrackFile { path: desk.join("track.csv"), noise, confirm: false };
+            let mut track = TrackFile { path: folder.join("track.csv"), noise, confirm: false };
             let outcome = calibrate(session, &mut track, &settings, &mut |_| ()).await?;
             Ok((identity, outcome, session.read_config().await?))
         })
         .unwrap();
     drop(output);
-    let _ = std::fs::remove_dir_all(&desk);
+    let _ = std::fs::remove_dir_all(&folder);
     assert_eq!(identity.board.as_str(), "NUCLEO-F429ZI");
     assert_eq!(identity.config_origin, ConfigOrigin::Factory);
     assert!(matches!(outcome.decision, Decision::Corrected(_)));

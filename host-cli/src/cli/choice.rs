@@ -15,7 +15,7 @@ pub enum Measure {
     /// A file to which another program writes the track.
     Track(PathBuf),
     /// No poses are measured.
-    Nobody,
+    NoPoses,
 }
 
 impl FromStr for Measure {
@@ -26,7 +26,7 @@ impl FromStr for Measure {
             "camera" => Ok(Measure::Camera),
             "ruler" => Ok(Measure::Ruler),
             "ask" => Ok(Measure::Ask),
-            "none" => Ok(Measure::Nobody),
+            "none" => Ok(Measure::NoPoses),
             _ => match text.strip_prefix("track:") {
                 Some(path) if !path.is_empty() => Ok(Measure::Track(path.into())),
                 _ => {

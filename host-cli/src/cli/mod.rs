@@ -2,24 +2,24 @@
 //!
 //! What a command does is left to [`crate::command`].
 
+mod analysis;
 mod calibrate;
 mod campaign;
 mod check;
 mod choice;
 mod drive;
-mod insight;
 
 pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
+};
+pub use analysis::{
+    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use check::period_ms;
 pub use choice::{Measure, Method};
 pub use drive::{DriveCommand, ProfileArgs};
 pub use host_link::listen::Listen;
-pub use insight::{
-    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
-};
 
 use std::path::PathBuf;
 

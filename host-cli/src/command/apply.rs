@@ -2,13 +2,13 @@
 
 use host_link::Session;
 use robot_model::effect::{Effect, KnownEffect};
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_given;
 use robot_model::explain::model::fit;
 use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
 
-use super::compare::warn_of_blind_runs;
+use super::compare::warn_of_runs_without_poses;
 use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
@@ -33,7 +33,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
     for warning in &campaign.warnings {
         warn(warning);
     }
-    warn_of_blind_runs(&campaign);
+    warn_of_runs_without_poses(&campaign);
     let effects = effects_of(folder, &campaign, recordings)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
@@ -127,7 +127,7 @@ fn effects_of(
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
     let campaign = recordings.into_model(campaign, folder)?;
-    let answer = explain_beyond(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
+    let answer = explain_given(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));

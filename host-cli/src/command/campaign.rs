@@ -189,19 +189,19 @@ fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
         let (plan, settings) = what_to_record(args, &config, folder)?;
         let simulated = common.sim().kept(&common.port);
         let settings = RecordSettings { simulated, ..settings };
-        let mut teller = Teller { quiet: common.json, progress: None };
+        let mut printer = ProgressPrinter { quiet: common.json, progress: None };
         record_campaign(session, &mut *source, &plan, folder, &settings, &mut |step| {
-            teller.tell(step);
+            printer.print(step);
         })
         .await
     })
-    .map_err(|error| goes_on(error, folder))?;
+    .map_err(|error| note_kept_runs(error, folder))?;
     finish(common, folder, &summary);
     Ok(())
 }
 
 /// Tells how much is kept of a campaign that ended early; returns the error.
-fn goes_on(error: Error, folder: &Path) -> Error {
+fn note_kept_runs(error: Error, folder: &Path) -> Error {
     let runs =
         Campaign::read_if_any(folder).ok().flatten().map_or(0, |campaign| campaign.runs.len());
     if runs > 0 {
@@ -248,18 +248,18 @@ fn what_to_record(
 }
 
 /// Tells the user how far the campaign is.
-struct Teller {
+struct ProgressPrinter {
     quiet: bool,
     progress: Option<(String, Progress)>,
 }
 
-impl Teller {
-    fn tell(&mut self, step: RecordStep<'_>) {
+impl ProgressPrinter {
+    fn print(&mut self, step: RecordStep<'_>) {
         match step {
-            RecordStep::GoesOn(runs) if !self.quiet => {
+            RecordStep::Resumed(runs) if !self.quiet => {
                 note(format_args!("already recorded: {} of the plan", ui::runs(runs)));
             }
-            RecordStep::Begins(index, of, run) => {
+            RecordStep::Started(index, of, run) => {
                 let title = format!("{index:>2}/{of} {}", run.name);
                 self.progress = Some((title.clone(), Progress::new(title, self.quiet)));
             }
@@ -295,7 +295,7 @@ impl Teller {
             RecordStep::CompensatedAnew(effect) => warn(format_args!(
                 "the robot's {effect} differs from model.toml; counts are recorded raw, so old and new runs can be fitted together"
             )),
-            RecordStep::GoesOn(_) | RecordStep::Compensated(_) => {}
+            RecordStep::Resumed(_) | RecordStep::Compensated(_) => {}
         }
     }
 }

@@ -49,7 +49,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
 }
 
 /// Warns of runs that are ignored, as they have no measured positions.
-pub(super) fn warn_of_blind_runs(campaign: &Campaign) {
+pub(super) fn warn_of_runs_without_poses(campaign: &Campaign) {
     let names = campaign.without_poses();
     if !names.is_empty() {
         warn(format_args!("skipped, as no position was measured: {}", names.join(", ")));
@@ -62,13 +62,13 @@ pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::C
     let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
     let campaign = recordings.into_model(&read, folder)?;
-    warn_of_blind_runs(&read);
+    warn_of_runs_without_poses(&read);
     Ok((read, campaign))
 }
 
 /// Warns of a campaign with a single run: nothing can be cross-validated, so its errors are those
 /// of the fit.
-pub(super) fn warn_if_lone(campaign: &robot_model::recording::Campaign) {
+pub(super) fn warn_if_single_run(campaign: &robot_model::recording::Campaign) {
     if campaign.fitted_runs().count() == 1 {
         warn(
             "only one run: nothing can be cross-validated, and the errors are those of the fit to this run; record more runs",

@@ -1,9 +1,9 @@
 //! `beeline explain`
 
 use robot_model::compare::Comparer;
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_given;
 
-use super::compare::{read, warn_if_lone};
+use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again, show};
@@ -13,11 +13,11 @@ use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let (read, campaign) = read(&args.campaign)?;
-    warn_if_lone(&campaign);
+    warn_if_single_run(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
-    let answer = explain_beyond(&campaign, &catalogue, &in_model).map_err(Error::new)?;
+    let answer = explain_given(&campaign, &catalogue, &in_model).map_err(Error::new)?;
     if common.json || args.format.is_json() {
         say(json::answer(&answer));
     } else {

@@ -9,7 +9,7 @@ use robot_model::explain::model::{Model, fit};
 use robot_model::recording::Campaign;
 use serde_json::json;
 
-use super::compare::{read, warn_if_lone};
+use super::compare::{read, warn_if_single_run};
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
@@ -150,7 +150,7 @@ struct Task {
 impl Task {
     fn new(folder: &Path, model: Option<&Path>) -> Result<Self> {
         let (read, campaign) = read(folder)?;
-        warn_if_lone(&campaign);
+        warn_if_single_run(&campaign);
         let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
         let model = ModelFile::read_or_empty(&file)?;
         let before = model.effects.iter().map(|entry| entry.effect.clone()).collect();
@@ -233,8 +233,8 @@ fn changed(task: &Task, before: &Model, after: &Model, new: &dyn Fn(&str) -> boo
             Cell::styled(style, format!("{change:+.0} %")),
         ]);
     };
-    row("fitted", &|model| model.errors.train.position_rms_m, "mm", false);
-    row("", &|model| model.errors.train.heading_rms_rad, "mrad", false);
+    row("fitted", &|model| model.errors.fitted.position_rms_m, "mm", false);
+    row("", &|model| model.errors.fitted.heading_rms_rad, "mrad", false);
     row("cross-validated", &|model| model.errors.cross_validated.position_rms_m, "mm", true);
     row("", &|model| model.errors.cross_validated.heading_rms_rad, "mrad", true);
     if after.held_out.is_some() {
@@ -348,7 +348,7 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
             table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
         };
-        row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.train);
+        row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.fitted);
         row("cross-validated".into(), &|errors| errors.cross_validated);
         table.say(0);
     }

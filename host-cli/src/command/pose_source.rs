@@ -6,7 +6,7 @@ use crate::cli::{CalibrateArgs, CampaignRecordArgs, Measure};
 use crate::error::{Error, Result};
 use crate::pose_source::camera::Camera;
 use crate::pose_source::gyro_log::GyroLog;
-use crate::pose_source::nobody::Nobody;
+use crate::pose_source::none::NoPoses;
 use crate::pose_source::ruler::Ruler;
 use crate::pose_source::tape::Tape;
 use crate::pose_source::track_file::TrackFile;
@@ -35,7 +35,7 @@ pub(super) fn of_calibration(
             Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
                 .hint("--measure ask, or --measure track:FILE"))
         }
-        (Measure::Nobody, _) => Err(Error::new("a calibration needs a measurement")
+        (Measure::NoPoses, _) => Err(Error::new("a calibration needs a measurement")
             .hint("--measure ask, or --measure track:FILE")),
         (Measure::Ask, _) => Ok(Box::new(Tape::new(confirm, Sigma::of_ruler(args.ruler.m), None))),
         (Measure::Track(path), _) => {
@@ -50,7 +50,7 @@ pub(super) fn of_calibration(
 pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
     match lab {
         Some(lab) => Box::new(Camera::new(lab)),
-        None => Box::new(Nobody { confirm: false }),
+        None => Box::new(NoPoses { confirm: false }),
     }
 }
 
@@ -91,7 +91,7 @@ fn poses_of_campaign(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Box<
             };
             Ok(Box::new(Tape::new(confirm, sigma, lab)))
         }
-        (Measure::Nobody, _) => Ok(Box::new(Nobody { confirm })),
+        (Measure::NoPoses, _) => Ok(Box::new(NoPoses { confirm })),
         (Measure::Track(path), _) => Ok(Box::new(TrackFile { path, noise: None, confirm })),
     }
 }

@@ -4,10 +4,10 @@
 
 use robot_model::compare::{Assumed, Comparer};
 use robot_model::effect::Effect;
-use robot_model::explain::explain_beyond;
+use robot_model::explain::explain_given;
 use serde_json::json;
 
-use super::compare::{read, warn_if_lone};
+use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, reached_again};
@@ -29,7 +29,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         .hint("a browser prints the page, to PDF as well"));
     }
     let (read, campaign) = read(&args.campaign)?;
-    warn_if_lone(&campaign);
+    warn_if_single_run(&campaign);
     let output = args.output.display();
     let cannot = |error: &dyn std::fmt::Display| {
         Error::new(format_args!("cannot write {output}: {error}"))
@@ -41,7 +41,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let catalogue = model.catalogue();
     // Explained from the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
-    let answer = explain_beyond(&campaign, &catalogue, &in_use).map_err(Error::new)?;
+    let answer = explain_given(&campaign, &catalogue, &in_use).map_err(Error::new)?;
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);

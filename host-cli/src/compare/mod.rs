@@ -1,7 +1,7 @@
 //! `beeline compare` in words and tables. What is compared, and how, is in [`robot_model::compare`].
 
 use anstyle::Style;
-use robot_model::compare::{Aspect, Comparison, Drift, Rms, RunCompared};
+use robot_model::compare::{Comparison, Component, Drift, Rms, RunCompared};
 
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{self, BAD, BOLD, DIM, paint, say};
@@ -108,23 +108,23 @@ fn regimes(comparison: &Comparison) {
         "systematic, per metre",
     ];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
-    for question in &comparison.regimes {
-        table.row([Cell::styled(BOLD, words::regime(question.regime))]);
-        for cell in &question.cells {
+    for grouping in &comparison.regimes {
+        table.row([Cell::styled(BOLD, words::regime(grouping.regime))]);
+        for group in &grouping.groups {
             let mm = |value: f64| format!("{:.1}", value * 1e3);
             table.row([
-                format!("  {}", words::label(cell.label)).into(),
-                cell.runs.into(),
-                cell.stretches.into(),
-                format!("{} mm", mm(cell.position_m.rms)).into(),
-                Cell::styled(DIM, mm(cell.position_m.noise)),
-                format!("{} mrad", mm(cell.heading_rad.rms)).into(),
-                Cell::styled(DIM, mm(cell.heading_rad.noise)),
-                match (cell.scattered, cell.beyond_noise) {
+                format!("  {}", words::label(group.label)).into(),
+                group.runs.into(),
+                group.stretches.into(),
+                format!("{} mm", mm(group.position_m.rms)).into(),
+                Cell::styled(DIM, mm(group.position_m.noise)),
+                format!("{} mrad", mm(group.heading_rad.rms)).into(),
+                Cell::styled(DIM, mm(group.heading_rad.noise)),
+                match (group.scattered, group.beyond_noise) {
                     (false, true) => Cell::styled(BAD, "drift"),
-                    _ => times(cell.chi, cell.scattered),
+                    _ => times(group.chi, group.scattered),
                 },
-                systematic(&cell.main_drift()),
+                systematic(&group.main_drift()),
             ]);
         }
     }
@@ -142,12 +142,12 @@ fn systematic(drift: &Drift) -> Cell {
 /// `12.3 ± 0.4 mrad/m to the left`.
 pub fn drift_text(drift: &Drift) -> String {
     let value = crate::quantity::plus_minus(drift.per_m.abs() * 1e3, drift.sigma * 1e3);
-    match (drift.aspect, drift.per_m > 0.0) {
-        (Aspect::Turn, true) => format!("{value} mrad/m to the left"),
-        (Aspect::Turn, false) => format!("{value} mrad/m to the right"),
-        (Aspect::Ahead, true) => format!("{value} mm/m too far"),
-        (Aspect::Ahead, false) => format!("{value} mm/m too short"),
-        (Aspect::Left, true) => format!("{value} mm/m drift to the left"),
-        (Aspect::Left, false) => format!("{value} mm/m drift to the right"),
+    match (drift.component, drift.per_m > 0.0) {
+        (Component::Turn, true) => format!("{value} mrad/m to the left"),
+        (Component::Turn, false) => format!("{value} mrad/m to the right"),
+        (Component::Ahead, true) => format!("{value} mm/m too far"),
+        (Component::Ahead, false) => format!("{value} mm/m too short"),
+        (Component::Left, true) => format!("{value} mm/m drift to the left"),
+        (Component::Left, false) => format!("{value} mm/m drift to the right"),
     }
 }

@@ -165,14 +165,14 @@ mod tests {
             effect: class[0].into(),
             class: class.iter().map(|id| (*id).to_owned()).collect(),
             parameters: Vec::new(),
-            train: to,
+            fitted: to,
             cross_validated: to,
             p_value: 1e-9,
             why: Why::default(),
         };
         Answer {
             known: Vec::new(),
-            baseline: ErrorPair { train: from, cross_validated: from },
+            baseline: ErrorPair { fitted: from, cross_validated: from },
             steps: vec![step],
             rejected: Vec::new(),
             unexplained: Unexplained {

@@ -87,7 +87,7 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{PlanKind, Promise};
+    use robot_model::explain::{CandidateKind, Promise};
 
     use super::*;
 
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn a_next_run_about_the_gyro_asks_for_its_log() {
         let next = |separates: &[&str]| NextRun {
-            kind: PlanKind::Straight,
+            kind: CandidateKind::Straight,
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             promise: Promise::default(),
         };

@@ -21,7 +21,7 @@ pub fn answer(answer: &Answer) -> Value {
 
 /// Errors on the runs fitted to, and cross-validated.
 pub fn pair(pair: &ErrorPair) -> Value {
-    json!({"train": errors(&pair.train), "heldout": errors(&pair.cross_validated)})
+    json!({"train": errors(&pair.fitted), "heldout": errors(&pair.cross_validated)})
 }
 
 /// How far predicted and measured tracks lie apart.
@@ -53,7 +53,7 @@ fn step(step: &StepFound) -> Value {
         "effect": step.effect,
         "class": step.class,
         "parameters": parameters(&step.parameters),
-        "train": errors(&step.train),
+        "train": errors(&step.fitted),
         "heldout": errors(&step.cross_validated),
         "p_value": step.p_value,
         "why": words::why(step),
@@ -87,7 +87,7 @@ fn next_run(next: &NextRun) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{PlanKind, Promise, Reason, Why};
+    use robot_model::explain::{CandidateKind, Promise, Reason, Why};
 
     use super::*;
 
@@ -103,12 +103,12 @@ mod tests {
         };
         let found = Answer {
             known: Vec::new(),
-            baseline: ErrorPair { train: Errors::default(), cross_validated: Errors::default() },
+            baseline: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
             steps: vec![StepFound {
                 effect: "side_slip".into(),
                 class: vec!["side_slip".into()],
                 parameters: vec![parameter],
-                train: Errors::default(),
+                fitted: Errors::default(),
                 cross_validated: Errors::default(),
                 p_value: 1e-9,
                 why: Why::default(),
@@ -120,7 +120,7 @@ mod tests {
             }],
             unexplained: Unexplained::default(),
             next_run: Some(NextRun {
-                kind: PlanKind::Straight,
+                kind: CandidateKind::Straight,
                 separates: Vec::new(),
                 promise: Promise::default(),
             }),

@@ -1,6 +1,8 @@
 //! What `compare` answers.
 
-use robot_model::compare::{Aspect, Cell, Comparison, Drift, Label, Question, Rms, RunCompared};
+use robot_model::compare::{
+    Comparison, Component, Drift, Grouping, Label, RegimeError, Rms, RunCompared,
+};
 use serde_json::{Value, json};
 
 use crate::words;
@@ -14,7 +16,7 @@ pub fn comparison(comparison: &Comparison) -> Value {
         "heading_rad": rms(&comparison.heading_rad),
         "aside": comparison.held_out.as_ref().map(both),
         "runs": comparison.runs.iter().map(run).collect::<Vec<_>>(),
-        "regimes": comparison.regimes.iter().map(question).collect::<Vec<_>>(),
+        "regimes": comparison.regimes.iter().map(grouping).collect::<Vec<_>>(),
     })
 }
 
@@ -37,25 +39,25 @@ fn run(run: &RunCompared) -> Value {
     })
 }
 
-fn question(question: &Question) -> Value {
+fn grouping(grouping: &Grouping) -> Value {
     json!({
-        "name": words::regime(question.regime),
-        "cells": question.cells.iter().map(cell).collect::<Vec<_>>(),
+        "name": words::regime(grouping.regime),
+        "cells": grouping.groups.iter().map(group).collect::<Vec<_>>(),
     })
 }
 
-fn cell(cell: &Cell) -> Value {
+fn group(group: &RegimeError) -> Value {
     json!({
-        "name": name(cell.label),
-        "runs": cell.runs,
-        "stretches": cell.stretches,
-        "rolled_m": cell.rolled_m,
-        "position_m": rms(&cell.position_m),
-        "heading_rad": rms(&cell.heading_rad),
-        "chi": cell.chi,
-        "scattered": cell.scattered,
-        "beyond_noise": cell.beyond_noise,
-        "drifts": cell.drifts.each_ref().map(drift),
+        "name": name(group.label),
+        "runs": group.runs,
+        "stretches": group.stretches,
+        "rolled_m": group.rolled_m,
+        "position_m": rms(&group.position_m),
+        "heading_rad": rms(&group.heading_rad),
+        "chi": group.chi,
+        "scattered": group.scattered,
+        "beyond_noise": group.beyond_noise,
+        "drifts": group.drifts.each_ref().map(drift),
     })
 }
 
@@ -68,10 +70,10 @@ fn name(label: Label) -> String {
 }
 
 fn drift(drift: &Drift) -> Value {
-    let aspect = match drift.aspect {
-        Aspect::Ahead => "ahead",
-        Aspect::Left => "left",
-        Aspect::Turn => "turn",
+    let component = match drift.component {
+        Component::Ahead => "ahead",
+        Component::Left => "left",
+        Component::Turn => "turn",
     };
-    json!({"aspect": aspect, "per_m": drift.per_m, "sigma": drift.sigma})
+    json!({"aspect": component, "per_m": drift.per_m, "sigma": drift.sigma})
 }

@@ -7,7 +7,7 @@
 //! | [`track_file`] | a tracking system that appends to a file | |
 //! | [`ruler`] | | the simulator's ruler |
 //! | [`tape`] | | a person with a ruler or a tape |
-//! | [`nobody`] | | |
+//! | [`none`] | | |
 //! | [`with_gyro`] | one of the others | and a yaw rate sensor that is logged to a file ([`gyro_log`]) |
 //!
 //! [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
@@ -17,7 +17,7 @@ pub mod align;
 pub mod camera;
 mod confirm;
 pub mod gyro_log;
-pub mod nobody;
+pub mod none;
 mod reading;
 pub mod ruler;
 pub mod tape;

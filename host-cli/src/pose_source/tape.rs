@@ -11,7 +11,7 @@ use campaign::track::read_track;
 use host_link::Clock;
 use host_link::wire::Waiting;
 use robot_model::calibration::{Deviation, TrackSample};
-use robot_model::checks::doubtful;
+use robot_model::checks::implausible_end_pose;
 use robot_model::kinematics::Pose;
 use robot_model::recording::PoseMeasurement;
 use sim_target::Lab;
@@ -252,7 +252,7 @@ fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
         heading_rad: sample.heading_rad,
     };
     let wheels: Vec<Pose> = reckoned.iter().map(|reckoned| reckoned.pose).collect();
-    let off = doubtful(&measured(track.first()?), &measured(track.last()?), &wheels)?;
+    let off = implausible_end_pose(&measured(track.first()?), &measured(track.last()?), &wheels)?;
     Some(format!(
         "that is {} off the pose by dead reckoning: read it again; the second reading is accepted",
         how_far(off.position_m, off.heading_rad)

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::compare::{Aspect, Curve};
+use robot_model::compare::{Component, Curve};
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
@@ -14,7 +14,7 @@ const Y: (f64, f64) = (168.0, 24.0);
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.curves;
-    // Of each variable the aspect with the largest residuals.
+    // Of each variable the component with the largest residuals.
     let mut shown: Vec<&Curve> = Vec::new();
     for curve in after {
         match shown.iter_mut().find(|other| other.axis == curve.axis) {
@@ -31,7 +31,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     legend(&mut html, super::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
     for curve in shown.into_iter().take(PANELS) {
-        let same = |other: &&Curve| (other.axis, other.aspect) == (curve.axis, curve.aspect);
+        let same = |other: &&Curve| (other.axis, other.component) == (curve.axis, curve.component);
         let earlier = before.iter().find(same);
         panel(&mut html, curve, earlier, named(curve));
     }
@@ -39,11 +39,11 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     html
 }
 
-fn unit(aspect: Aspect) -> &'static str {
-    match aspect {
-        Aspect::Ahead => "mm/m too far ahead",
-        Aspect::Left => "mm/m of drift to the left",
-        Aspect::Turn => "mrad/m of turn to the left",
+fn unit(component: Component) -> &'static str {
+    match component {
+        Component::Ahead => "mm/m too far ahead",
+        Component::Left => "mm/m of drift to the left",
+        Component::Turn => "mrad/m of turn to the left",
     }
 }
 
@@ -76,7 +76,7 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         crate::words::axis(curve.axis),
         crate::words::axis(curve.axis),
         Px(X.0),
-        unit(curve.aspect)
+        unit(curve.component)
     );
     axes(html, (&x, span), (&y, range));
     let line = |points: &[(f64, f64, f64)]| {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use robot_model::compare::Cell;
+use robot_model::compare::RegimeError;
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
@@ -16,10 +16,10 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.comparisons.map(|comparison| &comparison.regimes);
     let mut html = String::new();
     legend(&mut html, super::before(report.answer), false);
-    let rows: usize = before.iter().map(|question| question.cells.len()).sum();
+    let rows: usize = before.iter().map(|grouping| grouping.groups.len()).sum();
     let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
-    let cells = before.iter().chain(after).flat_map(|question| &question.cells);
-    let most = cells.map(|cell| cell.chi).fold(2.0, f64::max) * 1.04;
+    let groups = before.iter().chain(after).flat_map(|grouping| &grouping.groups);
+    let most = groups.map(|group| group.chi).fold(2.0, f64::max) * 1.04;
     let x = Scale::over((0.0, most), X);
     let _ = write!(
         html,
@@ -50,19 +50,19 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
         super::before(report.answer)
     );
     let mut y = 22.0;
-    for question in before {
+    for grouping in before {
         y += HEAD;
         let _ = write!(
             html,
             "<text class=\"q\" x=\"0\" y=\"{}\">{}</text>",
             Px(y - 8.0),
-            escape(words::regime(question.regime))
+            escape(words::regime(grouping.regime))
         );
-        let later = after.iter().find(|other| other.regime == question.regime);
-        for cell in &question.cells {
-            let then =
-                later.and_then(|later| later.cells.iter().find(|other| other.label == cell.label));
-            row(&mut html, cell, then, y, &x);
+        let later = after.iter().find(|other| other.regime == grouping.regime);
+        for group in &grouping.groups {
+            let then = later
+                .and_then(|later| later.groups.iter().find(|other| other.label == group.label));
+            row(&mut html, group, then, y, &x);
             y += ROW;
         }
     }
@@ -70,14 +70,14 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     html
 }
 
-fn row(html: &mut String, cell: &Cell, then: Option<&Cell>, y: f64, x: &Scale) {
+fn row(html: &mut String, group: &RegimeError, then: Option<&RegimeError>, y: f64, x: &Scale) {
     let middle = Px(y + 5.0);
-    let from = x.at(cell.chi);
+    let from = x.at(group.chi);
     let _ = write!(
         html,
         "<text x=\"14\" y=\"{}\">{}</text>",
         Px(y + 9.5),
-        escape(&words::label(cell.label))
+        escape(&words::label(group.label))
     );
     if let Some(then) = then {
         let to = x.at(then.chi);
@@ -89,8 +89,8 @@ fn row(html: &mut String, cell: &Cell, then: Option<&Cell>, y: f64, x: &Scale) {
     } else {
         let _ = write!(html, "<circle class=\"fb\" cx=\"{from}\" cy=\"{middle}\" r=\"4.6\"/>");
     }
-    let drift = cell.main_drift();
-    if cell.beyond_noise && drift.sigmas() > 3.0 {
+    let drift = group.main_drift();
+    if group.beyond_noise && drift.sigmas() > 3.0 {
         let _ = write!(
             html,
             "<text class=\"tick\" x=\"690\" y=\"{}\">{}</text>",

@@ -2,7 +2,7 @@ use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
-    HeldOut, NextRun, ParameterFound, PlanKind, Promise, Reason, Rejected, StepFound, Why,
+    CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound, Why,
 };
 use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
@@ -22,7 +22,7 @@ fn answer() -> Answer {
         low95: value - 0.002,
         high95: value + 0.002,
     };
-    let pair = |mm: f64| ErrorPair { train: errors(0.9 * mm), cross_validated: errors(mm) };
+    let pair = |mm: f64| ErrorPair { fitted: errors(0.9 * mm), cross_validated: errors(mm) };
     Answer {
         known: Vec::new(),
         baseline: pair(25.8),
@@ -30,7 +30,7 @@ fn answer() -> Answer {
             effect: "side_slip".into(),
             class: vec!["side_slip".into(), "measurement_delay".into()],
             parameters: vec![parameter(0.02)],
-            train: errors(5.0),
+            fitted: errors(5.0),
             cross_validated: errors(6.0),
             p_value: 1e-9,
             why: Why { signature: "it is <b>there</b>".into(), ..Why::default() },
@@ -54,7 +54,7 @@ fn answer() -> Answer {
             model: errors(4.5),
         }),
         next_run: Some(NextRun {
-            kind: PlanKind::SpinsBothWays,
+            kind: CandidateKind::SpinsBothWays,
             separates: vec!["side_slip".into()],
             promise: Promise::default(),
         }),
@@ -102,9 +102,9 @@ fn drawn_of(
         ..path.clone()
     };
     let paths = [path, ends];
-    let drift = Drift { aspect: Aspect::Turn, per_m: 0.002, sigma: 0.0005 };
+    let drift = Drift { component: Component::Turn, per_m: 0.002, sigma: 0.0005 };
     let bins = (0..4).map(|k| Bin { at: f64::from(k), drift }).collect();
-    let curve = Curve { axis: Axis::Speed, aspect: Aspect::Turn, bins, chi: 4.0 };
+    let curve = Curve { axis: Axis::Speed, component: Component::Turn, bins, chi: 4.0 };
     let subject = Subject {
         robot,
         campaign: "my robot",
@@ -123,7 +123,7 @@ fn drawn_of(
     })
 }
 
-use robot_model::compare::Aspect;
+use robot_model::compare::Component;
 
 #[test]
 fn the_page_needs_nothing_but_itself_and_names_stay_text() {

@@ -25,7 +25,7 @@ const LINES: usize = 3;
 struct Row {
     name: Vec<String>,
     p: String,
-    train: Errors,
+    fitted: Errors,
     cross_validated: Errors,
     y: f64,
 }
@@ -77,7 +77,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
     let mut rows = vec![Row {
         name: vec![super::before(answer).into()],
         p: String::new(),
-        train: answer.baseline.train,
+        fitted: answer.baseline.fitted,
         cross_validated: answer.baseline.cross_validated,
         y: TOP,
     }];
@@ -90,7 +90,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
         }
         let p = p_value(step.p_value).replace('<', "&lt;");
         let y = rows.last().map_or(TOP, |row| row.y + row.height());
-        rows.push(Row { name, p, train: step.train, cross_validated: step.cross_validated, y });
+        rows.push(Row { name, p, fitted: step.fitted, cross_validated: step.cross_validated, y });
     }
     rows
 }
@@ -104,8 +104,10 @@ fn column(
     (from, to): (f64, f64),
     of: fn(&Errors) -> f64,
 ) {
-    let most =
-        rows.iter().flat_map(|row| [of(&row.train), of(&row.cross_validated)]).fold(1e-6, f64::max);
+    let most = rows
+        .iter()
+        .flat_map(|row| [of(&row.fitted), of(&row.cross_validated)])
+        .fold(1e-6, f64::max);
     let x = Scale::over((0.0, most), (from, to));
     let (levels, places) = ticks((0.0, most), nice_step(most, 4.0));
     let _ = write!(svg, "<text class=\"q\" x=\"{}\" y=\"14\">{title}</text>", Px(from));
@@ -122,7 +124,7 @@ fn column(
     }
     for (k, row) in rows.iter().enumerate() {
         let class = if k == 0 { 'b' } else { 'a' };
-        let (end, fitted) = (x.at(of(&row.cross_validated)), x.at(of(&row.train)));
+        let (end, fitted) = (x.at(of(&row.cross_validated)), x.at(of(&row.fitted)));
         let _ = write!(
             svg,
             "<rect class=\"f{class}\" x=\"{x0}\" y=\"{y0}\" width=\"{w}\" height=\"{BAR}\" rx=\"3\"/>\

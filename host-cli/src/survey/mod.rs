@@ -24,5 +24,5 @@ pub mod record;
 pub mod samples;
 
 pub use record::{
-    Ran, RecordSettings, RecordStep, RecordedRun, Summary, record_campaign, record_run,
+    RecordSettings, RecordStep, RecordedRun, RunOutcome, Summary, record_campaign, record_run,
 };

@@ -62,9 +62,9 @@ pub enum RecordStep<'a> {
     /// The robot compensates another value of this effect than when the campaign began.
     CompensatedAnew(&'a str),
     /// The folder has this many runs of the plan already.
-    GoesOn(usize),
+    Resumed(usize),
     /// A run begins: its number in the plan, from 1, and the number of runs.
-    Begins(usize, usize, &'a PlannedRun),
+    Started(usize, usize, &'a PlannedRun),
     /// The run is under way, with the share that is done.
     Driving(f64),
     /// The run is in the folder.
@@ -109,7 +109,7 @@ impl RecordedRun {
 
 /// The result of one run.
 #[derive(Clone, Debug)]
-pub enum Ran {
+pub enum RunOutcome {
     /// It was recorded.
     Recorded(RecordedRun),
     /// It is to be driven again.
@@ -152,7 +152,7 @@ pub async fn record_campaign(
     let is_there = |run: &PlannedRun| names.contains(&run.name);
     summary.before = plan.runs.iter().filter(|run| is_there(run)).count();
     if summary.before > 0 {
-        tell(RecordStep::GoesOn(summary.before));
+        tell(RecordStep::Resumed(summary.before));
     }
     let last = there.as_ref().and_then(|there| LastRun::of(folder, there));
     let clock = start_clock(session, source, last, settings.later_s).await?;
@@ -160,11 +160,11 @@ pub async fn record_campaign(
         if is_there(run) {
             continue;
         }
-        tell(RecordStep::Begins(index + 1, plan.runs.len(), run));
+        tell(RecordStep::Started(index + 1, plan.runs.len(), run));
         // Before the robot moves: a folder that cannot be written must not cost a run.
         drop(writer.start_run(&run.name, &[])?);
         let ran = ask_and_record(session, source, &config, plan, run, settings, tell).await?;
-        let Ran::Recorded(recorded) = ran else {
+        let RunOutcome::Recorded(recorded) = ran else {
             tell(RecordStep::Skipped(run));
             summary.skipped.push(run.name.clone());
             continue;
@@ -237,15 +237,15 @@ async fn ask_and_record(
     run: &PlannedRun,
     settings: &RecordSettings,
     tell: &mut dyn FnMut(RecordStep<'_>),
-) -> Result<Ran> {
+) -> Result<RunOutcome> {
     loop {
         if source.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
-            return Ok(Ran::Skip);
+            return Ok(RunOutcome::Skip);
         }
         let mut progress = |share| tell(RecordStep::Driving(share));
         let period_ms = settings.period_ms;
         match record_run(session, source, config, plan, run, period_ms, &mut progress).await? {
-            Ran::Repeat => {}
+            RunOutcome::Repeat => {}
             other => return Ok(other),
         }
     }
@@ -260,7 +260,7 @@ pub async fn record_run(
     run: &PlannedRun,
     period_ms: u16,
     progress: &mut dyn FnMut(f64),
-) -> Result<Ran> {
+) -> Result<RunOutcome> {
     let dropped_before = session.status().await?.link.telemetry_dropped;
     source.check()?;
     let first = source.begin()?;
@@ -294,8 +294,8 @@ pub async fn record_run(
     let reckoned = reckoned(config, &telemetry);
     let track = match source.measure(&session.clock(), first, run, &reckoned).await? {
         Seen::Track(track) => track,
-        Seen::Repeat => return Ok(Ran::Repeat),
-        Seen::Skip => return Ok(Ran::Skip),
+        Seen::Repeat => return Ok(RunOutcome::Repeat),
+        Seen::Skip => return Ok(RunOutcome::Skip),
     };
     let rows = rows(&telemetry, &track, &source.yaw_rates(&run.name, &reckoned)?);
     if rows.len() < 2 {
@@ -304,7 +304,7 @@ pub async fn record_run(
     }
     let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
     let rows = rows.iter().map(|row| on_one_encoder(row, config)).collect();
-    Ok(Ran::Recorded(RecordedRun { rows, started_us, dropped }))
+    Ok(RunOutcome::Recorded(RecordedRun { rows, started_us, dropped }))
 }
 
 /// Records the robot standing still.

@@ -1,6 +1,8 @@
 //! A comparison in words.
 
-use robot_model::compare::{Aspect, Axis, Cell, Comparison, Drift, Extent, Label, Regime, Worst};
+use robot_model::compare::{
+    Axis, Comparison, Component, Drift, Extent, Label, Regime, RegimeError, Worst,
+};
 
 /// The name of a regime.
 pub const fn regime(regime: Regime) -> &'static str {
@@ -91,17 +93,17 @@ pub fn finding(comparison: &Comparison) -> String {
 }
 
 fn depends(comparison: &Comparison, worst: &Worst) -> String {
-    let question = &comparison.regimes[worst.question];
-    let cell = &question.cells[worst.cell];
-    let place = place(question.regime, cell);
+    let grouping = &comparison.regimes[worst.grouping];
+    let group = &grouping.groups[worst.group];
+    let place = place(grouping.regime, group);
     let Some(drift) = worst.drift else {
-        let (mm, mrad) = (cell.position_m.rms * 1e3, cell.heading_rad.rms * 1e3);
+        let (mm, mrad) = (group.position_m.rms * 1e3, group.heading_rad.rms * 1e3);
         return format!(
             "it is worst {place}, {mm:.1} mm and {mrad:.1} mrad over {:.2} m of wheel travel, {:.1} times the noise",
-            cell.rolled_m, cell.chi
+            group.rolled_m, group.chi
         );
     };
-    let flips = match question.regime {
+    let flips = match grouping.regime {
         Regime::TravelDirection | Regime::TurnDirection if worst.flips => {
             ", and the opposite in the other direction"
         }
@@ -111,10 +113,10 @@ fn depends(comparison: &Comparison, worst: &Worst) -> String {
     format!("it is worst {place}, where {} per metre of wheel travel{flips}", says(&drift))
 }
 
-/// Where a cell's stretches are.
-fn place(of: Regime, cell: &Cell) -> String {
-    let name = label(cell.label);
-    match (of, cell.label) {
+/// Where a group's stretches are.
+fn place(of: Regime, group: &RegimeError) -> String {
+    let name = label(group.label);
+    match (of, group.label) {
         (_, Label::Kind(_)) => format!("in {name} runs"),
         (_, Label::Straight) => "on straights".to_owned(),
         (_, Label::Arc) => "in arcs".to_owned(),
@@ -132,18 +134,18 @@ fn place(of: Regime, cell: &Cell) -> String {
 /// A systematic error in words.
 fn says(drift: &Drift) -> String {
     let size = drift.per_m.abs() * 1e3;
-    match (drift.aspect, drift.per_m > 0.0) {
-        (Aspect::Turn, true) => {
+    match (drift.component, drift.per_m > 0.0) {
+        (Component::Turn, true) => {
             format!("the robot turns {size:.1} mrad further left than predicted")
         }
-        (Aspect::Turn, false) => {
+        (Component::Turn, false) => {
             format!("the robot turns {size:.1} mrad further right than predicted")
         }
-        (Aspect::Ahead, true) => {
+        (Component::Ahead, true) => {
             format!("the robot gets {size:.1} mm further ahead than predicted")
         }
-        (Aspect::Ahead, false) => format!("the robot stays {size:.1} mm behind the prediction"),
-        (Aspect::Left, true) => format!("the robot drifts {size:.1} mm to the left"),
-        (Aspect::Left, false) => format!("the robot drifts {size:.1} mm to the right"),
+        (Component::Ahead, false) => format!("the robot stays {size:.1} mm behind the prediction"),
+        (Component::Left, true) => format!("the robot drifts {size:.1} mm to the left"),
+        (Component::Left, false) => format!("the robot drifts {size:.1} mm to the right"),
     }
 }

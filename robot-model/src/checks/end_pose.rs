@@ -6,7 +6,7 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Recording, Robot};
 
-use super::reckoning::{FAR_M, Reckoned, at, median};
+use super::dead_reckoning::{FAR_M, Reckoned, at, median};
 
 /// The last pose of a run that lies far from where the wheels led from the first one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ pub(super) fn far_off(robot: &Robot, runs: &[Recording]) -> Vec<Option<OffEndPos
 
 /// Whether a pose that a person has just read, `last`, lies far from where the wheels led from `first`, and
 /// should be read again. `wheels` are the poses by the wheels, in any frame.
-pub fn doubtful(
+pub fn implausible_end_pose(
     first: &PoseMeasurement,
     last: &PoseMeasurement,
     wheels: &[Pose],
@@ -74,7 +74,7 @@ pub fn doubtful(
 }
 
 /// The median distance of a run's poses from where the wheels led \[m\], if most of them lie far from there.
-pub fn beside(robot: &Robot, run: &Recording) -> Option<f64> {
+pub fn median_pose_error(robot: &Robot, run: &Recording) -> Option<f64> {
     let reckoned = Reckoned::of(robot, run);
     let first = run.measured_poses.iter().find(|pose| pose.position_m.is_some())?;
     let until = |last: &'_ PoseMeasurement| {

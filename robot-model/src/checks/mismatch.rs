@@ -6,7 +6,7 @@
 use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Recording, Robot};
 
-use super::reckoning::{FAR_M, Reckoned, TURNED_RAD, at, median};
+use super::dead_reckoning::{FAR_M, Reckoned, TURNED_RAD, at, median};
 
 /// Why wheels and poses cannot be of one robot, by the median of all runs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,8 +10,8 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::run::{Recording, Robot};
 
+use super::dead_reckoning::{Reckoned, at, reckon_with};
 use super::end_pose::{End, OffEndPose, far_off};
-use super::reckoning::{Reckoned, at, reckon_with};
 
 /// From the first number of runs on there may be one outlier, from the second on two.
 const RUNS_MIN: [usize; 2] = [5, 9];
@@ -128,7 +128,7 @@ fn residuals(robot: &Robot, runs: &[Recording]) -> Vec<Option<Residual>> {
 }
 
 /// How far each run is off, once a geometry is fitted to most of them: the share of its path plus radians.
-pub fn misfits(robot: &Robot, runs: &[Recording]) -> Vec<f64> {
+pub fn end_pose_misfits(robot: &Robot, runs: &[Recording]) -> Vec<f64> {
     let misfit = |residual: Residual| {
         let position = residual.position.map_or(0.0, |share| share.min(1.0));
         position + residual.heading_rad.map_or(0.0, f64::abs)

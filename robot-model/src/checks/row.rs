@@ -7,7 +7,7 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Recording, Robot};
 
-use super::reckoning::{FAR_M, Reckoned, at, median, of_side};
+use super::dead_reckoning::{FAR_M, Reckoned, at, median, of_side};
 
 /// A single impossible row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,7 @@ fn spike(robot: &Robot, run: &Recording) -> Option<BadRow> {
 }
 
 /// The angle from the direction of travel to the heading, if nearly all runs agree on it \[rad\].
-pub fn crooked(robot: &Robot, runs: &[Recording]) -> Option<f64> {
+pub fn heading_offset(robot: &Robot, runs: &[Recording]) -> Option<f64> {
     let each: Vec<f64> = runs.iter().filter_map(|run| median(turned(robot, run))).collect();
     let clear = |turned_rad: &f64| (TURNED_MIN_RAD..TURNED_MAX_RAD).contains(&turned_rad.abs());
     let turned_rad = median(each.clone()).filter(clear)?;
@@ -165,7 +165,7 @@ mod tests {
         for (id, values) in ALONE {
             let runs = campaign(&full_plan(), &[term(id, values)], 3).runs;
             assert_eq!(runs.iter().find_map(|run| bad_row(&ROBOT, run)), None, "{id}");
-            assert_eq!(crooked(&ROBOT, &runs), None, "{id}");
+            assert_eq!(heading_offset(&ROBOT, &runs), None, "{id}");
         }
     }
 
@@ -233,7 +233,7 @@ mod tests {
             for pose in runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
                 pose.heading_rad = pose.heading_rad.map(|rad| rad + turned_rad);
             }
-            let found = crooked(&ROBOT, &runs).unwrap();
+            let found = heading_offset(&ROBOT, &runs).unwrap();
             assert!((found - turned_rad).abs() < 0.005, "{turned_rad}: {found}");
         }
     }

@@ -8,7 +8,7 @@
 use crate::kinematics::pose::Pose;
 use crate::recording::run::{Recording, Robot};
 
-use super::reckoning::{FAR_M, TURNED_RAD, at, of_side, reckon};
+use super::dead_reckoning::{FAR_M, TURNED_RAD, at, of_side, reckon};
 
 /// Why a recording cannot be right.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub enum Suspicion {
         turned_rad: f64,
     },
     /// A counter overflowed.
-    WentRound {
+    CounterOverflow {
         /// Whether it is the right wheel's.
         right: bool,
         /// At the sample of this time \[s\].
@@ -96,7 +96,7 @@ fn overflow(robot: &Robot, run: &Recording, right: bool) -> Option<Suspicion> {
         let (t_s, ..) = steps()
             .find(|(_, counts, rate)| jumps(*counts) && *rate > OVERFLOW_TIMES * usual)
             .filter(|_| others.len() >= STEPS_MIN)?;
-        Some(Suspicion::WentRound { right, t_s, bits })
+        Some(Suspicion::CounterOverflow { right, t_s, bits })
     })
 }
 

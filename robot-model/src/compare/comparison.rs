@@ -3,10 +3,10 @@
 //! The noise is found by [`crate::selection`]; the parts of the comparison are in the files beside this one.
 
 use super::curve::{self, Curve};
-use super::driven::{self, Path, RunCompared};
 use super::finding::{Finding, finding};
-use super::regime::{self, Question};
+use super::regime::{self, Grouping};
 use super::rms::Rms;
+use super::whole_runs::{self, Path, RunCompared};
 
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::Term;
@@ -40,8 +40,8 @@ pub struct Comparison {
     pub held_out: Option<[Rms; 2]>,
     /// Each run; those held out come last.
     pub runs: Vec<RunCompared>,
-    /// What the error may depend on, each question with its cells.
-    pub regimes: Vec<Question>,
+    /// What the error may depend on, each grouping with its groups.
+    pub regimes: Vec<Grouping>,
 }
 
 /// A campaign with its noise, ready to be compared with any model.
@@ -82,19 +82,19 @@ impl Comparer {
     /// Compares this model with the campaign.
     pub fn compare(&self, model: &[Assumed<'_>]) -> Comparison {
         let terms = terms(model);
-        let mut runs = driven::runs(0, &self.prepared, &terms, &self.noise);
-        let [position_m, heading_rad] = driven::overall(&runs);
-        let apart = driven::runs(runs.len(), &self.held_out, &terms, &self.noise);
-        let held_out = (!apart.is_empty()).then(|| driven::overall(&apart));
+        let mut runs = whole_runs::runs(0, &self.prepared, &terms, &self.noise);
+        let [position_m, heading_rad] = whole_runs::overall(&runs);
+        let apart = whole_runs::runs(runs.len(), &self.held_out, &terms, &self.noise);
+        let held_out = (!apart.is_empty()).then(|| whole_runs::overall(&apart));
         runs.extend(apart);
-        let regimes = regime::questions(&self.prepared, &terms, &self.noise);
+        let regimes = regime::groupings(&self.prepared, &terms, &self.noise);
         let finding = finding(model.is_empty(), &position_m, &heading_rad, &regimes);
         Comparison { finding, position_m, heading_rad, held_out, runs, regimes }
     }
 
     /// The predicted path of each run beside the measured one; those held out last.
     pub fn paths(&self, model: &[Assumed<'_>]) -> Vec<Path> {
-        let paths = |of: &Prepared| driven::paths(of, &terms(model), &self.noise);
+        let paths = |of: &Prepared| whole_runs::paths(of, &terms(model), &self.noise);
         [paths(&self.prepared), paths(&self.held_out)].concat()
     }
 

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::regime::{moving, rim_mps};
-use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
+use super::stretch::{Component, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
@@ -15,13 +15,13 @@ const BINS_ROUND: usize = 8;
 /// Bins of any other, each with the same number of steps.
 const BINS: usize = 9;
 
-/// What is left of one aspect, against one regressor.
+/// What is left of one component, against one regressor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// What stands on the axis.
     pub axis: Axis,
     /// Of what the error is shown.
-    pub aspect: Aspect,
+    pub component: Component,
     /// From low to high.
     pub bins: Vec<Bin>,
     /// Root mean square of the bins in units of their standard errors: 1 is noise.
@@ -140,22 +140,22 @@ pub(super) fn curves(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNo
             }
         }
         let scale = if axis.is_round() { 360.0 / TAU } else { 1.0 };
-        let by_aspect = Aspect::ALL.map(|aspect| {
+        let by_component = Component::ALL.map(|component| {
             let bins: Vec<Bin> = found
                 .iter()
                 .zip(&middles)
                 .filter(|(stretches, _)| !stretches.is_empty())
                 .map(|(stretches, (sum, count))| Bin {
                     at: scale * sum / count,
-                    drift: drift(&stretches.iter().collect::<Vec<_>>(), aspect),
+                    drift: drift(&stretches.iter().collect::<Vec<_>>(), component),
                 })
                 .filter(|bin| bin.drift.sigma > 0.0)
                 .collect();
             let squares: f64 = bins.iter().map(|bin| bin.drift.sigmas().powi(2)).sum();
             let chi = (squares / (bins.len() as f64).max(1.0)).sqrt();
-            Curve { axis, aspect, bins, chi }
+            Curve { axis, component, bins, chi }
         });
-        curves.extend(by_aspect.into_iter().filter(|curve| curve.bins.len() > 2));
+        curves.extend(by_component.into_iter().filter(|curve| curve.bins.len() > 2));
     }
     curves
 }

@@ -1,6 +1,6 @@
 //! The main finding: how far off, how much of it is not noise, and what it depends on.
 
-use super::regime::{Cell, Question};
+use super::regime::{Grouping, RegimeError};
 use super::rms::Rms;
 use super::stretch::Drift;
 
@@ -31,16 +31,16 @@ pub enum Extent {
     Beyond(f64),
 }
 
-/// The cell that is furthest beyond noise.
+/// The group that is furthest beyond noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worst {
-    /// Index of its question.
-    pub question: usize,
-    /// Its index among the question's cells.
-    pub cell: usize,
+    /// Index of its [`Grouping`].
+    pub grouping: usize,
+    /// Its index among the grouping's groups.
+    pub group: usize,
     /// What is the same in all its stretches, if that is sure.
     pub drift: Option<Drift>,
-    /// Another cell of the question has it the other way round, and is as sure.
+    /// Another group of the grouping has it the other way round, and is as sure.
     pub flips: bool,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn finding(
     nominal: bool,
     position_m: &Rms,
     heading_rad: &Rms,
-    questions: &[Question],
+    groupings: &[Grouping],
 ) -> Finding {
     let extent = if !(position_m.rms.is_finite() && heading_rad.rms.is_finite()) {
         Extent::NotFinite
@@ -61,26 +61,27 @@ pub(super) fn finding(
     } else {
         Extent::Noise
     };
-    Finding { nominal, extent, worst: worst(questions) }
+    Finding { nominal, extent, worst: worst(groupings) }
 }
 
-/// The cell that is furthest beyond noise; of a question with a single cell only where there is no other.
-fn worst(questions: &[Question]) -> Option<Worst> {
-    let key = |(question, cell): &(&Question, &Cell)| (question.cells.len() > 1, cell.chi);
-    let all = questions.iter().enumerate().flat_map(|(k, question)| {
-        question.cells.iter().enumerate().map(move |(i, cell)| ((k, i), (question, cell)))
+/// The group that is furthest beyond noise; of a grouping with a single group only where there is no other.
+fn worst(groupings: &[Grouping]) -> Option<Worst> {
+    let key =
+        |(grouping, group): &(&Grouping, &RegimeError)| (grouping.groups.len() > 1, group.chi);
+    let all = groupings.iter().enumerate().flat_map(|(k, grouping)| {
+        grouping.groups.iter().enumerate().map(move |(i, group)| ((k, i), (grouping, group)))
     });
-    let ((index, place), (question, cell)) = all
-        .filter(|(_, (_, cell))| cell.beyond_noise)
+    let ((index, place), (grouping, group)) = all
+        .filter(|(_, (_, group))| group.beyond_noise)
         .max_by(|(_, a), (_, b)| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))?;
-    let drift = Some(cell.main_drift()).filter(|drift| drift.sigmas() >= SURE_SIGMAS);
+    let drift = Some(group.main_drift()).filter(|drift| drift.sigmas() >= SURE_SIGMAS);
     let flips = drift.is_some_and(|drift| {
-        question.cells.iter().any(|other| {
-            let there = other.drifts[drift.aspect as usize];
+        grouping.groups.iter().any(|other| {
+            let there = other.drifts[drift.component as usize];
             there.sigmas() > SURE_SIGMAS && there.per_m * drift.per_m < 0.0
         })
     });
-    Some(Worst { question: index, cell: place, drift, flips })
+    Some(Worst { grouping: index, group: place, drift, flips })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //!   by simulating the same run many times with drawn noise.
 //! - *stretches*: an error grows along the path and stays, so a whole run does not tell where it arose.
 //!   Every run is cut where a regime changes (from ramp to cruise, from forward to backward). Over each
-//!   stretch the measured move is compared with the predicted one ([`Cell`]). Its noise is known in closed
+//!   stretch the measured move is compared with the predicted one ([`RegimeError`]). Its noise is known in closed
 //!   form, and what is the same in all stretches of a regime is systematic.
 //!
 //! The noise is estimated with every effect that `explain` accepts in the model, so that no effect passes for noise.
@@ -15,7 +15,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `comparison.rs` | [`Comparer`]: a campaign with its noise, and [`Comparison`] with a model |
-//! | `driven.rs` | whole runs |
+//! | `whole_runs.rs` | whole runs |
 //! | `stretch.rs`, `regime.rs` | stretches, and their errors by regime |
 //! | `curve.rs` | residuals against speed, heading, wheel angle and time |
 //! | `finding.rs` | the main finding |
@@ -25,18 +25,18 @@
 
 pub(crate) mod comparison;
 mod curve;
-mod driven;
 mod finding;
 mod regime;
 mod rms;
 mod stretch;
 #[cfg(test)]
 mod tests;
+mod whole_runs;
 
 pub use comparison::{Assumed, Comparer, Comparison};
 pub use curve::{Axis, Bin, Curve};
-pub use driven::{Path, RunCompared};
 pub use finding::{Extent, Finding, Worst};
-pub use regime::{Cell, Label, Question, Regime};
+pub use regime::{Grouping, Label, Regime, RegimeError};
 pub use rms::Rms;
-pub use stretch::{Aspect, Drift};
+pub use stretch::{Component, Drift};
+pub use whole_runs::{Path, RunCompared};

@@ -1,9 +1,9 @@
-//! By what the error might depend on: the questions asked, and the cells of each.
+//! By what the error might depend on: the stretches grouped by each regime, and the error of each group.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::rms::Rms;
-use super::stretch::{Aspect, Drift, Stretch, drift, stretches, tracks};
+use super::stretch::{Component, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::numeric::distributions::chi_squared;
@@ -21,20 +21,20 @@ const RAMP_MIN_MPS2: f64 = 0.03;
 /// Radius above which a path counts as straight \[m\], below which the robot turns on the spot.
 const STRAIGHT_RADIUS_M: f64 = 3.0;
 const SPIN_RADIUS_M: f64 = 0.05;
-/// Noise alone puts a cell beyond it this often, all cells of a question together.
+/// Noise alone puts a group beyond it this often, all groups of a grouping together.
 const FALSE_ALARM: f64 = 0.01;
 
-/// A systematic error of so many standard errors is none of chance: three aspects of some thirty cells
+/// A systematic error of so many standard errors is none of chance: three components of some thirty groups
 /// reach it once in two hundred campaigns.
 const DRIFT_SIGMAS: f64 = 4.0;
 
-/// One thing that the error might depend on.
+/// The errors grouped by one thing that they might depend on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct Grouping {
     /// What it is.
     pub regime: Regime,
     /// Its values.
-    pub cells: Vec<Cell>,
+    pub groups: Vec<RegimeError>,
 }
 
 /// What the error might depend on.
@@ -96,9 +96,9 @@ pub enum Label {
     Quadrant(u16),
 }
 
-/// All stretches of one kind.
+/// The error over all stretches of one kind: one group of a [`Grouping`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
+pub struct RegimeError {
     /// Of which kind.
     pub label: Label,
     /// How many runs have such stretches.
@@ -121,7 +121,7 @@ pub struct Cell {
     pub drifts: [Drift; 3],
 }
 
-impl Cell {
+impl RegimeError {
     /// The systematic error that stands out most.
     pub fn main_drift(&self) -> Drift {
         let first = self.drifts[0];
@@ -139,12 +139,12 @@ struct Labels<'a> {
     of: Sorter<'a>,
 }
 
-/// Asks everything.
-pub(super) fn questions(
+/// The stretches grouped by every regime.
+pub(super) fn groupings(
     prepared: &Prepared,
     terms: &[Term<'_>],
     noise: &OdometryNoise,
-) -> Vec<Question> {
+) -> Vec<Grouping> {
     let tracks = tracks(prepared, terms);
     labels(prepared)
         .into_iter()
@@ -157,21 +157,22 @@ pub(super) fn questions(
                 }
             }
             let there = found.iter().filter(|stretches| !stretches.is_empty()).count();
-            let cells: Vec<Cell> = labels
+            let groups: Vec<RegimeError> = labels
                 .labels
                 .into_iter()
                 .zip(&found)
                 .filter(|(_, stretches)| !stretches.is_empty())
-                .map(|(label, stretches)| cell(label, stretches, there))
+                .map(|(label, stretches)| group(label, stretches, there))
                 .collect();
-            // One cell alone answers no question, but for the kinds of runs.
-            let tells = cells.len() > 1 || (labels.regime == Regime::RunKind && !cells.is_empty());
-            tells.then_some(Question { regime: labels.regime, cells })
+            // A single group shows no dependence; the kinds of runs are kept all the same.
+            let tells =
+                groups.len() > 1 || (labels.regime == Regime::RunKind && !groups.is_empty());
+            tells.then_some(Grouping { regime: labels.regime, groups })
         })
         .collect()
 }
 
-fn cell(label: Label, found: &[Stretch], cells: usize) -> Cell {
+fn group(label: Label, found: &[Stretch], groups: usize) -> RegimeError {
     let n = found.len() as f64;
     let mean = |of: &dyn Fn(&Stretch) -> f64| found.iter().map(of).sum::<f64>() / n;
     let rms = |parts: &[usize]| {
@@ -194,10 +195,10 @@ fn cell(label: Label, found: &[Stretch], cells: usize) -> Cell {
     let chi = (squares / (3.0 * n)).sqrt();
     // Noise is known to a few per cent only: what exceeds it by less is not held against the model.
     let excess = squares / NOISE_KNOWN_TO.powi(2);
-    let drifts = Aspect::ALL.map(|aspect| drift(&all, aspect));
+    let drifts = Component::ALL.map(|component| drift(&all, component));
     let steady = drifts.iter().any(|drift| drift.sigmas() > DRIFT_SIGMAS);
-    let scattered = chi_squared(3 * found.len(), excess) * (cells as f64) < FALSE_ALARM;
-    Cell {
+    let scattered = chi_squared(3 * found.len(), excess) * (groups as f64) < FALSE_ALARM;
+    RegimeError {
         label,
         runs: runs.len(),
         stretches: found.len(),

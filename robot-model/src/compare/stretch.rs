@@ -43,7 +43,7 @@ pub(super) struct Stretch {
 
 /// What a systematic error is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aspect {
+pub enum Component {
     /// Along the path, too far is positive.
     Ahead,
     /// Sideways, left is positive.
@@ -52,7 +52,7 @@ pub enum Aspect {
     Turn,
 }
 
-impl Aspect {
+impl Component {
     pub(super) const ALL: [Self; 3] = [Self::Ahead, Self::Left, Self::Turn];
 }
 
@@ -60,7 +60,7 @@ impl Aspect {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Of what.
-    pub aspect: Aspect,
+    pub component: Component,
     /// \[m/m\] or \[rad/m\], measured less predicted.
     pub per_m: f64,
     /// Its standard error, by noise or by the scatter between runs, whichever is greater.
@@ -191,13 +191,13 @@ fn between(
 }
 
 /// What is the same in all of these stretches.
-pub(super) fn drift(stretches: &[&Stretch], aspect: Aspect) -> Drift {
-    let i = aspect as usize;
+pub(super) fn drift(stretches: &[&Stretch], component: Component) -> Drift {
+    let i = component as usize;
     // The weight of each stretch is its information: the move is in proportion to the rolling.
     let weight = |stretch: &Stretch| stretch.rolled_m / stretch.sigma[i].powi(2);
     let total: f64 = stretches.iter().map(|stretch| weight(stretch) * stretch.rolled_m).sum();
     if total <= 0.0 {
-        return Drift { aspect, per_m: 0.0, sigma: 0.0 };
+        return Drift { component, per_m: 0.0, sigma: 0.0 };
     }
     let per_m =
         stretches.iter().map(|stretch| weight(stretch) * stretch.error[i]).sum::<f64>() / total;
@@ -210,5 +210,5 @@ pub(super) fn drift(stretches: &[&Stretch], aspect: Aspect) -> Drift {
     // The mean uses up one degree of freedom; with a single run only its noise is known.
     let count = runs.len() as f64;
     let between = if count > 1.0 { scatter * count / (count - 1.0) } else { 0.0 };
-    Drift { aspect, per_m, sigma: total.max(between).sqrt() / total }
+    Drift { component, per_m, sigma: total.max(between).sqrt() / total }
 }

@@ -15,9 +15,9 @@ fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
     Assumed { effect: crate::effect::find(id).unwrap(), values: values.into() }
 }
 
-fn cell(comparison: &Comparison, regime: Regime, label: Label) -> &Cell {
-    let question = comparison.regimes.iter().find(|question| question.regime == regime).unwrap();
-    question.cells.iter().find(|cell| cell.label == label).unwrap()
+fn group(comparison: &Comparison, regime: Regime, label: Label) -> &RegimeError {
+    let grouping = comparison.regimes.iter().find(|grouping| grouping.regime == regime).unwrap();
+    grouping.groups.iter().find(|group| group.label == label).unwrap()
 }
 
 #[test]
@@ -34,15 +34,15 @@ fn a_perfect_robot_is_noise_everywhere() {
             (0.7..1.3).contains(&(comparison.position_m.rms / comparison.position_m.noise)),
             "{comparison:?}"
         );
-        for question in &comparison.regimes {
-            for cell in &question.cells {
-                assert!(!cell.beyond_noise, "{:?}: {cell:?}", question.regime);
-                // Three numbers a stretch, and some hundred cells in all: four sigma.
-                let four_sigma = 4.0 / (6.0 * cell.stretches as f64).sqrt();
+        for grouping in &comparison.regimes {
+            for group in &grouping.groups {
+                assert!(!group.beyond_noise, "{:?}: {group:?}", grouping.regime);
+                // Three numbers a stretch, and some hundred groups in all: four sigma.
+                let four_sigma = 4.0 / (6.0 * group.stretches as f64).sqrt();
                 assert!(
-                    (cell.chi - 1.0).abs() < 0.1 + four_sigma,
-                    "{:?}: {cell:?}",
-                    question.regime
+                    (group.chi - 1.0).abs() < 0.1 + four_sigma,
+                    "{:?}: {group:?}",
+                    grouping.regime
                 );
             }
         }
@@ -54,7 +54,8 @@ fn a_perfect_robot_is_noise_everywhere() {
 fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
     let ratio = compared(&[term("wheel_radius_ratio", &[0.01])], &[], 1);
     let turn = |comparison: &Comparison, label: Label| {
-        let drift = cell(comparison, Regime::TravelDirection, label).drifts[Aspect::Turn as usize];
+        let drift =
+            group(comparison, Regime::TravelDirection, label).drifts[Component::Turn as usize];
         assert!(drift.sigmas() > 4.0, "{label:?}: {drift:?}");
         drift.per_m
     };
@@ -73,12 +74,12 @@ fn what_the_model_knows_is_no_longer_an_error() {
     let before = compared(&truth, &[], 2);
     let after = compared(&truth, &[assumed("side_slip", &[0.05])], 2);
     let arc = |comparison: &Comparison| {
-        cell(comparison, Regime::RunKind, Label::Kind(RunKind::Arc)).clone()
+        group(comparison, Regime::RunKind, Label::Kind(RunKind::Arc)).clone()
     };
     assert!(arc(&before).beyond_noise && !arc(&after).beyond_noise);
     assert!(!after.position_m.beyond_noise(), "{:?}", after.finding);
     // To the outside: in turns to the left, to the right; as arcs differ in speed, so do they in slip.
-    let left = cell(&before, Regime::TurnDirection, Label::Left).drifts[Aspect::Left as usize];
+    let left = group(&before, Regime::TurnDirection, Label::Left).drifts[Component::Left as usize];
     assert!(left.per_m < 0.0 && left.sigmas() > 2.0, "{left:?}");
 }
 

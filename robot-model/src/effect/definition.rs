@@ -6,8 +6,8 @@ use std::borrow::Cow;
 
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::excitation::Excitation;
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
 
 /// What an effect does: one formula per method. A method that is left out changes nothing.
 pub trait Effect: Sync + core::fmt::Debug {
@@ -30,7 +30,7 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
 
     /// Parameter values about which the screening of candidates linearises: shapes to try, with amplitudes zero.
-    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+    fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
         vec![vec![0.0; self.facts().parameters.len()]]
     }
 
@@ -40,7 +40,7 @@ pub trait Effect: Sync + core::fmt::Debug {
     }
 
     /// The range of a parameter in which these runs can show the effect: the plausible range or a part of it.
-    fn range(&self, parameter: usize, _survey: &Survey) -> (f64, f64) {
+    fn range(&self, parameter: usize, _excitation: &Excitation) -> (f64, f64) {
         let parameter = &self.facts().parameters[parameter];
         (parameter.low, parameter.high)
     }

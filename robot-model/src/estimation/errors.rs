@@ -15,7 +15,7 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPair {
     /// Fitted to all runs.
-    pub train: Errors,
+    pub fitted: Errors,
     /// Each run predicted by a fit to all others.
     pub cross_validated: Errors,
 }
@@ -95,8 +95,8 @@ fn moved<'a>(
     terms
 }
 
-/// Errors with these columns fitted to all runs.
-pub(crate) fn train(
+/// Errors on these runs, with these columns fitted to all of them.
+pub(crate) fn errors_on_runs(
     prepared: &Prepared,
     (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],

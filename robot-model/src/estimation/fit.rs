@@ -167,7 +167,7 @@ pub(crate) fn moved_within_range(prepared: &Prepared, terms: &mut [Term<'_>], st
         for (j, value) in term.values.iter_mut().enumerate() {
             *value += step[next];
             if effect.facts().parameters[j].role == Role::Shape {
-                let (low, high) = effect.range(j, &prepared.survey);
+                let (low, high) = effect.range(j, &prepared.excitation);
                 *value = value.clamp(low, high.max(low));
             }
             next += 1;

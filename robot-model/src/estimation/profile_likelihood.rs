@@ -33,7 +33,7 @@ pub(crate) fn interval(
     let column =
         fitted.terms[..index].iter().map(|term| term.values.len()).sum::<usize>() + parameter;
     let best = fitted.terms[index].values[parameter];
-    let (low, high) = fitted.terms[index].effect.range(parameter, &prepared.survey);
+    let (low, high) = fitted.terms[index].effect.range(parameter, &prepared.excitation);
     let least = cost_at(prepared, fitted, &mut fitted.terms.clone(), column);
     let end = |side: f64, limit: f64| {
         let mut terms = fitted.terms.clone();

@@ -49,7 +49,7 @@ pub struct StepFound {
     /// Its parameters, fitted with those of all steps.
     pub parameters: Vec<ParameterFound>,
     /// Errors on the runs fitted to.
-    pub train: Errors,
+    pub fitted: Errors,
     /// Cross-validated errors.
     pub cross_validated: Errors,
     /// Probability of at least as much gain by chance, given all other effects.
@@ -176,7 +176,7 @@ pub enum Reason {
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextRun {
     /// What to drive.
-    pub kind: PlanKind,
+    pub kind: CandidateKind,
     /// The effects that it tells apart.
     pub separates: Vec<String>,
     /// What it is expected to show.
@@ -205,7 +205,7 @@ impl Promise {
 
 /// Runs that may be suggested, cheapest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum PlanKind {
+pub enum CandidateKind {
     /// One straight.
     Straight,
     /// Out and back.
@@ -232,7 +232,7 @@ pub enum PlanKind {
     OutAndBackLater,
 }
 
-impl PlanKind {
+impl CandidateKind {
     /// Its stable name, as in files, JSON and on the command line.
     pub const fn name(self) -> &'static str {
         match self {

@@ -5,7 +5,7 @@
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Need};
-use crate::estimation::errors::{ErrorPair, cross_validated, train};
+use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
@@ -23,20 +23,20 @@ use crate::selection::select::{Selection, is_chance, select, settled};
 
 /// Explains a campaign with the effects of the catalogue.
 pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
-    explain_by(campaign, &CATALOGUE)
+    explain_with(campaign, &CATALOGUE)
 }
 
 /// Explains a campaign with these effects.
-pub fn explain_by(
+pub fn explain_with(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
 ) -> Result<Answer, RecordingError> {
-    explain_beyond(campaign, catalogue, &[])
+    explain_given(campaign, catalogue, &[])
 }
 
 /// Explains what a model with the effects of these ids leaves unexplained. They are fitted again together
 /// with whatever is found, and count as known, not as missing.
-pub fn explain_beyond(
+pub fn explain_given(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
     in_model: &[&str],
@@ -153,7 +153,7 @@ pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>
     let columns: Vec<usize> = (0..equations.priors.len()).collect();
     let model = (&equations, terms.as_slice());
     ErrorPair {
-        train: train(prepared, model, &columns, &fitted.noise),
+        fitted: errors_on_runs(prepared, model, &columns, &fitted.noise),
         cross_validated: cross_validated(prepared, model, &columns, &fitted.noise),
     }
 }
@@ -180,7 +180,7 @@ fn step(
         effect: facts.id.to_owned(),
         class: members,
         parameters,
-        train: after.train,
+        fitted: after.fitted,
         cross_validated: after.cross_validated,
         p_value: test.p_value,
         why,

@@ -3,7 +3,7 @@
 //! Cross-validated errors, of runs that take part in the fit, are in [`crate::estimation`].
 
 use crate::effect::composition::{PlacedTerm, Term};
-use crate::estimation::errors::{Errors, train};
+use crate::estimation::errors::{Errors, errors_on_runs};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::answer::HeldOut;
@@ -24,7 +24,7 @@ pub(crate) fn errors(
     let errors = |terms: &[Term<'_>]| -> Errors {
         let terms = PlacedTerm::place(terms);
         let equations = CampaignEquations::gather(&held_out, &terms, noise);
-        train(&held_out, (&equations, &terms), &[], noise)
+        errors_on_runs(&held_out, (&equations, &terms), &[], noise)
     };
     let mut kinds: Vec<RunKind> = Vec::new();
     for run in &held_out.runs {
@@ -36,8 +36,8 @@ pub(crate) fn errors(
     Some(HeldOut { runs, kinds, baseline: errors(before), model: errors(terms) })
 }
 
-/// A campaign of the held-out runs only, with the survey of the others.
+/// A campaign of the held-out runs only, with the excitation of the others.
 pub(crate) fn only(prepared: &Prepared) -> Prepared {
     let runs: Vec<PreparedRun> = prepared.held_out.clone();
-    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), survey: prepared.survey }
+    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), excitation: prepared.excitation }
 }

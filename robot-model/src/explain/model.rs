@@ -5,7 +5,7 @@
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
-use crate::estimation::errors::{ErrorPair, Errors, train};
+use crate::estimation::errors::{ErrorPair, Errors, errors_on_runs};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::odometry_noise::OdometryNoise;
@@ -120,7 +120,7 @@ pub(crate) fn fit_from_best_starts<'a>(
     prepared: &Prepared,
     effects: &[&'a dyn Effect],
 ) -> Fitted<'a> {
-    let starts = |effect: &dyn Effect| effect.starts(&prepared.survey);
+    let starts = |effect: &dyn Effect| effect.starts(&prepared.excitation);
     let (shaped, plain): (Vec<_>, Vec<_>) =
         effects.iter().copied().partition(|effect| starts(*effect).len() > 1);
     let terms =
@@ -146,7 +146,7 @@ impl Model {
         let held_out = self.held_out.iter().flat_map(|errors| [errors.baseline, errors.model]);
         let pairs = [self.nominal, self.errors].into_iter();
         let mut numbers = pairs
-            .flat_map(|pair| [pair.train, pair.cross_validated])
+            .flat_map(|pair| [pair.fitted, pair.cross_validated])
             .chain(held_out)
             .flat_map(|errors| [errors.position_rms_m, errors.heading_rms_rad, errors.chi])
             .chain(self.noise.to_array());
@@ -170,7 +170,7 @@ impl Model {
             .collect();
         let terms = PlacedTerm::place(&terms);
         let equations = CampaignEquations::gather(&prepared, &terms, &self.noise);
-        Ok(train(&prepared, (&equations, &terms), &[], &self.noise))
+        Ok(errors_on_runs(&prepared, (&equations, &terms), &[], &self.noise))
     }
 }
 

@@ -18,11 +18,11 @@ use crate::effect::definition::Role;
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::estimation::predict::open_loop_from;
-use crate::explain::answer::{NextRun, PlanKind, Promise};
+use crate::explain::answer::{CandidateKind, NextRun, Promise};
 use crate::kinematics::pose::Pose;
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::motion::Motion;
-use crate::recording::nominal_plan::{Drive, Piece, drive};
+use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::run::{PoseMeasurement, Recording};
 use crate::selection::classes::Class;
 use crate::selection::effect_test::{EffectTest, OWN_SHARE_MIN};
@@ -37,17 +37,17 @@ const SHARE_APART: f64 = 5.0 * OWN_SHARE_MIN;
 
 /// Runs that could be driven: their name, and the pieces of each.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct CandidateRun {
     /// Their common name.
-    pub kind: PlanKind,
+    pub kind: CandidateKind,
     /// Heading at the start \[rad\], load \[kg\], pieces.
     pub runs: Vec<(f64, f64, Vec<Piece>)>,
     /// Seconds after the campaign at which they start.
     pub later_s: f64,
 }
 
-/// All plans that may be suggested, cheapest first, for a robot with this top speed.
-pub fn plans(speed_mps: f64) -> Vec<Plan> {
+/// All candidates that may be suggested, cheapest first, for a robot with this top speed.
+pub fn candidate_runs(speed_mps: f64) -> Vec<CandidateRun> {
     let slow = 0.4 * speed_mps;
     let straight = |travel_m: f64, speed_mps: f64| Piece::Straight { travel_m, speed_mps };
     let back = |speed: f64| vec![straight(1.5, speed), straight(-1.5, speed)];
@@ -58,23 +58,23 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
     let square = |turn_rad: f64| {
         [straight(1.0, 0.7 * speed_mps), Piece::Spin { turn_rad, speed_mps: slow }].repeat(4)
     };
-    let plan = |kind, runs| Plan { kind, runs, later_s: 60.0 };
+    let candidate = |kind, runs| CandidateRun { kind, runs, later_s: 60.0 };
     let at = |runs: Vec<Vec<Piece>>| runs.into_iter().map(|run| (0.0, 0.0, run)).collect();
     vec![
-        plan(PlanKind::Straight, at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
-        plan(PlanKind::OutAndBack, at(vec![back(0.7 * speed_mps)])),
-        plan(PlanKind::SpinsBothWays, at(vec![spin(2.0, slow), spin(-2.0, slow)])),
-        plan(
-            PlanKind::ShortOutAndBacks,
+        candidate(CandidateKind::Straight, at(vec![vec![straight(1.5, 0.7 * speed_mps)]])),
+        candidate(CandidateKind::OutAndBack, at(vec![back(0.7 * speed_mps)])),
+        candidate(CandidateKind::SpinsBothWays, at(vec![spin(2.0, slow), spin(-2.0, slow)])),
+        candidate(
+            CandidateKind::ShortOutAndBacks,
             at(vec![[straight(0.5, 0.7 * speed_mps), straight(-0.5, 0.7 * speed_mps)].repeat(6)]),
         ),
-        plan(PlanKind::ArcsBothWays, at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
-        plan(
-            PlanKind::StraightsAtThreeSpeeds,
+        candidate(CandidateKind::ArcsBothWays, at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
+        candidate(
+            CandidateKind::StraightsAtThreeSpeeds,
             at(vec![back(0.3 * speed_mps), back(0.6 * speed_mps), back(speed_mps)]),
         ),
-        plan(
-            PlanKind::ArcsOfTwoRadii,
+        candidate(
+            CandidateKind::ArcsOfTwoRadii,
             at(vec![
                 arc(0.3, 0.9, slow),
                 arc(0.3, -0.9, slow),
@@ -82,8 +82,8 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
                 arc(0.9, -0.9, slow),
             ]),
         ),
-        plan(
-            PlanKind::ArcsAtTwoSpeeds,
+        candidate(
+            CandidateKind::ArcsAtTwoSpeeds,
             at(vec![
                 arc(0.6, 0.9, slow),
                 arc(0.6, -0.9, slow),
@@ -91,30 +91,34 @@ pub fn plans(speed_mps: f64) -> Vec<Plan> {
                 arc(0.6, -0.9, speed_mps),
             ]),
         ),
-        plan(PlanKind::SquareBothWays, at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
-        plan(
-            PlanKind::OutAndBackInFourHeadings,
+        candidate(CandidateKind::SquareBothWays, at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
+        candidate(
+            CandidateKind::OutAndBackInFourHeadings,
             (0..4).map(|k| (f64::from(k) * FRAC_PI_2, 0.0, back(0.7 * speed_mps))).collect(),
         ),
-        plan(
-            PlanKind::OutAndBackWithAndWithoutLoad,
+        candidate(
+            CandidateKind::OutAndBackWithAndWithoutLoad,
             vec![(0.0, 0.0, back(0.7 * speed_mps)), (0.0, 5.0, back(0.7 * speed_mps))],
         ),
-        Plan {
-            kind: PlanKind::OutAndBackLater,
+        CandidateRun {
+            kind: CandidateKind::OutAndBackLater,
             runs: at(vec![back(0.7 * speed_mps)]),
             later_s: 3600.0,
         },
     ]
 }
 
-/// The recordings of a plan as the model predicts them, with a pose at every measurement.
-fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Prepared> {
-    let settings = Drive { sample_s: 0.02, samples_per_pose: 2, ..Drive::USUAL };
+/// The recordings of a candidate as the model predicts them, with a pose at every measurement.
+fn predicted(
+    prepared: &Prepared,
+    candidate: &CandidateRun,
+    terms: &[Term<'_>],
+) -> Option<Prepared> {
+    let settings = Sampling { sample_s: 0.02, samples_per_pose: 2, ..Sampling::USUAL };
     let mut runs: Vec<Recording> = Vec::new();
-    let mut clock_s = prepared.survey.span_s + plan.later_s;
-    for (heading_rad, payload_kg, pieces) in &plan.runs {
-        let mut run = drive(&prepared.robot, plan.kind.name(), pieces, &settings);
+    let mut clock_s = prepared.excitation.span_s + candidate.later_s;
+    for (heading_rad, payload_kg, pieces) in &candidate.runs {
+        let mut run = nominal_run(&prepared.robot, candidate.kind.name(), pieces, &settings);
         run.payload_kg = *payload_kg;
         let motion = Motion::new(&prepared.robot, &run, Some(clock_s));
         let start = Pose::new(0.0, 0.0, *heading_rad);
@@ -134,12 +138,12 @@ fn predicted(prepared: &Prepared, plan: &Plan, terms: &[Term<'_>]) -> Option<Pre
         runs.push(run);
     }
     let mut planned = Campaign { robot: prepared.robot, runs }.prepare().ok()?;
-    // The clock runs from the start of the campaign, not from that of the plan.
-    let began_s = prepared.survey.span_s + plan.later_s;
+    // The clock runs from the start of the campaign, not from that of the candidate.
+    let began_s = prepared.excitation.span_s + candidate.later_s;
     for run in &mut planned.runs {
         run.motion.steps.iter_mut().for_each(|step| step.clock_s += began_s);
     }
-    planned.survey = prepared.survey;
+    planned.excitation = prepared.excitation;
     Some(planned)
 }
 
@@ -187,9 +191,9 @@ impl Sigmas {
     }
 }
 
-/// How well a plan tells the members of a class apart.
+/// How well a candidate tells the members of a class apart.
 struct Separation {
-    kind: PlanKind,
+    kind: CandidateKind,
     /// Together with the campaign.
     with_campaign: Sigmas,
     /// On its own.
@@ -197,8 +201,8 @@ struct Separation {
 }
 
 impl Separation {
-    /// Plans are compared by how many pairs they tell apart together with the campaign, then by how many on
-    /// their own. A pair of which one effect does nothing in the plan's runs is not safely told apart: anything
+    /// Candidates are compared by how many pairs they tell apart together with the campaign, then by how many on
+    /// their own. A pair of which one effect does nothing in the candidate's runs is not safely told apart: anything
     /// else that those runs show would be taken for the other effect.
     fn merit(&self, sigmas: f64) -> (usize, usize) {
         (self.with_campaign.at_least(sigmas), self.alone.at_least(sigmas))
@@ -242,7 +246,7 @@ fn separating(
         .filter(|(i, _)| *i != index)
         .flat_map(|(_, term)| term.amplitudes())
         .collect();
-    let speed_mps = prepared.survey.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
+    let speed_mps = prepared.excitation.wheel_rate_max_rad_s * prepared.robot.wheel_radius_m;
     let pairs = |sums: &NormalEquations| {
         let separation = |truth: &Member, others: &[usize]| {
             campaign.separation(sums, &truth.columns, &truth.values, others)
@@ -261,22 +265,22 @@ fn separating(
         Sigmas((0..members.len()).map(row).collect())
     };
     let mut separations = Vec::new();
-    for plan in plans(speed_mps.max(0.05)) {
-        let Some(planned) = predicted(prepared, &plan, &fitted.terms) else { continue };
+    for candidate in candidate_runs(speed_mps.max(0.05)) {
+        let Some(planned) = predicted(prepared, &candidate, &fitted.terms) else { continue };
         let planned = CampaignEquations::gather(&planned, &terms, &fitted.noise);
         let mut both = campaign.total.clone();
         both.add(&planned.total, 1.0);
         let (with_campaign, alone) = (pairs(&both), pairs(&planned.total));
-        separations.push(Separation { kind: plan.kind, with_campaign, alone });
+        separations.push(Separation { kind: candidate.kind, with_campaign, alone });
     }
     SIGMAS_APART.into_iter().find_map(|sigmas| {
-        // Plans come cheapest first: a later one has to tell more pairs apart.
+        // Candidates come cheapest first: a later one has to tell more pairs apart.
         let best = separations.iter().rev().max_by_key(|separation| separation.merit(sigmas))?;
         (best.merit(sigmas).0 > 0).then(|| suggestion(&members, best, sigmas))
     })
 }
 
-/// A plan as a suggestion, with what it is expected to show.
+/// A candidate as a suggestion, with what it is expected to show.
 fn suggestion(members: &[Member], separation: &Separation, sigmas: f64) -> NextRun {
     let count = members.len();
     let apart = |i: usize, j: usize| separation.with_campaign.is_apart(i, j, sigmas);

@@ -1,9 +1,9 @@
 //! All runs of one robot, prepared once for every question that follows.
 
+use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
 use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
 use crate::recording::run_kind::{RunKind, kind_of};
-use crate::recording::survey::Survey;
 
 /// Recorded runs of one robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub(crate) struct Prepared {
     /// The runs held out, which only show what a model predicts.
     pub held_out: Vec<PreparedRun>,
     /// Of the runs that are fitted to.
-    pub survey: Survey,
+    pub excitation: Excitation,
 }
 
 impl Campaign {
@@ -58,25 +58,25 @@ impl Campaign {
         };
         let runs: Vec<PreparedRun> = self.fitted_runs().map(prepared).collect();
         let held_out = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();
-        let survey = self.survey(&runs, began_s);
-        Ok(Prepared { robot: self.robot, runs, held_out, survey })
+        let excitation = self.excitation(&runs, began_s);
+        Ok(Prepared { robot: self.robot, runs, held_out, excitation })
     }
 
-    fn survey(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Survey {
-        let mut survey = Survey::default();
+    fn excitation(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Excitation {
+        let mut excitation = Excitation::default();
         for run in runs {
             let started_s = began_s.zip(run.recording.started_s);
             let clock_s = started_s.map_or(0.0, |(first, own_s)| own_s - first);
             let path_m: f64 = run.motion.steps.iter().map(|step| step.travel_m().abs()).sum();
-            survey.path_max_m = survey.path_max_m.max(path_m);
-            survey.span_s = survey.span_s.max(clock_s + run.recording.duration_s());
+            excitation.path_max_m = excitation.path_max_m.max(path_m);
+            excitation.span_s = excitation.span_s.max(clock_s + run.recording.duration_s());
             for step in &run.motion.steps {
                 let speed_mps = step.wheel_speed_mps.map(f64::abs);
                 let rate_rad_s = speed_mps.left.max(speed_mps.right) / self.robot.wheel_radius_m;
-                survey.wheel_rate_max_rad_s = survey.wheel_rate_max_rad_s.max(rate_rad_s);
+                excitation.wheel_rate_max_rad_s = excitation.wheel_rate_max_rad_s.max(rate_rad_s);
             }
         }
-        survey
+        excitation
     }
 }
 

@@ -6,24 +6,24 @@
 //! | `campaign.rs` | [`Campaign`]: all runs of one robot; prepared once, for every question that follows |
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
 //! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
-//! | `survey.rs` | [`Survey`]: what the runs of a campaign reached |
-//! | `nominal_plan.rs` | recordings of a nominal robot that drives given pieces |
+//! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
+//! | `nominal_run.rs` | recordings of a nominal robot that drives given pieces |
 //!
 //! Files and their formats are the caller's. Whether a recording can be of one robot at all is checked in
 //! [`crate::checks`].
 
 pub(crate) mod campaign;
+pub(crate) mod excitation;
 pub(crate) mod motion;
-pub(crate) mod nominal_plan;
+pub(crate) mod nominal_run;
 pub(crate) mod run;
 pub(crate) mod run_kind;
-pub(crate) mod survey;
 
 pub use campaign::Campaign;
+pub use excitation::Excitation;
 pub use motion::Step;
-pub use nominal_plan::{Drive, Piece, drive};
+pub use nominal_run::{Piece, Sampling, nominal_run};
 pub use run::{
     GyroSample, PoseMeasurement, Recording, RecordingError, RecordingProblem, Robot, WheelSample,
 };
 pub use run_kind::RunKind;
-pub use survey::Survey;

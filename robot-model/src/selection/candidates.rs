@@ -70,7 +70,7 @@ impl<'a> Screening<'a> {
         for effect in catalogue {
             let id = effect.facts().id;
             if terms[..in_model].iter().all(|term| term.effect.facts().id != id) {
-                for values in effect.starts(&prepared.survey) {
+                for values in effect.starts(&prepared.excitation) {
                     terms.push(Term::new(*effect, values));
                 }
             }

@@ -22,7 +22,7 @@ use crate::kinematics::pose::Pose;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
-use crate::recording::nominal_plan::{Drive, Piece, drive};
+use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::run::Robot;
 use crate::selection::candidates::Screening;
 use crate::tests::synthetic::{ALONE, NOISE, ROBOT, measure, part_of_plan, term};
@@ -36,7 +36,7 @@ const CHANCE: f64 = 1e-4;
 const GEARED: Robot = Robot { gear_reduction: 2.5, ..ROBOT };
 
 /// Twenty samples and five poses a second: half of those of other tests, as there are hundreds of campaigns.
-const DRIVE: Drive = Drive { sample_s: 0.04, samples_per_pose: 5, ..Drive::USUAL };
+const SAMPLING: Sampling = Sampling { sample_s: 0.04, samples_per_pose: 5, ..Sampling::USUAL };
 
 /// Ten runs that show every effect: straight in four headings, on the spot, in arcs, and the first once more.
 fn plan() -> Vec<(String, f64, Vec<Piece>)> {
@@ -51,7 +51,7 @@ fn campaign(id: &str, values: &[f64], seed: u64) -> Campaign {
     let mut phi = WheelPair::both(0.0);
     let mut runs = Vec::new();
     for (k, (name, heading_rad, pieces)) in plan().iter().enumerate() {
-        let mut planned = drive(&robot, name, pieces, &DRIVE);
+        let mut planned = nominal_run(&robot, name, pieces, &SAMPLING);
         planned.started_s = Some(120.0 * k as f64);
         planned.payload_kg = if k % 2 == 1 { 3.0 } else { 0.0 };
         for sample in &mut planned.wheels {

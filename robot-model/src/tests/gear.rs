@@ -7,7 +7,7 @@ use crate::explain::model::fit;
 use crate::kinematics::pose::Pose;
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
-use crate::recording::nominal_plan::{Drive, Piece, drive};
+use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::run::Robot;
 use crate::tests::synthetic::{NOISE, ROBOT, campaign, full_plan, measure, term};
 
@@ -58,7 +58,7 @@ const TRACKER: OdometryNoise = OdometryNoise {
 
 /// Slow runs: two poses and more for each turn of the encoder, 5 mm of travel.
 fn slow_runs(robot: &Robot, values: &[f64]) -> Campaign {
-    let fine = Drive { sample_s: 0.02, samples_per_pose: 5, accel_mps2: 0.05 };
+    let fine = Sampling { sample_s: 0.02, samples_per_pose: 5, accel_mps2: 0.05 };
     let truth = [term("encoder_eccentricity", values)];
     let mut random = Random::new(3);
     let pieces = [
@@ -68,7 +68,7 @@ fn slow_runs(robot: &Robot, values: &[f64]) -> Campaign {
         vec![Piece::Arc { radius_m: 0.5, turn_rad: -0.6, speed_mps: 0.015 }],
     ];
     let runs = pieces.iter().enumerate().map(|(k, pieces)| {
-        let planned = drive(robot, &format!("slow_{k}"), pieces, &fine);
+        let planned = nominal_run(robot, &format!("slow_{k}"), pieces, &fine);
         measure(robot, &planned, Pose::new(0.0, 0.0, 0.1), &truth, &TRACKER, &mut random)
     });
     Campaign { robot: *robot, runs: runs.collect() }

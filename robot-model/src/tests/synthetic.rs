@@ -12,7 +12,7 @@ use crate::numeric::jet::Jet;
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
 use crate::recording::motion::Motion;
-use crate::recording::nominal_plan::{Drive, Piece, drive};
+use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::run::{GyroSample, Recording, Robot, WheelSample};
 
 /// A robot of the paper's size.
@@ -40,7 +40,7 @@ pub(crate) const NOISE: OdometryNoise = OdometryNoise {
 };
 
 /// 50 samples and 10 poses a second.
-const DRIVE: Drive = Drive { sample_s: 0.02, samples_per_pose: 5, ..Drive::USUAL };
+const SAMPLING: Sampling = Sampling { sample_s: 0.02, samples_per_pose: 5, ..Sampling::USUAL };
 
 /// An effect with these values.
 pub(crate) fn term(id: &str, values: &[f64]) -> Term<'static> {
@@ -183,7 +183,7 @@ pub(crate) fn campaign(
     let mut runs = Vec::new();
     let mut phi = WheelPair::both(0.0);
     for (k, (name, heading_rad, pieces)) in plan.iter().enumerate() {
-        let mut planned = drive(&ROBOT, name, pieces, &DRIVE);
+        let mut planned = nominal_run(&ROBOT, name, pieces, &SAMPLING);
         planned.started_s = Some(120.0 * k as f64);
         planned.payload_kg = if 2 * k > plan.len() { 3.0 } else { 0.0 };
         for sample in &mut planned.wheels {

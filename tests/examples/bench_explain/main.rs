@@ -11,7 +11,7 @@ use robot_model::explain::explain;
 use robot_model::explain::model::fit;
 use robot_model::kinematics::Pose;
 use robot_model::recording::Campaign;
-use robot_model::recording::{Drive, Piece, drive};
+use robot_model::recording::{Piece, Sampling, nominal_run};
 use robot_model::recording::{Recording, Robot};
 
 /// The bars: seconds and megabytes of 12 runs of 2000 samples, on two cores.
@@ -105,14 +105,15 @@ fn campaign(samples: usize) -> Campaign {
         square(FRAC_PI_2),
         square(-FRAC_PI_2),
     ];
-    let settings = Drive { sample_s: 0.02, samples_per_pose: 1, ..Drive::USUAL };
+    let settings = Sampling { sample_s: 0.02, samples_per_pose: 1, ..Sampling::USUAL };
     let runs = plans
         .into_iter()
         .enumerate()
         .map(|(index, pieces)| {
-            let once = drive(&ROBOT, "once", &pieces, &settings).wheels.len() - 1;
+            let once = nominal_run(&ROBOT, "once", &pieces, &settings).wheels.len() - 1;
             let often = samples.div_ceil(once).max(1);
-            let mut run = drive(&ROBOT, &format!("{index:02}"), &pieces.repeat(often), &settings);
+            let mut run =
+                nominal_run(&ROBOT, &format!("{index:02}"), &pieces.repeat(often), &settings);
             run.wheels.truncate(samples);
             run.measured_poses.truncate(samples);
             measure(&mut run, index as u64 + 1);

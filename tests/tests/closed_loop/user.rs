@@ -23,11 +23,11 @@ pub struct User {
     session: Session,
     lab: Lab,
     target: SimTarget,
-    desk: TempDir,
+    temp: TempDir,
 }
 
 impl User {
-    /// With this robot, switched on, and an empty desk.
+    /// With this robot, switched on, and an empty folder.
     pub fn with(scenario: &Scenario) -> Self {
         scenario.validate().expect("a physical robot");
         let mut target = SimTarget::new(scenario, Options::default()).expect("no flash file");
@@ -35,12 +35,12 @@ impl User {
         let mut session = sim_link::session(&target.host_wire(), 1, "sim");
         let opened = target.run(future::or(session.open(), std::future::pending()));
         opened.expect("the simulated robot answers");
-        let desk = tempfile::tempdir().expect("a folder for the campaign");
-        Self { session, lab, target, desk }
+        let temp = tempfile::tempdir().expect("a folder for the campaign");
+        Self { session, lab, target, temp }
     }
 
     fn folder(&self) -> PathBuf {
-        self.desk.path().join("robot")
+        self.temp.path().join("robot")
     }
 
     /// `beeline campaign record --plan PLAN`
@@ -61,7 +61,7 @@ impl User {
     fn drive(&mut self, plan: &CampaignPlan, whole: bool, later_s: f64) {
         let settings =
             RecordSettings { period_ms: PERIOD_MS, whole, later_s, ..RecordSettings::default() };
-        let (session, folder) = (&mut self.session, self.desk.path().join("robot"));
+        let (session, folder) = (&mut self.session, self.temp.path().join("robot"));
         let mut camera = Camera::new(self.lab.clone());
         let mut tell = |_: RecordStep<'_>| ();
         let procedure = record_campaign(session, &mut camera, plan, &folder, &settings, &mut tell);

@@ -4,14 +4,14 @@
 
 mod next;
 mod outcome;
-mod teller;
+mod progress_printer;
 
 use std::path::Path;
 
 use serde_json::json;
 
 use self::outcome::finish;
-use self::teller::Teller;
+use self::progress_printer::ProgressPrinter;
 use super::drive::straight;
 use super::pose_source;
 use crate::calibrate::{Settings, calibrate};
@@ -57,8 +57,8 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             undo_folder,
         };
         let mut source = pose_source::of_calibration(args, lab)?;
-        let mut teller = Teller::new(common, &settings, args);
-        calibrate(session, &mut *source, &settings, &mut |step| teller.tell(step)).await
+        let mut printer = ProgressPrinter::new(common, &settings, args);
+        calibrate(session, &mut *source, &settings, &mut |step| printer.print(step)).await
     })?;
     finish(common, args, outcome)
 }

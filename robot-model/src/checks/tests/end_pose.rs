@@ -1,7 +1,7 @@
 //! Are wrong last poses found, and those of inaccurate robots not taken for them?
 
 use super::mismatch::sound;
-use crate::checks::{beside, doubtful, end_poses_off, misfits};
+use crate::checks::{end_pose_misfits, end_poses_off, implausible_end_pose, median_pose_error};
 use crate::kinematics::Pose;
 use crate::recording::{PoseMeasurement, Recording, Robot};
 use crate::tests::synthetic::{ALONE, ROBOT, campaign, full_plan, term};
@@ -10,7 +10,7 @@ use crate::tests::synthetic::{ALONE, ROBOT, campaign, full_plan, term};
 fn a_robot_that_is_merely_inaccurate_has_no_poses_that_are_off() {
     let none = |runs: &[Recording], what: &str| {
         assert_eq!(end_poses_off(&ROBOT, runs), vec![None; runs.len()], "{what}");
-        assert_eq!(runs.iter().find_map(|run| beside(&ROBOT, run)), None, "{what}");
+        assert_eq!(runs.iter().find_map(|run| median_pose_error(&ROBOT, run)), None, "{what}");
     };
     for ends_only in [false, true] {
         none(&sound(ends_only).runs, "sound");
@@ -56,7 +56,7 @@ fn mirrored_poses_are_found_even_if_the_run_ends_where_it_began() {
             measurement.position_m = measurement.position_m.map(|[x, y]| [x, -y]);
         }
         assert!(
-            beside(&ROBOT, &mirrored).is_some_and(|distance_m| distance_m > 0.3),
+            median_pose_error(&ROBOT, &mirrored).is_some_and(|distance_m| distance_m > 0.3),
             "{}",
             run.name
         );
@@ -92,8 +92,8 @@ fn a_reading_is_doubtful_if_the_wheels_led_elsewhere() {
         (&spin, at(9.0, 0.02, turned_rad), at(9.0, 0.02, turned_rad.map(|rad| rad + 1.57))),
         (&spin, at(9.0, 0.02, None), at(9.0, 0.3, None)),
     ] {
-        assert_eq!(doubtful(&start, &good, wheels), None);
-        assert!(doubtful(&start, &bad, wheels).is_some(), "{bad:?}");
+        assert_eq!(implausible_end_pose(&start, &good, wheels), None);
+        assert!(implausible_end_pose(&start, &bad, wheels).is_some(), "{bad:?}");
     }
 }
 
@@ -119,7 +119,8 @@ fn an_end_pose_that_is_misread_by_a_little_is_an_outlier_among_others_that_agree
 #[test]
 fn misfits_are_small_in_the_right_axes_and_large_in_others() {
     let runs = sound(true).runs;
-    let misfit = |robot: &Robot, runs: &[Recording]| misfits(robot, runs).iter().sum::<f64>();
+    let misfit =
+        |robot: &Robot, runs: &[Recording]| end_pose_misfits(robot, runs).iter().sum::<f64>();
     let here = misfit(&ROBOT, &runs);
     let mirrored: Vec<Recording> = runs
         .iter()

@@ -71,7 +71,7 @@ fn overflows_of_counters_are_found_where_they_are() {
             }
         });
         for (name, found) in found {
-            let [Suspicion::WentRound { right: true, bits: found, t_s }] = found[..] else {
+            let [Suspicion::CounterOverflow { right: true, bits: found, t_s }] = found[..] else {
                 panic!("{name}: {found:?}");
             };
             assert!(found == bits && t_s > 0.0, "{name}: {found} at {t_s}");

@@ -10,7 +10,7 @@
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
+use crate::recording::excitation::Excitation;
 
 /// The caster swings round after a reversal.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Effect for CasterKick {
         Change { turn_rad: p[0] * share * ds_m.signum(), ..Change::NONE }
     }
 
-    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+    fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
         [0.03, 0.06, 0.12].map(|length_m| vec![0.0, length_m]).into()
     }
 }

@@ -9,7 +9,7 @@
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
+use crate::recording::excitation::Excitation;
 
 /// Fast edges are missed by the counter.
 #[derive(Debug)]
@@ -28,18 +28,18 @@ impl Effect for LostCounts {
         Change { travel, ..Change::NONE }
     }
 
-    fn starts(&self, survey: &Survey) -> Vec<Vec<f64>> {
-        [0.4, 0.6, 0.8].map(|share| vec![0.0, share * survey.wheel_rate_max_rad_s]).into()
+    fn starts(&self, excitation: &Excitation) -> Vec<Vec<f64>> {
+        [0.4, 0.6, 0.8].map(|share| vec![0.0, share * excitation.wheel_rate_max_rad_s]).into()
     }
 
     /// A rate that these runs exceed by a fifth and also stay below for a while: otherwise the effect is the same as
     /// a wheel radius, or as nothing.
-    fn range(&self, parameter: usize, survey: &Survey) -> (f64, f64) {
+    fn range(&self, parameter: usize, excitation: &Excitation) -> (f64, f64) {
         let facts = &FACTS.parameters[parameter];
         match facts.role {
             Role::Amplitude => (facts.low, facts.high),
             Role::Shape => {
-                let most = survey.wheel_rate_max_rad_s;
+                let most = excitation.wheel_rate_max_rad_s;
                 ((0.3 * most).max(facts.low), (0.83 * most).clamp(facts.low, facts.high))
             }
         }

@@ -11,7 +11,7 @@
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
+use crate::recording::excitation::Excitation;
 
 /// The floor is not level.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ impl Effect for Slope {
         }
     }
 
-    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+    fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
         [0.0, -0.5, 0.5].map(|creep_m| vec![0.0, 0.0, creep_m]).into()
     }
 }

@@ -16,8 +16,8 @@ use crate::effect::catalogue::find;
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::excitation::Excitation;
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
 
 impl Custom {
     /// The effect, ready to be fitted.
@@ -194,7 +194,7 @@ impl Effect for CustomEffect {
         }
     }
 
-    fn starts(&self, _survey: &Survey) -> Vec<Vec<f64>> {
+    fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
         let parameters = &self.parameters;
         if parameters.iter().all(|parameter| parameter.role == Role::Amplitude) {
             return vec![vec![0.0; parameters.len()]];

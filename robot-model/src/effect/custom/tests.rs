@@ -2,7 +2,7 @@ use super::analysis::probes;
 use super::*;
 use crate::effect::CATALOGUE;
 use crate::effect::definition::{Effect, Memory, Role};
-use crate::explain::explanation::explain_by;
+use crate::explain::explanation::explain_with;
 use crate::explain::model;
 use crate::kinematics::WheelPair;
 use crate::numeric::Jet;
@@ -223,7 +223,7 @@ fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
     let effect = built("dtheta = -k * v^2 * omega");
     let rest = CATALOGUE.into_iter().filter(|effect| effect.facts().id != "turn_load_transfer");
     let catalogue: Vec<&dyn Effect> = rest.chain([&effect as &dyn Effect]).collect();
-    let answer = explain_by(&runs, &catalogue).unwrap();
+    let answer = explain_with(&runs, &catalogue).unwrap();
     let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.as_str()).collect();
     assert_eq!(found, ["custom_dtheta"]);
     let k = &answer.steps[0].parameters[0];

@@ -8,8 +8,8 @@ use super::*;
 use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::excitation::Excitation;
 use crate::recording::motion::Step;
-use crate::recording::survey::Survey;
 use crate::tests::synthetic::ROBOT;
 
 #[test]
@@ -250,7 +250,7 @@ fn ids_are_unique_and_found_and_every_fact_is_given() {
             assert!(parameter.low < parameter.high, "{} {}", facts.id, parameter.name);
             assert!(parameter.low <= 0.0 || parameter.role == Role::Shape, "{}", facts.id);
         }
-        for start in effect.starts(&Survey::default()) {
+        for start in effect.starts(&Excitation::default()) {
             assert_eq!(start.len(), facts.parameters.len(), "{}", facts.id);
         }
     }

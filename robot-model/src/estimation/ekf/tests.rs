@@ -11,11 +11,11 @@ use crate::estimation::predict::open_loop_from;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::random::Random;
 use crate::recording::campaign::{Campaign, Prepared};
-use crate::recording::nominal_plan::{Drive, drive};
+use crate::recording::nominal_run::{Sampling, nominal_run};
 use crate::recording::run::{GyroSample, Recording, Robot, WheelSample};
 use crate::tests::synthetic::{ALONE, NOISE, ROBOT, part_of_plan, term};
 
-const DRIVE: Drive = Drive { sample_s: 0.02, samples_per_pose: 5, ..Drive::USUAL };
+const SAMPLING: Sampling = Sampling { sample_s: 0.02, samples_per_pose: 5, ..Sampling::USUAL };
 
 /// One of each kind of run: straight both ways, on the spot, in arcs both ways, in a square.
 const KINDS: [&str; 6] = [
@@ -30,7 +30,7 @@ const KINDS: [&str; 6] = [
 /// The wheels of these runs.
 fn driven() -> Vec<Recording> {
     let plan = part_of_plan(&KINDS);
-    plan.iter().map(|(name, _, pieces)| drive(&ROBOT, name, pieces, &DRIVE)).collect()
+    plan.iter().map(|(name, _, pieces)| nominal_run(&ROBOT, name, pieces, &SAMPLING)).collect()
 }
 
 /// Runs at constant acceleration, ahead, back and on the spot. A smoothed speed is exact there,

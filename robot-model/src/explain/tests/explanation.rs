@@ -1,7 +1,7 @@
 //! Are the effects of known robots found, and no others?
 
 use crate::effect::{CATALOGUE, Effect};
-use crate::explain::{Answer, explain, explain_beyond, explain_by};
+use crate::explain::{Answer, explain, explain_given, explain_with};
 use crate::recording::Campaign;
 use crate::residuals::Regressor;
 use crate::tests::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
@@ -47,7 +47,7 @@ fn a_perfect_robot_is_given_no_effect() {
         assert_eq!(found(&answer), [""; 0], "seed {seed}");
         assert!(!answer.unexplained.structure, "seed {seed}: {:?}", answer.unexplained);
         // White residuals of unit variance: sqrt(1 +- 0.04) for ten thousand of them.
-        let chi = answer.baseline.train.chi;
+        let chi = answer.baseline.fitted.chi;
         assert!((0.96..1.04).contains(&chi), "{chi}");
     }
 }
@@ -152,7 +152,7 @@ fn an_effect_outside_the_catalogue_is_flagged_and_what_it_depends_on_is_named() 
         .into_iter()
         .filter(|effect| !effect.facts().id.contains("eccentricity"))
         .collect();
-    let answer = explain_by(&campaign(&full_plan(), &truth, 9), &less).unwrap();
+    let answer = explain_with(&campaign(&full_plan(), &truth, 9), &less).unwrap();
     assert!(answer.unexplained.structure);
     assert_eq!(answer.unexplained.depends_on[0], Regressor::WheelAngle);
 }
@@ -161,7 +161,7 @@ fn an_effect_outside_the_catalogue_is_flagged_and_what_it_depends_on_is_named() 
 fn what_the_model_has_already_is_known_and_not_missing() {
     let truth = [term("wheel_radius_ratio", &[0.008]), term("side_slip", &[0.02])];
     let campaign = campaign(&full_plan(), &truth, 5);
-    let beyond = |ids: &[&str]| explain_beyond(&campaign, &CATALOGUE, ids).unwrap();
+    let beyond = |ids: &[&str]| explain_given(&campaign, &CATALOGUE, ids).unwrap();
     let answer = beyond(&["wheel_radius_ratio"]);
     assert_eq!(found(&answer), ["side_slip"]);
     let known: Vec<&str> = answer.known.iter().map(|step| step.effect.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use crate::compare::{Assumed, Comparer, Comparison};
 use crate::effect::catalogue::{CATALOGUE, find};
-use crate::explain::explanation::{explain, explain_beyond};
+use crate::explain::explanation::{explain, explain_given};
 use crate::explain::model::fit;
 use crate::recording::{Campaign, RecordingProblem, RunKind};
 use crate::tests::synthetic::{campaign, full_plan, term};
@@ -37,7 +37,7 @@ fn held_out_runs_do_not_change_an_explanation() {
 
 #[test]
 fn the_baseline_on_held_out_runs_has_the_known_effects() {
-    let answer = explain_beyond(&marked(), &CATALOGUE, &["wheel_radius_ratio"]).unwrap();
+    let answer = explain_given(&marked(), &CATALOGUE, &["wheel_radius_ratio"]).unwrap();
     assert!(answer.steps.is_empty() && answer.known.len() == 1, "{answer:?}");
     let held_out = answer.held_out.unwrap();
     assert_eq!(held_out.baseline, held_out.model);

@@ -1,16 +1,16 @@
 //! The closed loop: does the suggested run, once driven, tell effects apart that the campaign could not?
 
 use crate::effect::CATALOGUE;
-use crate::explain::next_run::plans;
-use crate::explain::{Answer, explain, explain_beyond};
+use crate::explain::next_run::candidate_runs;
+use crate::explain::{Answer, explain, explain_given};
 use crate::recording::Campaign;
-use crate::recording::nominal_plan::Piece;
+use crate::recording::nominal_run::Piece;
 use crate::tests::synthetic::{campaign, end_poses_only, part_of_plan, term};
 
-type Plan = Vec<(String, f64, Vec<Piece>)>;
+type PlannedRuns = Vec<(String, f64, Vec<Piece>)>;
 
 /// Explains runs of a robot with one effect, all without a load.
-fn explained(plan: &Plan, truth: (&str, &[f64]), ends_only: usize) -> (Campaign, Answer) {
+fn explained(plan: &PlannedRuns, truth: (&str, &[f64]), ends_only: usize) -> (Campaign, Answer) {
     let mut campaign = campaign(plan, &[term(truth.0, truth.1)], 7);
     campaign.runs.iter_mut().for_each(|run| run.payload_kg = 0.0);
     if ends_only > 0 {
@@ -34,7 +34,7 @@ fn class_of(answer: &Answer, id: &str) -> Vec<String> {
 /// Each suggestion must separate the effects that it names. Not so where only end poses were measured: the
 /// noise is not known then until the suggested run shows it.
 fn suggestions_followed(start: &[&str], truth: (&str, &[f64]), ends_only: bool) -> usize {
-    let mut plan: Plan = part_of_plan(start);
+    let mut plan: PlannedRuns = part_of_plan(start);
     if start == ["out_and_back_0"] {
         plan[0].2.truncate(1);
     }
@@ -46,9 +46,12 @@ fn suggestions_followed(start: &[&str], truth: (&str, &[f64]), ends_only: bool) 
             return made;
         }
         let next = answer.next_run.unwrap_or_else(|| panic!("{truth:?}: no run for {class:?}"));
-        let survey = campaign.prepare().unwrap().survey;
-        let speed_mps = survey.wheel_rate_max_rad_s * campaign.robot.wheel_radius_m;
-        let suggested = plans(speed_mps).into_iter().find(|plan| plan.kind == next.kind).unwrap();
+        let excitation = campaign.prepare().unwrap().excitation;
+        let speed_mps = excitation.wheel_rate_max_rad_s * campaign.robot.wheel_radius_m;
+        let suggested = candidate_runs(speed_mps)
+            .into_iter()
+            .find(|candidate| candidate.kind == next.kind)
+            .unwrap();
         for (k, (heading_rad, _, pieces)) in suggested.runs.into_iter().enumerate() {
             plan.push((format!("next_{made}_{k}"), heading_rad, pieces));
         }
@@ -88,7 +91,7 @@ fn squares_with_end_poses_only_and_the_suggested_run_resolve_uneven_turns() {
 #[test]
 fn a_class_is_named_by_the_effect_that_the_model_has_already() {
     // One straight run: a radius and a pull do the same.
-    let plan: Plan = part_of_plan(&["out_and_back_0"])
+    let plan: PlannedRuns = part_of_plan(&["out_and_back_0"])
         .into_iter()
         .map(|(name, heading_rad, pieces)| (name, heading_rad, pieces[..1].to_vec()))
         .collect();
@@ -96,7 +99,7 @@ fn a_class_is_named_by_the_effect_that_the_model_has_already() {
     let class = class_of(&answer, "heading_pull");
     assert!(class.contains(&"wheel_radius_ratio".to_owned()), "{class:?}");
     for id in ["heading_pull", "wheel_radius_ratio"] {
-        let answer = explain_beyond(&campaign, &CATALOGUE, &[id]).unwrap();
+        let answer = explain_given(&campaign, &CATALOGUE, &[id]).unwrap();
         assert!(answer.steps.is_empty(), "{:?}", answer.steps);
         assert_eq!(answer.known[0].effect, id);
         assert!(answer.known[0].class.len() > 1);
@@ -105,7 +108,7 @@ fn a_class_is_named_by_the_effect_that_the_model_has_already() {
 
 #[test]
 fn after_end_poses_only_the_next_run_needs_poses_along_the_way() {
-    let mut straight: Plan = part_of_plan(&["out_and_back_0"]);
+    let mut straight: PlannedRuns = part_of_plan(&["out_and_back_0"]);
     straight[0].2.truncate(1);
     for (plan, ends_only) in [(part_of_plan(&["square"]), true), (straight, false)] {
         let runs = if ends_only { plan.len() } else { 0 };

@@ -8,7 +8,7 @@ use crate::ui::{BOLD, Progress, note, paint, warn};
 use crate::words;
 
 /// Tells the user how far the calibration is.
-pub(super) struct Teller {
+pub(super) struct ProgressPrinter {
     quiet: bool,
     forgets: bool,
     distance: String,
@@ -17,14 +17,14 @@ pub(super) struct Teller {
     progress: Option<Progress>,
 }
 
-impl Teller {
+impl ProgressPrinter {
     pub(super) fn new(common: &Common, settings: &Settings, args: &CalibrateArgs) -> Self {
         let distance = format!("{}, {:.1} s", args.distance, settings.motion.duration_s());
         let forgets = common.port.is_sim() && common.flash.is_none();
         Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
     }
 
-    pub(super) fn tell(&mut self, step: CalibrateStep<'_>) {
+    pub(super) fn print(&mut self, step: CalibrateStep<'_>) {
         if self.quiet {
             return;
         }

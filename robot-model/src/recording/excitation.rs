@@ -2,7 +2,7 @@
 
 /// What the runs of a campaign reached: it bounds the shapes of effects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Survey {
+pub struct Excitation {
     /// Fastest wheel \[rad/s\].
     pub wheel_rate_max_rad_s: f64,
     /// Longest path of one run \[m\].

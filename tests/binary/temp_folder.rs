@@ -9,11 +9,11 @@ use tempfile::TempDir;
 use crate::outcome::{Outcome, collect};
 
 /// A folder of its own in which the program runs; gone with the test.
-pub struct Desk {
+pub struct TempFolder {
     folder: TempDir,
 }
 
-impl Desk {
+impl TempFolder {
     /// An empty one.
     pub fn new() -> Self {
         Self { folder: tempfile::tempdir().expect("a folder for the test") }

@@ -10,12 +10,12 @@ use super::{Go, Mark, PoseSource, Seen};
 use crate::error::Result;
 
 /// No source of poses.
-pub struct Nobody {
+pub struct NoPoses {
     /// Whether to ask before each run.
     pub confirm: bool,
 }
 
-impl PoseSource for Nobody {
+impl PoseSource for NoPoses {
     fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
         Box::pin(
             async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },

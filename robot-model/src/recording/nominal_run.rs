@@ -38,7 +38,7 @@ pub enum Piece {
 
 /// How a planned run is sampled and driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
+pub struct Sampling {
     /// Between two samples \[s\].
     pub sample_s: f64,
     /// Number of samples between two measured poses.
@@ -47,7 +47,7 @@ pub struct Drive {
     pub accel_mps2: f64,
 }
 
-impl Drive {
+impl Sampling {
     /// 100 samples and 20 poses a second, 0.3 m/s^2.
     pub const USUAL: Self = Self { sample_s: 0.01, samples_per_pose: 5, accel_mps2: 0.3 };
 }
@@ -106,14 +106,14 @@ impl Piece {
 
 /// The run that these pieces make: wheel angles of the nominal robot, and measurements without a value at the times
 /// at which a pose would be measured.
-pub fn drive(robot: &Robot, name: &str, pieces: &[Piece], drive: &Drive) -> Recording {
+pub fn nominal_run(robot: &Robot, name: &str, pieces: &[Piece], sampling: &Sampling) -> Recording {
     let mut recording = Recording { name: name.to_owned(), ..Recording::default() };
     let mut phi = WheelPair::both(0.0);
     let mut k = 0;
     let mut push = |k: usize, phi_rad: WheelPair<f64>| {
-        let t_s = k as f64 * drive.sample_s;
+        let t_s = k as f64 * sampling.sample_s;
         recording.wheels.push(WheelSample { t_s, phi_rad });
-        if k.is_multiple_of(drive.samples_per_pose) {
+        if k.is_multiple_of(sampling.samples_per_pose) {
             recording.measured_poses.push(PoseMeasurement {
                 t_s,
                 position_m: None,
@@ -125,14 +125,14 @@ pub fn drive(robot: &Robot, name: &str, pieces: &[Piece], drive: &Drive) -> Reco
     for piece in pieces {
         let (travel_m, speed_mps) = piece.wheels(robot.track_width_m);
         let longest_m = travel_m.left.abs().max(travel_m.right.abs());
-        let profile = Profile::new(longest_m, speed_mps, drive.accel_mps2);
+        let profile = Profile::new(longest_m, speed_mps, sampling.accel_mps2);
         let duration_s = match *piece {
             Piece::Rest { duration_s } => duration_s,
             _ => profile.duration_s(),
         };
-        let samples = (duration_s / drive.sample_s).ceil() as usize;
+        let samples = (duration_s / sampling.sample_s).ceil() as usize;
         for i in 1..=samples {
-            let share = profile.share(i as f64 * drive.sample_s);
+            let share = profile.share(i as f64 * sampling.sample_s);
             let angle = travel_m.map(|travel_m| share * travel_m / robot.wheel_radius_m);
             k += 1;
             push(k, phi.zip(angle).map(|(a, b)| a + b));
@@ -226,7 +226,7 @@ mod tests {
             Piece::Arc { radius_m: 0.6, turn_rad: -1.5, speed_mps: 0.2 },
             Piece::Rest { duration_s: 1.0 },
         ];
-        let run = drive(&ROBOT, "all", &pieces, &Drive::USUAL);
+        let run = nominal_run(&ROBOT, "all", &pieces, &Sampling::USUAL);
         run.validate().unwrap();
         let end = run.wheels.last().unwrap().phi_rad.map(|phi_rad| phi_rad * 0.05);
         // -0.5 - 0.4 + 0.9 + 0.3 and -0.5 + 0.4 + 0.9 - 0.3, to rounding.

@@ -8,8 +8,8 @@
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-use crate::recording::motion::Step;
 use crate::recording::excitation::Excitation;
+use crate::recording::motion::Step;
 
 /// Fast edges are missed by the counter.
 #[derive(Debug)]

@@ -10,8 +10,8 @@
 
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-use crate::recording::motion::Step;
 use crate::recording::excitation::Excitation;
+use crate::recording::motion::Step;
 
 /// The floor is not level.
 #[derive(Debug)]

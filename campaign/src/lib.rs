@@ -24,7 +24,7 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`read`], [`write`] | whole folders |
+//! | [`read`], [`mod@write`] | whole folders |
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
 //! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |

@@ -1,6 +1,6 @@
 //! No circles of uses between the files of a crate, and none between the folders of robot-model.
 //!
-//! What counts as a use is said in [`source`]. Every crate is read: the workspace's, the emulated
+//! What counts as a use is said in `source`. Every crate is read: the workspace's, the emulated
 //! board's, their examples and their tests' programs.
 //!
 //! A module file and the files below it are one concept, so one kind of circle is let pass: `a/mod.rs`

@@ -1,6 +1,6 @@
 //! The comparison of a campaign with a model, given the campaign's noise.
 //!
-//! The noise is found by [`crate::selection`]; the parts of the comparison are in the files beside this one.
+//! The noise is found by `selection`; the parts of the comparison are in the files beside this one.
 
 use super::curve::{self, Curve};
 use super::finding::{Finding, finding};

@@ -22,7 +22,7 @@
 //! | `composition.rs` | equations (1) to (3) and (5) for all effects of a model together |
 //! | `net_change.rs` | [`NetChange`]: what an effect adds up to over a campaign, in one number |
 //!
-//! [`crate::estimation`] fits the parameters, [`crate::selection`] decides which effects a robot has.
+//! [`crate::estimation`] fits the parameters, `selection` decides which effects a robot has.
 
 pub(crate) mod catalogue;
 pub(crate) mod composition;

@@ -1,7 +1,7 @@
 //! Fits a model to a campaign: its parameters by Gauss-Newton on whitened residuals, and the noise by maximum
 //! likelihood, in turns.
 //!
-//! Which effects are in the model is the caller's; see [`crate::selection`].
+//! Which effects are in the model is the caller's; see `selection`.
 
 use nalgebra::{DMatrix, DVector};
 

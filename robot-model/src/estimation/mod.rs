@@ -17,7 +17,7 @@
 //! | `errors.rs` | [`Errors`] of predicted tracks, on runs fitted to and cross-validated |
 //! | `profile_likelihood.rs` | intervals where the fit is not quadratic |
 //!
-//! Which effects belong in a model is decided in [`crate::selection`].
+//! Which effects belong in a model is decided in `selection`.
 
 pub(crate) mod ekf;
 pub(crate) mod errors;

@@ -8,7 +8,7 @@
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
 //! | `held_out.rs` | errors on held-out runs (`held_out = true`) |
 //!
-//! The search for effects is in [`crate::selection`], the tests of the residuals are in [`crate::residuals`].
+//! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
 
 pub(crate) mod answer;
 pub(crate) mod explanation;

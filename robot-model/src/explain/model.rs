@@ -1,6 +1,6 @@
 //! A model whose effects the user chose: how well does it predict, and what speaks for each effect?
 //!
-//! Nothing is added or removed here; [`crate::selection`] searches for effects.
+//! Nothing is added or removed here; `selection` searches for effects.
 
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};

@@ -9,7 +9,7 @@
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
 //!
-//! The tests name a quantity, such as speed or load, and no effect: that is left to [`crate::selection`].
+//! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;

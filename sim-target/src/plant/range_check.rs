@@ -7,7 +7,7 @@ use shared_proto::Readable;
 /// A parameter outside its range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterError {
-    /// Path of the field in [`PlantParameters`], `motor.left.resistance_ohm`.
+    /// Path of the field in [`PlantParameters`](super::PlantParameters), `motor.left.resistance_ohm`.
     pub field: String,
     /// Its value.
     pub value: f64,

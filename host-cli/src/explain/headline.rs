@@ -169,6 +169,8 @@ mod tests {
             cross_validated: to,
             p_value: 1e-9,
             why: Why::default(),
+            effect_size_m: 1e-2,
+            matters: true,
         };
         Answer {
             known: Vec::new(),
@@ -181,9 +183,13 @@ mod tests {
                 p_value: 0.5,
                 place_m: None,
                 places: Vec::new(),
+                size_m: 0.0,
             },
             next_run: None,
             held_out: None,
+            floor: Errors::default(),
+            clocks: Vec::new(),
+            tolerance_m: 1e-4,
         }
     }
 

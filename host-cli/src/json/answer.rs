@@ -112,6 +112,8 @@ mod tests {
                 cross_validated: Errors::default(),
                 p_value: 1e-9,
                 why: Why::default(),
+                effect_size_m: 1e-2,
+                matters: true,
             }],
             rejected: vec![Rejected {
                 effect: "scrub".into(),
@@ -125,6 +127,9 @@ mod tests {
                 promise: Promise::default(),
             }),
             held_out: None,
+            floor: Errors::default(),
+            clocks: Vec::new(),
+            tolerance_m: 1e-4,
         };
         let json = answer(&found);
         let keys = |of: &Value| -> Vec<String> {

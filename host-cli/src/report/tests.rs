@@ -34,6 +34,8 @@ fn answer() -> Answer {
             cross_validated: errors(6.0),
             p_value: 1e-9,
             why: Why { signature: "it is <b>there</b>".into(), ..Why::default() },
+            effect_size_m: 1e-2,
+            matters: true,
         }],
         rejected: vec![Rejected {
             effect: "scrub".into(),
@@ -46,6 +48,7 @@ fn answer() -> Answer {
             p_value: 0.001,
             place_m: None,
             places: Vec::new(),
+            size_m: 3e-3,
         },
         held_out: Some(HeldOut {
             runs: 2,
@@ -58,6 +61,9 @@ fn answer() -> Answer {
             separates: vec!["side_slip".into()],
             promise: Promise::default(),
         }),
+        floor: errors(5.0),
+        clocks: Vec::new(),
+        tolerance_m: 1e-4,
     }
 }
 

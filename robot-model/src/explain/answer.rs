@@ -24,6 +24,28 @@ pub struct Answer {
     pub next_run: Option<NextRun>,
     /// Errors on the held-out runs, if there are any.
     pub held_out: Option<HeldOut>,
+    /// Cross-validated errors of a flexible model that knows nothing of the catalogue: what any model could reach on
+    /// these runs. What lies above it is physics that is missing, what lies below is noise.
+    pub floor: Errors,
+    /// Clocks of poses and wheels that do not agree, run by run; empty if all agree.
+    pub clocks: Vec<ClockFound>,
+    /// An effect that moves the robot less than this is not worth correcting \[m\].
+    pub tolerance_m: f64,
+}
+
+/// The clock of one run's poses, relative to that of its wheels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClockFound {
+    /// The run.
+    pub run: String,
+    /// How late the poses are \[s\].
+    pub offset_s: f64,
+    /// Its standard error \[s\].
+    pub offset_sigma_s: f64,
+    /// By which share the poses' clock runs faster than that of the wheels.
+    pub rate: f64,
+    /// Its standard error.
+    pub rate_sigma: f64,
 }
 
 /// Errors on held-out runs: nothing was fitted to them, and nothing was selected by them.
@@ -56,6 +78,11 @@ pub struct StepFound {
     pub p_value: f64,
     /// Why it is accepted.
     pub why: Why,
+    /// Root of the mean squared distance by which it moves the end of the user's runs, all other effects as they
+    /// are \[m\].
+    pub effect_size_m: f64,
+    /// Whether it moves them by more than the tolerance: otherwise it is there, and not worth correcting.
+    pub matters: bool,
 }
 
 /// Why an effect is accepted.

@@ -5,7 +5,7 @@
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Need};
-use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
+use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
@@ -89,6 +89,9 @@ pub fn explain_given(
         unexplained: unexplained(&prepared, &fitted),
         next_run: next_run(&prepared, &fitted, &classes, &kept),
         held_out: held_out::errors(&prepared, &before, &fitted.terms, &fitted.noise),
+        floor: Errors::default(),
+        clocks: Vec::new(),
+        tolerance_m: 0.0,
     })
 }
 
@@ -184,6 +187,8 @@ fn step(
         cross_validated: after.cross_validated,
         p_value: test.p_value,
         why,
+        effect_size_m: 0.0,
+        matters: true,
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) mod next_run;
 mod tests;
 
 pub use answer::{
-    Answer, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound,
+    Answer, CandidateKind, ClockFound, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound,
     Why,
 };
 pub use explanation::{explain, explain_given, explain_with};

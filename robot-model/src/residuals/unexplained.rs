@@ -51,6 +51,8 @@ pub struct Unexplained {
     pub place_m: Option<[f64; 2]>,
     /// The places that several runs came to, if one of them is named.
     pub places: Vec<PlaceSeen>,
+    /// Cross-validated position error above the floor \[m\]: the root of the difference of squares.
+    pub size_m: f64,
 }
 
 impl Unexplained {

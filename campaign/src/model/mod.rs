@@ -33,8 +33,8 @@ use robot_model::compare::Assumed;
 use robot_model::effect::custom::CustomError;
 use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, KnownEffect};
 use robot_model::estimation::ErrorPair;
-use robot_model::estimation::OdometryNoise;
 use robot_model::explain::ParameterFound;
+use robot_model::recording::OdometryNoise;
 
 pub use read::{caret, custom_from_equation, equation_error, hint_for};
 

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use robot_model::effect::{Parameter, Role, find};
-use robot_model::estimation::OdometryNoise;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::ParameterFound;
+use robot_model::recording::OdometryNoise;
 use toml::Spanned;
 
 use super::raw::{RawError, RawErrors, RawNoise, RawParameter};

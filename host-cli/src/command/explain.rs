@@ -25,7 +25,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
             Vec::new()
         } else {
             let comparer =
-                Comparer::with_noise(&campaign, robot_model::estimation::OdometryNoise::TYPICAL)
+                Comparer::with_noise(&campaign, robot_model::recording::OdometryNoise::TYPICAL)
                     .map_err(Error::new)?;
             assumed(&answer.steps, &catalogue)
                 .iter()

@@ -170,6 +170,7 @@ mod tests {
             p_value: 1e-9,
             why: Why::default(),
             effect_size_m: 1e-2,
+            moves_no_track: false,
             matters: true,
         };
         Answer {

@@ -10,7 +10,8 @@ use crate::words;
 /// The whole answer.
 pub fn answer(answer: &Answer) -> Value {
     json!({
-        "schema": 1,
+        "schema": 2,
+        "floor": errors(&answer.floor),
         "baseline": pair(&answer.baseline),
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
         "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
@@ -57,6 +58,8 @@ fn step(step: &StepFound) -> Value {
         "heldout": errors(&step.cross_validated),
         "p_value": step.p_value,
         "why": words::why(step),
+        "matters": step.matters,
+        "effect_size_m": step.effect_size_m,
     })
 }
 
@@ -74,6 +77,7 @@ fn unexplained(unexplained: &Unexplained) -> Value {
         "structure": unexplained.structure,
         "depends_on": names.collect::<Vec<_>>(),
         "p_value": unexplained.p_value,
+        "size_m": unexplained.size_m,
     })
 }
 
@@ -113,6 +117,7 @@ mod tests {
                 p_value: 1e-9,
                 why: Why::default(),
                 effect_size_m: 1e-2,
+                moves_no_track: false,
                 matters: true,
             }],
             rejected: vec![Rejected {

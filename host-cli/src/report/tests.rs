@@ -35,6 +35,7 @@ fn answer() -> Answer {
             p_value: 1e-9,
             why: Why { signature: "it is <b>there</b>".into(), ..Why::default() },
             effect_size_m: 1e-2,
+            moves_no_track: false,
             matters: true,
         }],
         rejected: vec![Rejected {

@@ -12,9 +12,9 @@ use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
 use crate::effect::net_change::{NetChange, net_change};
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::held_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::RecordingError;
 use crate::selection::select::select;
 

@@ -5,9 +5,9 @@ use core::f64::consts::TAU;
 use super::regime::{moving, rim_mps};
 use super::stretch::{Component, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::regressor::Regressor;
 
 /// Bins of a regressor that is an angle.

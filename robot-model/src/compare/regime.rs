@@ -5,10 +5,10 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use super::rms::Rms;
 use super::stretch::{Component, Drift, Stretch, drift, stretches, tracks};
 use crate::effect::composition::Term;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::numeric::distributions::chi_squared;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 
 /// Slower than this is rest \[m/s, of a rim\].

@@ -14,13 +14,13 @@
 //! random walk since, as is the mean over the path.
 
 use crate::effect::composition::Term;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::{Track, open_loop_as_seen};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 
 /// A stretch is cut after so much rolling \[m\]: long enough to stand out of the camera's noise.
 const ROLLED_MAX_M: f64 = 0.5;

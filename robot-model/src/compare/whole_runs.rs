@@ -4,7 +4,6 @@
 use super::rms::Rms;
 use super::stretch::tracks;
 use crate::effect::composition::Term;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::open_loop_as_seen;
 use crate::estimation::predict::{PoseError, Track};
 use crate::kinematics::pose::Pose;
@@ -12,6 +11,7 @@ use crate::numeric::parallel;
 use crate::numeric::random::Random;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 use crate::recording::run_kind::RunKind;
 

@@ -28,12 +28,12 @@
 
 use crate::effect::composition::{Composer, Increment, Terms};
 use crate::effect::definition::View;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::open_loop;
 use crate::estimation::state::{PSI, Quantity, STATES, ScalarMeasurement, State, Update};
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::recording::motion::{Motion, Step};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 
 /// Heading sigma of a start at which no heading was measured \[rad\]. The heading was estimated from the whole track;

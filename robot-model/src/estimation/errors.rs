@@ -6,10 +6,10 @@ use nalgebra::DVector;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::moved_within_range;
 use crate::estimation::normal_equations::CampaignEquations;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::odometry_noise::OdometryNoise;
 
 /// Errors on the runs fitted to, and cross-validated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,6 +113,9 @@ pub(crate) fn errors_on_runs(
 pub(crate) struct TrackErrors {
     pub position_m2: f64,
     pub heading_rad2: f64,
+    /// How many of each were measured.
+    pub positions: f64,
+    pub headings: f64,
 }
 
 impl TrackErrors {
@@ -124,6 +127,12 @@ impl TrackErrors {
         let heading = share(self.heading_rad2, other.heading_rad2);
         (place + heading) / 2.0 > 1.0 + tolerance
     }
+
+    /// The mean squared displacement of the wheels' contact points \[m^2\].
+    pub fn displacement_m2(self, track_width_m: f64) -> f64 {
+        let heading_rad2 = self.heading_rad2 / self.headings.max(1.0);
+        self.position_m2 / self.positions.max(1.0) + heading_rad2 * (track_width_m / 2.0).powi(2)
+    }
 }
 
 /// The squared errors of tracks, each run predicted with these columns fitted to all other runs.
@@ -131,24 +140,34 @@ impl TrackErrors {
 /// `None` for a campaign of one run, which leaves nothing to fit to.
 pub(crate) fn cross_validated_tracks(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
+    model: (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Option<TrackErrors> {
-    if prepared.runs.len() < 2 {
-        return None;
-    }
+    (prepared.runs.len() > 1).then(|| tracks(prepared, model, columns, noise))
+}
+
+/// The squared errors of tracks, each run predicted with these columns fitted to all other runs; the only run of a
+/// campaign by the fit to itself.
+pub(crate) fn tracks(
+    prepared: &Prepared,
+    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> TrackErrors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let each = parallel::map(&runs, |run| {
-        let sums = equations.without(|_, unit| unit.run == *run);
+        let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
-    Some(TrackErrors {
+    TrackErrors {
         position_m2: sum(|squares| squares.position),
         heading_rad2: sum(|squares| squares.heading),
-    })
+        positions: sum(|squares| squares.positions),
+        headings: sum(|squares| squares.headings),
+    }
 }
 
 /// Errors with these columns fitted, for each run, to all others.

@@ -9,11 +9,12 @@ use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::effect::definition::{Effect, Role};
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::gyro::{fixed_segments, follow, whiten_gyro};
+use crate::estimation::most_likely_noise::{Search, Whitened, most_likely};
 use crate::estimation::noise_segments::NoiseSegments;
 use crate::estimation::normal_equations::CampaignEquations;
-use crate::estimation::odometry_noise::{NUMBERS, OdometryNoise, Search, Whitened, most_likely};
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::odometry_noise::{NUMBERS, OdometryNoise};
 use crate::recording::run::PoseMeasurement;
 
 /// Most iterations of Gauss-Newton.
@@ -206,6 +207,9 @@ pub(crate) fn fit_afresh<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitte
 
 /// Estimates the noise about a fit, and fits once more with it.
 fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fitted<'a> {
+    if let Some(noise) = prepared.noise {
+        return fit_parameters(prepared, about.terms, noise);
+    }
     let noise = fit_noise(prepared, &about.terms, about.noise, search);
     let fitted = fit_parameters(prepared, about.terms, noise);
     // The ratios of the noise's parameters come from some of the poses, its overall size from all of them.

@@ -11,10 +11,10 @@
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::effect::definition::ActsOn;
 use crate::estimation::ekf::{Innovation, Sink};
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::numeric::angle::wrap;
 use crate::numeric::jet::Jet;
 use crate::recording::campaign::PreparedRun;
+use crate::recording::odometry_noise::OdometryNoise;
 
 /// From one measured heading to the next by the yaw rate sensor.
 #[derive(Clone, Copy, Debug)]

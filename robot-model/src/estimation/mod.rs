@@ -10,7 +10,7 @@
 //! | `transition.rs` | one step of the pose, and its derivatives |
 //! | `gyro.rs` | the same for the yaw rate sensor |
 //! | `normal_equations.rs` | sums over runs: solve, leave out, shift |
-//! | `odometry_noise.rs` | [`OdometryNoise`], and its most likely value |
+//! | `most_likely_noise.rs` | the most likely [`OdometryNoise`](crate::recording::OdometryNoise) |
 //! | `noise_segments.rs` | segments between poses, from which the noise is estimated |
 //! | `fit.rs` | parameters and noise of a model |
 //! | `predict.rs` | open loop: where a model says that the robot went |
@@ -23,13 +23,12 @@ pub(crate) mod ekf;
 pub(crate) mod errors;
 pub(crate) mod fit;
 pub(crate) mod gyro;
+pub(crate) mod most_likely_noise;
 pub(crate) mod noise_segments;
 pub(crate) mod normal_equations;
-pub(crate) mod odometry_noise;
 pub(crate) mod predict;
 pub(crate) mod profile_likelihood;
 pub(crate) mod state;
 pub(crate) mod transition;
 
 pub use errors::{ErrorPair, Errors};
-pub use odometry_noise::OdometryNoise;

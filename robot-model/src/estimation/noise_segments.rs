@@ -11,16 +11,17 @@
 //!
 //! (2) is the process noise of n steps of the filter in [`crate::estimation::ekf`] along an even motion; g is the
 //! derivative of its end by the heading at its beginning. The search for the noise itself is in
-//! [`crate::estimation::odometry_noise`].
+//! [`crate::estimation::most_likely_noise`].
 
 use crate::effect::composition::Increment;
 use crate::estimation::ekf::{Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, velocity_of};
 use crate::estimation::gyro::GyroSegment;
-use crate::estimation::odometry_noise::{OdometryNoise, Whitened};
+use crate::estimation::most_likely_noise::Whitened;
 use crate::estimation::state::{ScalarMeasurement, State};
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 
 /// The motion from one measured pose to the next.

@@ -15,8 +15,8 @@ use crate::effect::composition::{PlacedTerm, Terms};
 use crate::effect::definition::Role;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::gyro::whiten_gyro;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 
 /// A single run is cut into this many blocks, so that it can be cross-validated.

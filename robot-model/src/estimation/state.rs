@@ -4,9 +4,9 @@
 //! x = (x, y, theta, e_x, e_y, e_theta, psi, tau)
 //! ```
 
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
+use crate::recording::odometry_noise::OdometryNoise;
 
 /// Numbers of the state.
 pub(crate) const STATES: usize = 8;

@@ -33,6 +33,18 @@ pub struct Answer {
     pub tolerance_m: f64,
 }
 
+impl Answer {
+    /// The same answer, judged by another tolerance: what matters moves the robot by more than that \[m\]. What moves
+    /// no track at all, such as the bias of a yaw rate sensor, matters where it is there.
+    pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
+        self.tolerance_m = tolerance_m;
+        for step in self.known.iter_mut().chain(&mut self.steps) {
+            step.matters = step.moves_no_track || step.effect_size_m > tolerance_m;
+        }
+        self
+    }
+}
+
 /// The clock of one run's poses, relative to that of its wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClockFound {
@@ -78,9 +90,11 @@ pub struct StepFound {
     pub p_value: f64,
     /// Why it is accepted.
     pub why: Why,
-    /// Root of the mean squared distance by which it moves the end of the user's runs, all other effects as they
-    /// are \[m\].
+    /// The cross-validated error that it removes, all other effects fitted with it and without: the root of the mean
+    /// squared displacement of the wheels' contact points over the user's runs \[m\].
     pub effect_size_m: f64,
+    /// It acts on a sensor and moves no track.
+    pub moves_no_track: bool,
     /// Whether it moves them by more than the tolerance: otherwise it is there, and not worth correcting.
     pub matters: bool,
 }

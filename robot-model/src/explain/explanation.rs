@@ -4,7 +4,7 @@
 
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
-use crate::effect::definition::{Effect, Facts, Need};
+use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
@@ -15,6 +15,7 @@ use crate::explain::next_run::next_run;
 use crate::numeric::distributions::SIGMAS_95_ROUNDED;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::run::{RecordingError, RecordingProblem};
+use crate::residuals::flexible::{Flexible, flexible};
 use crate::residuals::unexplained::{counts_start_anew, unexplained};
 use crate::selection::candidates::{Candidate, Screening};
 use crate::selection::classes::{Class, classes};
@@ -46,7 +47,7 @@ pub fn explain_given(
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
     let prepared = campaign.prepare()?;
-    let mut selection = select(&prepared, catalogue);
+    let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
     let mut found = classes_of(&prepared, &selection);
     if let Some(replaced) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
         selection = replaced;
@@ -60,19 +61,36 @@ pub fn explain_given(
     };
     let (known, missing): (Vec<usize>, Vec<usize>) =
         by_evidence(&screening, &kept).into_iter().partition(is_known);
+    let sizes_m = screening.sizes_m(&prepared);
     let mut prefix: Vec<Term<'_>> =
         known.iter().map(|index| fitted.terms[*index].clone()).collect();
     let baseline = errors(&prepared, &fitted, &prefix);
     let before = fit_parameters(&prepared, prefix.clone(), fitted.noise).terms;
     let known: Vec<StepFound> = known
         .into_iter()
-        .map(|index| step(&prepared, &fitted, index, &kept[index], &classes[index], baseline))
+        .map(|index| {
+            step(
+                &prepared,
+                &fitted,
+                index,
+                &kept[index],
+                &classes[index],
+                (baseline, sizes_m[index]),
+            )
+        })
         .collect();
     let mut steps = Vec::new();
     for index in missing {
         prefix.push(fitted.terms[index].clone());
         let after = errors(&prepared, &fitted, &prefix);
-        steps.push(step(&prepared, &fitted, index, &kept[index], &classes[index], after));
+        steps.push(step(
+            &prepared,
+            &fitted,
+            index,
+            &kept[index],
+            &classes[index],
+            (after, sizes_m[index]),
+        ));
     }
     let named: Vec<String> =
         known.iter().chain(&steps).flat_map(|step| step.class.clone()).collect();
@@ -81,18 +99,66 @@ pub fn explain_given(
         .filter(|candidate| !named.iter().any(|name| name == candidate.id()))
         .map(|candidate| reject(&prepared, &fitted, &screening, candidate))
         .collect();
-    Ok(Answer {
+    let excess = flexible.excess(prepared.robot.track_width_m);
+    let mut unexplained = unexplained(&prepared, &fitted);
+    if excess > EXCESS_MAX {
+        unexplained.structure = true;
+        for regressor in flexible.depends_on.iter().flatten() {
+            if !unexplained.depends_on.contains(regressor) {
+                unexplained.depends_on.push(*regressor);
+            }
+        }
+    }
+    let square = |errors: &Errors| errors.position_rms_m.powi(2);
+    unexplained.size_m = (square(&flexible.model) - square(&flexible.floor)).max(0.0).sqrt();
+    let answer = Answer {
         known,
         baseline,
         steps,
         rejected,
-        unexplained: unexplained(&prepared, &fitted),
+        unexplained,
         next_run: next_run(&prepared, &fitted, &classes, &kept),
         held_out: held_out::errors(&prepared, &before, &fitted.terms, &fitted.noise),
-        floor: Errors::default(),
+        floor: flexible.floor,
         clocks: Vec::new(),
         tolerance_m: 0.0,
-    })
+    };
+    let pose_m = fitted.noise.position_sigma_m.hypot(fitted.noise.position_wobble_m);
+    Ok(answer.with_tolerance(TOLERANCE * pose_m))
+}
+
+/// What is left of a model, relative to the floor, that must not go without a word.
+const EXCESS_MAX: f64 = 1.2;
+
+/// What moves the robot by less than this share of the noise of one pose is not worth correcting.
+const TOLERANCE: f64 = 0.1;
+
+/// Less noise than this share of what was learnt is worth another search.
+const LESS_NOISE: f64 = 0.9;
+
+/// The effects of a campaign, chosen by noise that is noise, and what a flexible model reaches beside them.
+///
+/// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
+/// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome
+/// stands if it comes near the floor: with little noise, something that the catalogue lacks is imitated by many effects.
+fn beyond_noise<'a>(
+    prepared: Prepared,
+    catalogue: &[&'a dyn Effect],
+) -> (Prepared, Selection<'a>, Flexible) {
+    let selection = select(&prepared, catalogue);
+    let first = flexible(&prepared, &selection.fitted, catalogue);
+    if first.excess(prepared.robot.track_width_m) < 1.0 / LESS_NOISE {
+        return (prepared, selection, first);
+    }
+    let honest = Prepared { noise: Some(first.noise), ..prepared.clone() };
+    let again = select(&honest, catalogue);
+    let second = flexible(&honest, &again.fitted, catalogue);
+    let track_width_m = prepared.robot.track_width_m;
+    if second.excess(track_width_m) < EXCESS_MAX.min(first.excess(track_width_m)) {
+        (honest, again, second)
+    } else {
+        (prepared, selection, first)
+    }
 }
 
 fn classes_of<'a>(prepared: &Prepared, selection: &Selection<'a>) -> Vec<Class<'a>> {
@@ -167,7 +233,7 @@ fn step(
     index: usize,
     test: &EffectTest,
     class: &Class<'_>,
-    after: ErrorPair,
+    (after, size_m): (ErrorPair, f64),
 ) -> StepFound {
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
@@ -187,7 +253,8 @@ fn step(
         cross_validated: after.cross_validated,
         p_value: test.p_value,
         why,
-        effect_size_m: 0.0,
+        effect_size_m: size_m,
+        moves_no_track: facts.acts_on == ActsOn::Gyro,
         matters: true,
     }
 }

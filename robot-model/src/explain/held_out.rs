@@ -5,9 +5,9 @@
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::errors::{Errors, errors_on_runs};
 use crate::estimation::normal_equations::CampaignEquations;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::answer::HeldOut;
 use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 
 /// Errors with the terms of `before` and with `terms`, as they are; `None` if no run is held out.
@@ -39,5 +39,5 @@ pub(crate) fn errors(
 /// A campaign of the held-out runs only, with the excitation of the others.
 pub(crate) fn only(prepared: &Prepared) -> Prepared {
     let runs: Vec<PreparedRun> = prepared.held_out.clone();
-    Prepared { robot: prepared.robot, runs, held_out: Vec::new(), excitation: prepared.excitation }
+    Prepared { runs, held_out: Vec::new(), ..prepared.clone() }
 }

@@ -2,6 +2,7 @@
 
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
 use crate::recording::run_kind::{RunKind, kind_of};
 
@@ -32,6 +33,8 @@ pub(crate) struct Prepared {
     pub held_out: Vec<PreparedRun>,
     /// Of the runs that are fitted to.
     pub excitation: Excitation,
+    /// The noise, if it is not to be learnt from the residuals of a model.
+    pub noise: Option<OdometryNoise>,
 }
 
 impl Campaign {
@@ -59,7 +62,7 @@ impl Campaign {
         let runs: Vec<PreparedRun> = self.fitted_runs().map(prepared).collect();
         let held_out = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();
         let excitation = self.excitation(&runs, began_s);
-        Ok(Prepared { robot: self.robot, runs, held_out, excitation })
+        Ok(Prepared { robot: self.robot, runs, held_out, excitation, noise: None })
     }
 
     fn excitation(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Excitation {

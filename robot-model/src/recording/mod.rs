@@ -7,6 +7,7 @@
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
 //! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
 //! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
+//! | `odometry_noise.rs` | [`OdometryNoise`] of poses, and of the odometry between them |
 //! | `nominal_run.rs` | recordings of a nominal robot that drives given pieces |
 //!
 //! Files and their formats are the caller's. Whether a recording can be of one robot at all is checked in
@@ -16,6 +17,7 @@ pub(crate) mod campaign;
 pub(crate) mod excitation;
 pub(crate) mod motion;
 pub(crate) mod nominal_run;
+pub(crate) mod odometry_noise;
 pub(crate) mod run;
 pub(crate) mod run_kind;
 
@@ -23,6 +25,7 @@ pub use campaign::Campaign;
 pub use excitation::Excitation;
 pub use motion::Step;
 pub use nominal_run::{Piece, Sampling, nominal_run};
+pub use odometry_noise::OdometryNoise;
 pub use run::{
     GyroSample, PoseMeasurement, Recording, RecordingError, RecordingProblem, Robot, WheelSample,
 };

@@ -151,7 +151,7 @@ pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSea
 }
 
 /// The places that wheels came to in several runs.
-fn visited(prepared: &Prepared) -> Vec<Spot> {
+pub(super) fn visited(prepared: &Prepared) -> Vec<Spot> {
     let mut runs_of: BTreeMap<(i64, i64), BTreeSet<usize>> = BTreeMap::new();
     let pitch_m = PlaceSeen::SIDE_M;
     let track_width_m = prepared.robot.track_width_m;

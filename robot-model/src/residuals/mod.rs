@@ -5,12 +5,16 @@
 //! | `unexplained.rs` | [`Unexplained`]: the results of all tests |
 //! | `regressor.rs` | [`Regressor`]: what they may depend on |
 //! | `probe.rs` | small effects in proportion to speed, load, heading and the like |
+//! | `flexible.rs` | the floor: what a model of any shape could reach |
+//! | `basis.rs` | its functions |
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
+pub(crate) mod basis;
+pub(crate) mod flexible;
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;
 pub(crate) mod probe;

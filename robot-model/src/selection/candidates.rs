@@ -6,11 +6,11 @@
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Group};
-use crate::estimation::errors::{TrackErrors, cross_validated_tracks};
+use crate::estimation::errors::{TrackErrors, cross_validated_tracks, tracks};
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::recording::campaign::Prepared;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::selection::dispersion::{run_scatter, scatter};
 use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
 
@@ -263,12 +263,35 @@ impl<'a> Screening<'a> {
         here.zip(there).is_some_and(|(here, there)| here.worse_than(there, WORSE_TRACKS))
     }
 
+    /// For each effect of the model, by how much cross-validated tracks get better with it, all others fitted anew:
+    /// as the root of the mean squared displacement of the wheels \[m\].
+    pub fn sizes_m(&self, prepared: &Prepared) -> Vec<f64> {
+        let track_width_m = prepared.robot.track_width_m;
+        let left = |left_out: &[usize]| {
+            let (equations, terms, columns) = self.variant(left_out, None);
+            tracks(prepared, (&equations, &terms), &columns, &self.noise)
+                .displacement_m2(track_width_m)
+        };
+        let whole = left(&[]);
+        (0..self.in_model).map(|index| (left(&[index]) - whole).max(0.0).sqrt()).collect()
+    }
+
     fn cross_validated_tracks(
         &self,
         prepared: &Prepared,
         left_out: &[usize],
         candidate: Option<&PlacedTerm<'a>>,
     ) -> Option<TrackErrors> {
+        let (equations, terms, columns) = self.variant(left_out, candidate);
+        cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise)
+    }
+
+    /// The model without some of its effects and with a candidate: normal equations, terms and columns to fit.
+    fn variant(
+        &self,
+        left_out: &[usize],
+        candidate: Option<&PlacedTerm<'a>>,
+    ) -> (CampaignEquations, Vec<PlacedTerm<'a>>, Vec<usize>) {
         let equations = self.equations_without(left_out);
         let mut columns = self.model_columns(left_out);
         let kept = self.terms[..self.in_model].iter().enumerate();
@@ -278,7 +301,7 @@ impl<'a> Screening<'a> {
             columns.extend(term.amplitudes());
             terms.push(term.clone());
         }
-        cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise)
+        (equations, terms, columns)
     }
 
     /// The share of what an effect of the model does that a candidate could do in its place.

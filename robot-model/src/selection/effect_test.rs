@@ -81,6 +81,12 @@ impl EffectTest {
         2 * self.better >= self.touched
     }
 
+    /// Cross-validated runs get better. This is all that is asked of radii and track width: they may be far from what
+    /// the robot's file says, and nothing else is fitted before them.
+    pub fn predicts_better(&self) -> bool {
+        self.cross_validated_gain > 0.0
+    }
+
     /// It is sound, and no kind of run gets worse.
     pub fn passes_cross_validation(&self) -> bool {
         self.is_sound() && self.most_agree() && self.worse_kind.is_none()

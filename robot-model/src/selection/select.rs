@@ -298,7 +298,11 @@ fn removal<'a>(
             is_chance(test, screening.asked(), kept.len())
                 || spoils[*i]
                 || unsettled[*i]
-                || !(if is_geometry { test.is_sound() } else { test.passes_cross_validation() })
+                || !(if is_geometry {
+                    test.predicts_better()
+                } else {
+                    test.passes_cross_validation()
+                })
         })
         .min_by(|a, b| kept[*a].cross_validated_gain.total_cmp(&kept[*b].cross_validated_gain))?;
     let mut terms = fitted.terms.clone();

@@ -1,13 +1,13 @@
 //! A gear between encoder and wheel: only the encoder's own ripple may depend on it.
 
 use crate::effect::catalogue::find;
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::explain::explanation::explain;
 use crate::explain::model::fit;
 use crate::kinematics::pose::Pose;
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
 use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::Robot;
 use crate::tests::synthetic::{NOISE, ROBOT, campaign, full_plan, measure, term};
 

@@ -4,7 +4,6 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::effect::catalogue::find;
 use crate::effect::composition::{Composer, Term, Terms};
-use crate::estimation::odometry_noise::OdometryNoise;
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -13,6 +12,7 @@ use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
 use crate::recording::motion::Motion;
 use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{GyroSample, Recording, Robot, WheelSample};
 
 /// A robot of the paper's size.

@@ -1,0 +1,269 @@
+//! Functions for a flexible model: small made-up effects that together can take nearly any shape over speed, turn rate,
+//! acceleration, curvature, heading, load and time.
+//!
+//! With [`super::probe::PROBES`] and the effects of the catalogue they are what [`super::flexible`] chooses from.
+
+use super::regressor::Regressor;
+use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::motion::Step;
+
+/// Up to four functions of the same quantities, each with an amplitude of its own.
+pub(super) struct Basis {
+    /// What they are functions of.
+    pub regressor: Regressor,
+    act: fn(&[Jet; PARAMETERS_MAX], &Step, &mut Memory) -> Change,
+}
+
+impl core::fmt::Debug for Basis {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.regressor.name())
+    }
+}
+
+/// Limits far beyond any real value: in SI units all quantities are of the order of one, and so are amplitudes.
+static BASIS: Facts<'static> = Facts {
+    id: "basis",
+    name: "basis function",
+    equation: "a sum of functions of a few quantities",
+    parameters: &[
+        Parameter::amplitude("a", "1", 1.0),
+        Parameter::amplitude("b", "1", 1.0),
+        Parameter::amplitude("c", "1", 1.0),
+        Parameter::amplitude("d", "1", 1.0),
+    ],
+    ..Facts::DEFAULT
+};
+
+impl Effect for Basis {
+    fn facts(&self) -> Facts<'_> {
+        BASIS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+        (self.act)(p, step, memory)
+    }
+}
+
+/// Turns \[rad\] by these four functions.
+fn turns(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Change {
+    Change { turn_rad: sum(p, by), ..Change::NONE }
+}
+
+fn sum(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Jet {
+    p[0] * by[0] + p[1] * by[1] + p[2] * by[2] + p[3] * by[3]
+}
+
+/// Time constants of what answers late \[s\].
+const LATE_S: [f64; 2] = [0.15, 0.6];
+
+/// A quantity as it was, with two delays of first order; their states are the memory's.
+fn late(step: &Step, memory: &mut Memory, now: f64) -> [f64; 2] {
+    let follow = |state: &mut Option<Jet>, time_s: f64| {
+        let before = state.map_or(now, |jet| jet.value);
+        let after = now + (before - now) * (-step.dt_s / time_s).exp();
+        *state = Some(Jet::constant(after));
+        (before + after) / 2.0
+    };
+    [follow(&mut memory.wheel.left, LATE_S[0]), follow(&mut memory.wheel.right, LATE_S[1])]
+}
+
+/// Slower than this the robot stands \[m/s\].
+const STANDS_MPS: f64 = 2e-3;
+
+/// How far the rims have rolled since the robot last stood \[m\].
+fn since_stop_m(step: &Step, memory: &mut Memory) -> f64 {
+    let speeds = step.wheel_speed_mps.map(f64::abs);
+    let before_m = memory.wheel.left.map_or(0.0, |jet| jet.value);
+    let stands = speeds.left.max(speeds.right) < STANDS_MPS;
+    let after_m = if stands { 0.0 } else { before_m + step.rolled_m() };
+    memory.wheel.left = Some(Jet::constant(after_m));
+    (before_m + after_m) / 2.0
+}
+
+/// The share of a turn in the motion: 0 on a straight, 1 in a spin.
+fn sharpness(step: &Step) -> f64 {
+    let rim_mps = step.turn_rate_rad_s().abs() * step.track_width_m;
+    let both_mps = 2.0 * step.speed_mps().abs() + rim_mps;
+    if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 }
+}
+
+pub(super) static FUNCTIONS: &[Basis] = &[
+    // What answers late: sideways to the side force, round to the turn rate.
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| {
+            let force = step.speed_mps() * step.turn_rate_rad_s();
+            let [soon, later] = late(step, memory, force);
+            let now = [force, force * step.speed_mps().signum(), soon, later];
+            Change { sideways_m: sum(p, now.map(|x| x * step.dt_s)), ..Change::NONE }
+        },
+    },
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| {
+            let omega = step.turn_rate_rad_s();
+            let [soon, later] = late(step, memory, omega);
+            turns(
+                p,
+                [omega - soon, omega - later, omega * omega, omega.abs()].map(|x| x * step.dt_s),
+            )
+        },
+    },
+    Basis {
+        regressor: Regressor::Speed,
+        act: |p, step, memory| {
+            let v = step.speed_mps();
+            let [soon, later] = late(step, memory, v);
+            let travel = [v - soon, v - later].map(|x| x * step.dt_s);
+            let (share, ds_m) = (p[0] * travel[0] + p[1] * travel[1], step.travel_m());
+            // As a share of the travel, which is small only where nothing moves.
+            let share = if ds_m.abs() > 1e-9 { share * (1.0 / ds_m) } else { Jet::ZERO };
+            let turn = p[2] * (v - soon) + p[3] * (v - later);
+            Change { travel: WheelPair::both(share), turn_rad: turn * step.dt_s, ..Change::NONE }
+        },
+    },
+    // Shapes over speed.
+    Basis {
+        regressor: Regressor::Speed,
+        act: |p, step, _| {
+            let v = step.speed_mps();
+            turns(p, [v * v.abs(), v * v, v * v * v, v * v * v.abs()].map(|x| x * step.dt_s))
+        },
+    },
+    Basis {
+        regressor: Regressor::Speed,
+        act: |p, step, _| {
+            let v = step.speed_mps();
+            let wheels = step.wheel_speed_mps.map(|v| v * v);
+            Change {
+                travel: WheelPair::new(
+                    p[0] * wheels.left + p[2] * (v * v * v.abs()),
+                    p[1] * wheels.right + p[2] * (v * v * v.abs()),
+                ),
+                sideways_m: p[3] * (v * v.abs() * step.dt_s),
+                ..Change::NONE
+            }
+        },
+    },
+    // Speed and turn rate together.
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
+            let turning = sum(p, [v * v, v.abs(), v, omega.abs() * v.abs()]);
+            Change { turning, ..Change::NONE }
+        },
+    },
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
+            Change {
+                turning: p[0] * (omega * omega),
+                turn_rad: (p[1] * (v * omega) + p[2] * (v * omega.abs())) * step.dt_s,
+                sideways_m: p[3] * (v * v * omega * step.dt_s),
+                ..Change::NONE
+            }
+        },
+    },
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
+            let travel = sum(p, [omega, omega.abs(), omega * v, omega * omega]);
+            Change { travel: WheelPair::both(travel), ..Change::NONE }
+        },
+    },
+    Basis {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let chi = sharpness(step);
+            Change {
+                turning: p[0] * chi + p[1] * (chi * chi),
+                travel: WheelPair::both(p[2] * chi + p[3] * (chi * chi)),
+                ..Change::NONE
+            }
+        },
+    },
+    // Each wheel by its direction.
+    Basis {
+        regressor: Regressor::TravelDirection,
+        act: |p, step, _| {
+            let sign = step.wheel_speed_mps.map(f64::signum);
+            let omega = step.turn_rate_rad_s();
+            Change {
+                travel: WheelPair::new(p[0] * sign.left, p[1] * sign.right),
+                turning: p[2] * omega.signum(),
+                sideways_m: p[3] * step.travel_m().abs(),
+                ..Change::NONE
+            }
+        },
+    },
+    Basis {
+        regressor: Regressor::Acceleration,
+        act: |p, step, _| {
+            let accel = step.wheel_accel_mps2;
+            let (along, round) = (accel.mean(), accel.difference() / step.track_width_m);
+            let by = [along, along.abs(), along * step.speed_mps().signum(), round];
+            turns(p, by.map(|x| x * step.dt_s))
+        },
+    },
+    Basis {
+        regressor: Regressor::Load,
+        act: |p, step, _| {
+            let (load, chi) = (step.payload_kg, sharpness(step));
+            let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
+            Change {
+                turning: p[0] * (load * chi) + p[1] * (load * omega.abs()),
+                turn_rad: p[2] * (load * v * v.abs() * step.dt_s),
+                sideways_m: p[3] * (load * v * omega * step.dt_s),
+                ..Change::NONE
+            }
+        },
+    },
+    Basis {
+        regressor: Regressor::Heading,
+        act: |p, step, _| {
+            let path_m = step.travel_m().abs();
+            let (two, three) =
+                ((2.0 * step.heading_rad).sin_cos(), (3.0 * step.heading_rad).sin_cos());
+            Change {
+                sideways_m: (p[0] * two.0 + p[1] * two.1) * path_m,
+                turn_rad: (p[2] * three.0 + p[3] * three.1) * path_m,
+                ..Change::NONE
+            }
+        },
+    },
+    Basis {
+        regressor: Regressor::SinceReversal,
+        act: |p, step, memory| {
+            let since_m = since_stop_m(step, memory);
+            let (short, long) = ((-since_m / 0.03).exp(), (-since_m / 0.12).exp());
+            let (turn_rad, ds_m) = (step.turn_rad().abs(), step.travel_m());
+            turns(p, [short * ds_m.abs(), short * ds_m, long * ds_m.abs(), short * turn_rad])
+        },
+    },
+    Basis {
+        regressor: Regressor::TimeInRun,
+        act: |p, step, _| {
+            let minutes = step.t_s / 60.0;
+            let square = minutes * minutes;
+            Change {
+                travel: WheelPair::both(p[0] * square),
+                turn_rad: (p[1] * minutes + p[2] * square) * step.dt_s,
+                turning: p[3] * square,
+                ..Change::NONE
+            }
+        },
+    },
+    Basis {
+        regressor: Regressor::Place,
+        act: |p, step, _| {
+            let [x, y] = step.place_m;
+            let path_m = step.travel_m().abs();
+            turns(p, [x * x, y * y, x * y, 0.0].map(|shape| shape * path_m))
+        },
+    },
+];

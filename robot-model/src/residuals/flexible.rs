@@ -1,0 +1,338 @@
+//! What could any model reach on these runs? A floor that does not depend on the catalogue.
+//!
+//! A flexible model is the model of known effects with basis functions of everything that was recorded
+//! ([`super::basis`], [`super::probe`], places on the floor), and with the effects of the catalogue. It takes up what
+//! predicts runs that it was not fitted to, group by group:
+//!
+//! ```text
+//! gain of a group = sum over runs of chi^2(model) - chi^2(model + group), both fitted to all other runs     (1)
+//! ```
+//!
+//! What repeats is then in the model and not in the noise, so the noise is estimated anew with the groups in place, and
+//! with less noise more is seen: a few rounds. Nothing that the flexible model takes up is an explanation. Its
+//! cross-validated error is the floor: what a model of effects leaves above it is physics that is missing.
+
+use crate::effect::composition::{PlacedTerm, Term};
+use crate::effect::definition::Effect;
+use crate::estimation::errors::{Errors, cross_validated};
+use crate::estimation::fit::{Fitted, fit_noise};
+use crate::estimation::most_likely_noise::Search;
+use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::numeric::parallel;
+use crate::recording::campaign::Prepared;
+use crate::recording::odometry_noise::OdometryNoise;
+use crate::residuals::basis::FUNCTIONS;
+use crate::residuals::floor_location::visited;
+use crate::residuals::probe::PROBES;
+use crate::residuals::regressor::Regressor;
+
+/// Least gain of (1): chance gives the best of a few dozen groups less.
+const GAIN_MIN: f64 = 16.0;
+/// Most groups that are taken up.
+const GROUPS_MAX: usize = 12;
+/// How often the noise is estimated anew.
+const ROUNDS_MAX: usize = 3;
+/// The groups are chosen from at most this many poses of a run: their shapes are wide.
+const POSES_MAX: usize = 200;
+
+/// A flexible model of a campaign.
+#[derive(Clone, Debug)]
+pub(crate) struct Flexible {
+    /// Its cross-validated errors.
+    pub floor: Errors,
+    /// Those of the model that it began with.
+    pub model: Errors,
+    /// The noise that it leaves.
+    pub noise: OdometryNoise,
+    /// What its groups are functions of, the most important one first; `None` is an effect of the catalogue.
+    pub depends_on: Vec<Option<Regressor>>,
+}
+
+impl Flexible {
+    /// By how many times the model's errors exceed the floor, as displacements of the wheels.
+    pub fn excess(&self, track_width_m: f64) -> f64 {
+        let of = |errors: &Errors| displacement_m(errors, track_width_m);
+        let floor = of(&self.floor);
+        if floor > 0.0 { of(&self.model) / floor } else { 1.0 }
+    }
+}
+
+/// Errors of position and heading as one number: the displacement of the wheels' contact points \[m\].
+pub(crate) fn displacement_m(errors: &Errors, track_width_m: f64) -> f64 {
+    errors.position_rms_m.hypot(errors.heading_rms_rad * track_width_m / 2.0)
+}
+
+/// A group of columns that may be taken up.
+struct Group {
+    regressor: Option<Regressor>,
+    columns: Vec<usize>,
+}
+
+/// Fits a flexible model that begins with a fitted one.
+pub(crate) fn flexible(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    catalogue: &[&dyn Effect],
+) -> Flexible {
+    let spots = visited(prepared);
+    let pool: Vec<(Option<Regressor>, Term<'_>)> = pool(prepared, fitted, catalogue)
+        .into_iter()
+        .chain(spots.iter().map(|spot| (Some(Regressor::Place), zero(spot))))
+        .collect();
+    let thinned = thinned(prepared);
+    let mut noise = fitted.noise;
+    let mut terms = fitted.terms.clone();
+    let mut taken: Vec<usize> = Vec::new();
+    for _ in 0..ROUNDS_MAX {
+        let more = take_up(&thinned, &terms, &pool, &taken, &noise);
+        if more.is_empty() {
+            break;
+        }
+        terms.extend(more.iter().map(|index| pool[*index].1.clone()));
+        taken.extend(more);
+        terms = refitted(&thinned, terms, &noise);
+        if prepared.noise.is_none() {
+            noise = fit_noise(prepared, &terms, noise, Search::Near);
+        }
+        if taken.len() >= GROUPS_MAX {
+            break;
+        }
+    }
+    let model = cross_validated_of(prepared, &thinned, &fitted.terms, &fitted.noise);
+    let floor = cross_validated_of(prepared, &thinned, &terms, &noise);
+    let depends_on: Vec<Option<Regressor>> = taken.iter().map(|index| pool[*index].0).collect();
+    let track_width_m = prepared.robot.track_width_m;
+    if depends_on.is_empty()
+        || displacement_m(&floor, track_width_m) >= displacement_m(&model, track_width_m)
+    {
+        return Flexible { floor: model, model, noise: fitted.noise, depends_on: Vec::new() };
+    }
+    Flexible { floor, model, noise, depends_on }
+}
+
+fn zero(effect: &dyn Effect) -> Term<'_> {
+    Term::new(effect, vec![0.0; effect.facts().parameters.len()])
+}
+
+/// All groups but places.
+fn pool<'a>(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    catalogue: &[&'a dyn Effect],
+) -> Vec<(Option<Regressor>, Term<'a>)> {
+    let in_model = |id: &str| fitted.terms.iter().any(|term| term.effect.facts().id == id);
+    let known = catalogue.iter().filter(|effect| !in_model(effect.facts().id));
+    let known = known.flat_map(|effect| {
+        let starts = effect.starts(&prepared.excitation).into_iter();
+        starts.map(|values| (None, Term::new(*effect, values)))
+    });
+    let functions = FUNCTIONS.iter().map(|basis| (Some(basis.regressor), zero(basis)));
+    let probes = PROBES.iter().map(|probe| (Some(probe.regressor), zero(probe)));
+    known.chain(functions).chain(probes).collect()
+}
+
+/// The campaign with fewer poses.
+fn thinned(prepared: &Prepared) -> Prepared {
+    let mut thinned = prepared.clone();
+    for run in &mut thinned.runs {
+        let poses = &mut run.recording.measured_poses;
+        let every = poses.len().div_ceil(POSES_MAX).max(1);
+        let last = poses.len().saturating_sub(1);
+        let mut index = 0;
+        poses.retain(|_| {
+            let keep = index % every == 0 || index == last;
+            index += 1;
+            keep
+        });
+    }
+    thinned
+}
+
+/// The groups that are worth taking up beside these terms, by their place in the pool.
+fn take_up(
+    prepared: &Prepared,
+    terms: &[Term<'_>],
+    pool: &[(Option<Regressor>, Term<'_>)],
+    taken: &[usize],
+    noise: &OdometryNoise,
+) -> Vec<usize> {
+    let open: Vec<usize> = (0..pool.len()).filter(|index| !taken.contains(index)).collect();
+    let all: Vec<Term<'_>> =
+        terms.iter().cloned().chain(open.iter().map(|index| pool[*index].1.clone())).collect();
+    let placed = PlacedTerm::place(&all);
+    let equations = CampaignEquations::gather(prepared, &placed, noise);
+    let mut model: Vec<usize> =
+        placed[..terms.len()].iter().flat_map(PlacedTerm::columns).collect();
+    let shown = |column: &usize| {
+        // At its greatest it moves a pose by more than a sigma.
+        let spread = equations.priors[*column].spread;
+        equations.total.gram[(*column, *column)] * spread * spread > 1.0
+    };
+    let mut groups: Vec<(usize, Group)> = open
+        .iter()
+        .zip(&placed[terms.len()..])
+        .map(|(index, term)| {
+            let columns = term.amplitudes().into_iter().filter(shown).collect();
+            (*index, Group { regressor: pool[*index].0, columns })
+        })
+        .filter(|(_, group)| !group.columns.is_empty())
+        .collect();
+    let mut more = Vec::new();
+    while taken.len() + more.len() < GROUPS_MAX {
+        let without = left_out(&equations, &model);
+        let gains = parallel::map(&groups, |(_, group)| {
+            let both: Vec<usize> = model.iter().chain(&group.columns).copied().collect();
+            let with = left_out(&equations, &both);
+            without.iter().zip(&with).map(|(without, with)| without - with).sum::<f64>()
+        });
+        let best = (0..groups.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
+        let Some(best) = best.filter(|best| gains[*best] > GAIN_MIN) else { break };
+        let (index, group) = groups.remove(best);
+        model.extend(group.columns);
+        more.push(index);
+        // Of an effect with shapes, one start is enough.
+        let id = pool[index].1.effect.facts().id;
+        if group.regressor.is_none() {
+            groups.retain(|(other, _)| {
+                pool[*other].0.is_some() || pool[*other].1.effect.facts().id != id
+            });
+        }
+    }
+    more
+}
+
+/// chi^2 of each run, with these columns fitted to all other runs.
+fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
+    let each = equations.units.iter().map(|unit| {
+        let mut others: NormalEquations = equations.total.clone();
+        others.add(&unit.sums, -1.0);
+        let delta = equations.solve(&others, columns).delta;
+        unit.sums.chi_squared(columns, &delta)
+    });
+    each.collect()
+}
+
+/// These terms at their best values.
+fn refitted<'a>(prepared: &Prepared, terms: Vec<Term<'a>>, noise: &OdometryNoise) -> Vec<Term<'a>> {
+    let placed = PlacedTerm::place(&terms);
+    let equations = CampaignEquations::gather(prepared, &placed, noise);
+    let columns: Vec<usize> = placed.iter().flat_map(PlacedTerm::amplitudes).collect();
+    let delta = equations.solve(&equations.total, &columns).delta;
+    let mut terms = terms;
+    for (term, placed) in terms.iter_mut().zip(&placed) {
+        let first = placed.columns().start;
+        for (column, step) in columns.iter().zip(delta.iter()) {
+            if placed.columns().contains(column) {
+                term.values[column - first] += step;
+            }
+        }
+    }
+    terms
+}
+
+/// Cross-validated errors on all poses, with normal equations of some of them.
+fn cross_validated_of(
+    prepared: &Prepared,
+    thinned: &Prepared,
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Errors {
+    let placed = PlacedTerm::place(terms);
+    let equations = CampaignEquations::gather(thinned, &placed, noise);
+    let columns: Vec<usize> = placed.iter().flat_map(PlacedTerm::amplitudes).collect();
+    cross_validated(prepared, (&equations, &placed), &columns, noise)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::custom::Custom;
+    use crate::effect::definition::{Change, Facts, Memory, Parameter};
+    use crate::explain::{Answer, explain};
+    use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+    use crate::recording::motion::Step;
+    use crate::tests::synthetic::{campaign, full_plan};
+
+    /// Tyres that give way sideways, late: dn = -k F dt, T dF/dt = v omega - F.
+    #[derive(Debug)]
+    struct LateTyres;
+
+    impl Effect for LateTyres {
+        fn facts(&self) -> Facts<'_> {
+            static FACTS: Facts<'static> = Facts {
+                id: "late_tyres",
+                parameters: &[Parameter::amplitude("k", "s", 1.0)],
+                ..Facts::DEFAULT
+            };
+            FACTS
+        }
+
+        fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+            let force = step.speed_mps() * step.turn_rate_rad_s();
+            let before = memory.wheel.left.map_or(0.0, |jet| jet.value);
+            let after = before + (force - before) * step.dt_s / 0.4;
+            memory.wheel.left = Some(Jet::constant(after));
+            Change { sideways_m: p[0] * (-after * step.dt_s), ..Change::NONE }
+        }
+    }
+
+    fn answer_on(hidden: &[Term<'_>], seed: u64) -> Answer {
+        explain(&campaign(&full_plan(), hidden, seed)).unwrap()
+    }
+
+    fn mm(errors: &Errors) -> f64 {
+        1e3 * displacement_m(errors, 0.372)
+    }
+
+    /// What a sound robot of the same seed leaves, the answer's model, and the floor [mm].
+    fn compared(hidden: &[Term<'_>], seed: u64) -> (f64, f64, f64, Answer) {
+        let sound = mm(&answer_on(&[], seed).baseline.cross_validated);
+        let answer = answer_on(hidden, seed);
+        let last = answer.steps.last();
+        let model = last.map_or(answer.baseline.cross_validated, |step| step.cross_validated);
+        let steps: Vec<_> = answer
+            .steps
+            .iter()
+            .map(|step| {
+                format!("{} {:.2} {}", step.class.join("|"), 1e3 * step.effect_size_m, step.matters)
+            })
+            .collect();
+        println!(
+            "seed {seed}: sound {sound:.2}, nominal {:.2}, model {:.2}, floor {:.2}: {steps:?} {:?}",
+            mm(&answer.baseline.cross_validated),
+            mm(&model),
+            mm(&answer.floor),
+            answer.unexplained.depends_on
+        );
+        (sound, mm(&model), mm(&answer.floor), answer)
+    }
+
+    #[test]
+    fn tyres_that_answer_late_do_not_pass_for_noise() {
+        for seed in 0..4 {
+            let (sound, model, floor, answer) =
+                compared(&[Term::new(&LateTyres, vec![0.08])], 60 + seed);
+            assert!(floor < 1.15 * sound, "{floor} of {sound}");
+            assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+        }
+    }
+
+    #[test]
+    fn a_heading_that_turns_with_v_abs_v_does_not_pass_for_noise() {
+        let own = Custom::from_equation("dtheta = k * v * abs(v)").unwrap().build().unwrap();
+        for seed in 0..4 {
+            let (sound, model, floor, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
+            assert!(floor < 1.15 * sound, "{floor} of {sound}");
+            assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+        }
+    }
+
+    #[test]
+    fn on_a_sound_robot_the_floor_is_the_error_of_the_model() {
+        for seed in 0..4 {
+            let (sound, model, floor, answer) = compared(&[], 80 + seed);
+            assert!(floor > 0.97 * model && model <= sound, "{floor} of {model}");
+            assert!(!answer.unexplained.structure);
+        }
+    }
+}

@@ -14,15 +14,17 @@
 //! | [`explain`] | which effects are missing, and which run would tell more? | [`explain::explain`], [`explain::Answer`], [`explain::model::fit`] |
 //! | [`compare`] | how far is a model off, where, and how much of it is noise? | [`compare::Comparer`] |
 //! | [`estimation`] | which parameters, which noise? | [`estimation::OdometryNoise`], [`estimation::Errors`] |
+//! | [`clocks`] | do the clocks of wheels and poses agree? | [`clocks::ClockFound`] |
 //! | [`residuals`] | does what is left depend on anything? | [`residuals::Unexplained`] |
 //! | `selection` | which effects belong in a model? | behind [`explain::explain`] |
 //! | [`numeric`] | numerics that know nothing of robots | [`numeric::Jet`] |
 //!
 //! A room uses only those named before it here: numeric, kinematics, recording, checks and calibration, effect,
-//! estimation, selection, residuals, explain, compare.
+//! estimation, clocks, selection, residuals, explain, compare.
 
 pub mod calibration;
 pub mod checks;
+pub mod clocks;
 pub mod compare;
 pub mod effect;
 pub mod estimation;

@@ -1,5 +1,6 @@
 //! What `explain` answers, schema 1.
 
+use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, NextRun, ParameterFound, Rejected, StepFound};
 use robot_model::residuals::{Regressor, Unexplained};
@@ -12,6 +13,7 @@ pub fn answer(answer: &Answer) -> Value {
     json!({
         "schema": 2,
         "floor": errors(&answer.floor),
+        "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
         "baseline": pair(&answer.baseline),
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
         "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
@@ -60,6 +62,16 @@ fn step(step: &StepFound) -> Value {
         "why": words::why(step),
         "matters": step.matters,
         "effect_size_m": step.effect_size_m,
+    })
+}
+
+fn clock(clock: &ClockFound) -> Value {
+    json!({
+        "run": clock.run,
+        "offset_s": clock.offset_s,
+        "offset_sigma_s": clock.offset_sigma_s,
+        "rate": clock.rate,
+        "rate_sigma": clock.rate_sigma,
     })
 }
 

@@ -8,6 +8,7 @@ use super::regime::{self, Grouping};
 use super::rms::Rms;
 use super::whole_runs::{self, Path, RunCompared};
 
+use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
@@ -56,7 +57,7 @@ pub struct Comparer {
 impl Comparer {
     /// Estimates the noise: the residual with those effects of the catalogue and of `more` that `explain` accepts.
     pub fn new(campaign: &Campaign, more: &[&dyn Effect]) -> Result<Self, RecordingError> {
-        let prepared = campaign.prepare()?;
+        let prepared = clocks::prepare(campaign)?.0;
         let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
         effects.extend(more);
         let noise = select(&prepared, &effects).fitted.noise;
@@ -65,7 +66,7 @@ impl Comparer {
 
     /// With a known noise.
     pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
-        Ok(Self::of(campaign.prepare()?, noise))
+        Ok(Self::of(clocks::prepare(campaign)?.0, noise))
     }
 
     fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {

@@ -2,6 +2,7 @@
 //!
 //! Sentences and JSON are made by the command.
 
+use crate::clocks::ClockFound;
 use crate::effect::definition::Need;
 use crate::estimation::errors::{ErrorPair, Errors};
 use crate::recording::run_kind::RunKind;
@@ -43,21 +44,6 @@ impl Answer {
         }
         self
     }
-}
-
-/// The clock of one run's poses, relative to that of its wheels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClockFound {
-    /// The run.
-    pub run: String,
-    /// How late the poses are \[s\].
-    pub offset_s: f64,
-    /// Its standard error \[s\].
-    pub offset_sigma_s: f64,
-    /// By which share the poses' clock runs faster than that of the wheels.
-    pub rate: f64,
-    /// Its standard error.
-    pub rate_sigma: f64,
 }
 
 /// Errors on held-out runs: nothing was fitted to them, and nothing was selected by them.

@@ -2,6 +2,7 @@
 //!
 //! This puts together what selection, residuals and the plan of the next run find; it tests nothing itself.
 
+use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
@@ -46,7 +47,7 @@ pub fn explain_given(
         let problem = RecordingProblem::NoRuns;
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
-    let prepared = campaign.prepare()?;
+    let (prepared, clocks) = clocks::prepare(campaign)?;
     let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
     let mut found = classes_of(&prepared, &selection);
     if let Some(replaced) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
@@ -120,7 +121,7 @@ pub fn explain_given(
         next_run: next_run(&prepared, &fitted, &classes, &kept),
         held_out: held_out::errors(&prepared, &before, &fitted.terms, &fitted.noise),
         floor: flexible.floor,
-        clocks: Vec::new(),
+        clocks,
         tolerance_m: 0.0,
     };
     let pose_m = fitted.noise.position_sigma_m.hypot(fitted.noise.position_wobble_m);

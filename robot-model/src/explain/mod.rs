@@ -19,8 +19,8 @@ pub(crate) mod next_run;
 mod tests;
 
 pub use answer::{
-    Answer, CandidateKind, ClockFound, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected,
-    StepFound, Why,
+    Answer, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound,
+    Why,
 };
 pub use explanation::{explain, explain_given, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

@@ -2,6 +2,7 @@
 //!
 //! Nothing is added or removed here; `selection` searches for effects.
 
+use crate::clocks;
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
@@ -81,7 +82,7 @@ impl Verdict {
 
 /// Fits these effects to a campaign.
 pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, RecordingError> {
-    let prepared = campaign.prepare()?;
+    let prepared = clocks::prepare(campaign)?.0;
     let fitted = fit_from_best_starts(&prepared, effects);
     let screening = Screening::new(&prepared, &fitted, &CATALOGUE);
     let (kept, spoils) = (screening.kept(), screening.spoils_tracks(&prepared));
@@ -159,7 +160,7 @@ impl Model {
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
         let mut all = campaign.clone();
         all.runs.iter_mut().for_each(|run| run.held_out = false);
-        let prepared = all.prepare()?;
+        let prepared = clocks::prepare(&all)?.0;
         let terms: Vec<Term<'_>> = self
             .effects
             .iter()

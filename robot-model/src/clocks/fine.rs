@@ -1,0 +1,222 @@
+//! Offset and rate of the clocks of each run, from the filter: in each window of a run an offset of its own, and a
+//! straight line through the offsets of all windows.
+//!
+//! The filter lets the error of dead reckoning grow, so a window's offset comes from where speeds change, and hardly
+//! from errors that grow along the path. By how much windows of a run disagree, its standard errors are widened.
+
+use crate::clocks::ClockFound;
+use crate::effect::catalogue::CATALOGUE;
+use crate::effect::composition::{PlacedTerm, Term};
+use crate::effect::definition::{Effect, Facts, Group, Parameter, View};
+use crate::estimation::fit::fit_parameters;
+use crate::estimation::normal_equations::CampaignEquations;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::odometry_noise::OdometryNoise;
+
+/// Length of a window \[s\].
+const WINDOW_S: f64 = 12.0;
+/// Fewest poses in a window.
+const POSES_MIN: usize = 8;
+/// From this many windows on, a run tells a rate.
+const WINDOWS_FOR_RATE: usize = 5;
+/// What all runs share, up to this, is the delay of a camera and left to the effects \[s\].
+const DELAY_MAX_S: f64 = 0.25;
+/// An offset of a run that differs from the common one is corrected from this on \[s\], and beyond chance.
+const OFFSET_MIN_S: f64 = 0.015;
+/// A rate is corrected if over the run it amounts to this \[s\], and beyond chance.
+const RATE_MIN_S: f64 = 0.02;
+/// Beyond chance: so many standard errors.
+const SIGMAS: f64 = 6.0;
+/// Offsets and rates are found anew after each correction.
+const ROUNDS: usize = 2;
+
+/// Poses that are late.
+#[derive(Debug)]
+struct Late;
+
+impl Effect for Late {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "late",
+            parameters: &[Parameter::amplitude("tau", "s", 1.0)],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
+        View { delay_s: p[0], ..View::NONE }
+    }
+}
+
+/// Offset and rate of one run, about the middle of its poses.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    middle_s: f64,
+    span_s: f64,
+    offset_s: f64,
+    offset_sigma_s: f64,
+    rate: f64,
+    rate_sigma: f64,
+}
+
+/// Corrects the times of poses, and says of which runs. Of runs that were shifted already, all of the offset is taken
+/// out: how much of it is a camera's delay cannot be told.
+pub(super) fn align(prepared: &mut Prepared, is_shifted: impl Fn(&str) -> bool) -> Vec<ClockFound> {
+    let shifted: Vec<bool> =
+        prepared.runs.iter().map(|run| is_shifted(&run.recording.name)).collect();
+    let names = prepared.runs.iter().map(|run| run.recording.name.clone());
+    let mut clocks: Vec<ClockFound> = names
+        .map(|run| ClockFound {
+            run,
+            offset_s: 0.0,
+            offset_sigma_s: 0.0,
+            rate: 0.0,
+            rate_sigma: 0.0,
+        })
+        .collect();
+    for _ in 0..ROUNDS {
+        let lines = lines(prepared);
+        let corrections = corrections(&lines, &shifted);
+        if corrections.iter().all(Option::is_none) {
+            break;
+        }
+        for ((run, clock), (line, correction)) in
+            prepared.runs.iter_mut().zip(&mut clocks).zip(lines.iter().zip(&corrections))
+        {
+            let Some((line, [offset_s, rate])) = line.zip(*correction) else { continue };
+            for pose in &mut run.recording.measured_poses {
+                pose.t_s -= offset_s + rate * (pose.t_s - line.middle_s);
+            }
+            clock.offset_s += offset_s;
+            clock.offset_sigma_s = line.offset_sigma_s;
+            clock.rate += rate;
+            clock.rate_sigma = line.rate_sigma;
+        }
+    }
+    clocks.retain(|clock| clock.offset_s != 0.0 || clock.rate != 0.0);
+    clocks
+}
+
+/// The offset and rate to be taken out of each run.
+fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>> {
+    let mut offsets: Vec<f64> = lines.iter().flatten().map(|line| line.offset_s).collect();
+    offsets.sort_by(f64::total_cmp);
+    let Some(median_s) = offsets.get(offsets.len() / 2).copied() else {
+        return vec![None; lines.len()];
+    };
+    let most_shifted = 2 * shifted.iter().filter(|shifted| **shifted).count() > lines.len();
+    let stays_s = if median_s.abs() < DELAY_MAX_S && !most_shifted { median_s } else { 0.0 };
+    let differs = |line: &Line| {
+        let off_s = (line.offset_s - stays_s).abs();
+        off_s > OFFSET_MIN_S && off_s > SIGMAS * line.offset_sigma_s
+    };
+    // If one run has an offset of its own, all may have.
+    let any = lines.iter().flatten().any(differs);
+    lines
+        .iter()
+        .zip(shifted)
+        .map(|(line, shifted)| {
+            let line = (*line)?;
+            let offset_s = if any || *shifted { line.offset_s - stays_s } else { 0.0 };
+            let over_run_s = line.rate.abs() * line.span_s;
+            let certain = line.rate_sigma > 0.0 && line.rate.abs() > SIGMAS * line.rate_sigma;
+            let rate = if certain && over_run_s > RATE_MIN_S { line.rate } else { 0.0 };
+            (offset_s != 0.0 || rate != 0.0).then_some([offset_s, rate])
+        })
+        .collect()
+}
+
+/// Offset and rate of each run; `None` where its poses do not tell.
+fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
+    let geometry = CATALOGUE.iter().filter(|effect| effect.facts().group == Group::Geometry);
+    let geometry = geometry.map(|effect| Term::new(*effect, vec![0.0])).collect();
+    let robot = &prepared.robot;
+    let typical = OdometryNoise::TYPICAL;
+    let noise = OdometryNoise {
+        position_sigma_m: robot.position_sigma_m.unwrap_or(typical.position_sigma_m),
+        heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(typical.heading_sigma_rad),
+        clock_offset_s: 0.05,
+        ..typical
+    };
+    let mut terms = fit_parameters(prepared, geometry, noise).terms;
+    terms.push(Term::new(&Late, vec![0.0]));
+    let terms = PlacedTerm::place(&terms);
+    let column = terms.last().map_or(0, |late| late.columns().start);
+    let noise = OdometryNoise { clock_offset_s: 1e-5, ..noise };
+    let windows: Vec<(usize, f64, PreparedRun)> = prepared
+        .runs
+        .iter()
+        .enumerate()
+        .flat_map(|(index, run)| {
+            windows(run).into_iter().map(move |(middle_s, window)| (index, middle_s, window))
+        })
+        .collect();
+    let runs = windows.iter().map(|(_, _, run)| run.clone()).collect();
+    let cut = Prepared { runs, held_out: Vec::new(), ..prepared.clone() };
+    let equations = CampaignEquations::gather(&cut, &terms, &noise);
+    let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
+    for unit in &equations.units {
+        let (gram, right) = (unit.sums.gram[(column, column)], unit.sums.right[column]);
+        let (index, middle_s, _) = &windows[unit.run];
+        if gram > 0.0 {
+            points[*index].push([*middle_s, right / gram, gram]);
+        }
+    }
+    points.iter().map(|points| line(points)).collect()
+}
+
+/// Consecutive poses of a run, with the middle of their times.
+fn windows(run: &PreparedRun) -> Vec<(f64, PreparedRun)> {
+    let poses = &run.recording.measured_poses;
+    let Some((first, last)) = poses.first().zip(poses.last()) else { return Vec::new() };
+    let span_s = last.t_s - first.t_s;
+    let count = (span_s / WINDOW_S).round().max(2.0);
+    let mut windows = Vec::new();
+    for k in 0..count as usize {
+        let edge = |k: f64| first.t_s + span_s * k / count;
+        let (from_s, to_s) = (edge(k as f64), edge(k as f64 + 1.0));
+        let within = poses.iter().filter(|pose| (from_s..=to_s).contains(&pose.t_s));
+        let within: Vec<_> = within.copied().collect();
+        if within.len() >= POSES_MIN {
+            let mut window = run.clone();
+            window.recording.measured_poses = within;
+            window.recording.gyro.clear();
+            windows.push(((from_s + to_s) / 2.0, window));
+        }
+    }
+    windows
+}
+
+/// The straight line through points of time, offset and weight.
+fn line(points: &[[f64; 3]]) -> Option<Line> {
+    let weight: f64 = points.iter().map(|[_, _, weight]| weight).sum();
+    if points.len() < 2 || weight <= 0.0 {
+        return None;
+    }
+    let mean = |of: usize| points.iter().map(|point| point[of] * point[2]).sum::<f64>() / weight;
+    let (middle_s, offset_s) = (mean(0), mean(1));
+    let square: f64 = points.iter().map(|[t_s, _, weight]| weight * (t_s - middle_s).powi(2)).sum();
+    let product: f64 = points
+        .iter()
+        .map(|[t_s, tau_s, weight]| weight * (t_s - middle_s) * (tau_s - offset_s))
+        .sum();
+    let has_rate = points.len() >= WINDOWS_FOR_RATE && square > 0.0;
+    let rate = if has_rate { product / square } else { 0.0 };
+    let left: f64 = points
+        .iter()
+        .map(|[t_s, tau_s, weight]| weight * (tau_s - offset_s - rate * (t_s - middle_s)).powi(2))
+        .sum();
+    let free = points.len() as f64 - if has_rate { 2.0 } else { 1.0 };
+    let widened = (left / free).sqrt().max(1.0);
+    let (first, last) = (points[0][0], points[points.len() - 1][0]);
+    Some(Line {
+        middle_s,
+        span_s: last - first,
+        offset_s,
+        offset_sigma_s: widened / weight.sqrt(),
+        rate,
+        rate_sigma: if has_rate { widened / square.sqrt() } else { 0.0 },
+    })
+}

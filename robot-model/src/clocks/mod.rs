@@ -1,0 +1,61 @@
+//! Do the clocks of wheels and poses agree? Offset and rate of each run, found from the motion, before anything is
+//! fitted.
+//!
+//! ```text
+//! time of the wheels = time of the poses - offset - rate (time of the poses - middle of the run)              (1)
+//! ```
+//!
+//! An offset above zero says that the poses come late. What all runs share, up to a few tenths of a second, is left as
+//! it is: that is the delay of a camera, and an effect of the catalogue. So are small differences between runs, which
+//! the filter of [`crate::estimation`] has as a nuisance. Corrected is what neither can take: seconds, offsets of runs
+//! that differ by more than that, and clocks that run at different rates.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `coarse.rs` | offsets of up to half a minute: the lag at which speeds and turn rates agree |
+//! | `fine.rs` | offset and rate from the filter, window by window of a run |
+
+mod coarse;
+mod fine;
+#[cfg(test)]
+mod tests;
+
+use crate::recording::campaign::{Campaign, Prepared};
+use crate::recording::run::RecordingError;
+
+/// The clock of one run's poses, relative to that of its wheels; equation (1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClockFound {
+    /// The run.
+    pub run: String,
+    /// How late the poses are \[s\].
+    pub offset_s: f64,
+    /// Its standard error \[s\].
+    pub offset_sigma_s: f64,
+    /// By which share the poses' clock runs faster than that of the wheels.
+    pub rate: f64,
+    /// Its standard error; zero if the run is too short to tell, and the rate is then taken as zero.
+    pub rate_sigma: f64,
+}
+
+/// Prepares a campaign, with the times of its poses by the clock of its wheels.
+pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>), RecordingError> {
+    let mut aligned = campaign.clone();
+    let coarse_s = coarse::align(&mut aligned)?;
+    let mut prepared = aligned.prepare()?;
+    let is_shifted = |name: &str| coarse_s.iter().any(|(run, _)| run == name);
+    let mut clocks = fine::align(&mut prepared, is_shifted);
+    for (run, offset_s) in &coarse_s {
+        match clocks.iter_mut().find(|clock| clock.run == *run) {
+            Some(clock) => clock.offset_s += offset_s,
+            None => clocks.push(ClockFound {
+                run: run.clone(),
+                offset_s: *offset_s,
+                offset_sigma_s: coarse::GRID_S,
+                rate: 0.0,
+                rate_sigma: 0.0,
+            }),
+        }
+    }
+    Ok((prepared, clocks))
+}

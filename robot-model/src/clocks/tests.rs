@@ -1,0 +1,54 @@
+//! Clocks that are made wrong are found, and clocks that agree are left alone.
+
+use crate::clocks::{ClockFound, prepare};
+use crate::recording::campaign::Campaign;
+use crate::tests::synthetic::{campaign, full_plan, term};
+
+fn found(campaign: &Campaign) -> Vec<ClockFound> {
+    prepare(campaign).unwrap().1
+}
+
+#[test]
+fn a_constant_offset_is_found_from_a_third_of_a_second_to_half_a_minute() {
+    for (seed, late_s) in [(1, 0.5), (2, -0.5), (3, 3.72), (4, -8.0), (5, 25.0)] {
+        let mut runs = campaign(&full_plan(), &[], seed);
+        for pose in runs.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+            pose.t_s += late_s;
+        }
+        let clocks = found(&runs);
+        assert_eq!(clocks.len(), runs.runs.len(), "{late_s} s: {clocks:?}");
+        for clock in &clocks {
+            assert!((clock.offset_s - late_s).abs() < 0.03, "{late_s} s: {clock:?}");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_late_is_told_apart_from_the_others() {
+    let mut runs = campaign(&full_plan(), &[], 6);
+    runs.runs[3].measured_poses.iter_mut().for_each(|pose| pose.t_s += 0.29);
+    let clocks = found(&runs);
+    let name = runs.runs[3].name.clone();
+    let late = clocks.iter().find(|clock| clock.run == name).expect("the late run is found");
+    assert!((late.offset_s - 0.29).abs() < 0.01, "{late:?}");
+    let others = clocks.iter().filter(|clock| clock.run != name);
+    assert!(others.clone().all(|clock| clock.offset_s.abs() < 0.015), "{clocks:?}");
+}
+
+#[test]
+fn clocks_that_agree_are_left_alone_whatever_effect_is_there() {
+    let effects = [
+        term("measurement_delay", &[0.08]),
+        term("carpet_drift", &[0.015, 0.01]),
+        term("slope", &[0.01, 0.02, 0.1]),
+        term("traction_slip", &[0.05]),
+        term("side_slip", &[0.04]),
+        term("caster_kick", &[0.06, 0.05]),
+        term("wheel_radius_scale", &[0.1]),
+    ];
+    for (k, effect) in effects.iter().enumerate() {
+        let runs = campaign(&full_plan(), core::slice::from_ref(effect), 20 + k as u64);
+        let clocks = found(&runs);
+        assert!(clocks.is_empty(), "{effect:?}: {clocks:?}");
+    }
+}

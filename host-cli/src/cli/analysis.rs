@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use robot_model::effect::custom::Per;
 
+use super::check::above_zero;
+use crate::quantity::Length;
+
 /// How a result is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -55,7 +58,11 @@ pub struct ExplainArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// Exit with 1 if something is missing, as `git diff` does.
+    /// What moves the robot by less is not worth correcting, e.g. 0.2mm. Default: a tenth of the
+    /// noise of one pose.
+    #[arg(long, value_parser = above_zero(|length: &Length| length.m))]
+    pub tolerance: Option<Length>,
+    /// Exit with 1 if something that matters is missing, as `git diff` does.
     #[arg(long)]
     pub exit_code: bool,
 }

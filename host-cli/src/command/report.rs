@@ -57,6 +57,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         catalogue: &catalogue,
         combinations: &combinations,
         in_model: &[],
+        nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
     };
     let before = assumed(&answer.known, &catalogue);
     let after: Vec<Assumed> = before.iter().chain(&found).cloned().collect();

@@ -2,7 +2,7 @@
 
 use campaign::model::EffectEntry;
 use robot_model::compare::Assumed;
-use robot_model::effect::{Effect, Facts};
+use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
 
@@ -39,6 +39,8 @@ pub struct Subject<'a> {
     pub in_model: &'a [EffectEntry],
     /// The net change by each step in one number, where there is one.
     pub combinations: &'a [Option<String>],
+    /// Wheel radius and track width as `robot.toml` has them \[m\].
+    pub nominal_m: [f64; 2],
 }
 
 impl Subject<'_> {
@@ -52,7 +54,7 @@ impl Subject<'_> {
     }
 }
 
-/// The main finding, in a sentence or two.
+/// The main finding, in a few sentences: first what is wrong in `robot.toml`, then the effects that matter.
 pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let before = &answer.baseline.cross_validated;
     let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
@@ -62,14 +64,17 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     } else {
         String::new()
     };
-    match answer.steps.as_slice() {
+    let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
+        answer.steps.iter().partition(|step| step.matters);
+    let found = match matter.as_slice() {
         [] if answer.unexplained.structure => format!(
             "No known effect explains {}, but the residuals depend on {}.",
             these(subject.runs),
             words::depends_on(&answer.unexplained)
         ),
         [] => format!(
-            "Nothing is missing{}: the residuals of {} are noise.",
+            "Nothing{} is missing{}: the residuals of {} are noise.",
+            if slight.is_empty() { "" } else { " that matters" },
             if answer.known.is_empty() { "" } else { " from the model" },
             these(subject.runs)
         ),
@@ -88,7 +93,63 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
                 names.join("; ")
             )
         }
+    };
+    let first = wrong_in_robot_toml(answer, subject);
+    [first, Some(found), of_no_weight(&slight, answer, subject)]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// A radius or track width further off than this share is a wrong number in `robot.toml`, not a property of the robot.
+const WRONG_SHARE: f64 = 0.03;
+
+/// What `robot.toml` should say, where a number in it is far from what the runs show.
+fn wrong_in_robot_toml(answer: &Answer, subject: &Subject<'_>) -> Option<String> {
+    let share = |term: FirmwareTerm| {
+        let step = answer.steps.iter().find(|step| {
+            subject.facts(&step.effect).and_then(|facts| facts.compensated_by) == Some(term)
+        })?;
+        let value = step.parameters.first()?.value;
+        (value.abs() > WRONG_SHARE).then_some(value)
+    };
+    let [radius_m, track_m] = subject.nominal_m;
+    let numbers = [
+        ("wheel_radius_m", radius_m, share(FirmwareTerm::MeanRadius)),
+        ("track_width_m", track_m, share(FirmwareTerm::TrackWidth)),
+    ];
+    let wrong: Vec<String> = numbers
+        .into_iter()
+        .filter_map(|(key, says_m, share)| {
+            Some(format!("{key} = {:.4} (it says {says_m:.4})", says_m * (1.0 + share?)))
+        })
+        .collect();
+    (!wrong.is_empty()).then(|| format!("Set {} in robot.toml.", words::listed(&wrong)))
+}
+
+/// What is there and too small to matter.
+fn of_no_weight(slight: &[&StepFound], answer: &Answer, subject: &Subject<'_>) -> Option<String> {
+    let together_m = slight.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
+    let least_m = together_m.max(answer.tolerance_m);
+    let names: Vec<String> = slight.iter().map(|step| says(step, subject)).collect();
+    let moves = format!("less than {} mm", at_least(1e3 * least_m));
+    match slight {
+        [] => None,
+        [_] => Some(format!("One effect is there and moves the robot by {moves}: {}.", names[0])),
+        _ => Some(format!(
+            "{} effects are there and together move the robot by {moves}: {}.",
+            count(slight.len()),
+            names.join("; ")
+        )),
     }
+}
+
+/// A number rounded up to one significant digit.
+fn at_least(number: f64) -> String {
+    let digit = 10.0_f64.powf(number.max(1e-3).log10().floor());
+    let decimals = (-digit.log10()).max(0.0) as usize;
+    format!("{:.decimals$}", (number / digit).ceil() * digit)
 }
 
 /// `cross-validated error`; of one run there is only that of the fit to it.
@@ -190,6 +251,7 @@ mod tests {
             held_out: None,
             floor: Errors::default(),
             clocks: Vec::new(),
+            second_opinion: None,
             tolerance_m: 1e-4,
         }
     }
@@ -203,6 +265,7 @@ mod tests {
             catalogue: &[],
             combinations: &[],
             in_model: &[],
+            nominal_m: [0.036, 0.372],
         };
         headline(&answer(&["gyro_bias"], from, to), &subject)
     }
@@ -240,6 +303,52 @@ mod tests {
             let headline = said(runs, from, to);
             assert!(headline.contains(expected), "{headline}\n  does not say: {expected}");
         }
+    }
+
+    #[test]
+    fn what_does_not_matter_is_said_to_be_there_and_how_little_it_moves() {
+        let here = errors(1.5, 2.0);
+        let found = answer(&["marker_offset"], here, here).with_tolerance(0.02);
+        let subject = Subject {
+            robot: "r",
+            campaign: "r",
+            reached: "--port sim",
+            runs: 5,
+            catalogue: &[],
+            combinations: &[],
+            in_model: &[],
+            nominal_m: [0.036, 0.372],
+        };
+        assert_eq!(
+            headline(&found, &subject),
+            "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is there and moves \
+             the robot by less than 20 mm: marker_offset."
+        );
+    }
+
+    #[test]
+    fn a_number_of_robot_toml_that_is_far_off_is_the_first_thing_said() {
+        let mut found = answer(&["wheel_radius_scale"], errors(50.0, 2.0), errors(1.5, 2.0));
+        found.steps[0].parameters = vec![robot_model::explain::ParameterFound {
+            name: "s".into(),
+            unit: "1".into(),
+            value: 0.05,
+            sigma: 1e-4,
+            low95: 0.0498,
+            high95: 0.0502,
+        }];
+        let subject = Subject {
+            robot: "r",
+            campaign: "r",
+            reached: "--port sim",
+            runs: 5,
+            catalogue: &robot_model::effect::CATALOGUE,
+            combinations: &[],
+            in_model: &[],
+            nominal_m: [0.034, 0.372],
+        };
+        let said = headline(&found, &subject);
+        assert!(said.starts_with("Set wheel_radius_m = 0.0357 (it says 0.0340)"), "{said}");
     }
 
     #[test]

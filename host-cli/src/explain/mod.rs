@@ -26,6 +26,9 @@ const BAR: usize = 24;
 /// Prints an answer.
 pub fn show(answer: &Answer, subject: &Subject<'_>) {
     wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
+    clocks(answer);
+    let opinion = answer.second_opinion.map(words::second_opinion);
+    wrapped(opinion.unwrap_or_default(), LINE).iter().for_each(say);
     say("");
     waterfall(answer, subject);
     if let Some(held_out) = &answer.held_out {
@@ -82,7 +85,15 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
         };
         row((number + 1).to_string(), name, &step.cross_validated, probability(step.p_value));
     }
+    row(String::new(), "floor: a model of any shape".into(), &answer.floor, String::new());
     table.say(0);
+}
+
+/// Clocks of wheels and poses that do not agree: what was corrected before anything was fitted.
+fn clocks(answer: &Answer) {
+    for line in words::clocks(&answer.clocks) {
+        wrapped(&line, LINE).iter().for_each(|line| say(paint(WARN, line)));
+    }
 }
 
 /// What the model already has, and whether these runs confirm it.
@@ -150,6 +161,7 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &
     }
     parameters(&step.parameters, 3);
     put(&format!("Evidence: {}.", words::why(step).trim_end_matches('.')));
+    put(&format!("Worth: {}.", words::worth(step)));
     if step.class.len() > 1 {
         let common = combination
             .map_or_else(String::new, |change| format!(" Their combined effect: {change}."));
@@ -192,7 +204,13 @@ fn unexplained(answer: &Answer) {
                 words::depends_on(residuals)
             ),
         ));
-        say(format_args!("   {}; `beeline report` shows the shape", p_value(residuals.p_value)));
+        let size = if residuals.size_m >= 5e-5 {
+            format!("{:.1} mm above the floor; ", 1e3 * residuals.size_m)
+        } else {
+            String::new()
+        };
+        let p = p_value(residuals.p_value);
+        say(format_args!("   {size}{p}; `beeline report` shows the shape"));
     } else {
         say(format_args!(
             "{}: the residuals depend on none of the variables tested ({})",

@@ -122,6 +122,7 @@ mod tests {
             catalogue: &[],
             combinations: &[],
             in_model: &[],
+            nominal_m: [0.036, 0.372],
         };
         let gyro = next(&["gyro_bias", "gyro_scale"]);
         let command = next_run_command(&gyro, &subject("--port PORT"));

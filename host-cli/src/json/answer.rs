@@ -1,4 +1,4 @@
-//! What `explain` answers, schema 1.
+//! What `explain` answers, schema 2.
 
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
@@ -8,11 +8,13 @@ use serde_json::{Value, json};
 
 use crate::words;
 
-/// The whole answer.
-pub fn answer(answer: &Answer) -> Value {
+/// The whole answer; `verdict` is its first sentences.
+pub fn answer(answer: &Answer, verdict: &str) -> Value {
     json!({
         "schema": 2,
+        "verdict": verdict,
         "floor": errors(&answer.floor),
+        "tolerance_m": answer.tolerance_m,
         "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
         "baseline": pair(&answer.baseline),
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
@@ -146,26 +148,48 @@ mod tests {
             held_out: None,
             floor: Errors::default(),
             clocks: Vec::new(),
+            second_opinion: None,
             tolerance_m: 1e-4,
         };
-        let json = answer(&found);
+        let json = answer(&found, "One effect is missing.");
         let keys = |of: &Value| -> Vec<String> {
             let mut keys: Vec<String> = of.as_object().unwrap().keys().cloned().collect();
             keys.sort();
             keys
         };
-        let top = ["baseline", "next_run", "rejected", "schema", "steps", "unexplained"];
+        let top = [
+            "baseline",
+            "clocks",
+            "floor",
+            "next_run",
+            "rejected",
+            "schema",
+            "steps",
+            "tolerance_m",
+            "unexplained",
+            "verdict",
+        ];
         assert_eq!(keys(&json), top);
-        assert_eq!(json["schema"], 1);
+        assert_eq!(json["schema"], 2);
         assert_eq!(keys(&json["baseline"]), ["heldout", "train"]);
         let error = ["chi", "heading_rms_rad", "position_rms_m"];
         assert_eq!(keys(&json["baseline"]["train"]), error);
-        let step = ["class", "effect", "heldout", "p_value", "parameters", "train", "why"];
+        let step = [
+            "class",
+            "effect",
+            "effect_size_m",
+            "heldout",
+            "matters",
+            "p_value",
+            "parameters",
+            "train",
+            "why",
+        ];
         assert_eq!(keys(&json["steps"][0]), step);
         let parameter = ["high95", "low95", "name", "sigma", "unit", "value"];
         assert_eq!(keys(&json["steps"][0]["parameters"][0]), parameter);
         assert_eq!(keys(&json["rejected"][0]), ["effect", "heldout", "reason"]);
-        assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "structure"]);
+        assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "size_m", "structure"]);
         assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
     }
 }

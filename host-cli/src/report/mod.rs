@@ -180,7 +180,8 @@ fn before(answer: &Answer) -> &'static str {
 
 /// The finding in a few words.
 fn title(answer: &Answer) -> String {
-    match (answer.steps.len(), answer.unexplained.structure) {
+    let matter = answer.steps.iter().filter(|step| step.matters).count();
+    match (matter, answer.unexplained.structure) {
         (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),
         (1, _) => "One effect is missing".to_owned(),

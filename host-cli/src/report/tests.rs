@@ -64,6 +64,7 @@ fn answer() -> Answer {
         }),
         floor: errors(5.0),
         clocks: Vec::new(),
+        second_opinion: None,
         tolerance_m: 1e-4,
     }
 }
@@ -120,6 +121,7 @@ fn drawn_of(
         catalogue: &CATALOGUE,
         combinations: &[Some("2.0 mm to the left per metre".into())],
         in_model: &[],
+        nominal_m: [0.036, 0.372],
     };
     draw(&CampaignReport {
         subject: &subject,

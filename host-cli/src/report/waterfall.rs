@@ -92,6 +92,14 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
         let y = rows.last().map_or(TOP, |row| row.y + row.height());
         rows.push(Row { name, p, fitted: step.fitted, cross_validated: step.cross_validated, y });
     }
+    let y = rows.last().map_or(TOP, |row| row.y + row.height());
+    rows.push(Row {
+        name: vec!["floor: a model of any shape".into()],
+        p: String::new(),
+        fitted: answer.floor,
+        cross_validated: answer.floor,
+        y,
+    });
     rows
 }
 

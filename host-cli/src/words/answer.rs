@@ -1,5 +1,6 @@
 //! What `explain` answers, in words.
 
+use robot_model::clocks::ClockFound;
 use robot_model::effect::{Need, NetChange, Ways};
 use robot_model::explain::{Promise, Reason, StepFound};
 use robot_model::residuals::{Regressor, Unexplained};
@@ -19,6 +20,70 @@ pub fn why(step: &StepFound) -> String {
         [_, rivals @ ..] => format!("these runs cannot tell it from {}", rivals.join(", ")),
     };
     format!("{}; {gain}; {rivals}", why.signature)
+}
+
+/// How much of the error an effect removes, and whether that matters; no full stop.
+pub fn worth(step: &StepFound) -> String {
+    let mm = 1e3 * step.effect_size_m;
+    match (step.moves_no_track, step.matters) {
+        (true, _) => "it concerns a sensor, and moves no track".to_owned(),
+        (false, true) => format!("it removes {mm:.2} mm of the error of these runs"),
+        (false, false) if mm < 0.005 => {
+            "it removes nothing of the error of these runs, and does not matter".to_owned()
+        }
+        (false, false) => {
+            format!("it removes {mm:.2} mm of the error of these runs, and does not matter")
+        }
+    }
+}
+
+/// What predicts runs better than the choice of effects.
+pub const fn second_opinion(geometry_only: bool) -> &'static str {
+    if geometry_only {
+        "Second opinion: radii and track width alone predict runs better than with more effects; they are used."
+    } else {
+        "Second opinion: least squares of whole tracks predicts runs better than the filter's weights; it is used."
+    }
+}
+
+/// Clocks that do not agree, a sentence for each run, or one for all if all are alike.
+pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
+    let (least, most) =
+        clocks.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), clock| {
+            (least.min(clock.offset_s), most.max(clock.offset_s))
+        });
+    let corrected = "Times of poses were corrected before the fit.";
+    let side = |offset_s: f64| if offset_s > 0.0 { "late" } else { "early" };
+    if clocks.len() > 1 && most - least < 0.05 && clocks.iter().all(|clock| clock.rate == 0.0) {
+        let middle_s = (most + least) / 2.0;
+        return vec![format!(
+            "Clocks: the poses of all {} runs are {:.2} s {}. {corrected}",
+            clocks.len(),
+            middle_s.abs(),
+            side(middle_s)
+        )];
+    }
+    let each = clocks.iter().map(|clock| {
+        let offset = format!(
+            "{:.0} \u{b1} {:.0} ms {}",
+            1e3 * clock.offset_s.abs(),
+            (1e3 * clock.offset_sigma_s).max(1.0),
+            side(clock.offset_s)
+        );
+        let rate = format!(
+            ", their clock runs {:.3} % {}",
+            100.0 * clock.rate.abs(),
+            if clock.rate > 0.0 { "fast" } else { "slow" }
+        );
+        let rate = if clock.rate == 0.0 { String::new() } else { rate };
+        format!("Clocks: the poses of run {} are {offset}{rate}.", clock.run)
+    });
+    let mut lines: Vec<String> = each.collect();
+    if let Some(last) = lines.last_mut() {
+        last.push(' ');
+        last.push_str(corrected);
+    }
+    lines
 }
 
 /// Why an effect was rejected.
@@ -54,6 +119,9 @@ pub fn reason(reason: &Reason) -> String {
             "added to the model, it does not improve the cross-validated tracks (likelihood: {})",
             p_text(*p_value)
         ),
+        Reason::SimplerPredictsBetter => {
+            "radii and track width alone predict runs better than with it".to_owned()
+        }
         Reason::DoesNotHold { p_value } => {
             format!("not significant beside the effects found ({})", p_text(*p_value))
         }

@@ -14,7 +14,9 @@ mod calibration;
 mod comparison;
 mod model;
 
-pub use answer::{depends_on, lacking, net_change, promise, reason, why};
+pub use answer::{
+    clocks, depends_on, lacking, net_change, promise, reason, second_opinion, why, worth,
+};
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};
 pub use model::verdict;

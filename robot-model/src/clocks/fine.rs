@@ -11,7 +11,7 @@ use crate::effect::definition::{Effect, Facts, Group, Parameter, View};
 use crate::estimation::fit::fit_parameters;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-use crate::recording::campaign::{Prepared, PreparedRun};
+use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 
 /// Length of a window \[s\].
@@ -61,9 +61,13 @@ struct Line {
     rate_sigma: f64,
 }
 
-/// Corrects the times of poses, and says of which runs. Of runs that were shifted already, all of the offset is taken
+/// Corrects the times of poses, in the prepared runs and in the campaign, and says of which runs. Of runs that were shifted already, all of the offset is taken
 /// out: how much of it is a camera's delay cannot be told.
-pub(super) fn align(prepared: &mut Prepared, is_shifted: impl Fn(&str) -> bool) -> Vec<ClockFound> {
+pub(super) fn align(
+    prepared: &mut Prepared,
+    campaign: &mut Campaign,
+    is_shifted: impl Fn(&str) -> bool,
+) -> Vec<ClockFound> {
     let shifted: Vec<bool> =
         prepared.runs.iter().map(|run| is_shifted(&run.recording.name)).collect();
     let names = prepared.runs.iter().map(|run| run.recording.name.clone());
@@ -86,7 +90,10 @@ pub(super) fn align(prepared: &mut Prepared, is_shifted: impl Fn(&str) -> bool) 
             prepared.runs.iter_mut().zip(&mut clocks).zip(lines.iter().zip(&corrections))
         {
             let Some((line, [offset_s, rate])) = line.zip(*correction) else { continue };
-            for pose in &mut run.recording.measured_poses {
+            let name = &run.recording.name;
+            let recorded = campaign.runs.iter_mut().find(|recorded| recorded.name == *name);
+            let recorded = recorded.map(|recorded| &mut recorded.measured_poses);
+            for pose in recorded.into_iter().chain([&mut run.recording.measured_poses]).flatten() {
                 pose.t_s -= offset_s + rate * (pose.t_s - line.middle_s);
             }
             clock.offset_s += offset_s;

@@ -38,13 +38,22 @@ pub struct ClockFound {
     pub rate_sigma: f64,
 }
 
-/// Prepares a campaign, with the times of its poses by the clock of its wheels.
+/// A campaign with the times of its poses by the clock of its wheels, prepared for a fit.
 pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>), RecordingError> {
+    let (aligned, clocks) = align(campaign)?;
+    Ok((aligned.prepare_lighter()?, clocks))
+}
+
+/// The same campaign with the times of its poses by the clock of its wheels, and the runs of which they were corrected.
+pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
     let mut aligned = campaign.clone();
     let coarse_s = coarse::align(&mut aligned)?;
-    let mut prepared = aligned.prepare()?;
+    // Held-out runs have clocks as well.
+    let mut all = aligned.clone();
+    all.runs.iter_mut().for_each(|run| run.held_out = false);
+    let mut prepared = all.prepare_lighter()?;
     let is_shifted = |name: &str| coarse_s.iter().any(|(run, _)| run == name);
-    let mut clocks = fine::align(&mut prepared, is_shifted);
+    let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted);
     for (run, offset_s) in &coarse_s {
         match clocks.iter_mut().find(|clock| clock.run == *run) {
             Some(clock) => clock.offset_s += offset_s,
@@ -57,5 +66,5 @@ pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>)
             }),
         }
     }
-    Ok((prepared, clocks))
+    Ok((aligned, clocks))
 }

@@ -57,16 +57,17 @@ pub struct Comparer {
 impl Comparer {
     /// Estimates the noise: the residual with those effects of the catalogue and of `more` that `explain` accepts.
     pub fn new(campaign: &Campaign, more: &[&dyn Effect]) -> Result<Self, RecordingError> {
-        let prepared = clocks::prepare(campaign)?.0;
+        let aligned = clocks::align(campaign)?.0;
         let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
         effects.extend(more);
-        let noise = select(&prepared, &effects).fitted.noise;
-        Ok(Self::of(prepared, noise))
+        let lighter = aligned.prepare_lighter()?;
+        let noise = select(&lighter, &effects).fitted.noise.of_one_pose(lighter.poses_in_one);
+        Ok(Self::of(aligned.prepare()?, noise))
     }
 
     /// With a known noise.
     pub fn with_noise(campaign: &Campaign, noise: OdometryNoise) -> Result<Self, RecordingError> {
-        Ok(Self::of(clocks::prepare(campaign)?.0, noise))
+        Ok(Self::of(clocks::align(campaign)?.0.prepare()?, noise))
     }
 
     fn of(mut prepared: Prepared, noise: OdometryNoise) -> Self {

@@ -104,7 +104,7 @@ pub(crate) fn errors_on_runs(
 ) -> Errors {
     let delta = equations.solve(&equations.total, columns).delta;
     let terms = moved(prepared, terms, columns, &delta);
-    let each = parallel::map(&prepared.runs, |run| squares(run, &terms, noise));
+    let each = parallel::map(prepared.recorded(), |run| squares(run, &terms, noise));
     total(each, equations.total.chi_squared(columns, &delta), equations.total.rows)
 }
 
@@ -187,7 +187,7 @@ pub(crate) fn cross_validated(
             _ => equations.without(|_, unit| unit.run == *run),
         };
         let delta = equations.solve(&sums, columns).delta;
-        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
+        squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let chi_squared = equations
         .units

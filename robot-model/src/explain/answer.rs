@@ -30,6 +30,9 @@ pub struct Answer {
     pub floor: Errors,
     /// Clocks of poses and wheels that do not agree, run by run; empty if all agree.
     pub clocks: Vec<ClockFound>,
+    /// Plain least squares of whole tracks, or radii and track width alone (`true`), predict runs better than the choice
+    /// of effects does, and are used.
+    pub second_opinion: Option<bool>,
     /// An effect that moves the robot less than this is not worth correcting \[m\].
     pub tolerance_m: f64,
 }
@@ -192,6 +195,8 @@ pub enum Reason {
         /// Probability of as much gain by chance.
         p_value: f64,
     },
+    /// Radii and track width alone predict runs better than with it.
+    SimplerPredictsBetter,
     /// Added to the final model, it fails the tests.
     DoesNotHold {
         /// Probability of as much gain by chance.

@@ -13,10 +13,12 @@ use crate::estimation::profile_likelihood::interval;
 use crate::explain::answer::{Answer, ParameterFound, Reason, Rejected, StepFound, Why};
 use crate::explain::held_out;
 use crate::explain::next_run::next_run;
+use crate::explain::second_opinion::second_opinion;
 use crate::numeric::distributions::SIGMAS_95_ROUNDED;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
-use crate::residuals::flexible::{Flexible, flexible};
+use crate::residuals::flexible::{Flexible, displacement_m, flexible};
 use crate::residuals::unexplained::{counts_start_anew, unexplained};
 use crate::selection::candidates::{Candidate, Screening};
 use crate::selection::classes::{Class, classes};
@@ -49,11 +51,20 @@ pub fn explain_given(
     }
     let (prepared, clocks) = clocks::prepare(campaign)?;
     let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
+    let opinion = second_opinion(&prepared, &selection.fitted, catalogue);
+    let choice = selection.fitted.clone();
+    if let Some(opinion) = &opinion {
+        // Tests and classes go by the estimated noise; values and errors by the better weights.
+        let fitted = Fitted { noise: choice.noise, ..opinion.fitted.clone() };
+        let screening = Screening::new(&prepared, &fitted, catalogue);
+        selection = Selection::new(fitted, screening);
+    }
     let mut found = classes_of(&prepared, &selection);
     if let Some(replaced) = with_known(&prepared, catalogue, (&selection, &found), in_model) {
         selection = replaced;
         found = classes_of(&prepared, &selection);
     }
+    let weights = opinion.as_ref().map_or(selection.fitted.noise, |opinion| opinion.fitted.noise);
     let (Selection { fitted, kept, rejected, screening }, classes) = (selection, found);
     let is_known = |index: &usize| {
         let rivals = classes[*index].rivals.iter().map(Candidate::id);
@@ -65,8 +76,8 @@ pub fn explain_given(
     let sizes_m = screening.sizes_m(&prepared);
     let mut prefix: Vec<Term<'_>> =
         known.iter().map(|index| fitted.terms[*index].clone()).collect();
-    let baseline = errors(&prepared, &fitted, &prefix);
-    let before = fit_parameters(&prepared, prefix.clone(), fitted.noise).terms;
+    let baseline = errors(&prepared, &weights, &prefix);
+    let before = fit_parameters(&prepared, prefix.clone(), weights).terms;
     let known: Vec<StepFound> = known
         .into_iter()
         .map(|index| {
@@ -83,7 +94,7 @@ pub fn explain_given(
     let mut steps = Vec::new();
     for index in missing {
         prefix.push(fitted.terms[index].clone());
-        let after = errors(&prepared, &fitted, &prefix);
+        let after = errors(&prepared, &weights, &prefix);
         steps.push(step(
             &prepared,
             &fitted,
@@ -95,13 +106,22 @@ pub fn explain_given(
     }
     let named: Vec<String> =
         known.iter().chain(&steps).flat_map(|step| step.class.clone()).collect();
+    let in_model = |id: &str| fitted.terms.iter().any(|term| term.effect.facts().id == id);
+    let spoils: Vec<&str> =
+        choice.terms.iter().map(|term| term.effect.facts().id).filter(|id| !in_model(id)).collect();
     let rejected = rejected
         .iter()
         .filter(|candidate| !named.iter().any(|name| name == candidate.id()))
-        .map(|candidate| reject(&prepared, &fitted, &screening, candidate))
+        .map(|candidate| match spoils.contains(&candidate.id()) {
+            true => Rejected {
+                reason: Reason::SimplerPredictsBetter,
+                ..reject(&prepared, &fitted, &screening, candidate)
+            },
+            false => reject(&prepared, &fitted, &screening, candidate),
+        })
         .collect();
     let excess = flexible.excess(prepared.robot.track_width_m);
-    let mut unexplained = unexplained(&prepared, &fitted);
+    let mut unexplained = unexplained(&prepared, &choice);
     if excess > EXCESS_MAX {
         unexplained.structure = true;
         for regressor in flexible.depends_on.iter().flatten() {
@@ -110,8 +130,13 @@ pub fn explain_given(
             }
         }
     }
+    let floor = match &opinion {
+        Some(opinion) => lower(&flexible.floor, &opinion.errors, &prepared),
+        None => flexible.floor,
+    };
+    let after = steps.last().map_or(baseline.cross_validated, |step| step.cross_validated);
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
-    unexplained.size_m = (square(&flexible.model) - square(&flexible.floor)).max(0.0).sqrt();
+    unexplained.size_m = (square(&after) - square(&floor)).max(0.0).sqrt();
     let answer = Answer {
         known,
         baseline,
@@ -120,12 +145,21 @@ pub fn explain_given(
         unexplained,
         next_run: next_run(&prepared, &fitted, &classes, &kept),
         held_out: held_out::errors(&prepared, &before, &fitted.terms, &fitted.noise),
-        floor: flexible.floor,
+        floor,
+        second_opinion: opinion.map(|opinion| opinion.geometry_only),
         clocks,
         tolerance_m: 0.0,
     };
-    let pose_m = fitted.noise.position_sigma_m.hypot(fitted.noise.position_wobble_m);
+    let noise = choice.noise.of_one_pose(prepared.poses_in_one);
+    let pose_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     Ok(answer.with_tolerance(TOLERANCE * pose_m))
+}
+
+/// The lower of two floors.
+fn lower(one: &Errors, other: &Errors, prepared: &Prepared) -> Errors {
+    let track_width_m = prepared.robot.track_width_m;
+    let lower = displacement_m(other, track_width_m) < displacement_m(one, track_width_m);
+    if lower { *other } else { *one }
 }
 
 /// What is left of a model, relative to the floor, that must not go without a word.
@@ -215,16 +249,16 @@ fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
     order
 }
 
-/// The errors of a model of these terms, fitted with the final noise.
-pub(crate) fn errors(prepared: &Prepared, fitted: &Fitted<'_>, terms: &[Term<'_>]) -> ErrorPair {
-    let terms = fit_parameters(prepared, terms.to_vec(), fitted.noise).terms;
+/// The errors of a model of these terms, fitted with this noise.
+pub(crate) fn errors(prepared: &Prepared, noise: &OdometryNoise, terms: &[Term<'_>]) -> ErrorPair {
+    let terms = fit_parameters(prepared, terms.to_vec(), *noise).terms;
     let terms = PlacedTerm::place(&terms);
-    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let equations = CampaignEquations::gather(prepared, &terms, noise);
     let columns: Vec<usize> = (0..equations.priors.len()).collect();
     let model = (&equations, terms.as_slice());
     ErrorPair {
-        fitted: errors_on_runs(prepared, model, &columns, &fitted.noise),
-        cross_validated: cross_validated(prepared, model, &columns, &fitted.noise),
+        fitted: errors_on_runs(prepared, model, &columns, noise),
+        cross_validated: cross_validated(prepared, model, &columns, noise),
     }
 }
 
@@ -271,9 +305,11 @@ pub(crate) fn parameters(
     let term = &fitted.terms[index];
     let first: usize = fitted.terms[..index].iter().map(|term| term.values.len()).sum();
     let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
+    let jackknifed = jackknife(prepared, fitted);
     parameters
         .map(|(j, (parameter, value))| {
             let own = fitted.covariance[(first + j, first + j)].sqrt();
+            let dispersion = dispersion.max(jackknifed[first + j] / (own * own));
             let sigma = dispersion.sqrt() * own;
             let (low95, high95) = if term.effect.is_linear() {
                 (value - SIGMAS_95_ROUNDED * sigma, value + SIGMAS_95_ROUNDED * sigma)
@@ -355,3 +391,29 @@ pub(crate) fn lacking(prepared: &Prepared, facts: &Facts<'_>) -> Option<Need> {
     };
     facts.needs.iter().copied().find(lacks)
 }
+
+/// The variance of each parameter by how it changes when a run is left out: whatever the noise is like, runs vary by
+/// themselves.
+fn jackknife(prepared: &Prepared, fitted: &Fitted<'_>) -> Vec<f64> {
+    let terms = PlacedTerm::place(&fitted.terms);
+    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let columns: Vec<usize> = (0..equations.priors.len()).collect();
+    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
+    let n = runs.len() as f64;
+    if n < RUNS_FOR_JACKKNIFE {
+        return vec![0.0; columns.len()];
+    }
+    let left_out = |run: &usize| {
+        let sums = equations.without(|_, unit| unit.run == *run);
+        equations.solve(&sums, &columns).delta
+    };
+    let each: Vec<_> = runs.iter().map(left_out).collect();
+    let variance = |column: &usize| {
+        let mean = each.iter().map(|delta| delta[*column]).sum::<f64>() / n;
+        each.iter().map(|delta| (delta[*column] - mean).powi(2)).sum::<f64>() * (n - 1.0) / n
+    };
+    columns.iter().map(variance).collect()
+}
+
+/// With fewer runs than this, how they vary is not known.
+const RUNS_FOR_JACKKNIFE: f64 = 6.0;

@@ -6,6 +6,7 @@
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
+//! | `second_opinion.rs` | simpler models and other weightings that predict better |
 //! | `held_out.rs` | errors on held-out runs (`held_out = true`) |
 //!
 //! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
@@ -15,6 +16,7 @@ pub(crate) mod explanation;
 pub(crate) mod held_out;
 pub mod model;
 pub(crate) mod next_run;
+pub(crate) mod second_opinion;
 #[cfg(test)]
 mod tests;
 

@@ -109,8 +109,8 @@ pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, Record
             }
         })
         .collect();
-    let nominal = errors(&prepared, &fitted, &[]);
-    let errors = errors(&prepared, &fitted, &fitted.terms);
+    let nominal = errors(&prepared, &fitted.noise, &[]);
+    let errors = errors(&prepared, &fitted.noise, &fitted.terms);
     let held_out = held_out::errors(&prepared, &[], &fitted.terms, &fitted.noise);
     Ok(Model { effects, nominal, errors, held_out, noise: fitted.noise })
 }

@@ -1,5 +1,6 @@
 //! All runs of one robot, prepared once for every question that follows.
 
+use crate::recording::condense::condensed;
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -33,8 +34,19 @@ pub(crate) struct Prepared {
     pub held_out: Vec<PreparedRun>,
     /// Of the runs that are fitted to.
     pub excitation: Excitation,
+    /// The runs that models are fitted to as they were recorded, where `runs` are lighter; errors are those of these.
+    pub dense: Option<Vec<PreparedRun>>,
+    /// How many measured poses became one in `runs`, in the mean.
+    pub poses_in_one: f64,
     /// The noise, if it is not to be learnt from the residuals of a model.
     pub noise: Option<OdometryNoise>,
+}
+
+impl Prepared {
+    /// The runs as they were recorded.
+    pub fn recorded(&self) -> &[PreparedRun] {
+        self.dense.as_deref().unwrap_or(&self.runs)
+    }
 }
 
 impl Campaign {
@@ -59,10 +71,50 @@ impl Campaign {
             let kind = kind_of(&motion);
             PreparedRun { recording: recording.clone(), motion, kind }
         };
-        let runs: Vec<PreparedRun> = self.fitted_runs().map(prepared).collect();
+        let runs: Vec<PreparedRun> = self.fitted_runs().map(&prepared).collect();
         let held_out = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();
         let excitation = self.excitation(&runs, began_s);
-        Ok(Prepared { robot: self.robot, runs, held_out, excitation, noise: None })
+        Ok(Prepared {
+            robot: self.robot,
+            runs,
+            held_out,
+            excitation,
+            dense: None,
+            poses_in_one: 1.0,
+            noise: None,
+        })
+    }
+
+    /// The same, with lighter runs where they were recorded densely.
+    pub(crate) fn prepare_lighter(&self) -> Result<Prepared, RecordingError> {
+        let dense = self.prepare()?;
+        let light: Vec<(Recording, f64)> =
+            dense.runs.iter().map(|run| condensed(&self.robot, &run.recording)).collect();
+        let same = |(run, (lighter, _)): (&PreparedRun, &(Recording, f64))| {
+            run.recording.wheels.len() == lighter.wheels.len()
+                && run.recording.measured_poses.len() == lighter.measured_poses.len()
+        };
+        if dense.runs.iter().zip(&light).all(same) {
+            return Ok(dense);
+        }
+        let poses_in_one =
+            light.iter().map(|(_, many)| many).sum::<f64>() / light.len().max(1) as f64;
+        let runs = dense
+            .runs
+            .iter()
+            .zip(light)
+            .map(|(run, (recording, _))| {
+                let clock_s = run.motion.steps.first().map(|step| step.clock_s - step.t_s);
+                let clock_s = clock_s.filter(|_| run.recording.started_s.is_some());
+                let motion = Motion::new(&self.robot, &recording, clock_s);
+                PreparedRun { recording, motion, kind: run.kind }
+            })
+            .collect();
+        let mut robot = self.robot;
+        let averaged = |sigma: Option<f64>| sigma.map(|sigma| sigma / poses_in_one.sqrt());
+        robot.position_sigma_m = averaged(robot.position_sigma_m);
+        robot.heading_sigma_rad = averaged(robot.heading_sigma_rad);
+        Ok(Prepared { robot, runs, dense: Some(dense.runs), poses_in_one, ..dense })
     }
 
     fn excitation(&self, runs: &[PreparedRun], began_s: Option<f64>) -> Excitation {

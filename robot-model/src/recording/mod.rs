@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `run.rs` | [`Recording`]: one run as measured; [`Robot`], the data sheet that goes with it |
 //! | `campaign.rs` | [`Campaign`]: all runs of one robot; prepared once, for every question that follows |
+//! | `condense.rs` | dense recordings, made lighter before a fit |
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
 //! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
 //! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
@@ -14,6 +15,7 @@
 //! [`crate::checks`].
 
 pub(crate) mod campaign;
+pub(crate) mod condense;
 pub(crate) mod excitation;
 pub(crate) mod motion;
 pub(crate) mod nominal_run;

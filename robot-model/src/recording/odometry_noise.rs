@@ -71,6 +71,15 @@ impl OdometryNoise {
         (-t_s / self.wobble_s).exp()
     }
 
+    /// The same, where each pose was the mean of several: white noise falls by the root of their number.
+    pub(crate) fn of_one_pose(self, poses_in_one: f64) -> Self {
+        Self {
+            position_sigma_m: self.position_sigma_m * poses_in_one.sqrt(),
+            heading_sigma_rad: self.heading_sigma_rad * poses_in_one.sqrt(),
+            ..self
+        }
+    }
+
     /// The same with all sigmas scaled by a factor.
     pub(crate) fn times(self, size: f64) -> Self {
         let mut numbers = self.to_array();

@@ -39,7 +39,7 @@ pub(crate) struct Selection<'a> {
 }
 
 impl<'a> Selection<'a> {
-    fn new(fitted: Fitted<'a>, screening: Screening<'a>) -> Self {
+    pub(crate) fn new(fitted: Fitted<'a>, screening: Screening<'a>) -> Self {
         let (kept, rejected) = (screening.kept(), screening.candidates(&[]));
         Self { fitted, kept, rejected, screening }
     }

@@ -1,0 +1,166 @@
+//! Dense recordings, made lighter before anything is fitted: wheels some twenty times a second, and poses averaged over
+//! a tenth of a second.
+//!
+//! Nothing is lost that a fit could use. Wheel angles are absolute, so fewer samples of them are the same travel. Poses
+//! close together are first moved to one time by the wheels, then averaged: white noise falls by the root of their
+//! number, as it would in a fit to each of them.
+
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::angle::wrap;
+use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
+
+/// Least time between samples of the wheels \[s\].
+const WHEELS_S: f64 = 0.045;
+/// Poses within this time become one \[s\].
+const POSES_S: f64 = 0.095;
+
+/// A recording with fewer samples, and how many poses became one, in the mean.
+pub(crate) fn condensed(robot: &Robot, recording: &Recording) -> (Recording, f64) {
+    let groups = groups(&recording.measured_poses);
+    let poses: Vec<PoseMeasurement> =
+        groups.iter().map(|group| mean(robot, &recording.wheels, group)).collect();
+    let many = recording.measured_poses.len() as f64 / poses.len().max(1) as f64;
+    let lighter = Recording {
+        wheels: thinned(&recording.wheels),
+        measured_poses: poses,
+        ..recording.clone()
+    };
+    (lighter, many)
+}
+
+/// The first and last sample, and those between that are far enough apart.
+fn thinned(wheels: &[WheelSample]) -> Vec<WheelSample> {
+    let mut kept: Vec<WheelSample> = Vec::with_capacity(wheels.len());
+    for (k, sample) in wheels.iter().enumerate() {
+        let far = kept.last().is_none_or(|last| sample.t_s - last.t_s >= WHEELS_S);
+        if far || k == wheels.len() - 1 {
+            kept.push(*sample);
+        }
+    }
+    kept
+}
+
+/// Consecutive poses that become one. The first and the last stay alone, as a run begins and ends at rest.
+fn groups(poses: &[PoseMeasurement]) -> Vec<&[PoseMeasurement]> {
+    let complete = poses.iter().all(|pose| pose.position_m.is_some() && pose.heading_rad.is_some());
+    if !complete {
+        return poses.chunks(1).collect();
+    }
+    let mut groups = Vec::new();
+    let mut first = 0;
+    for k in 1..=poses.len() {
+        let ends = k == poses.len()
+            || k == 1
+            || k == poses.len() - 1
+            || poses[k].t_s - poses[first].t_s >= POSES_S;
+        if ends {
+            groups.push(&poses[first..k]);
+            first = k;
+        }
+    }
+    groups
+}
+
+/// The mean of poses, each moved to the middle of their times by the wheels.
+fn mean(robot: &Robot, wheels: &[WheelSample], group: &[PoseMeasurement]) -> PoseMeasurement {
+    let n = group.len() as f64;
+    let (Some(first), true) = (group.first(), group.len() > 1) else { return group[0] };
+    let t_s = group.iter().map(|pose| pose.t_s).sum::<f64>() / n;
+    let middle = angles(wheels, t_s);
+    let (mut position_m, mut turned_rad) = ([0.0; 2], 0.0);
+    let first_rad = first.heading_rad.unwrap_or(0.0);
+    for pose in group {
+        let ([x_m, y_m], heading_rad) =
+            (pose.position_m.unwrap_or_default(), pose.heading_rad.unwrap_or(0.0));
+        let travel_m = angles(wheels, pose.t_s)
+            .zip(middle)
+            .map(|(from, to)| robot.wheel_radius_m * (to - from));
+        let turn_rad = travel_m.difference() / robot.track_width_m;
+        let (sin, cos) = (heading_rad + turn_rad / 2.0).sin_cos();
+        position_m[0] += (x_m + travel_m.mean() * cos) / n;
+        position_m[1] += (y_m + travel_m.mean() * sin) / n;
+        turned_rad += wrap(heading_rad + turn_rad - first_rad) / n;
+    }
+    PoseMeasurement { t_s, position_m: Some(position_m), heading_rad: Some(first_rad + turned_rad) }
+}
+
+/// Wheel angles at a time, between two samples \[rad\].
+fn angles(wheels: &[WheelSample], t_s: f64) -> WheelPair<f64> {
+    let after = wheels.partition_point(|sample| sample.t_s <= t_s).clamp(1, wheels.len() - 1);
+    let (a, b) = (&wheels[after - 1], &wheels[after]);
+    let share = ((t_s - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0);
+    a.phi_rad.zip(b.phi_rad).map(|(a, b)| a + (b - a) * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::synthetic::{ROBOT, campaign, full_plan};
+
+    fn dense() -> Recording {
+        // Ten times as dense: every sample and pose repeated in time by interpolation.
+        let run = campaign(&full_plan(), &[], 3).runs.swap_remove(4);
+        let wheels: Vec<WheelSample> = run
+            .wheels
+            .windows(2)
+            .flat_map(|pair| {
+                (0..4).map(|k| {
+                    let share = f64::from(k) / 4.0;
+                    let between = |a: f64, b: f64| a + (b - a) * share;
+                    WheelSample {
+                        t_s: between(pair[0].t_s, pair[1].t_s),
+                        phi_rad: pair[0].phi_rad.zip(pair[1].phi_rad).map(|(a, b)| between(a, b)),
+                    }
+                })
+            })
+            .collect();
+        Recording { wheels, ..run }
+    }
+
+    #[test]
+    fn travel_and_end_poses_stay_as_they_are() {
+        let run = dense();
+        let (lighter, _) = condensed(&ROBOT, &run);
+        assert!(2 * lighter.wheels.len() < run.wheels.len());
+        assert_eq!(lighter.wheels.first(), run.wheels.first());
+        assert_eq!(lighter.wheels.last(), run.wheels.last());
+        assert_eq!(lighter.measured_poses.first(), run.measured_poses.first());
+        assert_eq!(lighter.measured_poses.last(), run.measured_poses.last());
+    }
+
+    #[test]
+    fn poses_of_a_turning_robot_are_averaged_where_it_was_and_noise_falls_by_the_root_of_their_number()
+     {
+        // On a circle of 0.3 m, a turn in eight seconds; poses every 10 ms with a millimetre of ripple.
+        let (radius_m, rate) = (0.3, core::f64::consts::TAU / 8.0);
+        let wheel = |t_s: f64, side: f64| {
+            rate * t_s * (radius_m + side * ROBOT.track_width_m / 2.0) / ROBOT.wheel_radius_m
+        };
+        let at = |t_s: f64| (radius_m * (rate * t_s).sin(), radius_m * (1.0 - (rate * t_s).cos()));
+        let wheels: Vec<WheelSample> = (0..=800)
+            .map(|k| {
+                let t_s = f64::from(k) * 0.01;
+                WheelSample { t_s, phi_rad: WheelPair::new(wheel(t_s, -1.0), wheel(t_s, 1.0)) }
+            })
+            .collect();
+        let poses = (0..=800).map(|k| {
+            let t_s = f64::from(k) * 0.01;
+            let ripple_m = if k % 2 == 0 { 1e-3 } else { -1e-3 };
+            let (x_m, y_m) = at(t_s);
+            PoseMeasurement {
+                t_s,
+                position_m: Some([x_m + ripple_m, y_m]),
+                heading_rad: Some(rate * t_s),
+            }
+        });
+        let run = Recording { wheels, measured_poses: poses.collect(), ..Recording::default() };
+        let (lighter, many) = condensed(&ROBOT, &run);
+        assert!((8.0..11.0).contains(&many), "{many}");
+        let inner = &lighter.measured_poses[1..lighter.measured_poses.len() - 1];
+        for pose in inner {
+            let ((x_m, y_m), [seen_x, seen_y]) = (at(pose.t_s), pose.position_m.unwrap());
+            assert!((seen_x - x_m).abs() < 1.5e-4 && (seen_y - y_m).abs() < 1e-5, "{pose:?}");
+            assert!(wrap(pose.heading_rad.unwrap() - rate * pose.t_s).abs() < 1e-9);
+        }
+    }
+}

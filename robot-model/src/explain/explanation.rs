@@ -309,7 +309,8 @@ pub(crate) fn parameters(
     parameters
         .map(|(j, (parameter, value))| {
             let own = fitted.covariance[(first + j, first + j)].sqrt();
-            let dispersion = dispersion.max(jackknifed[first + j] / (own * own));
+            let ratio = if own > 0.0 { jackknifed[first + j] / (own * own) } else { 0.0 };
+            let dispersion = dispersion.max(ratio);
             let sigma = dispersion.sqrt() * own;
             let (low95, high95) = if term.effect.is_linear() {
                 (value - SIGMAS_95_ROUNDED * sigma, value + SIGMAS_95_ROUNDED * sigma)

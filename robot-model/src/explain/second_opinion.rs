@@ -53,7 +53,7 @@ pub(crate) fn second_opinion<'a>(
     };
     let track_width_m = prepared.robot.track_width_m;
     let here_m = displacement_m(&predicted(prepared, chosen), track_width_m);
-    let noise = &chosen.noise;
+    let noise = &chosen.noise.of_one_pose(prepared.poses_in_one);
     let pose_m = [
         noise.position_sigma_m,
         noise.position_wobble_m,

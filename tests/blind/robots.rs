@@ -7,7 +7,7 @@ use sim_target::scenario::HiddenEffect;
 use super::case::{Case, Kind};
 use super::field::{PERIOD_MS, plan, record, sound};
 use super::hard::{GEOMETRY, Hard, Hardship};
-use super::hide::{Hidden, Secret, true_parameters};
+use super::hide::{Hidden, true_parameters};
 use super::kinematic::mechanism::{self, Mechanism};
 use super::kinematic::robot::Robot as KinematicRobot;
 use super::plant::{Dose, Ideal, Recorded, Robot, Truth};
@@ -140,11 +140,8 @@ impl Robot for Kinematic {
     }
 
     fn possible(&self, dose: Dose) -> Dose {
-        // A wheel that slips on a patch cannot slip by more than a half and more; see its numbers.
-        let most = match self.case.effects[dose.index] {
-            Secret::Kinematic(Mechanism::SlipperyPatch) => 12.0,
-            _ => 100.0,
-        };
+        let mechanism = self.case.effects[dose.index].of_kinematics();
+        let most = mechanism.map_or(f64::INFINITY, Mechanism::strength_max);
         Dose { strength: dose.strength.min(most), ..dose }
     }
 }

@@ -130,7 +130,10 @@ fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
         ratio: false,
     };
     let sound = |verdict: &&Verdict| verdict.case.effects.is_empty();
-    let hiding = |verdict: &&Verdict| !sound(verdict) && verdict.as_strong_as_required();
+    // Outside the catalogue a substitute may be right: that has its own bar.
+    let hiding = |verdict: &&Verdict| {
+        !sound(verdict) && verdict.case.kind != Kind::Outside && verdict.as_strong_as_required()
+    };
     let geometry = |verdict: &&Verdict| verdict.geometry_named().is_some();
     let clock = |verdict: &&Verdict| verdict.case.hard == Hard::Clock;
     vec![
@@ -303,7 +306,9 @@ fn faults(verdict: &Verdict) -> Vec<String> {
         if !verdict.good() {
             faults.push("MISSED".to_owned());
         }
-        if !outside && !(ratio <= 1.15) || outside && !verdict.good() {
+        // An error that is not a number is too large.
+        let close = ratio <= 1.15;
+        if (!outside && !close) || (outside && !verdict.good()) {
             faults.push(format!("cross-validated {ratio:.3} of the truth's"));
         }
         if verdict.regressor_named() == Some(false) {
@@ -318,7 +323,7 @@ fn faults(verdict: &Verdict) -> Vec<String> {
         if !uncovered.is_empty() {
             faults.push(format!("outside its interval: {}", uncovered.join(", ")));
         }
-        if !verdict.case.effects.is_empty() && verdict.extra_matters > 0 {
+        if !verdict.case.effects.is_empty() && !outside && verdict.extra_matters > 0 {
             faults.push("worth correcting, and not there".to_owned());
         }
     }

@@ -111,7 +111,9 @@ impl<'a> Subject<'a> {
                 self.scale_to_noise(&mut doses[0])?;
                 let taken = self.take(&mut doses)?;
                 let reached = times_noise(&taken);
-                Ok((taken, vec![reached], None))
+                let ends = self.case.hard == Hard::Ends;
+                let without = if ends { Some(self.take(&mut [])?) } else { None };
+                Ok((taken, vec![reached], without))
             }
             (Kind::Outside, Plant::Forces) => self.record_outside(&mut doses, wanted),
             _ => {

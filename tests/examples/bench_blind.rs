@@ -162,14 +162,14 @@ fn print_answer(verdict: &Verdict) {
 fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let mut truth = String::from(
-        "case\tplant\thard\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\theldout_m\n",
+        "case\tplant\thard\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\tover_noise\tfloor_ratio\theldout_m\n",
     );
     for verdict in verdicts.iter().filter(|verdict| all || !verdict.good()) {
         let place = folder.join(format!("case_{:04}", verdict.case.index));
         let _ = std::fs::remove_dir_all(&place);
         field::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
-            "{}\t{}\t{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\n",
+            "{}\t{}\t{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\t{}\t{}\n",
             verdict.case.index,
             verdict.case.plant.name(),
             verdict.case.hard.name(),
@@ -179,6 +179,8 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
             verdict.reached,
             verdict.as_strong_as_required(),
             verdict.cross_validated_ratio,
+            verdict.over_noise,
+            verdict.floor_ratio,
             verdict
                 .answer
                 .steps

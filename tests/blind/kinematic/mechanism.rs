@@ -208,6 +208,28 @@ impl Hidden {
 }
 
 impl Mechanism {
+    /// The greatest strength that a robot can have: a play of five degrees, wheels that differ by 2.4 %.
+    pub fn strength_max(self) -> f64 {
+        use Mechanism as M;
+        match self {
+            M::Backlash | M::EncoderEccentricity => 2.0,
+            M::WheelRadiusRatio | M::WheelRadiusScale => 3.0,
+            M::TurnLoadTransfer | M::SpeedGrowth | M::GyroScale => 4.0,
+            M::TrackWidth | M::Scrub | M::CasterKick | M::MeasurementDelay => 5.0,
+            M::SideSlip | M::WheelEccentricity | M::TurnAsymmetry => 6.0,
+            M::TractionSlip
+            | M::LostCounts
+            | M::HeadingPull
+            | M::Slope
+            | M::CarpetDrift
+            | M::ThirdHarmonic => 8.0,
+            // Beyond that the wheel hardly rolls at all on its patch.
+            M::SlipperyPatch => 12.0,
+            M::Payload | M::ThermalDrift | M::MarkerOffset | M::GyroBias => 15.0,
+            _ => 30.0,
+        }
+    }
+
     /// The numbers of a mechanism that is not in the catalogue.
     fn draw<R: Rng>(self, s: f64, draw: &mut Draw<R>) -> [f64; 4] {
         use Mechanism as M;
@@ -242,7 +264,8 @@ mod tests {
     #[test]
     fn the_catalogues_effects_and_their_parameters_have_the_catalogues_names() {
         for mechanism in Mechanism::ALL.iter().copied().filter(|one| one.is_in_catalogue()) {
-            let effect = robot_model::effect::find(mechanism.id()).expect(mechanism.id());
+            let found = robot_model::effect::find(mechanism.id());
+            let effect = found.unwrap_or_else(|| panic!("{mechanism:?}"));
             let known: Vec<String> = effect
                 .facts()
                 .parameters

@@ -6,28 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::hard::Hard;
 use super::hide::Secret;
-
-/// Where a robot comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Plant {
-    /// The simulator's: forces, tyres, motors, firmware in the loop.
-    Forces,
-    /// The second one: kinematics alone.
-    Kinematic,
-}
-
-impl Plant {
-    /// Both.
-    pub const BOTH: [Self; 2] = [Self::Forces, Self::Kinematic];
-
-    /// Its name in tables and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Forces => "forces",
-            Self::Kinematic => "kinematic",
-        }
-    }
-}
+use super::plant::Plant;
 
 /// What a campaign hides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

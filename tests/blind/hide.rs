@@ -8,8 +8,8 @@ use sim_target::Scenario;
 use sim_target::plant::PlantParameters;
 use sim_target::scenario::HiddenEffect;
 
-use super::case::Plant;
 use super::kinematic::mechanism::Mechanism;
+use super::plant::Plant;
 
 /// The strength at which an effect's detectability is measured first: typical in the field.
 pub const REFERENCE: f64 = 1.0;

@@ -7,6 +7,28 @@ use robot_model::recording::{GyroSample, PoseMeasurement, Recording, WheelSample
 use super::hard::{Hard, Hardship, WOBBLE};
 use super::kinematic::misfit::{Pose, squares};
 
+/// Where a robot comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Plant {
+    /// The simulator's: forces, tyres, motors, firmware in the loop.
+    Forces,
+    /// The second one: kinematics alone.
+    Kinematic,
+}
+
+impl Plant {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::Forces, Self::Kinematic];
+
+    /// Its name in tables and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forces => "forces",
+            Self::Kinematic => "kinematic",
+        }
+    }
+}
+
 /// One of the case's effects, and how strong.
 #[derive(Clone, Copy, Debug)]
 pub struct Dose {

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::case::{Kind, Plant};
+use super::case::Kind;
 use super::hard::Hard;
+use super::plant::Plant;
 use super::verdict::Verdict;
 
 /// One line of the table.

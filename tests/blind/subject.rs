@@ -5,10 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use robot_model::effect::{Effect, find};
 use robot_model::explain::model::fit;
 
-use super::case::{Case, Kind, Plant};
+use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard, Hardship};
 use super::hide::REFERENCE;
-use super::plant::{Dose, Robot, Taken, take};
+use super::plant::{Dose, Plant, Robot, Taken, take};
 use super::robots::{Forces, Kinematic};
 use super::strength::{scaled, sigmas, visibility};
 

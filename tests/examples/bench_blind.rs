@@ -15,8 +15,9 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use beeline_tests::blind::case::{Case, Kind, Plant, cases};
+use beeline_tests::blind::case::{Case, Kind, cases};
 use beeline_tests::blind::hard::Hard;
+use beeline_tests::blind::plant::Plant;
 use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
 use beeline_tests::blind::{field, verdicts_on};

@@ -1,7 +1,8 @@
 //! A small blind benchmark: `cargo xtask bench blind` is the whole of it.
 
-use beeline_tests::blind::case::{Plant, cases};
+use beeline_tests::blind::case::cases;
 use beeline_tests::blind::mystery::{Mystery, read_sealed, seal};
+use beeline_tests::blind::plant::Plant;
 use beeline_tests::blind::score::{Bar, bars, misses};
 use beeline_tests::blind::verdict::Verdict;
 use beeline_tests::blind::verdicts_on;

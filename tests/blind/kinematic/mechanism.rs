@@ -217,12 +217,7 @@ impl Mechanism {
             M::TurnLoadTransfer | M::SpeedGrowth | M::GyroScale => 4.0,
             M::TrackWidth | M::Scrub | M::CasterKick | M::MeasurementDelay => 5.0,
             M::SideSlip | M::WheelEccentricity | M::TurnAsymmetry => 6.0,
-            M::TractionSlip
-            | M::LostCounts
-            | M::HeadingPull
-            | M::Slope
-            | M::CarpetDrift
-            | M::ThirdHarmonic => 8.0,
+            M::TractionSlip | M::LostCounts | M::HeadingPull | M::Slope | M::CarpetDrift => 8.0,
             // Beyond that the wheel hardly rolls at all on its patch.
             M::SlipperyPatch => 12.0,
             M::Payload | M::ThermalDrift | M::MarkerOffset | M::GyroBias => 15.0,

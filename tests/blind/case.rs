@@ -1,12 +1,12 @@
 //! What does each campaign of the benchmark hide? Drawn by seed.
 
-use rand::seq::IndexedRandom;
+use rand::seq::{IndexedRandom, SliceRandom};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use sim_target::scenario::HiddenEffect;
-
-use super::hide::{inside, outside};
+use super::hard::Hard;
+use super::hide::Secret;
+use super::plant::Plant;
 
 /// What a campaign hides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -23,7 +23,8 @@ pub enum Kind {
     Nothing,
     /// Nothing but crooked starts, another camera, other motors.
     Nuisance,
-    /// An effect outside the catalogue, at its typical strength, and at least at 30 sigma.
+    /// An effect outside the catalogue: of forces at its typical strength, and at least at 30 sigma; of kinematics so
+    /// strong that it moves the robot 3 to 10 times as far as noise does.
     Outside,
 }
 
@@ -73,8 +74,12 @@ pub struct Case {
     pub seed: u64,
     /// What it hides.
     pub kind: Kind,
+    /// Where the robot comes from.
+    pub plant: Plant,
+    /// In which way the campaign is hard.
+    pub hard: Hard,
     /// The hidden effects.
-    pub effects: Vec<HiddenEffect>,
+    pub effects: Vec<Secret>,
 }
 
 /// The cases of a benchmark: effects take turns, the seed draws the rest.
@@ -90,31 +95,52 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // The first effect is drawn, so that a small benchmark does not always have the same ones.
-    let mut turn: usize = rng.random_range(0..1000);
-    let (inside, outside) = (inside(), outside());
+    let mut turns: [usize; 2] = [rng.random_range(0..1000), rng.random_range(0..1000)];
+    let plants = in_turn(&Plant::BOTH, campaigns, &mut rng);
+    let hards = in_turn(&Hard::TURNS, campaigns, &mut rng);
     let each = kinds.into_iter().enumerate().map(|(index, kind)| {
-        turn += 1;
+        let (plant, mut hard) = (plants[index], hards[index]);
+        let turn = &mut turns[usize::from(plant == Plant::Kinematic)];
+        let secrets = Secret::all(plant, kind != Kind::Outside);
         let effects = match kind {
-            Kind::Strong | Kind::Medium | Kind::Weak => vec![inside[turn % inside.len()]],
-            Kind::Two => pair(&inside, turn, &mut rng),
-            Kind::Outside => vec![outside[turn % outside.len()]],
+            Kind::Strong | Kind::Medium | Kind::Weak | Kind::Outside => {
+                vec![secrets[*turn % secrets.len()]]
+            }
+            Kind::Two => pair(&secrets, *turn, &mut rng),
             Kind::Nothing | Kind::Nuisance => Vec::new(),
         };
-        Case { index, seed: seed.wrapping_mul(1_000_003).wrapping_add(index as u64), kind, effects }
+        *turn += usize::from(!effects.is_empty());
+        // A late camera under a clock that is off is not two things.
+        if hard == Hard::Clock && effects.iter().any(|effect| effect.id() == "measurement_delay") {
+            hard = Hard::None;
+        }
+        let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
+        Case { index, seed, kind, plant, hard, effects }
     });
     each.collect()
 }
 
+/// So many of them, each as often as any other, in an order that is drawn.
+fn in_turn<T: Copy>(all: &[T], many: usize, rng: &mut ChaCha8Rng) -> Vec<T> {
+    let mut drawn = Vec::new();
+    while drawn.len() < many {
+        let mut round = all.to_vec();
+        round.shuffle(rng);
+        drawn.extend(round);
+    }
+    drawn
+}
+
 /// Two effects that differ on this robot.
-fn pair(inside: &[HiddenEffect], turn: usize, rng: &mut ChaCha8Rng) -> Vec<HiddenEffect> {
+fn pair(inside: &[Secret], turn: usize, rng: &mut ChaCha8Rng) -> Vec<Secret> {
     let first = inside[turn % inside.len()];
-    let differs = |other: &&HiddenEffect| **other != first && !same(first, **other);
-    let others: Vec<HiddenEffect> = inside.iter().filter(differs).copied().collect();
+    let differs = |other: &&Secret| **other != first && !same(first, **other);
+    let others: Vec<Secret> = inside.iter().filter(differs).copied().collect();
     vec![first, others.choose(rng).copied().unwrap_or(first)]
 }
 
 /// At a gear reduction of one, wheel and encoder turn together.
-fn same(a: HiddenEffect, b: HiddenEffect) -> bool {
+fn same(a: Secret, b: Secret) -> bool {
     a.id().ends_with("_eccentricity") && b.id().ends_with("_eccentricity")
 }
 
@@ -123,18 +149,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_benchmark_has_two_hundred_sound_robots_and_every_effect_in_every_strength() {
+    fn the_default_benchmark_has_two_hundred_sound_robots_and_every_effect_of_both_plants() {
         let cases = cases(1, 420);
         assert_eq!(cases.len(), 420);
         let count = |kind: Kind| cases.iter().filter(|case| case.kind == kind).count();
         assert_eq!(count(Kind::Nothing) + count(Kind::Nuisance), 200);
-        for kind in [Kind::Strong, Kind::Medium, Kind::Weak] {
-            for effect in inside() {
-                assert!(
-                    cases.iter().any(|case| case.kind == kind && case.effects == [effect]),
-                    "{effect}"
-                );
+        for plant in Plant::BOTH {
+            assert_eq!(cases.iter().filter(|case| case.plant == plant).count(), 210);
+            for effect in [true, false].into_iter().flat_map(|inside| Secret::all(plant, inside)) {
+                let alone = cases.iter().filter(|case| case.effects == [effect]).count();
+                assert!(alone >= 1, "{effect:?}");
             }
+        }
+        for hard in Hard::TURNS {
+            let share = Hard::TURNS.iter().filter(|other| **other == hard).count() * 70;
+            let here = cases.iter().filter(|case| case.hard == hard).count();
+            assert!(here.abs_diff(share) <= 3, "{hard:?}: {here} of {share}");
         }
         assert!(
             cases.iter().filter(|case| case.kind == Kind::Two).all(|case| case.effects.len() == 2)

@@ -8,6 +8,9 @@ use sim_target::Scenario;
 use sim_target::plant::PlantParameters;
 use sim_target::scenario::HiddenEffect;
 
+use super::kinematic::mechanism::Mechanism;
+use super::plant::Plant;
+
 /// The strength at which an effect's detectability is measured first: typical in the field.
 pub const REFERENCE: f64 = 1.0;
 
@@ -19,6 +22,64 @@ pub fn inside() -> Vec<HiddenEffect> {
 /// Effects outside the catalogue.
 pub fn outside() -> Vec<HiddenEffect> {
     HiddenEffect::ALL.iter().copied().filter(|effect| !effect.is_in_catalogue()).collect()
+}
+
+/// What a robot of either plant can hide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Secret {
+    /// In the plant of forces.
+    Forces(HiddenEffect),
+    /// In the plant of kinematics.
+    Kinematic(Mechanism),
+}
+
+impl Secret {
+    /// Its name; of the catalogue's effects, that of the catalogue.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Forces(effect) => effect.id(),
+            Self::Kinematic(mechanism) => mechanism.id(),
+        }
+    }
+
+    /// The effect of the plant of forces.
+    pub fn of_forces(self) -> Option<HiddenEffect> {
+        if let Self::Forces(effect) = self { Some(effect) } else { None }
+    }
+
+    /// The mechanism of the plant of kinematics.
+    pub fn of_kinematics(self) -> Option<Mechanism> {
+        if let Self::Kinematic(mechanism) = self { Some(mechanism) } else { None }
+    }
+
+    /// The effects of the fit that knows the truth; none for what is outside the catalogue.
+    pub fn with_companions(self) -> Vec<&'static dyn Effect> {
+        match self {
+            Self::Forces(effect) => with_companions(effect),
+            Self::Kinematic(mechanism) => find(mechanism.id()).into_iter().collect(),
+        }
+    }
+
+    /// The regressors on which an effect outside the catalogue depends; any of them is right.
+    pub fn regressors(self) -> &'static [&'static str] {
+        match self {
+            Self::Forces(effect) => regressors(effect),
+            Self::Kinematic(mechanism) => mechanism.regressors(),
+        }
+    }
+
+    /// What a plant can hide, in the catalogue or outside it.
+    pub fn all(plant: Plant, in_catalogue: bool) -> Vec<Self> {
+        match plant {
+            Plant::Forces if in_catalogue => inside().into_iter().map(Self::Forces).collect(),
+            Plant::Forces => outside().into_iter().map(Self::Forces).collect(),
+            Plant::Kinematic => Mechanism::ALL
+                .iter()
+                .filter(|mechanism| mechanism.is_in_catalogue() == in_catalogue)
+                .map(|mechanism| Self::Kinematic(*mechanism))
+                .collect(),
+        }
+    }
 }
 
 /// One effect to be hidden.

@@ -1,31 +1,42 @@
 //! The blind benchmark: does `explain` find the effect that is hidden in a robot, and nothing in a sound one?
 //!
 //! The robots are recorded as a user would record them, explained without knowledge of what is hidden, and the answer
-//! is compared with the truth.
+//! is compared with the truth. Half of them are of forces ([`sim_target`]), half of another plant ([`kinematic`]).
 //!
 //! ```text
 //! seed -> case: which effect, how strong          (known to the verdict alone)
-//!      -> robot of forces, firmware, camera       -> campaign, as `beeline campaign record` drives it
-//!                                                       |-> explain(campaign)        -> answer
+//!      -> robot: forces, firmware, camera         -> campaign, as `beeline campaign record` drives it
+//!         or kinematics                           -> campaign of files and rows
+//!      -> hardship: data sheet, poses, clock           |-> explain(campaign)        -> answer
 //!      truth ------------------------------------------------> compare(truth, answer)  -> verdict
 //! ```
 //!
 //! | module | what it is |
 //! | --- | --- |
 //! | [`case`] | what is hidden, drawn by seed |
-//! | [`field`] | the robot, recorded |
+//! | [`hard`] | what makes a campaign as hard as the world |
+//! | [`plant`] | a robot of either plant, recorded and made hard |
+//! | [`robots`] | the robots of both plants |
+//! | [`field`] | the robot of forces, recorded |
+//! | [`kinematic`] | the second plant |
 //! | [`hide`] | the effects that can be hidden, and their true parameters |
 //! | [`strength`] | how strong an effect must be to stand out by so many sigma |
+//! | [`subject`] | a case with its robot: effects scaled, campaign recorded |
 //! | [`verdict`] | the answer against the truth |
 //! | [`score`] | many verdicts against the bars |
 //! | [`mystery`] | one such campaign for a reader to solve, with its answer sealed |
 
 pub mod case;
 pub mod field;
+pub mod hard;
 pub mod hide;
+pub mod kinematic;
 pub mod mystery;
+pub mod plant;
+pub mod robots;
 pub mod score;
 pub mod strength;
+pub mod subject;
 pub mod verdict;
 
 use crate::parallel::in_order;

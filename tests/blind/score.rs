@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::case::Kind;
+use super::hard::Hard;
+use super::plant::Plant;
 use super::verdict::Verdict;
 
 /// One line of the table.
@@ -62,10 +64,10 @@ fn share<'a>(of: impl Iterator<Item = &'a Verdict>, is: impl Fn(&Verdict) -> boo
 /// The bars of the benchmark.
 ///
 /// A campaign whose effect stands out by less than half of what is required, or by more than twice, counts in none
-/// of them; it is listed by [`too_weak`].
-pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
+/// of the first eight; it is listed by [`too_weak`].
+pub fn bars(all: &[Verdict]) -> Vec<Bar> {
     let verdicts: &Vec<Verdict> =
-        &verdicts.iter().filter(|verdict| verdict.as_strong_as_required()).cloned().collect();
+        &all.iter().filter(|verdict| verdict.as_strong_as_required()).cloned().collect();
     let of = |kinds: &'static [Kind]| {
         verdicts.iter().filter(move |verdict| kinds.contains(&verdict.case.kind))
     };
@@ -84,7 +86,7 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
     let named = of(&[Kind::Outside]).filter_map(Verdict::regressor_named).collect::<Vec<_>>();
     let regressor = named.iter().filter(|hit| **hit).count() as f64 / named.len().max(1) as f64;
     let ratios = ratios(verdicts);
-    vec![
+    let mut bars = vec![
         bar(
             "one effect, medium and strong: named, or in its class",
             share(of(&[Kind::Medium, Kind::Strong]), Verdict::good),
@@ -111,6 +113,63 @@ pub fn bars(verdicts: &[Verdict]) -> Vec<Bar> {
             within: [0.0, 1.15],
             ratio: true,
         },
+    ];
+    bars.extend(bars_of_strangers(all));
+    bars
+}
+
+/// The bars of what a stranger's robot asks: that nothing is passed over in silence, that the floor is the noise, that
+/// only what is there and matters is called worth correcting, that wrong numbers and clocks are named.
+///
+/// Silence and the floor count in every campaign, however strong what it hides came out.
+fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
+    let bar = |claim, (measured, of): (f64, usize), within| Bar {
+        claim,
+        measured,
+        of,
+        within,
+        ratio: false,
+    };
+    let sound = |verdict: &&Verdict| verdict.case.effects.is_empty();
+    // Outside the catalogue a substitute may be right: that has its own bar.
+    let hiding = |verdict: &&Verdict| {
+        !sound(verdict) && verdict.case.kind != Kind::Outside && verdict.as_strong_as_required()
+    };
+    let geometry = |verdict: &&Verdict| verdict.geometry_named().is_some();
+    let clock = |verdict: &&Verdict| verdict.case.hard == Hard::Clock;
+    vec![
+        bar(
+            "something hidden: 1.4 times the noise left, no flag",
+            share(verdicts.iter().filter(|verdict| verdict.hides()), Verdict::silent),
+            [0.0, 0.02],
+        ),
+        bar(
+            "floor within 15 % of the noise",
+            share(verdicts.iter(), Verdict::floor_is_true),
+            [0.95, 1.0],
+        ),
+        bar(
+            "sound robots: nothing worth correcting, no flag",
+            share(verdicts.iter().filter(sound), Verdict::worth_nothing),
+            [0.98, 1.0],
+        ),
+        bar(
+            "hiding: worth correcting, and not there",
+            share(verdicts.iter().filter(hiding), |verdict| verdict.extra_matters > 0),
+            [0.0, 0.05],
+        ),
+        bar(
+            "wrong data sheet: radius, ratio and track named",
+            share(verdicts.iter().filter(geometry), |verdict| {
+                verdict.geometry_named() == Some(true)
+            }),
+            [0.95, 1.0],
+        ),
+        bar(
+            "clock off: told to 10 ms",
+            share(verdicts.iter().filter(clock), |verdict| verdict.clock_found == Some(true)),
+            [0.95, 1.0],
+        ),
     ]
 }
 
@@ -185,69 +244,109 @@ pub fn too_weak(verdicts: &[Verdict]) -> String {
     for verdict in verdicts.iter().filter(|verdict| !verdict.as_strong_as_required()) {
         let reached: Vec<String> =
             verdict.reached.iter().map(|sigmas| format!("{sigmas:.1}")).collect();
-        let (ids, wanted) = (ids(verdict).join(", "), verdict.case.kind.sigmas().unwrap_or(0.0));
+        let ids = ids(verdict).join(", ");
+        let wanted = match (verdict.case.kind, verdict.case.plant) {
+            (Kind::Outside, Plant::Kinematic) => "3 to 10 times the noise".to_owned(),
+            (kind, _) => format!("{} sigma", kind.sigmas().unwrap_or(0.0)),
+        };
         let _ = writeln!(
             text,
-            "  case {:<4} [{ids}] at [{}] of {wanted} sigma",
+            "  case {:<4} {:<9} {:<8} [{ids}] at [{}] of {wanted}",
             verdict.case.index,
+            verdict.case.plant.name(),
+            verdict.case.hard.name(),
             reached.join(", ")
         );
     }
     text
 }
 
-/// Every case that misses its bar, a line each.
+/// Every case that misses a bar, a line each.
 pub fn misses(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
-    for verdict in verdicts.iter().filter(|verdict| verdict.as_strong_as_required()) {
-        let ratio_bad = verdict.case.kind != Kind::Outside && verdict.cross_validated_ratio > 1.15;
+    for verdict in verdicts {
+        let wrong = faults(verdict);
+        if wrong.is_empty() {
+            continue;
+        }
+        let found = verdict.found.iter().zip(&verdict.matters);
+        // What is worth correcting is marked.
+        let found: Vec<String> = found
+            .map(|(class, matters)| class.join("|") + if *matters { "!" } else { "" })
+            .collect();
+        let reached: Vec<String> =
+            verdict.reached.iter().map(|sigmas| format!("{sigmas:.0}")).collect();
+        let flag = match verdict.flagged {
+            true => format!(", flag on {}", verdict.depends_on.join(", ")),
+            false => String::new(),
+        };
+        let case = &verdict.case;
+        let _ = writeln!(
+            text,
+            "  case {:<4} seed {:<11} {:<9} {:<8} {:<12} hidden [{}] at [{}]: found [{}]{flag}; {}",
+            case.index,
+            case.seed,
+            case.plant.name(),
+            case.hard.name(),
+            case.kind.name(),
+            ids(verdict).join(", "),
+            reached.join(", "),
+            found.join(", "),
+            wrong.join("; "),
+        );
+    }
+    text
+}
+
+/// What is wrong with an answer; nothing if it meets all bars.
+fn faults(verdict: &Verdict) -> Vec<String> {
+    let mut faults = Vec::new();
+    let ratio = verdict.cross_validated_ratio;
+    let outside = verdict.case.kind == Kind::Outside;
+    if verdict.as_strong_as_required() {
+        if !verdict.good() {
+            faults.push("MISSED".to_owned());
+        }
+        // An error that is not a number is too large.
+        let close = ratio <= 1.15;
+        if (!outside && !close) || (outside && !verdict.good()) {
+            faults.push(format!("cross-validated {ratio:.3} of the truth's"));
+        }
+        if verdict.regressor_named() == Some(false) {
+            faults.push(format!("depends on {}", verdict.regressors.join(" or ")));
+        }
         let uncovered: Vec<&str> = verdict
             .covered
             .iter()
             .filter(|interval| !interval.1)
             .map(|interval| interval.0.as_str())
             .collect();
-        let wrong_regressor = verdict.regressor_named() == Some(false);
-        if verdict.good() && !ratio_bad && uncovered.is_empty() && !wrong_regressor {
-            continue;
-        }
-        let found: Vec<String> = verdict.found.iter().map(|class| class.join("|")).collect();
-        let reached: Vec<String> =
-            verdict.reached.iter().map(|sigmas| format!("{sigmas:.0}")).collect();
-        let _ = write!(
-            text,
-            "  case {:<4} seed {:<11} {:<12} hidden [{}] at [{}] sigma: found [{}]{}",
-            verdict.case.index,
-            verdict.case.seed,
-            verdict.case.kind.name(),
-            ids(verdict).join(", "),
-            reached.join(", "),
-            found.join(", "),
-            if verdict.flagged {
-                format!(", flag on {}", verdict.depends_on.join(", "))
-            } else {
-                String::new()
-            },
-        );
-        if !verdict.good() {
-            text.push_str("; MISSED");
-        }
-        if ratio_bad || verdict.case.kind == Kind::Outside {
-            let _ = write!(
-                text,
-                "; cross-validated {:.3} of the truth's",
-                verdict.cross_validated_ratio
-            );
-        }
-        if wrong_regressor {
-            let _ = write!(text, "; depends on {}", verdict.regressors.join(" or "));
-        }
         if !uncovered.is_empty() {
-            let _ = write!(text, "; outside its interval: {}", uncovered.join(", "));
+            faults.push(format!("outside its interval: {}", uncovered.join(", ")));
         }
-        text.push('\n');
+        if !verdict.case.effects.is_empty() && !outside && verdict.extra_matters > 0 {
+            faults.push("worth correcting, and not there".to_owned());
+        }
     }
-    text
+    if let Some(why) = &verdict.refused {
+        faults.push(format!("REFUSED: {}", why.lines().next().unwrap_or_default()));
+    }
+    if verdict.silent() {
+        faults.push(format!("SILENT at {:.2} times the noise", verdict.over_noise));
+    }
+    if verdict.case.effects.is_empty() && !verdict.worth_nothing() {
+        faults.push("worth correcting, or flagged".to_owned());
+    }
+    if !verdict.floor_is_true() {
+        faults.push(format!("floor {:.2} of the noise", verdict.floor_ratio));
+    }
+    if verdict.geometry_named() == Some(false) {
+        faults.push("the wrong data sheet is not named".to_owned());
+    }
+    if verdict.case.hard == Hard::Clock && verdict.clock_found != Some(true) {
+        faults.push("the clock is not told".to_owned());
+    }
+    faults
 }
 
 #[cfg(test)]

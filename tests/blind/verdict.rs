@@ -2,34 +2,45 @@
 
 use std::time::Instant;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use robot_model::effect::Effect;
 use robot_model::explain::explain;
-use robot_model::explain::model::{Model, fit};
-use robot_model::explain::{Answer, ParameterFound};
-use sim_target::Scenario;
+use robot_model::explain::model::fit;
+use robot_model::explain::{Answer, ParameterFound, StepFound};
 
 use super::case::{Case, Kind};
-use super::field::{PERIOD_MS, plan, record, sound};
-use super::hide::{Hidden, REFERENCE, regressors, with_companions};
-use super::strength::{scaled, sigmas, visibility};
+use super::hard::{GEOMETRY, Hard};
+use super::plant::{Dose, Plant, Taken, Truth};
+use super::strength::sigmas;
+use super::subject::Subject;
+
+/// An answer whose error is more than this many times the noise, without a flag, fails in silence.
+const SILENT: f64 = 1.4;
+/// The floor is true within this share of the noise.
+const FLOOR: f64 = 0.15;
+/// A clock is found if its offset is off by at most this \[s\]: a tenth of a camera's usual delay.
+const CLOCK_S: f64 = 0.01;
 
 /// The comparison of one answer with the truth.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The case.
     pub case: Case,
-    /// By how many sigma each hidden effect stands out, in the fit that knows it.
+    /// By how many sigma each hidden effect stands out, in the fit that knows it; outside the catalogue in the plant of
+    /// kinematics, how many times as far as noise it moves the robot.
     pub reached: Vec<f64>,
     /// For each hidden effect, whether it or a class with it was named.
     pub named: Vec<bool>,
     /// The effects found, each with its class.
     pub found: Vec<Vec<String>>,
+    /// Of these, whether each is called worth correcting.
+    pub matters: Vec<bool>,
     /// Effects found whose class holds none that is hidden.
     pub extra: usize,
+    /// Of these, how many are called worth correcting.
+    pub extra_matters: usize,
     /// Whether something unexplained was reported.
     pub flagged: bool,
+    /// Why the files were refused before anything was fitted, if they were. They are right, so this is a miss.
+    pub refused: Option<String>,
     /// The regressors that the answer names, best first.
     pub depends_on: Vec<String>,
     /// The right regressors, outside the catalogue.
@@ -37,6 +48,13 @@ pub struct Verdict {
     /// Cross-validated error of the answer's model over that of the fit that knows the truth; outside the
     /// catalogue, over that of the same robot without the effect.
     pub cross_validated_ratio: f64,
+    /// The same over the true noise level: of the fit that knows the truth, or where the plant knows its noise, of the
+    /// true model with its true parameters.
+    pub over_noise: f64,
+    /// The answer's floor over the true noise level.
+    pub floor_ratio: f64,
+    /// Where the clock of the poses is off, whether the answer says so, and by how much.
+    pub clock_found: Option<bool>,
     /// For each parameter that the plant has as well: its name, and whether the 95 % interval covers it.
     pub covered: Vec<(String, bool)>,
     /// Duration of the explanation \[s\].
@@ -50,27 +68,69 @@ pub struct Verdict {
 impl Verdict {
     /// Whether every hidden effect stands out as its kind requires, to a factor of two. Some effects cannot be made
     /// that strong on this robot, or the model's equation fits only part of what the plant does. Outside the
-    /// catalogue there is no upper limit.
+    /// catalogue there is no upper limit, but in the plant of kinematics, which says how far it moves the robot.
     pub fn as_strong_as_required(&self) -> bool {
         let wanted = self.case.kind.sigmas().unwrap_or(0.0);
-        let most = if self.case.kind == Kind::Outside { f64::INFINITY } else { 2.0 * wanted };
-        self.reached.iter().all(|reached| (wanted / 2.0..=most).contains(reached))
+        let within = match (self.case.kind, self.case.plant) {
+            // A ripple of a wheel's angle hardly adds up: as far as noise will do.
+            (Kind::Outside, Plant::Kinematic) => 1.0..=12.0,
+            (Kind::Outside, Plant::Forces) => wanted / 2.0..=f64::INFINITY,
+            _ => wanted / 2.0..=2.0 * wanted,
+        };
+        self.reached.iter().all(|reached| within.contains(reached))
     }
 
     /// Whether the answer meets the bar of its kind.
     pub fn good(&self) -> bool {
-        match self.case.kind {
+        let right = match self.case.kind {
             Kind::Strong | Kind::Medium | Kind::Weak => self.named.iter().all(|named| *named),
             Kind::Two => self.named_apart(),
             Kind::Nothing | Kind::Nuisance => !self.false_alarm(),
             Kind::Outside => self.recognised(),
-        }
+        };
+        right && self.refused.is_none()
+    }
+
+    /// Whether there is anything to be found, a wrong data sheet and a clock that is off included.
+    pub fn hides(&self) -> bool {
+        !self.case.effects.is_empty() || !self.case.hard.effects().is_empty()
+    }
+
+    /// Whether much more than noise is left, and nothing is said about it.
+    pub fn silent(&self) -> bool {
+        // An error that is not a number is not small.
+        let small = self.over_noise <= SILENT;
+        self.hides() && !small && !self.flagged && self.refused.is_none()
+    }
+
+    /// Whether the answer's floor is the noise level.
+    pub fn floor_is_true(&self) -> bool {
+        (self.floor_ratio - 1.0).abs() <= FLOOR && self.refused.is_none()
+    }
+
+    /// Of a sound robot, whether anything is called worth correcting.
+    pub fn worth_nothing(&self) -> bool {
+        self.extra_matters == 0 && !self.flagged && self.refused.is_none()
+    }
+
+    /// Where the data sheet is wrong: whether all three of its numbers are named.
+    pub fn geometry_named(&self) -> Option<bool> {
+        let named = |id: &str| self.found.iter().any(|class| class.iter().any(|one| one == id));
+        (self.case.hard == Hard::Geometry)
+            .then(|| GEOMETRY.into_iter().all(named) && self.refused.is_none())
     }
 
     /// Whether each of two hidden effects has a step of its own that names it.
     fn named_apart(&self) -> bool {
         let [first, second] = self.case.effects.as_slice() else { return false };
         let names = |step: &Vec<String>, id: &str| step.iter().any(|name| name == id);
+        // A delay may be told as a clock, which is no step.
+        if let Some(clock) =
+            self.case.effects.iter().position(|one| one.id() == "measurement_delay")
+            && self.clock_found == Some(true)
+        {
+            return self.named[1 - clock];
+        }
         self.found.iter().enumerate().any(|(i, one)| {
             let others = self.found.iter().enumerate().filter(|(j, _)| *j != i);
             names(one, first.id()) && others.into_iter().any(|(_, other)| names(other, second.id()))
@@ -87,12 +147,14 @@ impl Verdict {
 
     /// Whether an effect or structure was reported where there is none.
     pub fn false_alarm(&self) -> bool {
-        self.case.effects.is_empty() && (!self.found.is_empty() || self.flagged)
+        let alarm = self.extra > 0 || self.flagged || self.refused.is_some();
+        self.case.effects.is_empty() && alarm
     }
 
     /// Outside the catalogue: structure flagged, or a stand-in that is as good as the truth.
     pub fn recognised(&self) -> bool {
-        self.flagged || (!self.found.is_empty() && self.cross_validated_ratio <= 1.1)
+        let stands_in = self.extra > 0 || !self.case.hard.effects().is_empty();
+        self.flagged || (stands_in && self.cross_validated_ratio <= 1.1)
     }
 
     /// Outside the catalogue and flagged: whether a right regressor was named first. Of a list of four, one is
@@ -108,164 +170,78 @@ impl Verdict {
     }
 }
 
-/// How many times a strength is tried and scaled before the campaign is recorded.
-const TRIALS: usize = 2;
-/// A strength within this factor, in e-folds, is not tried again: effects are not linear.
-const NEAR: f64 = 0.7;
-
-/// Records the campaign, with weaker effects where the robot cannot drive it.
-fn drivable<T>(
-    hidden: &mut [Hidden],
-    run: &impl Fn(&[Hidden]) -> Result<T, String>,
-) -> Result<T, String> {
-    const TIMES: usize = 8;
-    let mut outcome = run(hidden);
-    for _ in 0..TIMES {
-        if outcome.is_ok() {
-            break;
-        }
-        hidden.iter_mut().for_each(|secret| secret.strength *= 0.7);
-        outcome = run(hidden);
-    }
-    outcome
-}
-
-/// A recorded campaign: the robot, its files, and the same as a fit reads them.
-type Recorded = (Scenario, campaign::Campaign, robot_model::recording::Campaign);
-
-/// Scales the strength of one effect until it stands out alone by `wanted` sigma.
-fn scale_strength(
-    secret: &mut Hidden,
-    wanted: f64,
-    sound: &Scenario,
-    run: &impl Fn(&[Hidden]) -> Result<Recorded, String>,
-) -> Result<(), String> {
-    for _ in 0..TRIALS {
-        let mut alone = [secret.possible_in(sound)];
-        let (_, _, measured) = drivable(&mut alone, run)?;
-        let known = with_companions(secret.effect);
-        let model = fit(&measured, &known).map_err(|error| error.to_string())?;
-        let reached = sigmas(&model, secret.effect.id());
-        secret.strength = scaled(alone[0].strength, wanted, reached);
-        if (reached / wanted).ln().abs() < NEAR {
-            break;
-        }
-    }
-    *secret = secret.possible_in(sound);
-    Ok(())
-}
-
-/// The effects of the fit that knows the truth, each once.
-fn true_effects(case: &Case) -> Vec<&'static dyn Effect> {
-    let mut truth: Vec<&'static dyn Effect> = Vec::new();
-    for effect in case.effects.iter().flat_map(|hidden| with_companions(*hidden)) {
-        if truth.iter().all(|known| known.facts().id != effect.facts().id) {
-            truth.push(effect);
-        }
-    }
-    truth
-}
-
 /// Records a case, has it explained, and compares the answer with the truth.
 ///
 /// # Errors
 /// What went wrong, for a person to read.
 pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
-    let plan = plan();
-    let truth = true_effects(case);
-    let sound = sound(case.seed, case.kind, &case.effects);
-    // Every other user can say how good the camera is.
-    let knows_its_camera = ChaCha8Rng::seed_from_u64(case.seed ^ (1 << 32)).random_bool(0.5);
-    let run = |hidden: &[Hidden]| -> Result<Recorded, String> {
-        let mut scenario = sound.clone();
-        for secret in hidden {
-            secret.hide(&mut scenario);
-        }
-        scenario.validate().map_err(|error| text(&error))?;
-        let mut campaign = record(&scenario, &plan, PERIOD_MS).map_err(|error| text(&error))?;
-        if !knows_its_camera {
-            campaign.robot.position_sigma_m = None;
-            campaign.robot.heading_sigma_rad = None;
-        }
-        let measured =
-            campaign.to_model(std::path::Path::new("campaign")).map_err(|error| text(&error))?;
-        Ok((scenario, campaign, measured))
-    };
-
-    let mut hidden: Vec<Hidden> = case
-        .effects
-        .iter()
-        .enumerate()
-        .map(|(k, effect)| Hidden {
-            effect: *effect,
-            strength: REFERENCE,
-            seed: case.seed ^ ((k as u64 + 1) << 40),
-        })
-        .collect();
-    if let (Some(wanted), true) = (case.kind.sigmas(), case.kind != Kind::Outside) {
-        for secret in &mut hidden {
-            scale_strength(secret, wanted, &sound, &run)?;
-        }
-    }
-    let without = if case.kind == Kind::Outside { Some(run(&[])?.2) } else { None };
-    let mut shows = Vec::new();
-    let (mut scenario, mut campaign, mut measured) = drivable(&mut hidden, &run)?;
-    if let (Some(without), Some(wanted)) = (&without, case.kind.sigmas()) {
-        let reached = visibility(without, &measured).map_err(|error| text(&error))?;
-        shows = vec![reached];
-        if reached < wanted {
-            hidden[0].strength = scaled(hidden[0].strength, 1.5 * wanted, reached);
-            hidden[0] = hidden[0].possible_in(&sound);
-            (scenario, campaign, measured) = drivable(&mut hidden, &run)?;
-            shows = vec![visibility(without, &measured).map_err(|error| text(&error))?];
-        }
-    }
+    let subject = Subject::new(case);
+    let (taken, mut reached, without) = subject.record()?;
 
     // From here to the answer, nothing has access to what is hidden.
+    let refused = taken.campaign.to_model(std::path::Path::new("campaign")).err();
+    let refused = refused.map(|error| error.to_string());
     let began = Instant::now();
-    let answer = explain(&measured).map_err(|error| text(&error))?;
+    let answer = explain(&taken.measured).map_err(|error| text(&error))?;
     let explain_s = began.elapsed().as_secs_f64();
 
-    let oracle = match &without {
-        Some(without) => fit(without, &[]),
-        None => fit(&measured, &truth),
+    let all: Vec<Dose> =
+        (0..case.effects.len()).map(|index| Dose { index, strength: 0.0 }).collect();
+    let true_m = match (&without, case.kind, taken.noise_m) {
+        (Some(without), ..) => {
+            let oracle = fit(&without.mended, &subject.known(&[])).map_err(|error| text(&error))?;
+            oracle.errors.cross_validated.position_rms_m
+        }
+        (None, Kind::Outside, Some(noise_m)) => noise_m,
+        _ => {
+            let oracle = fit(&taken.mended, &subject.known(&all)).map_err(|error| text(&error))?;
+            reached = case.effects.iter().map(|hidden| sigmas(&oracle, hidden.id())).collect();
+            oracle.errors.cross_validated.position_rms_m
+        }
     };
-    let oracle = oracle.map_err(|error| text(&error))?;
-    if without.is_none() {
-        shows = case.effects.iter().map(|hidden| sigmas(&oracle, hidden.id())).collect();
-    }
-    let covered = covered(&answer, &hidden, &scenario);
-    Ok(compare(case, campaign, answer, &oracle, (shows, covered), explain_s))
+    let verdict = compare(&subject, taken, answer, true_m, (reached, explain_s));
+    Ok(Verdict { refused, ..verdict })
 }
 
 fn compare(
-    case: &Case,
-    campaign: campaign::Campaign,
+    subject: &Subject<'_>,
+    taken: Taken,
     answer: Answer,
-    oracle: &Model,
-    (reached, covered): (Vec<f64>, Vec<(String, bool)>),
-    explain_s: f64,
+    true_m: f64,
+    (reached, explain_s): (Vec<f64>, f64),
 ) -> Verdict {
-    let found: Vec<Vec<String>> = answer.steps.iter().map(|step| step.class.clone()).collect();
-    let holds = |class: &[String], id: &str| class.iter().any(|member| member == id);
+    let case = subject.case;
+    // Of two poses a run, what is position error and what is heading error depends on the weights that a fit gives
+    // them: there, the fit that knows the truth is the measure.
+    let known_m = taken.noise_m.filter(|_| case.hard != Hard::Ends);
+    let noise_m = known_m.unwrap_or(true_m);
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
+    let holds = |step: &StepFound, id: &str| step.class.iter().any(|member| member == id);
+    let there = |step: &StepFound| {
+        let mut companions = case.effects.iter().flat_map(|secret| secret.with_companions());
+        companions.any(|effect| holds(step, effect.facts().id))
+            || case.hard.effects().iter().any(|id| holds(step, id))
+    };
+    let extra: Vec<&StepFound> = answer.steps.iter().filter(|step| !there(step)).collect();
+    let clock_found = clock_found(subject, &taken.truth, &answer);
     Verdict {
         reached,
         named: case
             .effects
             .iter()
-            .map(|hidden| found.iter().any(|class| holds(class, hidden.id())))
-            .collect(),
-        extra: found
-            .iter()
-            .filter(|class| {
-                let known = case.effects.iter().flat_map(|hidden| with_companions(*hidden));
-                !known.into_iter().any(|effect| holds(class, effect.facts().id))
+            .map(|hidden| {
+                let clock = hidden.id() == "measurement_delay" && clock_found == Some(true);
+                clock || answer.steps.iter().any(|step| holds(step, hidden.id()))
             })
-            .count(),
+            .collect(),
+        found: answer.steps.iter().map(|step| step.class.clone()).collect(),
+        matters: answer.steps.iter().map(|step| step.matters).collect(),
+        extra: extra.len(),
+        extra_matters: extra.iter().filter(|step| step.matters).count(),
         flagged: answer.unexplained.structure,
+        refused: None,
         depends_on: answer
             .unexplained
             .depends_on
@@ -275,30 +251,59 @@ fn compare(
         regressors: case
             .effects
             .iter()
-            .flat_map(|hidden| regressors(*hidden).iter().copied())
+            .flat_map(|hidden| hidden.regressors().iter().copied())
             .collect(),
-        cross_validated_ratio: after.position_rms_m / oracle.errors.cross_validated.position_rms_m,
-        found,
-        covered,
+        cross_validated_ratio: after.position_rms_m / true_m,
+        over_noise: after.position_rms_m / noise_m,
+        floor_ratio: answer.floor.position_rms_m / noise_m,
+        clock_found,
+        covered: covered(case, &answer, &taken.truth),
         explain_s,
         case: case.clone(),
-        campaign,
+        campaign: taken.campaign,
         answer,
     }
 }
 
+/// Whether the answer says how late the poses are, as a clock or as a delay; `None` if they are not.
+fn clock_found(subject: &Subject<'_>, truth: &[Truth], answer: &Answer) -> Option<bool> {
+    let delay = truth.iter().find(|known| known.0 == "measurement_delay");
+    let late_s = subject.hardship.late_s + delay.map_or(0.0, |known| known.2);
+    let near = |offset_s: f64| (offset_s - late_s).abs() <= CLOCK_S;
+    let clocks = &answer.clocks;
+    let as_clock = !clocks.is_empty() && clocks.iter().all(|clock| near(clock.offset_s));
+    let as_delay = answer.steps.iter().any(|step| {
+        step.effect == "measurement_delay" && step.parameters.iter().any(|tau| near(tau.value))
+    });
+    (late_s != 0.0).then_some(as_clock || as_delay)
+}
+
 /// For each parameter found that is also a number of the plant, whether its interval covers the truth.
-fn covered(answer: &Answer, hidden: &[Hidden], scenario: &Scenario) -> Vec<(String, bool)> {
-    let mut covered = Vec::new();
-    for step in &answer.steps {
-        if !hidden.iter().any(|hidden| hidden.effect.id() == step.effect) {
-            continue;
+///
+/// On a wrong data sheet, the parameters of other motions are relative to wrong speeds; only those of the data sheet
+/// itself and of measurements count. In the plant of forces a hidden effect changes radii and track as well.
+fn covered(case: &Case, answer: &Answer, truth: &[Truth]) -> Vec<(String, bool)> {
+    let wrong = case.hard == Hard::Geometry;
+    let geometry_is_known =
+        case.effects.is_empty() || (case.plant == Plant::Kinematic && case.kind != Kind::Outside);
+    let counts = |id: &str| {
+        let hidden = case.effects.iter().any(|secret| secret.id() == id);
+        let of_motion =
+            !["measurement_delay", "marker_offset", "gyro_bias", "gyro_scale"].contains(&id);
+        match wrong {
+            true if GEOMETRY.contains(&id) => hidden || geometry_is_known,
+            true => hidden && !of_motion,
+            // A clock that is off is not a delay.
+            false => hidden && !(case.hard == Hard::Clock && id == "measurement_delay"),
         }
-        for (name, value) in super::hide::true_parameters(&step.effect, scenario) {
-            let holds = |parameter: &&ParameterFound| parameter.name == name;
+    };
+    let mut covered = Vec::new();
+    for step in answer.steps.iter().filter(|step| counts(&step.effect)) {
+        for (_, name, value) in truth.iter().filter(|known| known.0 == step.effect) {
+            let holds = |parameter: &&ParameterFound| parameter.name == *name;
             if let Some(found) = step.parameters.iter().find(holds) {
                 let name = format!("{}.{name}", step.effect);
-                covered.push((name, found.low95 <= value && value <= found.high95));
+                covered.push((name, found.low95 <= *value && *value <= found.high95));
             }
         }
     }

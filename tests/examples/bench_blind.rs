@@ -4,6 +4,8 @@
 //! cargo xtask bench blind [--seed S] [--campaigns N]    the whole of it; exit code 1 if a bar is missed
 //!     --case I        only this case, with its answer
 //!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
+//!     --plant NAME    only robots of one plant: forces, kinematic
+//!     --hard NAME     only campaigns that are hard in one way: none, geometry, wobble, clock, ends
 //!     --keep DIR      writes the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
 
@@ -14,6 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use beeline_tests::blind::case::{Case, Kind, cases};
+use beeline_tests::blind::hard::Hard;
+use beeline_tests::blind::plant::Plant;
 use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
 use beeline_tests::blind::{field, verdicts_on};
@@ -29,6 +33,8 @@ struct Arguments {
     campaigns: usize,
     case: Option<usize>,
     only: Option<Kind>,
+    plant: Option<Plant>,
+    hard: Option<Hard>,
     keep: Option<PathBuf>,
     keep_all: bool,
 }
@@ -38,7 +44,8 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(why) => {
             eprintln!(
-                "{why}\nusage: bench_blind [--seed S] [--campaigns N] [--case I] [--only KIND] [--keep DIR] [--keep-all]"
+                "{why}\nusage: bench_blind [--seed S] [--campaigns N] [--case I] [--only KIND] [--plant NAME] \
+                 [--hard NAME] [--keep DIR] [--keep-all]"
             );
             return ExitCode::from(2);
         }
@@ -47,13 +54,10 @@ fn main() -> ExitCode {
         .into_iter()
         .filter(|case| arguments.case.is_none_or(|index| case.index == index))
         .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
+        .filter(|case| arguments.plant.is_none_or(|plant| case.plant == plant))
+        .filter(|case| arguments.hard.is_none_or(|hard| case.hard == hard))
         .collect();
-    println!(
-        "{} campaigns of {} runs, seed {}",
-        chosen.len(),
-        field::plan().runs.len(),
-        arguments.seed
-    );
+    println!("{} campaigns, seed {}", chosen.len(), arguments.seed);
     let began = Instant::now();
     let progress = Progress::new("blind campaigns", false);
     let done = AtomicUsize::new(0);
@@ -124,8 +128,10 @@ fn print_classes_and_times(verdicts: &[Verdict], elapsed_s: f64) {
 
 fn print_answer(verdict: &Verdict) {
     println!(
-        "\ncase {}: {} {:?}",
+        "\ncase {}: {}, {}, {} {:?}",
         verdict.case.index,
+        verdict.case.plant.name(),
+        verdict.case.hard.name(),
         verdict.case.kind.name(),
         verdict.case.effects
     );
@@ -144,27 +150,38 @@ fn print_answer(verdict: &Verdict) {
         );
     }
     println!("  unexplained: {:?}", verdict.answer.unexplained);
-    println!("  cross-validated error over the truth's: {:.3}", verdict.cross_validated_ratio);
+    println!(
+        "  cross-validated error over the truth's: {:.3}, over the noise {:.3}; floor over the noise {:.3}",
+        verdict.cross_validated_ratio, verdict.over_noise, verdict.floor_ratio
+    );
+    if let Some(why) = &verdict.refused {
+        println!("  refused: {why}");
+    }
 }
 
 /// Writes campaigns to folders, and what they hide to a file beside them.
 fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
-    let mut truth =
-        String::from("case\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\theldout_m\n");
+    let mut truth = String::from(
+        "case\tplant\thard\tkind\thidden\tgood\treached\tas_strong\theldout_ratio\tover_noise\tfloor_ratio\theldout_m\n",
+    );
     for verdict in verdicts.iter().filter(|verdict| all || !verdict.good()) {
         let place = folder.join(format!("case_{:04}", verdict.case.index));
         let _ = std::fs::remove_dir_all(&place);
         field::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
-            "{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\n",
+            "{}\t{}\t{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\t{}\t{}\n",
             verdict.case.index,
+            verdict.case.plant.name(),
+            verdict.case.hard.name(),
             verdict.case.kind.name(),
             ids(verdict).join(","),
             verdict.good(),
             verdict.reached,
             verdict.as_strong_as_required(),
             verdict.cross_validated_ratio,
+            verdict.over_noise,
+            verdict.floor_ratio,
             verdict
                 .answer
                 .steps
@@ -176,12 +193,31 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
     std::fs::write(folder.join("truth.tsv"), truth).map_err(|error| error.to_string())
 }
 
+const KINDS: [(&str, Kind); 7] = [
+    ("strong", Kind::Strong),
+    ("medium", Kind::Medium),
+    ("weak", Kind::Weak),
+    ("two", Kind::Two),
+    ("nothing", Kind::Nothing),
+    ("nuisance", Kind::Nuisance),
+    ("outside", Kind::Outside),
+];
+
+/// The one of this name.
+fn one_of<T: Copy>(names: &[(&str, T)], name: &str) -> Result<T, String> {
+    let known = names.iter().map(|entry| entry.0).collect::<Vec<_>>().join(", ");
+    let found = names.iter().find(|entry| entry.0 == name);
+    found.map(|entry| entry.1).ok_or(format!("no `{name}`: there are {known}"))
+}
+
 fn arguments() -> Result<Arguments, String> {
     let mut arguments = Arguments {
         seed: SEED,
         campaigns: CAMPAIGNS,
         case: None,
         only: None,
+        plant: None,
+        hard: None,
         keep: None,
         keep_all: false,
     };
@@ -197,20 +233,15 @@ fn arguments() -> Result<Arguments, String> {
             "--case" => arguments.case = Some(number(value()?)? as usize),
             "--keep" => arguments.keep = Some(value()?.into()),
             "--keep-all" => arguments.keep_all = true,
-            "--only" => {
-                let name = value()?;
-                let kinds = [
-                    ("strong", Kind::Strong),
-                    ("medium", Kind::Medium),
-                    ("weak", Kind::Weak),
-                    ("two", Kind::Two),
-                    ("nothing", Kind::Nothing),
-                    ("nuisance", Kind::Nuisance),
-                    ("outside", Kind::Outside),
-                ];
-                let kind = kinds.iter().find(|entry| entry.0 == name);
-                arguments.only = Some(kind.ok_or(format!("no kind `{name}`"))?.1);
+            "--plant" => {
+                let names = Plant::BOTH.map(|plant| (plant.name(), plant));
+                arguments.plant = Some(one_of(&names, &value()?)?);
             }
+            "--hard" => {
+                let names = Hard::TURNS.map(|hard| (hard.name(), hard));
+                arguments.hard = Some(one_of(&names, &value()?)?);
+            }
+            "--only" => arguments.only = Some(one_of(&KINDS, &value()?)?),
             _ => return Err(format!("unknown argument {word}")),
         }
     }

@@ -1,14 +1,20 @@
 //! `beeline explain`
 
+use std::path::Path;
+
 use robot_model::compare::Comparer;
+use robot_model::effect::Effect;
+use robot_model::estimation::OdometryNoise;
 use robot_model::explain::explain_given;
+use robot_model::recording;
 
 use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, reached_again, show};
+use crate::explain::{Subject, assumed, net_changes, reached_again, show};
+use crate::json;
 use crate::ui::say;
-use crate::{json, words};
+use campaign::Campaign;
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
@@ -21,30 +27,34 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if common.json || args.format.is_json() {
         say(json::answer(&answer));
     } else {
-        let combinations: Vec<Option<String>> = if answer.steps.is_empty() {
+        let combinations = if answer.steps.is_empty() {
             Vec::new()
         } else {
             let comparer =
-                Comparer::with_noise(&campaign, robot_model::estimation::OdometryNoise::TYPICAL)
-                    .map_err(Error::new)?;
-            assumed(&answer.steps, &catalogue)
-                .iter()
-                .map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change))
-                .collect()
+                Comparer::with_noise(&campaign, OdometryNoise::TYPICAL).map_err(Error::new)?;
+            net_changes(&comparer, &assumed(&answer.steps, &catalogue))
         };
-        show(
-            &answer,
-            &Subject {
-                robot: &read.robot.name,
-                campaign: &args.campaign.to_string_lossy(),
-                reached: &reached_again(common, &read),
-                runs: campaign.fitted_runs().count(),
-                catalogue: &catalogue,
-                combinations: &combinations,
-                in_model: &model.effects,
-            },
-        );
+        let subject = subject(common, &args.campaign, (&read, &campaign), &catalogue);
+        show(&answer, &Subject { combinations, in_model: &model.effects, ..subject });
     }
     let missing = !answer.steps.is_empty() || answer.unexplained.structure;
     if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+/// What is asked of the campaign in a folder, with no effect in its model and none found yet.
+pub(super) fn subject<'a>(
+    common: &Common,
+    folder: &Path,
+    (read, campaign): (&'a Campaign, &recording::Campaign),
+    catalogue: &'a [&'a dyn Effect],
+) -> Subject<'a> {
+    Subject {
+        robot: &read.robot.name,
+        campaign: folder.to_string_lossy().into_owned(),
+        reached: reached_again(common, read),
+        runs: campaign.fitted_runs().count(),
+        catalogue,
+        in_model: &[],
+        combinations: Vec::new(),
+    }
 }

@@ -7,9 +7,7 @@ use std::time::Duration;
 use futures_lite::future;
 use host_link::motion::Motion;
 use host_link::session::Session;
-use shared_proto::{
-    Answer, Command, Drive, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair,
-};
+use shared_proto::{Answer, Command, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair};
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
@@ -166,7 +164,7 @@ impl Robot {
     /// Starts a motion with the motors on; it lives for [`TTL_MS`].
     pub async fn drive(&mut self, motion: &Motion) -> Result<MotionId, Refusal> {
         let id = self.session.new_motion();
-        self.ask(Command::Drive(with_id(motion, id))).await.map(|_| id)
+        self.ask(Command::Drive(motion.drive_now(id))).await.map(|_| id)
     }
 
     /// Arms, starts a motion and renews it for this long \[s\].
@@ -201,12 +199,6 @@ impl Robot {
         self.session = new_session(&self.wire, number);
         self.session.open().await.expect("the robot answers again");
     }
-}
-
-/// The command for a motion.
-pub fn with_id(motion: &Motion, id: MotionId) -> Drive {
-    let Motion { unit, distance, cruise, acceleration } = *motion;
-    Drive { motion: id, ttl_ms: TTL_MS, unit, distance, cruise, acceleration, start_us: None }
 }
 
 /// A motion in metres.

@@ -1,11 +1,14 @@
 //! The hardware interface that a board, or the simulator, implements for the tasks.
 //!
 //! The emergency stop and the motor driver's fault line are `embedded_hal_async::digital::Wait`
-//! pins, and the link is an `embedded_io_async` reader and writer; the traits here cover
-//! what the ecosystem has no trait for.
+//! pins (any [`Level`] becomes one as a [`WaitPin`]), and the link is an `embedded_io_async` reader and
+//! writer; the traits here cover what the ecosystem has no trait for.
 
+use core::convert::Infallible;
 use core::future::Future;
 
+use embedded_hal::digital::ErrorType;
+use embedded_hal_async::digital::Wait;
 use shared_proto::{Config, Name, ResetCause, WheelPair};
 
 use crate::units::Duty;
@@ -36,6 +39,48 @@ pub trait Motors {
 pub trait Supply {
     /// The latest measurement \[mV\].
     fn millivolts(&mut self) -> u16;
+}
+
+/// An input whose level can be read and waited for.
+pub trait Level {
+    /// Whether it is low now.
+    fn is_low(&self) -> bool;
+    /// Waits until it is low, or high.
+    fn wait_until(&self, low: bool) -> impl Future<Output = ()>;
+}
+
+/// A [`Level`] as a pin that can be waited for.
+pub struct WaitPin<L>(pub L);
+
+impl<L> ErrorType for WaitPin<L> {
+    type Error = Infallible;
+}
+
+impl<L: Level> Wait for WaitPin<L> {
+    async fn wait_for_high(&mut self) -> Result<(), Infallible> {
+        self.0.wait_until(false).await;
+        Ok(())
+    }
+
+    async fn wait_for_low(&mut self) -> Result<(), Infallible> {
+        self.0.wait_until(true).await;
+        Ok(())
+    }
+
+    async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
+        self.wait_for_low().await?;
+        self.wait_for_high().await
+    }
+
+    async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
+        self.wait_for_high().await?;
+        self.wait_for_low().await
+    }
+
+    async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
+        self.0.wait_until(!self.0.is_low()).await;
+        Ok(())
+    }
 }
 
 /// A configuration that survives power-off.

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Wake, Waker};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use firmware::hal::BoardInfo;
+use firmware::hal::{BoardInfo, WaitPin};
 use firmware::shared::Shared;
 use firmware::task;
 use shared_proto::{Config, Name, ResetCause};
@@ -91,10 +91,13 @@ impl SimTarget {
         let (s, wire) = (shared.clone(), to_robot.clone());
         executor.spawn(async move { task::link::receive(&s, wire).await });
         let s = shared.clone();
-        executor
-            .spawn(async move { task::safety_inputs::emergency_stop(&s, emergency_stop).await });
+        executor.spawn(async move {
+            task::safety_inputs::emergency_stop(&s, WaitPin(emergency_stop)).await
+        });
         let s = shared.clone();
-        executor.spawn(async move { task::safety_inputs::driver_fault(&s, driver_fault).await });
+        executor.spawn(async move {
+            task::safety_inputs::driver_fault(&s, WaitPin(driver_fault)).await
+        });
         let store = flash.clone();
         executor.spawn(async move { task::supervisor::run(&shared, store, board).await });
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::recorded::SPINS_AND_ARCS;
 use crate::schema::violation;
 use crate::temp_folder::TempFolder;
 
@@ -74,30 +75,22 @@ fn the_error_of_real_squares_falls_when_what_is_missing_is_added() {
     );
 }
 
-/// A robot with a track 1 % too wide; two of its four spins are held out.
-const KEPT_ASIDE: &str = "\
+/// Before the runs of [`SPINS_AND_ARCS`].
+const OUT_AND_BACK: &str = "\
 acceleration_mps2 = 0.3
 [[run]]
 name = \"out_and_back\"
 pieces = [{ straight_m = 1, speed_mps = 0.2 }, { straight_m = -1, speed_mps = 0.2 }]
+";
+
+/// After them: two spins that are held out.
+const KEPT_ASIDE: &str = "\
 [[run]]
-name = \"left\"
-pieces = [{ spin_deg = 720, speed_mps = 0.12 }]
-[[run]]
-name = \"right\"
-pieces = [{ spin_deg = -720, speed_mps = 0.12 }]
-[[run]]
-name = \"arc_left\"
-pieces = [{ arc_deg = 300, radius_m = 0.5, speed_mps = 0.15 }]
-[[run]]
-name = \"arc_right\"
-pieces = [{ arc_deg = -300, radius_m = 0.5, speed_mps = 0.15 }]
-[[run]]
-name = \"spin_left\"
+name = \"aside_left\"
 held_out = true
 pieces = [{ spin_deg = 360, speed_mps = 0.12 }]
 [[run]]
-name = \"spin_right\"
+name = \"aside_right\"
 held_out = true
 pieces = [{ spin_deg = -360, speed_mps = 0.12 }]
 ";
@@ -105,7 +98,7 @@ pieces = [{ spin_deg = -360, speed_mps = 0.12 }]
 #[test]
 fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     let temp = TempFolder::new();
-    temp.write("plan.toml", KEPT_ASIDE);
+    temp.write("plan.toml", &[OUT_AND_BACK, SPINS_AND_ARCS, KEPT_ASIDE].concat());
     temp.write("wide.toml", "name = \"wide\"\n[plant]\ngeometry.track_width_m = 0.37572\n");
     temp.run("campaign record robot --plan plan.toml --port sim:wide.toml").ok();
     let toml = String::from_utf8(temp.read("robot/robot.toml")).unwrap();
@@ -122,7 +115,7 @@ fn runs_that_a_plan_holds_out_are_reported_by_themselves_everywhere() {
     assert_eq!(violation(&json), None);
 
     let compared = temp.run("compare robot").ok().stdout;
-    for words in ["06_spin_left", "spin, held out", "all other 5 runs", "held out, 2 runs"] {
+    for words in ["06_aside_left", "spin, held out", "all other 5 runs", "held out, 2 runs"] {
         assert!(compared.contains(words), "{words}: {compared}");
     }
     let added = temp.run("model add track_width robot").ok().stdout;

@@ -1,21 +1,10 @@
 //! `beeline apply` and `beeline calibrate --method umbmark` on the simulator.
 
+use crate::recorded::{SPINS_AND_ARCS, only_unequal_wheels, unequal_wheels};
 use crate::temp_folder::TempFolder;
 
-/// Wheels that differ by 1 %, a track 1 % too wide, and stiff tyres without effects of their own.
-const CROOKED: &str = "\
-name = \"crooked\"
-[plant]
-substep_us = 200
-geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
-geometry.track_width_m = 0.37572
-tyre.longitudinal_stiffness_n_per_m = 120000.0
-tyre.lateral_stiffness_n_per_m = 72000.0
-tyre.rolling_resistance = 0.003
-";
-
-/// Enough to tell a radius from a pull, and scale from track.
-const PLAN: &str = "\
+/// Before the runs of [`SPINS_AND_ARCS`]: with them, enough to tell a radius from a pull, and scale from track.
+const OUT_AND_BACKS: &str = "\
 acceleration_mps2 = 0.3
 [[run]]
 name = \"out_and_back\"
@@ -24,18 +13,10 @@ pieces = [{ straight_m = 1.2, speed_mps = 0.2 }, { straight_m = -1.2, speed_mps 
 name = \"north\"
 heading_deg = 90
 pieces = [{ straight_m = 1.2, speed_mps = 0.2 }, { straight_m = -1.2, speed_mps = 0.2 }]
-[[run]]
-name = \"spin_left\"
-pieces = [{ spin_deg = 720, speed_mps = 0.12 }]
-[[run]]
-name = \"spin_right\"
-pieces = [{ spin_deg = -720, speed_mps = 0.12 }]
-[[run]]
-name = \"arc_left\"
-pieces = [{ arc_deg = 300, radius_m = 0.5, speed_mps = 0.15 }]
-[[run]]
-name = \"arc_right\"
-pieces = [{ arc_deg = -300, radius_m = 0.5, speed_mps = 0.15 }]
+";
+
+/// After them.
+const ARC_AND_SQUARE: &str = "\
 [[run]]
 name = \"arc_wide\"
 pieces = [{ arc_deg = 300, radius_m = 0.9, speed_mps = 0.15 }]
@@ -47,10 +28,15 @@ pieces = [
 ]
 ";
 
+/// Wheels that differ by 1 %, and a track 1 % too wide.
+fn crooked_scenario() -> String {
+    unequal_wheels("crooked", "geometry.track_width_m = 0.37572")
+}
+
 fn crooked() -> TempFolder {
     let temp = TempFolder::new();
-    temp.write("crooked.toml", CROOKED);
-    temp.write("plan.toml", PLAN);
+    temp.write("crooked.toml", &crooked_scenario());
+    temp.write("plan.toml", &[OUT_AND_BACKS, SPINS_AND_ARCS, ARC_AND_SQUARE].concat());
     temp
 }
 
@@ -124,18 +110,6 @@ fn a_robot_that_was_corrected_by_its_campaign_goes_on_with_it() {
     }
 }
 
-/// Wheels that differ by 1 %, and nothing else: the standard caster costs 0.01 % of a turn, which shows.
-pub(crate) const UNEQUAL: &str = "\
-name = \"unequal\"
-[plant]
-substep_us = 200
-geometry.wheel_radius_m = { left = 0.03618, right = 0.03582 }
-tyre.longitudinal_stiffness_n_per_m = 120000.0
-tyre.lateral_stiffness_n_per_m = 72000.0
-tyre.rolling_resistance = 0.003
-caster.rolling_resistance = 0.0
-";
-
 /// A campaign of this scenario in this folder, recorded with what the flash has.
 fn recorded(temp: &TempFolder, folder: &str, scenario: &str) {
     temp.run(&format!(
@@ -147,7 +121,7 @@ fn recorded(temp: &TempFolder, folder: &str, scenario: &str) {
 #[test]
 fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
     let temp = crooked();
-    temp.write("unequal.toml", UNEQUAL);
+    temp.write("unequal.toml", &only_unequal_wheels());
     recorded(&temp, "before", "unequal.toml");
     assert!(!temp.path("before/model.toml").exists(), "nothing is compensated yet");
     let missing = temp.run("explain before --exit-code --json");
@@ -193,7 +167,8 @@ fn a_campaign_recorded_after_apply_knows_what_the_robot_compensates() {
 #[test]
 fn what_is_compensated_and_no_longer_there_is_taken_back() {
     let temp = crooked();
-    temp.write("equal.toml", &UNEQUAL.replace("0.03618", "0.036").replace("0.03582", "0.036"));
+    let unequal = only_unequal_wheels();
+    temp.write("equal.toml", &unequal.replace("0.03618", "0.036").replace("0.03582", "0.036"));
     for set in ["wheel_weight 0.99", "wheel_radius_m 0.03618"] {
         temp.run(&format!("config set geometry.{set} --save --flash flash")).ok();
     }
@@ -312,7 +287,7 @@ fn umbmark_corrects_wheels_and_track_and_its_squares_close() {
 fn umbmark_of_a_slow_camera_begins_where_the_robot_was_put() {
     let temp = crooked();
     // Half a second has five pictures: half of the last ten are from before the robot was put there.
-    temp.write("crooked.toml", &format!("{CROOKED}[camera]\nrate_hz = 10\n"));
+    temp.write("crooked.toml", &format!("{}[camera]\nrate_hz = 10\n", crooked_scenario()));
     umbmark_closes_squares(&temp);
 }
 

@@ -19,6 +19,7 @@ mod outcome;
 mod pages;
 mod question;
 mod real_time;
+mod recorded;
 mod schema;
 mod served;
 mod tape;

@@ -1,4 +1,7 @@
 //! Two processes in real time: a robot behind TCP or a pseudo-terminal, and `beeline` on it.
+//!
+//! These tests wait more than they compute. `cargo xtask test` runs several of them at once, apart from tests
+//! that keep the processor busy.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::Child;

@@ -3,7 +3,6 @@
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -29,8 +28,6 @@ pub struct Served<'a> {
     child: Child,
     temp: &'a TempFolder,
     port: String,
-    // One robot at a time: tests in real time must not share the machine.
-    _turn: MutexGuard<'static, ()>,
 }
 
 impl<'a> Served<'a> {
@@ -41,8 +38,6 @@ impl<'a> Served<'a> {
 
     /// As [`start`](Self::start), with more options of `beeline sim`.
     pub fn start_with(temp: &'a TempFolder, listen: &str, options: &str) -> Self {
-        static TURN: Mutex<()> = Mutex::new(());
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         temp.write("uneven.toml", SCENARIO);
         let arguments = format!(
             "sim --json --listen {listen} --port sim:uneven.toml --camera track.csv --flash flash {options}"
@@ -52,7 +47,7 @@ impl<'a> Served<'a> {
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let value: Value = serde_json::from_str(&line).expect("one line with the port");
         let port = value["listening"].as_str().unwrap().to_owned();
-        Self { child, temp, port, _turn: turn }
+        Self { child, temp, port }
     }
 
     /// Where it listens.

@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use campaign::{Campaign, Row};
 
-use crate::apply::UNEQUAL;
 use crate::outcome::Outcome;
+use crate::recorded::only_unequal_wheels;
 use crate::temp_folder::TempFolder;
 
 /// There and round, away from its mark.
@@ -188,7 +188,7 @@ fn squares() -> String {
 fn the_ends_of_squares_name_the_class_that_they_cannot_tell_apart() {
     let temp = TempFolder::new();
     temp.write("plan.toml", &squares());
-    temp.write("unequal.toml", UNEQUAL);
+    temp.write("unequal.toml", &only_unequal_wheels());
     let record = |folder: &str, answers: &str| {
         let mut arguments = RECORD.to_vec();
         arguments[2] = folder;

@@ -3,7 +3,7 @@
 #[cfg(target_os = "linux")]
 #[test]
 fn two_hundred_robots_one_after_the_other_leave_no_memory_behind() {
-    use beeline_tests::robot::{meters, on_robot, with_id};
+    use beeline_tests::robot::{meters, on_robot};
     use shared_proto::{Command, MotionId};
     use sim_target::Scenario;
 
@@ -15,7 +15,7 @@ fn two_hundred_robots_one_after_the_other_leave_no_memory_behind() {
     let one = || {
         on_robot(&Scenario::default(), async |robot| {
             robot.tell(Command::Arm).await;
-            robot.tell(Command::Drive(with_id(&meters(1.0, 1.0, 0.2, 0.5), MotionId(1)))).await;
+            robot.tell(Command::Drive(meters(1.0, 1.0, 0.2, 0.5).drive_now(MotionId(1)))).await;
             // Taken down in the middle of everything.
             robot.listen(0.1).await;
         });

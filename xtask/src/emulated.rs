@@ -1,7 +1,7 @@
 //! What is done with the image on the emulated board: its tests, its count of instructions, and a robot
 //! that hosts can talk to.
 
-use crate::steps::cargo;
+use crate::steps::{LINTING, cargo};
 use crate::{Outcome, firmware, target_folder};
 
 /// The emulator's crate is outside the workspace, and declares a newer compiler than it needs. It is
@@ -15,35 +15,29 @@ fn line(what: &str, args: &[&str]) -> Result<Vec<String>, String> {
     Ok(line.into_iter().map(String::from).collect())
 }
 
-/// Compiles the tests on the emulated board.
+/// Compiles the tests on the emulated board, and checks the code of its crate: a warning fails the build.
 pub fn build_tests() -> Outcome {
-    cargo(&line("test", &["--no-run"])?, &[], "fix the build")
+    cargo(&line("test", &["--no-run"])?, &LINTING, "fix the build, and what clippy says")
 }
 
 /// Tests the flashed image on the emulated board.
 pub fn test() -> Outcome {
-    with_image("test", &["--", "--nocapture"])
+    with_image("test", &["--", "--nocapture"], &LINTING)
 }
 
 /// Prints what a control tick costs.
 pub fn bench() -> Outcome {
-    with_image("run", &["--example", "cost"])
+    with_image("run", &["--example", "cost"], &[])
 }
 
 /// Puts the emulated board behind a TCP port, in real time.
 pub fn serve(args: &[&str]) -> Outcome {
-    with_image("run", &[&["--bin", "emulate", "--"], args].concat())
+    with_image("run", &[&["--bin", "emulate", "--"], args].concat(), &[])
 }
 
-/// Checks the code of the emulated board's crate.
-pub fn clippy() -> Outcome {
-    let line = line("clippy", &["--all-targets", "--", "-D", "warnings"])?;
-    cargo(&line, &[], "fix what clippy says")
-}
-
-fn with_image(what: &str, args: &[&str]) -> Outcome {
+fn with_image(what: &str, args: &[&str], variables: &[(&str, &str)]) -> Outcome {
     let image = firmware::reference_image()?;
     let image = image.to_str().ok_or("the build folder's name is not UTF-8")?;
-    let variables = [("BEELINE_IMAGE", image)];
+    let variables = [&[("BEELINE_IMAGE", image)], variables].concat();
     cargo(&line(what, args)?, &variables, "what failed on the emulated board stands above")
 }

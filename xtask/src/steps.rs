@@ -40,6 +40,13 @@ fn verdict(good: bool) -> &'static str {
     if good { "ok" } else { "FAILED" }
 }
 
+/// Variables with which clippy compiles the crates of a workspace: one pass checks them and builds them, and
+/// what they depend on is not compiled a second time for the check. `cargo clippy -- -D warnings` sets the same.
+pub const LINTING: [(&str, &str); 2] = [
+    ("RUSTC_WORKSPACE_WRAPPER", "clippy-driver"),
+    ("CLIPPY_ARGS", "-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__"),
+];
+
 /// Runs cargo in the root; `advice` is what to do if it fails.
 pub fn cargo<S: AsRef<OsStr>>(args: &[S], variables: &[(&str, &str)], advice: &str) -> Outcome {
     let mut command = Command::new("cargo");

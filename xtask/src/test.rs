@@ -52,16 +52,17 @@ fn all(steps: &mut Steps) -> Outcome {
     // What is compiled for them and what they take are two figures: only one is the tests' own.
     steps
         .run("build tests", || cargo(&["test", "--workspace", "--no-run"], &[], "fix the build"))?;
+    let advice = "the failed tests and their messages stand above, under `failures:`";
+    let skip = ["--", "--skip", REAL_TIME];
     steps.run("test", || {
-        cargo(
-            &["test", "--workspace", "--no-fail-fast"],
-            &[],
-            "the failed tests and their messages stand above, under `failures:`",
-        )
+        cargo(&[&["test", "--workspace", "--no-fail-fast"][..], &skip].concat(), &[], advice)
     })?;
+    // They wait more than they compute, so more of them run at once than there are cores.
+    let wait = ["--test", "binary", "--", REAL_TIME, "--test-threads", REAL_TIME_THREADS];
+    steps
+        .run("real time", || cargo(&[&["test", "--workspace"][..], &wait].concat(), &[], advice))?;
     steps.run("images", || firmware::run(&[]))?;
     steps.run("images clippy", firmware::clippy)?;
-    steps.run("emulated clippy", emulated::clippy)?;
     steps.run("build emulated", emulated::build_tests)?;
     steps.run("emulated", emulated::test)?;
     steps.run("doc", || {
@@ -72,6 +73,12 @@ fn all(steps: &mut Steps) -> Outcome {
         )
     })
 }
+
+/// The tests of the executable on robots that move in real time.
+const REAL_TIME: &str = "real_time::";
+
+/// How many of these run at once.
+const REAL_TIME_THREADS: &str = "4";
 
 /// Effects are modules that a macro declares: `cargo fmt` does not see their files.
 const EFFECTS: &str = "robot-model/src/effect/catalogue";

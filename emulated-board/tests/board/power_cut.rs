@@ -118,7 +118,7 @@ fn wrong_boots(cases: Vec<Case>) -> Vec<String> {
 fn a_power_cut_before_any_flash_operation_leaves_the_old_or_the_new_configuration() {
     let saves = saves();
     let erasing = saves.len() - 1;
-    // A boot takes the emulator a second: every operation of the save that has most kinds of them, and
+    // A boot takes the emulator half a second: every operation of the save that has most kinds of them, and
     // some of the first two; all of all of them are tried in the store's own tests.
     let cases: Vec<Case> = [(0, 13), (1, 13), (erasing, 1)]
         .into_iter()

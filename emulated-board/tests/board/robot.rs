@@ -3,14 +3,9 @@
 use std::time::Duration;
 
 use emulated_board::Bench;
-use host_link::motion::Motion;
-use shared_proto::{
-    Answer, Command, Drive, FaultReport, MotionId, Refusal, State, Status, WheelPair,
-};
+use host_link::motion::{Motion, TTL_MS};
+use shared_proto::{Answer, Command, FaultReport, MotionId, Refusal, State, Status, WheelPair};
 use sim_target::{now_us, sleep_until_us};
-
-/// How long a motion lives without renewal \[ms\].
-const TTL_MS: u16 = 200;
 
 /// The paper's cruise, reached in one second, far enough for everything here.
 pub const AHEAD: Motion =
@@ -63,17 +58,7 @@ impl Robot {
     pub async fn cruise(&mut self, motion: &Motion, ms: u64) -> MotionId {
         self.tell(Command::Arm).await;
         let id = self.0.session.new_motion();
-        let Motion { unit, distance, cruise, acceleration } = *motion;
-        let drive = Drive {
-            motion: id,
-            ttl_ms: TTL_MS,
-            unit,
-            distance,
-            cruise,
-            acceleration,
-            start_us: None,
-        };
-        self.tell(Command::Drive(drive)).await;
+        self.tell(Command::Drive(motion.drive_now(id))).await;
         self.renew(id, ms).await;
         id
     }

@@ -6,23 +6,12 @@ use shared_proto::{Command, Config, ConfigOrigin, Name, Refusal, State};
 use super::robot::{AHEAD, Robot};
 use super::{emulation, uneventful};
 
-/// What an image that wrote the first layout of the store left in its flash; see
-/// `firmware/tests/store/layouts.rs`.
-const LAYOUT_1: &str = "00000000082a82f3cc0059fc010100d5943a83086e756d62657265643bdf4f8d976ea23f022b8716\
-    d9ced73f67161f090100f03f0000000000208c40000000000000f03f000000000000208c40000000\
-    000000f03f00000000000000000044400000000000004e40000000000000f03f7b14ae47e17aa43f\
-    0000000000000040fca9f1d24d62b03f9a9999999999d93f000000000000f03f000000000000e03f\
-    000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f000000000000d03f\
-    00000000000022409a9999999999c93f";
+/// What an image that wrote the first layout of the store left in its flash.
+const LAYOUT_1: &[u8] = include_bytes!("../../../firmware/tests/store/layout_1.bin");
 
 fn layout_1() -> Vec<u8> {
-    let digit = |byte: u8| (byte as char).to_digit(16).expect("hexadecimal") as u8;
-    let pairs = LAYOUT_1.as_bytes().chunks_exact(2);
     let mut flash = blank();
-    flash
-        .iter_mut()
-        .zip(pairs)
-        .for_each(|(byte, pair)| *byte = digit(pair[0]) << 4 | digit(pair[1]));
+    flash[..LAYOUT_1.len()].copy_from_slice(LAYOUT_1);
     flash
 }
 

@@ -1,13 +1,11 @@
 //! A polled input. An interrupt would cost the control tasks time whenever a button bounces or a line
 //! picks up noise; polling does not.
 
-use core::convert::Infallible;
-
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Input, Level, Pin, Pull};
 use embassy_time::Timer;
-use embedded_hal::digital::ErrorType;
-use embedded_hal_async::digital::Wait;
+
+use crate::hal;
 
 /// Polling period \[ms\].
 const POLL_MS: u64 = 2;
@@ -28,42 +26,16 @@ impl PolledInput {
     pub fn active_low(pin: Peri<'static, impl Pin>) -> Self {
         Self { pin: Input::new(pin, Pull::Up), active: Level::Low }
     }
+}
 
-    async fn wait_until(&self, active: bool) {
-        while (self.pin.get_level() == self.active) != active {
+impl hal::Level for PolledInput {
+    fn is_low(&self) -> bool {
+        self.pin.get_level() == self.active
+    }
+
+    async fn wait_until(&self, low: bool) {
+        while self.is_low() != low {
             Timer::after_millis(POLL_MS).await;
         }
-    }
-}
-
-impl ErrorType for PolledInput {
-    type Error = Infallible;
-}
-
-impl Wait for PolledInput {
-    async fn wait_for_high(&mut self) -> Result<(), Infallible> {
-        self.wait_until(false).await;
-        Ok(())
-    }
-
-    async fn wait_for_low(&mut self) -> Result<(), Infallible> {
-        self.wait_until(true).await;
-        Ok(())
-    }
-
-    async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
-        self.wait_for_low().await?;
-        self.wait_for_high().await
-    }
-
-    async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
-        self.wait_for_high().await?;
-        self.wait_for_low().await
-    }
-
-    async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
-        let active = self.pin.get_level() == self.active;
-        self.wait_until(!active).await;
-        Ok(())
     }
 }

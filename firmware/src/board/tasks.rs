@@ -25,7 +25,7 @@ use super::input::PolledInput;
 use super::leds::{self, Leds};
 use super::supply::DividedSupply;
 use super::{NAME, guard};
-use crate::hal::BoardInfo;
+use crate::hal::{BoardInfo, WaitPin};
 use crate::shared::Shared;
 use crate::store::FlashStore;
 use crate::task;
@@ -153,12 +153,12 @@ async fn transmit(shared: &'static BoardShared, writer: UartTx<'static, Async>) 
 
 #[embassy_executor::task]
 async fn emergency_stop(shared: &'static BoardShared, pin: PolledInput) {
-    task::safety_inputs::emergency_stop(shared, pin).await;
+    task::safety_inputs::emergency_stop(shared, WaitPin(pin)).await;
 }
 
 #[embassy_executor::task]
 async fn driver_fault(shared: &'static BoardShared, pin: PolledInput) {
-    task::safety_inputs::driver_fault(shared, pin).await;
+    task::safety_inputs::driver_fault(shared, WaitPin(pin)).await;
 }
 
 #[embassy_executor::task]

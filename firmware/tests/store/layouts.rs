@@ -7,39 +7,16 @@ use super::nor::{Nor, SECTOR_LEN, SECTORS};
 use super::{load, numbered, save};
 
 /// What an image that wrote layout 1 left in its flash: a mark, an item's header, the record.
-const LAYOUT_1: &str = "00000000082a82f3cc0059fc010100d5943a83086e756d62657265643bdf4f8d976ea23f022b8716\
-    d9ced73f67161f090100f03f0000000000208c40000000000000f03f000000000000208c40000000\
-    000000f03f00000000000000000044400000000000004e40000000000000f03f7b14ae47e17aa43f\
-    0000000000000040fca9f1d24d62b03f9a9999999999d93f000000000000f03f000000000000e03f\
-    000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f000000000000d03f\
-    00000000000022409a9999999999c93f";
+const LAYOUT_1: &[u8] = include_bytes!("layout_1.bin");
 
 /// The same configuration in layout 2.
-const LAYOUT_2: &str = "000000007f465eb1cc0059fc0102006ac5456b086e756d62657265643bdf4f8d976ea23f022b8716\
-    d9ced73f67161f090100f03f0000000000208c40000000000000f03f000000000000208c40000000\
-    000000f03f00000000000000000044400000000000004e40000000000000f03f7b14ae47e17aa43f\
-    0000000000000040fca9f1d24d62b03f9a9999999999d93f000000000000f03f000000000000e03f\
-    000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f000000000000d03f\
-    00000000000022409a9999999999c93f";
+const LAYOUT_2: &[u8] = include_bytes!("layout_2.bin");
 
 /// With a pull, in layout 3.
-const LAYOUT_3: &str = "0000000066f3ca2dd400f1e90103009c54ed89086e756d62657265643bdf4f8d976ea23f022b8716\
-    d9ced73f67161f090100f03f9a999999999989bf0000000000208c40000000000000f03f00000000\
-    0000208c40000000000000f03f00000000000000000044400000000000004e40000000000000f03f\
-    7b14ae47e17aa43f0000000000000040fca9f1d24d62b03f9a9999999999d93f000000000000f03f\
-    000000000000e03f000000000000f03f00000000000034407b14ae47e17a943fb81e85eb51b8ae3f\
-    000000000000d03f00000000000022409a9999999999c93f";
+const LAYOUT_3: &[u8] = include_bytes!("layout_3.bin");
 
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
-
-fn bytes(hex: &str) -> Vec<u8> {
-    let digits: Vec<u8> = hex.bytes().filter(|digit| !digit.is_ascii_whitespace()).collect();
-    let byte = |pair: &[u8]| {
-        u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).expect("hexadecimal digits")
-    };
-    digits.chunks_exact(2).map(byte).collect()
-}
 
 fn flash(content: &[u8]) -> Nor {
     let mut bytes = vec![0xFF; SECTORS * SECTOR_LEN];
@@ -56,8 +33,8 @@ fn stored(heading_pull_rad_per_m: f64) -> Config {
 
 #[test]
 fn a_store_of_an_older_layout_is_read_without_a_pull_and_the_next_save_makes_layout_3_of_it() {
-    for old in [LAYOUT_1, LAYOUT_2].map(bytes) {
-        let (loaded, flash) = load(flash(&old));
+    for old in [LAYOUT_1, LAYOUT_2] {
+        let (loaded, flash) = load(flash(old));
         assert_eq!(loaded, Ok(Some(stored(0.0))), "every value is kept");
         assert_eq!(flash.operations, 0, "reading writes nothing");
 
@@ -66,7 +43,7 @@ fn a_store_of_an_older_layout_is_read_without_a_pull_and_the_next_save_makes_lay
         let (again, flash) = load(Nor::holding(flash.bytes));
         assert_eq!(again, Ok(Some(stored(-0.0125))));
         // The old record is as it was; behind it stands one in layout 3.
-        assert_eq!(flash.bytes[..old.len()], old);
+        assert_eq!(&flash.bytes[..old.len()], old);
         let header = &flash.bytes[old.len() + RECORD - 4..];
         assert_eq!(header[..2], 3_u16.to_le_bytes());
     }
@@ -74,22 +51,22 @@ fn a_store_of_an_older_layout_is_read_without_a_pull_and_the_next_save_makes_lay
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    let golden = bytes(LAYOUT_3);
-    assert_eq!(load(flash(&golden)).0, Ok(Some(stored(-0.0125))));
+    assert_eq!(load(flash(LAYOUT_3)).0, Ok(Some(stored(-0.0125))));
     let (_, flash) = save(Nor::blank(), &stored(-0.0125));
-    let written = flash.bytes[..golden.len()].iter().map(|byte| format!("{byte:02x}"));
+    let (written, beyond) = flash.bytes.split_at(LAYOUT_3.len());
+    let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(
-        written.collect::<String>(),
-        golden.iter().map(|byte| format!("{byte:02x}")).collect::<String>(),
-        "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here"
+        hex(written),
+        hex(LAYOUT_3),
+        "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here (`xxd -r -p` makes one of these digits)"
     );
-    assert!(flash.bytes[golden.len()..][..64].iter().all(|byte| *byte == 0xFF), "and no more");
+    assert!(beyond[..64].iter().all(|byte| *byte == 0xFF), "and no more");
 }
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
     for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3] {
-        let record = &bytes(layout)[RECORD..];
+        let record = &layout[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
         for at in [0, 2, 6, 100] {
             let mut record = record.to_vec();
@@ -98,7 +75,7 @@ fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
         }
     }
     // What an older firmware wrote and no firmware can have: a name beyond the record's end.
-    let mut record = bytes(LAYOUT_2)[RECORD..].to_vec();
+    let mut record = LAYOUT_2[RECORD..].to_vec();
     record[6] = 0xF0;
     let sum = shared_proto::Crc32::new().over(&record[..2]).over(&record[6..]).value();
     record[2..6].copy_from_slice(&sum.to_le_bytes());

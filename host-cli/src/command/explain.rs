@@ -1,14 +1,20 @@
 //! `beeline explain`
 
+use std::path::Path;
+
 use robot_model::compare::Comparer;
+use robot_model::effect::Effect;
 use robot_model::explain::explain_given;
+use robot_model::recording;
+use robot_model::recording::OdometryNoise;
 
 use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, headline, reached_again, show};
+use crate::explain::{Subject, assumed, headline, net_changes, reached_again, show};
+use crate::json;
 use crate::ui::say;
-use crate::{json, words};
+use campaign::Campaign;
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
@@ -21,33 +27,39 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }
-    let mut subject = Subject {
-        robot: &read.robot.name,
-        campaign: &args.campaign.to_string_lossy(),
-        reached: &reached_again(common, &read),
-        runs: campaign.fitted_runs().count(),
-        catalogue: &catalogue,
-        combinations: &[],
-        in_model: &model.effects,
-        nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
-    };
+    let subject = subject(common, &args.campaign, (&read, &campaign), &catalogue);
+    let subject = Subject { in_model: &model.effects, ..subject };
     if common.json || args.format.is_json() {
         say(json::answer(&answer, &headline(&answer, &subject)));
     } else {
-        let combinations: Vec<Option<String>> = if answer.steps.is_empty() {
+        let combinations = if answer.steps.is_empty() {
             Vec::new()
         } else {
             let comparer =
-                Comparer::with_noise(&campaign, robot_model::recording::OdometryNoise::TYPICAL)
-                    .map_err(Error::new)?;
-            assumed(&answer.steps, &catalogue)
-                .iter()
-                .map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change))
-                .collect()
+                Comparer::with_noise(&campaign, OdometryNoise::TYPICAL).map_err(Error::new)?;
+            net_changes(&comparer, &assumed(&answer.steps, &catalogue))
         };
-        subject.combinations = &combinations;
-        show(&answer, &subject);
+        show(&answer, &Subject { combinations, ..subject });
     }
     let missing = answer.steps.iter().any(|step| step.matters) || answer.unexplained.structure;
     if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+/// What is asked of the campaign in a folder, with no effect in its model and none found yet.
+pub(super) fn subject<'a>(
+    common: &Common,
+    folder: &Path,
+    (read, campaign): (&'a Campaign, &recording::Campaign),
+    catalogue: &'a [&'a dyn Effect],
+) -> Subject<'a> {
+    Subject {
+        robot: &read.robot.name,
+        campaign: folder.to_string_lossy().into_owned(),
+        reached: reached_again(common, read),
+        runs: campaign.fitted_runs().count(),
+        catalogue,
+        in_model: &[],
+        combinations: Vec::new(),
+        nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
+    }
 }

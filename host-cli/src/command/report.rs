@@ -8,12 +8,12 @@ use robot_model::explain::explain_given;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
+use super::explain::subject;
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, reached_again};
+use crate::explain::{Subject, assumed, net_changes};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
-use crate::words;
 use campaign::file::{check_writable, write_whole};
 use campaign::model::ModelFile;
 
@@ -45,19 +45,9 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);
-    let combinations: Vec<_> = found
-        .iter()
-        .map(|assumed| comparer.net_change(assumed).as_ref().map(words::net_change))
-        .collect();
     let subject = Subject {
-        robot: &read.robot.name,
-        campaign: &args.campaign.to_string_lossy(),
-        reached: &reached_again(common, &read),
-        runs: campaign.fitted_runs().count(),
-        catalogue: &catalogue,
-        combinations: &combinations,
-        in_model: &[],
-        nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
+        combinations: net_changes(&comparer, &found),
+        ..subject(common, &args.campaign, (&read, &campaign), &catalogue)
     };
     let before = assumed(&answer.known, &catalogue);
     let after: Vec<Assumed> = before.iter().chain(&found).cloned().collect();

@@ -1,7 +1,7 @@
 //! An answer in sentences, for the terminal and for a page alike.
 
 use campaign::model::EffectEntry;
-use robot_model::compare::Assumed;
+use robot_model::compare::{Assumed, Comparer};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
@@ -18,6 +18,12 @@ pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Ass
     steps.iter().filter_map(step).collect()
 }
 
+/// The net change by each of these effects in one number, where there is one.
+pub fn net_changes(comparer: &Comparer, effects: &[Assumed<'_>]) -> Vec<Option<String>> {
+    let change = |effect| comparer.net_change(effect).as_ref().map(words::net_change);
+    effects.iter().map(change).collect()
+}
+
 /// The name of what an answer's effects are added to.
 pub fn before(answer: &Answer) -> &'static str {
     if answer.known.is_empty() { "nominal robot" } else { "the model" }
@@ -28,9 +34,9 @@ pub struct Subject<'a> {
     /// Name of the robot.
     pub robot: &'a str,
     /// The folder, as the user wrote it.
-    pub campaign: &'a str,
+    pub campaign: String,
     /// The options that reach the robot for the next run, as the user would write them.
-    pub reached: &'a str,
+    pub reached: String,
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All candidate effects.
@@ -38,7 +44,7 @@ pub struct Subject<'a> {
     /// The effects that the user's model has already.
     pub in_model: &'a [EffectEntry],
     /// The net change by each step in one number, where there is one.
-    pub combinations: &'a [Option<String>],
+    pub combinations: Vec<Option<String>>,
     /// Wheel radius and track width as `robot.toml` has them \[m\].
     pub nominal_m: [f64; 2],
 }
@@ -259,11 +265,11 @@ mod tests {
     fn said(runs: usize, from: Errors, to: Errors) -> String {
         let subject = Subject {
             robot: "r",
-            campaign: "r",
-            reached: "--port sim",
+            campaign: "r".into(),
+            reached: "--port sim".into(),
             runs,
             catalogue: &[],
-            combinations: &[],
+            combinations: Vec::new(),
             in_model: &[],
             nominal_m: [0.036, 0.372],
         };
@@ -311,11 +317,11 @@ mod tests {
         let found = answer(&["marker_offset"], here, here).with_tolerance(0.02);
         let subject = Subject {
             robot: "r",
-            campaign: "r",
-            reached: "--port sim",
+            campaign: "r".into(),
+            reached: "--port sim".into(),
             runs: 5,
             catalogue: &[],
-            combinations: &[],
+            combinations: Vec::new(),
             in_model: &[],
             nominal_m: [0.036, 0.372],
         };
@@ -339,11 +345,11 @@ mod tests {
         }];
         let subject = Subject {
             robot: "r",
-            campaign: "r",
-            reached: "--port sim",
+            campaign: "r".into(),
+            reached: "--port sim".into(),
             runs: 5,
             catalogue: &robot_model::effect::CATALOGUE,
-            combinations: &[],
+            combinations: Vec::new(),
             in_model: &[],
             nominal_m: [0.034, 0.372],
         };

@@ -15,7 +15,7 @@ use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
 use self::headline::kind_of_error;
-pub use self::headline::{Subject, assumed, before, headline, on_held_out, text};
+pub use self::headline::{Subject, assumed, before, headline, net_changes, on_held_out, text};
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};

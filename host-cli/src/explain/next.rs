@@ -79,7 +79,7 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
     let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
     format!(
         "beeline campaign record {} --run {} {}{gyro}",
-        quoted(subject.campaign),
+        quoted(&subject.campaign),
         quoted(next.kind.name()),
         subject.reached
     )
@@ -114,13 +114,13 @@ mod tests {
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             promise: Promise::default(),
         };
-        let subject = |reached| Subject {
+        let subject = |reached: &str| Subject {
             robot: "r",
-            campaign: "my robot",
-            reached,
+            campaign: "my robot".into(),
+            reached: reached.into(),
             runs: 3,
             catalogue: &[],
-            combinations: &[],
+            combinations: Vec::new(),
             in_model: &[],
             nominal_m: [0.036, 0.372],
         };

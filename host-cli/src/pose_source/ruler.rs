@@ -1,13 +1,11 @@
 //! The simulator's ruler: reads where the robot is at the end.
 
-use campaign::plan::PlannedRun;
 use host_link::Clock;
 use host_link::wire::Waiting;
 use robot_model::calibration::Deviation;
 use sim_target::Lab;
 
-use super::align::Reckoned;
-use super::{Go, Mark, PoseSource, Seen, cannot_read};
+use super::{Go, Mark, PoseSource};
 use crate::error::Result;
 
 /// Reads how far the robot is along its start line, and off it.
@@ -41,15 +39,5 @@ impl PoseSource for Ruler {
     fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
         let reading = self.lab.read_offset();
         Box::pin(async move { Ok([reading.forward_m, reading.left_m]) })
-    }
-
-    fn measure<'a>(
-        &'a mut self,
-        _: &'a Clock,
-        _: usize,
-        _: &'a PlannedRun,
-        _: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
-        cannot_read()
     }
 }

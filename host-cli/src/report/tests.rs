@@ -115,11 +115,11 @@ fn drawn_of(
     let curve = Curve { axis: Axis::Speed, component: Component::Turn, bins, chi: 4.0 };
     let subject = Subject {
         robot,
-        campaign: "my robot",
-        reached: "--port sim",
+        campaign: "my robot".into(),
+        reached: "--port sim".into(),
         runs: 3,
         catalogue: &CATALOGUE,
-        combinations: &[Some("2.0 mm to the left per metre".into())],
+        combinations: vec![Some("2.0 mm to the left per metre".into())],
         in_model: &[],
         nominal_m: [0.036, 0.372],
     };

@@ -57,6 +57,12 @@ impl Motion {
         acceleration: 0.101,
     };
 
+    /// The command for it: to begin at once, with the usual time to live.
+    pub fn drive_now(&self, motion: MotionId) -> Drive {
+        let Self { unit, distance, cruise, acceleration } = *self;
+        Drive { motion, ttl_ms: TTL_MS, unit, distance, cruise, acceleration, start_us: None }
+    }
+
     /// The same motion backwards.
     pub fn reversed(self) -> Self {
         Self { distance: self.distance.map(|distance| -distance), ..self }
@@ -245,7 +251,6 @@ async fn start(
     telemetry: &mut Vec<Telemetry>,
     commanded: &mut bool,
 ) -> Result<u64> {
-    let Motion { unit, distance, cruise, acceleration } = *motion;
     let rest_us = options.rest.as_micros() as u64;
     let period_us = u64::from(options.period_ms.max(1)) * 1000;
     for attempt in 0..START_TRIES {
@@ -254,15 +259,7 @@ async fn start(
         // motion. If the command came too late on a busy line, the next one has four times as long.
         let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
         let start_us = now_us + ahead_us.next_multiple_of(period_us);
-        let drive = Drive {
-            motion: id,
-            ttl_ms: TTL_MS,
-            unit,
-            distance,
-            cruise,
-            acceleration,
-            start_us: Some(start_us),
-        };
+        let drive = Drive { start_us: Some(start_us), ..motion.drive_now(id) };
         if let Some(trigger) = &options.trigger {
             trigger(start_us - rest_us);
         }

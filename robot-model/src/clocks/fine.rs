@@ -28,6 +28,8 @@ const OFFSET_MIN_S: f64 = 0.015;
 const RATE_MIN_S: f64 = 0.02;
 /// Beyond chance: so many standard errors.
 const SIGMAS: f64 = 6.0;
+/// No offset is known better than this \[s\].
+const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
 /// Offsets and rates are found anew after each correction.
 const ROUNDS: usize = 2;
 
@@ -89,7 +91,8 @@ pub(super) fn align(
         for ((run, clock), (line, correction)) in
             prepared.runs.iter_mut().zip(&mut clocks).zip(lines.iter().zip(&corrections))
         {
-            let Some((line, [offset_s, rate])) = line.zip(*correction) else { continue };
+            let Some([offset_s, rate]) = *correction else { continue };
+            let line = line.unwrap_or_default();
             let name = &run.recording.name;
             let recorded = campaign.runs.iter_mut().find(|recorded| recorded.name == *name);
             let recorded = recorded.map(|recorded| &mut recorded.measured_poses);
@@ -97,7 +100,7 @@ pub(super) fn align(
                 pose.t_s -= offset_s + rate * (pose.t_s - line.middle_s);
             }
             clock.offset_s += offset_s;
-            clock.offset_sigma_s = line.offset_sigma_s;
+            clock.offset_sigma_s = line.offset_sigma_s.max(OFFSET_SIGMA_MIN_S);
             clock.rate += rate;
             clock.rate_sigma = line.rate_sigma;
         }
@@ -116,15 +119,19 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
     let most_shifted = 2 * shifted.iter().filter(|shifted| **shifted).count() > lines.len();
     let stays_s = if median_s.abs() < DELAY_MAX_S && !most_shifted { median_s } else { 0.0 };
     let differs = |line: &Line| {
-        let off_s = (line.offset_s - stays_s).abs();
+        let off_s = (line.offset_s - median_s).abs();
         off_s > OFFSET_MIN_S && off_s > SIGMAS * line.offset_sigma_s
     };
-    // If one run has an offset of its own, all may have.
+    // If one run has an offset of its own, all may have. Otherwise all have the same, also those that cannot tell.
     let any = lines.iter().flatten().any(differs);
+    let common = (most_shifted && !any).then(|| mean(lines));
     lines
         .iter()
         .zip(shifted)
         .map(|(line, shifted)| {
+            if let (Some(mean_s), true) = (common, *shifted) {
+                return Some([mean_s, 0.0]);
+            }
             let line = (*line)?;
             let offset_s = if any || *shifted { line.offset_s - stays_s } else { 0.0 };
             let over_run_s = line.rate.abs() * line.span_s;
@@ -133,6 +140,15 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
             (offset_s != 0.0 || rate != 0.0).then_some([offset_s, rate])
         })
         .collect()
+}
+
+/// The mean offset of these runs, by their standard errors \[s\].
+fn mean(lines: &[Option<Line>]) -> f64 {
+    let weight = |line: &Line| line.offset_sigma_s.max(1e-4).powi(-2);
+    let (sum, weights) = lines.iter().flatten().fold((0.0, 0.0), |(sum, weights), line| {
+        (sum + weight(line) * line.offset_s, weights + weight(line))
+    });
+    sum / weights.max(f64::MIN_POSITIVE)
 }
 
 /// Offset and rate of each run; `None` where its poses do not tell.

@@ -52,8 +52,8 @@ pub fn candidate_runs(speed_mps: f64) -> Vec<CandidateRun> {
     let straight = |travel_m: f64, speed_mps: f64| Piece::Straight { travel_m, speed_mps };
     let back = |speed: f64| vec![straight(1.5, speed), straight(-1.5, speed)];
     let spin = |turns: f64, speed_mps| vec![Piece::Spin { turn_rad: turns * TAU, speed_mps }];
-    let arc = |radius_m: f64, turns: f64, speed_mps: f64| {
-        vec![Piece::Arc { radius_m, turn_rad: turns * TAU, speed_mps }]
+    let arcs = |radius_m: f64, speed_mps: f64| {
+        [0.9, -0.9].map(|turns| vec![Piece::Arc { radius_m, turn_rad: turns * TAU, speed_mps }])
     };
     let square = |turn_rad: f64| {
         [straight(1.0, 0.7 * speed_mps), Piece::Spin { turn_rad, speed_mps: slow }].repeat(4)
@@ -68,28 +68,15 @@ pub fn candidate_runs(speed_mps: f64) -> Vec<CandidateRun> {
             CandidateKind::ShortOutAndBacks,
             at(vec![[straight(0.5, 0.7 * speed_mps), straight(-0.5, 0.7 * speed_mps)].repeat(6)]),
         ),
-        candidate(CandidateKind::ArcsBothWays, at(vec![arc(0.6, 0.9, slow), arc(0.6, -0.9, slow)])),
+        candidate(CandidateKind::ArcsBothWays, at(arcs(0.6, slow).to_vec())),
         candidate(
             CandidateKind::StraightsAtThreeSpeeds,
             at(vec![back(0.3 * speed_mps), back(0.6 * speed_mps), back(speed_mps)]),
         ),
-        candidate(
-            CandidateKind::ArcsOfTwoRadii,
-            at(vec![
-                arc(0.3, 0.9, slow),
-                arc(0.3, -0.9, slow),
-                arc(0.9, 0.9, slow),
-                arc(0.9, -0.9, slow),
-            ]),
-        ),
+        candidate(CandidateKind::ArcsOfTwoRadii, at([arcs(0.3, slow), arcs(0.9, slow)].concat())),
         candidate(
             CandidateKind::ArcsAtTwoSpeeds,
-            at(vec![
-                arc(0.6, 0.9, slow),
-                arc(0.6, -0.9, slow),
-                arc(0.6, 0.9, speed_mps),
-                arc(0.6, -0.9, speed_mps),
-            ]),
+            at([arcs(0.6, slow), arcs(0.6, speed_mps)].concat()),
         ),
         candidate(CandidateKind::SquareBothWays, at(vec![square(FRAC_PI_2), square(-FRAC_PI_2)])),
         candidate(

@@ -270,27 +270,31 @@ fn refusals() -> Vec<(&'static str, Refusal)> {
     ]
 }
 
-fn events() -> Vec<(String, Any)> {
-    use Wheel::{Left, Right};
-    let mut all = Vec::new();
-    let mut event = |name: &str, event| all.push((format!("event.{name}"), Any::Event(event)));
-    event("state", Event::State { t_us: 5_178_000, state: State::Stopping });
-    let motion_ended =
-        Event::MotionEnded { t_us: 20_475_000, motion: MotionId(77), end: MotionEnd::Completed };
-    event("motion_ended", motion_ended);
-    for fault in [
-        Fault::FollowingError(Left),
-        Fault::Stall(Right),
-        Fault::EncoderDead(Left),
-        Fault::EncoderReversed(Right),
-        Fault::CountRate(Left),
+/// Every fault; those of a wheel are of the one and the other in turn.
+pub fn faults(one: Wheel, other: Wheel) -> Vec<Fault> {
+    vec![
+        Fault::FollowingError(one),
+        Fault::Stall(other),
+        Fault::EncoderDead(one),
+        Fault::EncoderReversed(other),
+        Fault::CountRate(one),
         Fault::LinkLost,
         Fault::TimeToLive,
         Fault::SupplyLow,
         Fault::DeadlineMissed,
         Fault::Driver,
         Fault::EmergencyStop,
-    ] {
+    ]
+}
+
+fn events() -> Vec<(String, Any)> {
+    let mut all = Vec::new();
+    let mut event = |name: &str, event| all.push((format!("event.{name}"), Any::Event(event)));
+    event("state", Event::State { t_us: 5_178_000, state: State::Stopping });
+    let motion_ended =
+        Event::MotionEnded { t_us: 20_475_000, motion: MotionId(77), end: MotionEnd::Completed };
+    event("motion_ended", motion_ended);
+    for fault in faults(Wheel::Left, Wheel::Right) {
         event(&format!("fault.{}", fault.id()), Event::Fault(report(fault)));
     }
     all

@@ -4,7 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use shared_proto::*;
 
-use crate::samples::Any;
+use crate::samples::{Any, faults};
 
 /// Any f64, every NaN, infinity and subnormal among them.
 fn number() -> BoxedStrategy<f64> {
@@ -90,21 +90,7 @@ fn state() -> BoxedStrategy<State> {
 }
 
 fn fault_report() -> BoxedStrategy<FaultReport> {
-    let fault = wheel().prop_flat_map(|wheel| {
-        proptest::sample::select(vec![
-            Fault::FollowingError(wheel),
-            Fault::Stall(wheel),
-            Fault::EncoderDead(wheel),
-            Fault::EncoderReversed(wheel),
-            Fault::CountRate(wheel),
-            Fault::LinkLost,
-            Fault::TimeToLive,
-            Fault::SupplyLow,
-            Fault::DeadlineMissed,
-            Fault::Driver,
-            Fault::EmergencyStop,
-        ])
-    });
+    let fault = wheel().prop_flat_map(|wheel| proptest::sample::select(faults(wheel, wheel)));
     (fault, any::<u32>(), any::<u64>(), any::<u16>())
         .prop_map(|(fault, number, t_us, followed_by)| FaultReport {
             fault,

@@ -1,7 +1,7 @@
 //! When frames get lost, is everything done exactly once?
 
 use beeline_tests::calibration::{Instrument, verdict_on_scenario};
-use beeline_tests::robot::{Snapshot, TTL_MS, meters, on_robot, on_robot_with, with_id};
+use beeline_tests::robot::{Snapshot, TTL_MS, meters, on_robot, on_robot_with};
 use host_link::motion::{self, RecordOptions};
 use shared_proto::{
     Answer, Command, Config, Drive, MotionEnd, MotionId, Refusal, State, Telemetry, WheelPair,
@@ -103,7 +103,7 @@ fn a_drive_begins_at_its_time_however_often_it_is_said() {
             robot.tell(Command::Arm).await;
             let start = robot.snapshot();
             let start_us = (start.t_us / 1000 + 400) * 1000;
-            let first = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+            let first = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
             let drive = Drive { start_us: Some(start_us), ..first };
             for _ in 0..repeats {
                 robot.tell(Command::Drive(drive)).await;
@@ -125,7 +125,7 @@ fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
         let start = robot.snapshot();
-        let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+        let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         for start_us in [0, start.t_us, start.t_us + 11_000_000, u64::MAX] {
             let late = Drive { start_us: Some(start_us), ..drive };
             let refusal = Refusal::Motion(shared_proto::MotionError::Start);
@@ -150,7 +150,7 @@ fn a_host_that_dies_while_a_motion_waits_leaves_a_named_fault_and_a_robot_that_n
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
         let start = robot.snapshot();
-        let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+        let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         let drive = Drive { start_us: Some(start.t_us + 1_000_000), ..drive };
         robot.tell(Command::Drive(drive)).await;
         robot.listen(1.5).await;
@@ -193,7 +193,7 @@ fn a_drive_heard_twice_is_driven_once() {
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
         let start = robot.snapshot();
-        let drive = with_id(&meters(0.2, 0.2, 0.2, 0.5), MotionId(77));
+        let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         for _ in 0..3 {
             robot.tell(Command::Drive(drive)).await;
         }
@@ -229,7 +229,7 @@ fn a_renewal_of_another_motion_is_refused_and_renews_nothing() {
 fn a_time_to_live_outside_its_bounds_is_refused() {
     on_robot(&Scenario::default(), async |robot| {
         robot.tell(Command::Arm).await;
-        let drive = with_id(&meters(1.0, 1.0, 0.2, 0.5), MotionId(5));
+        let drive = meters(1.0, 1.0, 0.2, 0.5).drive_now(MotionId(5));
         for ttl_ms in [0, 19, 10_001, u16::MAX] {
             let answer = robot.ask(Command::Drive(shared_proto::Drive { ttl_ms, ..drive })).await;
             assert_eq!(answer, Err(Refusal::Motion(shared_proto::MotionError::TimeToLive)));

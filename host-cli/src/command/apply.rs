@@ -2,8 +2,8 @@
 
 use host_link::Session;
 use robot_model::effect::{Effect, KnownEffect};
-use robot_model::explain::explain_given;
 use robot_model::explain::model::fit;
+use robot_model::explain::{Answer, explain_given};
 use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
@@ -13,12 +13,13 @@ use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
-use crate::explain::memory;
+use crate::explain::{memory, wrong_in_robot_toml};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
 use crate::undo::{Undo, state_folder};
+use crate::words;
 use campaign::model::{EffectEntry, ModelFile};
 use campaign::{Campaign, Recordings};
 
@@ -126,8 +127,10 @@ fn effects_of(
     let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
     };
+    let nominal_m = [campaign.robot.wheel_radius_m, campaign.robot.track_width_m];
     let campaign = recordings.into_model(campaign, folder)?;
     let answer = explain_given(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
+    refuse_what_is_not_settled(&answer, &model.catalogue(), nominal_m)?;
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));
@@ -141,6 +144,37 @@ fn effects_of(
         effects.extend(gone.iter().filter_map(|entry| unconfirmed(entry, &fitted)));
     }
     Ok(effects)
+}
+
+/// Left over this many times the floor, values may stand in for something else.
+const LEFT_OVER_MAX: f64 = 2.0;
+
+/// Nothing is written by a file with wrong numbers, nor beside a large error that nothing explains.
+fn refuse_what_is_not_settled(
+    answer: &Answer,
+    catalogue: &[&dyn Effect],
+    nominal_m: [f64; 2],
+) -> Result<()> {
+    if let Some(numbers) = wrong_in_robot_toml(answer, catalogue, nominal_m) {
+        return Err(Error::new(format_args!(
+            "nothing was written: robot.toml is far off. {numbers}"
+        ))
+        .hint("then look at `beeline explain`, and apply again"));
+    }
+    let after =
+        answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
+    let is_large = after.position_rms_m > LEFT_OVER_MAX * answer.floor.position_rms_m;
+    if answer.unexplained.structure && is_large {
+        return Err(Error::new(format_args!(
+            "nothing was written: {:.1} mm of the error are unexplained, and depend on {}",
+            1e3 * answer.unexplained.size_m,
+            words::depends_on(&answer.unexplained)
+        ))
+        .hint(
+            "`beeline report` draws it; to apply chosen effects all the same: beeline model add",
+        ));
+    }
+    Ok(())
 }
 
 pub(super) fn undo(common: &Common) -> Result<()> {
@@ -205,6 +239,12 @@ fn table(change: &Change) -> String {
     lines.join("\n")
 }
 
+/// Whether there are effects, and the firmware has a term for none of them.
+fn has_no_term(change: &Change) -> bool {
+    let none = |remedy: &Remedy| matches!(remedy, Remedy::Uncompensated(_) | Remedy::Measurement);
+    !change.remedies.is_empty() && change.remedies.iter().all(|(_, remedy)| none(remedy))
+}
+
 fn finish(common: &Common, change: &Change, written: bool) {
     if common.json {
         let remedies = change.remedies.iter().map(|(effect, remedy)| {
@@ -233,6 +273,11 @@ fn finish(common: &Common, change: &Change, written: bool) {
                 memory(common)
             ));
         }
+    } else if has_no_term(change) {
+        say(
+            "nothing to write: the firmware has no term for any of these effects; radii and track width are fitted by \
+             `beeline model add wheel_radius_ratio wheel_radius_scale track_width`",
+        );
     } else {
         say(
             "nothing to write: the values in use agree with the campaign, or the firmware cannot compensate the difference",

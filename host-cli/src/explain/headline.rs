@@ -100,7 +100,7 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             )
         }
     };
-    let first = wrong_in_robot_toml(answer, subject);
+    let first = wrong_in_robot_toml(answer, subject.catalogue, subject.nominal_m);
     [first, Some(found), of_no_weight(&slight, answer, subject)]
         .into_iter()
         .flatten()
@@ -112,15 +112,19 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
 const WRONG_SHARE: f64 = 0.03;
 
 /// What `robot.toml` should say, where a number in it is far from what the runs show.
-fn wrong_in_robot_toml(answer: &Answer, subject: &Subject<'_>) -> Option<String> {
+pub fn wrong_in_robot_toml(
+    answer: &Answer,
+    catalogue: &[&dyn Effect],
+    [radius_m, track_m]: [f64; 2],
+) -> Option<String> {
     let share = |term: FirmwareTerm| {
-        let step = answer.steps.iter().find(|step| {
-            subject.facts(&step.effect).and_then(|facts| facts.compensated_by) == Some(term)
-        })?;
-        let value = step.parameters.first()?.value;
+        let of = |id: &str| catalogue.iter().find(|effect| effect.facts().id == id);
+        let is = |step: &&StepFound| {
+            of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
+        };
+        let value = answer.steps.iter().find(is)?.parameters.first()?.value;
         (value.abs() > WRONG_SHARE).then_some(value)
     };
-    let [radius_m, track_m] = subject.nominal_m;
     let numbers = [
         ("wheel_radius_m", radius_m, share(FirmwareTerm::MeanRadius)),
         ("track_width_m", track_m, share(FirmwareTerm::TrackWidth)),
@@ -252,6 +256,7 @@ mod tests {
                 place_m: None,
                 places: Vec::new(),
                 size_m: 0.0,
+                expression: None,
             },
             next_run: None,
             held_out: None,

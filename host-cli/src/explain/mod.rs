@@ -15,7 +15,9 @@ use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
 use self::headline::kind_of_error;
-pub use self::headline::{Subject, assumed, before, headline, net_changes, on_held_out, text};
+pub use self::headline::{
+    Subject, assumed, before, headline, net_changes, on_held_out, text, wrong_in_robot_toml,
+};
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};
@@ -211,6 +213,10 @@ fn unexplained(answer: &Answer) {
         };
         let p = p_value(residuals.p_value);
         say(format_args!("   {size}{p}; `beeline report` shows the shape"));
+        if let Some(found) = &residuals.expression {
+            let text = words::expression(found);
+            wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
+        }
     } else {
         say(format_args!(
             "{}: the residuals depend on none of the variables tested ({})",

@@ -3,7 +3,7 @@
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, NextRun, ParameterFound, Rejected, StepFound};
-use robot_model::residuals::{Regressor, Unexplained};
+use robot_model::residuals::{Expression, Regressor, Unexplained};
 use serde_json::{Value, json};
 
 use crate::words;
@@ -92,6 +92,16 @@ fn unexplained(unexplained: &Unexplained) -> Value {
         "depends_on": names.collect::<Vec<_>>(),
         "p_value": unexplained.p_value,
         "size_m": unexplained.size_m,
+        "expression": unexplained.expression.as_ref().map(expression),
+    })
+}
+
+fn expression(expression: &Expression) -> Value {
+    let parameter = |(name, unit, value, sigma): &(String, String, f64, f64)| json!({"name": name, "unit": unit, "value": value, "sigma": sigma});
+    json!({
+        "equation": expression.equation,
+        "parameters": expression.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "position_rms_m": expression.position_rms_m,
     })
 }
 
@@ -189,7 +199,10 @@ mod tests {
         let parameter = ["high95", "low95", "name", "sigma", "unit", "value"];
         assert_eq!(keys(&json["steps"][0]["parameters"][0]), parameter);
         assert_eq!(keys(&json["rejected"][0]), ["effect", "heldout", "reason"]);
-        assert_eq!(keys(&json["unexplained"]), ["depends_on", "p_value", "size_m", "structure"]);
+        assert_eq!(
+            keys(&json["unexplained"]),
+            ["depends_on", "expression", "p_value", "size_m", "structure"]
+        );
         assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
     }
 }

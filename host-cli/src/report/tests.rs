@@ -50,6 +50,7 @@ fn answer() -> Answer {
             place_m: None,
             places: Vec::new(),
             size_m: 3e-3,
+            expression: None,
         },
         held_out: Some(HeldOut {
             runs: 2,

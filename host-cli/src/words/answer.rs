@@ -3,9 +3,10 @@
 use robot_model::clocks::ClockFound;
 use robot_model::effect::{Need, NetChange, Ways};
 use robot_model::explain::{Promise, Reason, StepFound};
-use robot_model::residuals::{Regressor, Unexplained};
+use robot_model::residuals::{Expression, Regressor, Unexplained};
 
 use super::p_text;
+use crate::quantity::friendly;
 
 /// The evidence for an effect: how it shows, how much it explains, and what else would; no full stop.
 pub fn why(step: &StepFound) -> String {
@@ -44,6 +45,22 @@ pub const fn second_opinion(geometry_only: bool) -> &'static str {
     } else {
         "Second opinion: least squares of whole tracks predicts runs better than the filter's weights; it is used."
     }
+}
+
+/// The equation that a flexible model suggests, and the command that tries it.
+pub fn expression(found: &Expression) -> String {
+    let values = found
+        .parameters
+        .iter()
+        .map(|(name, unit, value, sigma)| format!("{name} = {}", friendly(*value, *sigma, unit)));
+    format!(
+        "A simple equation does nearly all of it: {}, {}; the position error falls to {:.1} mm. Try `beeline model add \
+         --custom \"{}\"`",
+        found.equation,
+        values.collect::<Vec<_>>().join(", "),
+        1e3 * found.position_rms_m,
+        found.equation
+    )
 }
 
 /// Clocks that do not agree, a sentence for each run, or one for all if all are alike.

@@ -15,7 +15,8 @@ mod comparison;
 mod model;
 
 pub use answer::{
-    clocks, depends_on, lacking, net_change, promise, reason, second_opinion, why, worth,
+    clocks, depends_on, expression, lacking, net_change, promise, reason, second_opinion, why,
+    worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};

@@ -18,6 +18,7 @@ use crate::numeric::distributions::SIGMAS_95_ROUNDED;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
+use crate::residuals::expression::expression;
 use crate::residuals::flexible::{Flexible, displacement_m, flexible};
 use crate::residuals::unexplained::{counts_start_anew, unexplained};
 use crate::selection::candidates::{Candidate, Screening};
@@ -122,6 +123,9 @@ pub fn explain_given(
         .collect();
     let excess = flexible.excess(prepared.robot.track_width_m);
     let mut unexplained = unexplained(&prepared, &choice);
+    if excess > EXCESS_MAX && opinion.is_none() {
+        unexplained.expression = expression(&prepared, &fitted, &flexible);
+    }
     if excess > EXCESS_MAX {
         unexplained.structure = true;
         for regressor in flexible.depends_on.iter().flatten() {

@@ -202,7 +202,7 @@ fn take_up(
 }
 
 /// chi^2 of each run, with these columns fitted to all other runs.
-fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
+pub(super) fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
     let each = equations.units.iter().map(|unit| {
         let mut others: NormalEquations = equations.total.clone();
         others.add(&unit.sums, -1.0);

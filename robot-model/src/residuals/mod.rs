@@ -7,6 +7,7 @@
 //! | `probe.rs` | small effects in proportion to speed, load, heading and the like |
 //! | `flexible.rs` | the floor: what a model of any shape could reach |
 //! | `basis.rs` | its functions |
+//! | `expression.rs` | [`Expression`]: the simple equation that would do nearly as well |
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
@@ -14,6 +15,7 @@
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
 pub(crate) mod basis;
+pub(crate) mod expression;
 pub(crate) mod flexible;
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;
@@ -22,6 +24,7 @@ pub(crate) mod regressor;
 pub(crate) mod ripple;
 pub(crate) mod unexplained;
 
+pub use expression::Expression;
 pub use floor_location::PlaceSeen;
 pub use regressor::Regressor;
 pub use unexplained::Unexplained;

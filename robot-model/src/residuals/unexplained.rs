@@ -19,6 +19,7 @@ use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::ripple::ripple;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
+use super::expression::Expression;
 use super::floor_location::{FloorSearch, PlaceSeen, Spot, search_floor};
 use super::probe::{OF_A_RUN, PROBES};
 use super::regressor::Regressor;
@@ -53,6 +54,8 @@ pub struct Unexplained {
     pub places: Vec<PlaceSeen>,
     /// Cross-validated position error above the floor \[m\]: the root of the difference of squares.
     pub size_m: f64,
+    /// The simple equation that would take the model nearly to the floor, if there is one.
+    pub expression: Option<Expression>,
 }
 
 impl Unexplained {

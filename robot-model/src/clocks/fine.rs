@@ -20,7 +20,7 @@ const WINDOW_S: f64 = 12.0;
 const POSES_MIN: usize = 8;
 /// From this many windows on, a run tells a rate.
 const WINDOWS_FOR_RATE: usize = 5;
-/// What all runs share, up to this, is the delay of a camera and left to the effects \[s\].
+/// What all runs share, up to this, is the delay of a camera and left to the effects, as long as no clock is wrong \[s\].
 const DELAY_MAX_S: f64 = 0.25;
 /// An offset of a run that differs from the common one is corrected from this on \[s\], and beyond chance.
 const OFFSET_MIN_S: f64 = 0.015;
@@ -117,13 +117,14 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
         return vec![None; lines.len()];
     };
     let most_shifted = 2 * shifted.iter().filter(|shifted| **shifted).count() > lines.len();
-    let stays_s = if median_s.abs() < DELAY_MAX_S && !most_shifted { median_s } else { 0.0 };
     let differs = |line: &Line| {
         let off_s = (line.offset_s - median_s).abs();
         off_s > OFFSET_MIN_S && off_s > SIGMAS * line.offset_sigma_s
     };
     // If one run has an offset of its own, all may have. Otherwise all have the same, also those that cannot tell.
     let any = lines.iter().flatten().any(differs);
+    let stays_s =
+        if median_s.abs() < DELAY_MAX_S && !most_shifted && !any { median_s } else { 0.0 };
     let common = (most_shifted && !any).then(|| mean(lines));
     lines
         .iter()

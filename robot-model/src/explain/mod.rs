@@ -3,6 +3,9 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
+//! | `choice.rs` | the choice of effects, by noise that is noise |
+//! | `parameters.rs` | values and intervals |
+//! | `left_over.rs` | what is left: the floor, the size, an equation |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
@@ -12,10 +15,13 @@
 //! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
 
 pub(crate) mod answer;
+pub(crate) mod choice;
 pub(crate) mod explanation;
 pub(crate) mod held_out;
+pub(crate) mod left_over;
 pub mod model;
 pub(crate) mod next_run;
+pub(crate) mod parameters;
 pub(crate) mod second_opinion;
 #[cfg(test)]
 mod tests;

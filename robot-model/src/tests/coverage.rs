@@ -16,8 +16,8 @@ use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF, Nor
 
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::definition::ActsOn;
-use crate::explain::explanation::parameters;
 use crate::explain::model::fit_from_best_starts;
+use crate::explain::parameters::parameters;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::random::Random;

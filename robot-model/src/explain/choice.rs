@@ -1,0 +1,139 @@
+//! The choice of effects, made by noise that is noise and held against simpler models.
+
+use crate::effect::composition::Term;
+use crate::effect::definition::Effect;
+use crate::estimation::fit::Fitted;
+use crate::explain::second_opinion::{SecondOpinion, second_opinion};
+use crate::recording::campaign::Prepared;
+use crate::recording::odometry_noise::OdometryNoise;
+use crate::residuals::flexible::{Flexible, flexible};
+use crate::selection::candidates::{Candidate, Screening};
+use crate::selection::classes::{Class, classes};
+use crate::selection::effect_test::EffectTest;
+use crate::selection::select::{Selection, select, settled};
+
+/// The effects chosen for a campaign.
+pub(crate) struct Choice<'a> {
+    /// The campaign, with the noise that the choice was made by.
+    pub prepared: Prepared,
+    /// The effects, and the tests of all.
+    pub selection: Selection<'a>,
+    /// What cannot be told from each effect.
+    pub classes: Vec<Class<'a>>,
+    /// The noise that weighs the runs for values and errors.
+    pub weights: OdometryNoise,
+    /// What a flexible model reaches beside them.
+    pub flexible: Flexible,
+    /// The effects as selected, before any second opinion.
+    pub selected: Fitted<'a>,
+    /// What predicts better, if anything does.
+    pub opinion: Option<SecondOpinion<'a>>,
+}
+
+/// Chooses effects; those of `in_model` are preferred in their classes.
+pub(crate) fn choose<'a>(
+    prepared: Prepared,
+    catalogue: &[&'a dyn Effect],
+    in_model: &[&str],
+) -> Choice<'a> {
+    let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
+    let opinion = second_opinion(&prepared, &selection.fitted, catalogue);
+    let selected = selection.fitted.clone();
+    if let Some(opinion) = &opinion {
+        // Tests and classes go by the estimated noise; values and errors by the better weights.
+        let fitted = Fitted { noise: selected.noise, ..opinion.fitted.clone() };
+        let screening = Screening::new(&prepared, &fitted, catalogue);
+        selection = Selection::new(fitted, screening);
+    }
+    let mut classes = classes_of(&prepared, &selection);
+    if let Some(replaced) = with_known(&prepared, catalogue, (&selection, &classes), in_model) {
+        selection = replaced;
+        classes = classes_of(&prepared, &selection);
+    }
+    let weights = opinion.as_ref().map_or(selection.fitted.noise, |opinion| opinion.fitted.noise);
+    Choice { prepared, selection, classes, weights, flexible, selected, opinion }
+}
+
+/// Less noise than this share of what was learnt is worth another search.
+const LESS_NOISE: f64 = 0.9;
+
+/// What is left of a model, relative to the floor, that must not go without a word.
+pub(super) const EXCESS_MAX: f64 = 1.2;
+
+/// The effects of a campaign, chosen by noise that is noise, and what a flexible model reaches beside them.
+///
+/// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
+/// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome
+/// stands if it comes near the floor: with little noise, something that the catalogue lacks is imitated by many effects.
+fn beyond_noise<'a>(
+    prepared: Prepared,
+    catalogue: &[&'a dyn Effect],
+) -> (Prepared, Selection<'a>, Flexible) {
+    let selection = select(&prepared, catalogue);
+    let first = flexible(&prepared, &selection.fitted, catalogue);
+    if first.excess(prepared.robot.track_width_m) < 1.0 / LESS_NOISE {
+        return (prepared, selection, first);
+    }
+    let honest = Prepared { noise: Some(first.noise), ..prepared.clone() };
+    let again = select(&honest, catalogue);
+    let second = flexible(&honest, &again.fitted, catalogue);
+    let track_width_m = prepared.robot.track_width_m;
+    if second.excess(track_width_m) < EXCESS_MAX.min(first.excess(track_width_m)) {
+        (honest, again, second)
+    } else {
+        (prepared, selection, first)
+    }
+}
+
+fn classes_of<'a>(prepared: &Prepared, selection: &Selection<'a>) -> Vec<Class<'a>> {
+    classes(prepared, &selection.fitted, &selection.screening, &selection.kept)
+}
+
+/// The selection with each effect replaced by a rival that the model has already, if there is one and all
+/// of these pass the tests. Otherwise a known effect would be named as its rival, and the values of all others
+/// would jump from one campaign to the next.
+fn with_known<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (selection, classes): (&Selection<'a>, &[Class<'a>]),
+    in_model: &[&str],
+) -> Option<Selection<'a>> {
+    let mut terms = selection.fitted.terms.clone();
+    let mut changed = false;
+    for (index, class) in classes.iter().enumerate() {
+        let has = |id: &str| terms.iter().any(|term| term.effect.facts().id == id);
+        let is_known = |rival: &&Candidate<'a>| in_model.contains(&rival.id()) && !has(rival.id());
+        let known = class.rivals.iter().find(is_known);
+        if let Some(known) = known
+            && !in_model.contains(&terms[index].effect.facts().id)
+        {
+            terms[index] = known.term.fixed();
+            changed = true;
+        }
+    }
+    if !changed {
+        return None;
+    }
+    // Effects that were needed only beside the rival are dropped. If a known one is, the rival was right.
+    let is_known = |term: &&Term<'a>| in_model.contains(&term.effect.facts().id);
+    let known = terms.iter().filter(is_known).count();
+    let settled = settled(prepared, catalogue, terms);
+    (settled.fitted.terms.iter().filter(is_known).count() == known).then_some(settled)
+}
+
+/// The effects of the model: each next one explains most, given those before.
+pub(super) fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..kept.len()).collect();
+    let mut order = Vec::new();
+    while !left.is_empty() {
+        let cost_with = |index: usize| {
+            let others: Vec<usize> = left.iter().copied().filter(|other| *other != index).collect();
+            screening.cost_without(&others)
+        };
+        let costs: Vec<f64> = left.iter().map(|index| cost_with(*index)).collect();
+        let best =
+            (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("some are left");
+        order.push(left.remove(best));
+    }
+    order
+}

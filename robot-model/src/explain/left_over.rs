@@ -1,0 +1,39 @@
+//! What the chosen effects leave: the floor, how far above it the error is, what that depends on, and an equation for it.
+
+use crate::estimation::errors::Errors;
+use crate::explain::choice::{Choice, EXCESS_MAX};
+use crate::recording::campaign::Prepared;
+use crate::residuals::expression::expression;
+use crate::residuals::flexible::displacement_m;
+use crate::residuals::unexplained::{Unexplained, unexplained};
+
+/// The floor, and what is left above it by a model with these cross-validated errors.
+pub(super) fn left_over(choice: &Choice<'_>, after: &Errors) -> (Errors, Unexplained) {
+    let Choice { prepared, flexible, opinion, .. } = choice;
+    let mut found = unexplained(prepared, &choice.selected);
+    if flexible.excess(prepared.robot.track_width_m) > EXCESS_MAX {
+        if opinion.is_none() {
+            found.expression = expression(prepared, &choice.selection.fitted, flexible);
+        }
+        found.structure = true;
+        for regressor in flexible.depends_on.iter().flatten() {
+            if !found.depends_on.contains(regressor) {
+                found.depends_on.push(*regressor);
+            }
+        }
+    }
+    let floor = match opinion {
+        Some(opinion) => lower(&flexible.floor, &opinion.errors, prepared),
+        None => flexible.floor,
+    };
+    let square = |errors: &Errors| errors.position_rms_m.powi(2);
+    found.size_m = (square(after) - square(&floor)).max(0.0).sqrt();
+    (floor, found)
+}
+
+/// The lower of two floors.
+fn lower(one: &Errors, other: &Errors, prepared: &Prepared) -> Errors {
+    let track_width_m = prepared.robot.track_width_m;
+    let lower = displacement_m(other, track_width_m) < displacement_m(one, track_width_m);
+    if lower { *other } else { *one }
+}

@@ -52,7 +52,7 @@ impl Campaign {
         }
         campaign.warnings.extend(campaign.without_start(&toml));
         let recordings = Recordings::of(&campaign);
-        let odd = checks::warnings(folder, &campaign, &recordings.robot, &recordings.runs);
+        let odd = checks::warnings(folder, &campaign, &recordings);
         campaign.warnings.extend(odd);
         Ok((campaign, recordings))
     }

@@ -18,6 +18,12 @@ const MENDED: f64 = 1.0 / 3.0;
 const MENDED_RUNS: f64 = 0.8;
 const WORSE_RUNS: f64 = 0.1;
 const WORSE_TIMES: f64 = 2.0;
+/// So many explanations are looked at closely.
+const LIKELY: usize = 14;
+/// A factor of a length shows in this share of the runs.
+const FACTOR_RUNS: f64 = 0.2;
+/// The wheels went this far, in levers: the rms from the middle of the path.
+const WENT: f64 = 0.2;
 /// The tracks cannot tell explanations apart whose errors are within this factor.
 const ALIKE: f64 = 1.3;
 /// Factors of lengths and counts that people mistake: a diameter, edges of an encoder, 2 pi, units.
@@ -42,7 +48,7 @@ pub(super) struct Found {
 /// An explanation, tried.
 struct Tried {
     what: What,
-    /// The error (rms) of the runs that are far off as they are \[m\].
+    /// The error (rms) of the runs that were far off, in the units that they had \[m\].
     error_m: f64,
     holds: bool,
 }
@@ -62,6 +68,12 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
         let solution = mended.solve(&center(what));
         (tried(&few, &mended, &before, what, &solution), solution)
     };
+    let rough = map(&whats, |what| mend(&few, what).rough_cost(&center(what)));
+    let mut order: Vec<usize> = (0..whats.len()).collect();
+    order.sort_by(|a, b| rough[*a].total_cmp(&rough[*b]));
+    order.truncate(LIKELY);
+    order.sort_unstable();
+    let whats: Vec<What> = order.into_iter().map(|index| whats[index]).collect();
     let first = map(&whats, attempt);
     let turned = |(tried, solution): &(Tried, Solution)| turned(&tried.what, solution);
     let mut again: Vec<What> = first.iter().filter_map(turned).collect();
@@ -79,6 +91,10 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     let next = others.min_by(|a, b| a.error_m.total_cmp(&b.error_m));
     let mended = mend(tracks, &what);
     let solution = mended.solve(&center(&what));
+    let all_tried = tried(tracks, &mended, &errors, &what, &solution);
+    if !all_tried.holds {
+        return None;
+    }
     let after = solution.errors_m();
     let hypothesis = DataHypothesis {
         what,
@@ -167,17 +183,39 @@ fn center(what: &What) -> Geometry {
     }
 }
 
-/// Whether this explains the runs that were far off: they come first, with the errors `before`.
+/// How many times larger the errors of mended tracks would be in the units as they are, to compare with others.
+pub(super) fn shrunk(what: &What) -> f64 {
+    match *what {
+        What::Positions { per_m } => per_m,
+        _ => 1.0,
+    }
+}
+
+/// Whether a run that fits can show this: to shrink everything to a point is no explanation.
+pub(super) fn shows(what: &What, fit: &Fit, lever_m: f64) -> bool {
+    let count = fit.kept.iter().filter(|kept| **kept).count() as f64;
+    let went = fit.by_wheels_m2 > (WENT * lever_m).powi(2) * count;
+    went || !matches!(what, What::Positions { .. })
+}
+
+/// Whether this explains the runs that were far off: their errors are `before`.
 fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &Solution) -> Tried {
     let after = solution.errors_m();
-    let was_far = |run: usize| few.is_far(run, before[run]);
-    let far: Vec<usize> = (0..after.len()).filter(|run| was_far(*run)).collect();
+    let far: Vec<usize> = (0..after.len()).filter(|run| few.is_far(*run, before[*run])).collect();
+    let showing = |run: &&usize| shows(what, &solution.fits[**run], few.lever_m);
+    let showing: Vec<usize> = far.iter().filter(showing).copied().collect();
+    let times = shrunk(what);
     let mends = |run: &&usize| after[**run] < MENDED * before[**run];
     let worsens = |run: &usize| {
         mended.is_far(*run, after[*run]) && after[*run] > WORSE_TIMES * before[*run]
     };
-    let (mends, worse) = (far.iter().filter(mends).count(), (0..after.len()).filter(worsens).count());
-    let error_m = rms(far.iter().map(|run| after[*run]));
+    let mends = showing.iter().filter(mends).count();
+    let worse = (0..after.len()).filter(worsens).count();
+    let error_m = times * rms(far.iter().map(|run| after[*run]));
+    let is_of_all = !matches!(
+        what,
+        What::Radius { .. } | What::Track { .. } | What::Lengths { .. } | What::Positions { .. }
+    );
     let what = fitted(what, &solution.geometry);
     let beyond = |times: f64| !(1.0 / OFF_BY..OFF_BY).contains(&times);
     let is_factor = match what {
@@ -185,9 +223,11 @@ fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &
         _ => true,
     };
     let holds = is_factor
-        && mends as f64 >= MENDED_RUNS * far.len() as f64
+        && (is_of_all || far.len() as f64 >= FACTOR_RUNS * after.len() as f64)
+        && !showing.is_empty()
+        && mends as f64 >= MENDED_RUNS * showing.len() as f64
         && worse as f64 <= WORSE_RUNS * after.len() as f64
-        && error_m < MENDED * rms(far.iter().map(|run| before[*run]));
+        && rms(far.iter().map(|run| after[*run])) < MENDED * rms(far.iter().map(|run| before[*run]));
     Tried { what, error_m, holds }
 }
 

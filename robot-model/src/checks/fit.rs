@@ -40,9 +40,11 @@ pub(super) struct Fit {
     pub(super) by_wheels_m2: f64,
     /// The sum of products of positions measured and by the wheels, turned for the best \[m^2\].
     pub(super) along_m2: f64,
-    /// What turns the track by the wheels into the measured one: middles and direction.
-    placed: Placed,
+    /// The direction at which the wheels began, as measured \[rad\].
+    pub(super) direction_rad: f64,
 }
+
+/// What turns the track by the wheels into the measured one: middles and direction.
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Placed {
@@ -146,19 +148,16 @@ impl Fit {
             turned: angle(facing).zip(angle(along)).map(|(facing, along)| wrap(facing - along)),
             by_wheels_m2,
             along_m2: along[0].hypot(along[1]),
-            placed,
+            direction_rad: placed.turned_rad,
         }
-    }
-
-    /// How far a pose is from where the wheels led, in the place of this fit: its residuals \[m\].
-    pub(super) fn residual(&self, measured: &PoseMeasurement, wheels: &Pose, lever_m: f64) -> [f64; 3] {
-        self.placed.residual(measured, wheels, lever_m)
     }
 }
 
 /// How late the poses are, so that they agree best with the wheels \[s\].
 pub(super) fn lateness(track: &Track, reckoned: &[Pose], lever_m: f64) -> f64 {
-    let error = |late_s: f64| Fit::robust(track, reckoned, late_s, lever_m).error_m;
+    // With all poses: those of a ramp are what shows it, and would pass for outliers.
+    let all = vec![true; track.poses.len()];
+    let error = |late_s: f64| Fit::of(track, reckoned, late_s, lever_m, &all).error_m;
     let mut best = (0.0, error(0.0));
     let mut step_s = LATE_S / f64::from(TRIED);
     for k in (-TRIED..=TRIED).filter(|k| *k != 0) {

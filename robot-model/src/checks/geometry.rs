@@ -131,25 +131,37 @@ impl<'a> Tracks<'a> {
         if self.far(&near).is_empty() {
             return near;
         }
-        let begin = |turn: f64, ratio: f64| {
-            let begin = center.moved(&Vector3::new(0.0, turn.ln(), ratio), center);
-            let fits = self.fits(&begin, &near.late_s);
-            let sum = |of: fn(&Fit) -> f64| {
-                fits.iter().zip(&self.near_m).map(|(fit, near)| of(fit) / near.powi(2)).sum::<f64>()
-            };
-            let along = sum(|fit| fit.along_m2) / sum(|fit| fit.by_wheels_m2);
-            let by = if along > 0.0 && along.is_finite() { along.ln() } else { 0.0 };
-            // Not the turn: only how far it goes.
-            let begin = begin.moved(&Vector3::new(by, 0.0, 0.0), center);
-            (self.cost(&self.fits(&begin, &near.late_s)), begin)
-        };
-        let tried = TURNS.into_iter().flat_map(|turn| RATIOS.map(|ratio| begin(turn, ratio)));
-        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, begin)| begin);
-        let other = best.map(|begin| self.refined(&begin, center, near.late_s.clone()));
-        match other {
-            Some(other) if other.cost < near.cost => other,
-            _ => near,
+        let (_, begin) = self.searched(center, &RATIOS, &near.late_s);
+        let other = self.refined(&begin, center, near.late_s.clone());
+        if other.cost < near.cost { other } else { near }
+    }
+
+    /// The least cost near `center`, roughly.
+    pub(super) fn rough_cost(&self, center: &Geometry) -> f64 {
+        self.searched(center, &[0.0], &vec![0.0; self.each.len()]).0
+    }
+
+    /// Tries several turns with these ratios, each with the travel that fits best: the least cost, and where.
+    fn searched(&self, center: &Geometry, ratios: &[f64], late_s: &[f64]) -> (f64, Geometry) {
+        let mut best = (f64::INFINITY, *center);
+        for turn in TURNS {
+            for ratio in ratios {
+                let begin = center.moved(&Vector3::new(0.0, turn.ln(), *ratio), center);
+                let fits = self.fits(&begin, late_s);
+                let sum = |of: fn(&Fit) -> f64| {
+                    let each = fits.iter().zip(&self.near_m);
+                    each.map(|(fit, near_m)| of(fit) / near_m.powi(2)).sum::<f64>()
+                };
+                let along = sum(|fit| fit.along_m2) / sum(|fit| fit.by_wheels_m2);
+                let by = if along > 0.0 && along.is_finite() { along.ln() } else { 0.0 };
+                let there = begin.moved(&Vector3::new(by, 0.0, 0.0), center);
+                let cost = self.cost(&self.fits(&there, late_s));
+                if cost < best.0 {
+                    best = (cost, there);
+                }
+            }
         }
+        best
     }
 
     /// Geometry, then lateness, in turn.

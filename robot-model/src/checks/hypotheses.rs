@@ -94,7 +94,7 @@ fn of_runs(
         if !open[run] || !tracks.is_far(run, fit.error_m) {
             continue;
         }
-        if let (true, Some((mut hypothesis, _))) = (runs.len() > 1, one_run(tracks, run, geometry)) {
+        if let (true, Some(mut hypothesis)) = (runs.len() > 1, one_run(tracks, run, geometry)) {
             hypothesis.run = Some(runs[run].name.clone());
             found.push(hypothesis);
             open[run] = false;
@@ -164,12 +164,12 @@ impl Events {
     fn find_in_poses(&mut self, robot: &Robot, geometry: &Geometry) -> bool {
         let track = Track::of(robot, &self.wheels, &[]).with(&self.poses);
         let reckoned = track.reckon(robot, geometry);
-        let tracker::Mended { poses, found } = tracker::mended(&track, &reckoned);
+        let tracker::Mended { poses, found } = tracker::mended(&track, &reckoned, lever_m(robot));
         if found.is_empty() {
             return false;
         }
-        let before = error_m(robot, &Track::of(robot, &self.wheels, &self.poses), geometry);
-        let after = error_m(robot, &Track::of(robot, &self.wheels, &poses), geometry);
+        let before = error_m(robot, &self.wheels, &self.poses, geometry);
+        let after = error_m(robot, &self.wheels, &poses, geometry);
         if after > EVENT * before {
             return false;
         }
@@ -182,9 +182,9 @@ impl Events {
         if self.in_counts.is_empty() && self.in_poses.is_empty() {
             return Vec::new();
         }
-        let after = error_m(robot, &Track::of(robot, &self.wheels, &self.poses), geometry);
+        let after = error_m(robot, &self.wheels, &self.poses, geometry);
         let told = |what: &What, wheels: &[WheelSample], poses: &[PoseMeasurement]| {
-            let before = error_m(robot, &Track::of(robot, wheels, poses), geometry);
+            let before = error_m(robot, wheels, poses, geometry);
             let is_held = matches!(what, What::CountsHeld { .. } | What::PosesHeld { .. });
             let harmless = is_held && (before < HELD.1 || after > HELD.0 * before);
             (!harmless).then(|| DataHypothesis {
@@ -203,8 +203,14 @@ impl Events {
     }
 }
 
-/// The error (rms) of all poses of a track, outliers among them \[m\].
-fn error_m(robot: &Robot, track: &Track, geometry: &Geometry) -> f64 {
+/// The error (rms) of all poses, outliers among them \[m\].
+fn error_m(
+    robot: &Robot,
+    wheels: &[WheelSample],
+    poses: &[PoseMeasurement],
+    geometry: &Geometry,
+) -> f64 {
+    let track = &Track::of(robot, wheels, &[]).with(poses);
     let reckoned = track.reckon(robot, geometry);
     let lever_m = lever_m(robot);
     let late_s = lateness(track, &reckoned, lever_m);

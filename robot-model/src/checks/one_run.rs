@@ -1,6 +1,6 @@
 //! What is wrong with one run, while the others are in order?
 
-use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes};
+use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk};
 use super::fit::Fit;
 use super::geometry::{Geometry, Tracks};
 use super::track::Track;
@@ -16,7 +16,7 @@ const ALIKE: f64 = 1.3;
 const TURNED_MIN_RAD: f64 = 0.35;
 
 /// Explains a run that is far off, by the geometry of the others.
-pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Option<(DataHypothesis, Track)> {
+pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Option<DataHypothesis> {
     let track = &tracks.each[run];
     if track.poses.len() < POSES_MIN {
         return None;
@@ -29,23 +29,28 @@ pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Optio
     let plain = (heading(false, false, 0.0), as_is.clone());
     let turned: Vec<What> = bases.chain([plain]).filter_map(|(what, fit)| turned(&what, fit)).collect();
     tried.extend(turned.into_iter().map(|what| (what, attempt(&what))));
-    let holds = |fit: &Fit| fit.error_m < MENDED * as_is.error_m && !tracks.is_far(run, fit.error_m);
-    let best_m = tried.iter().filter(|(_, fit)| holds(fit)).map(|(_, fit)| fit.error_m).reduce(f64::min)?;
-    let alike = |fit: &Fit| holds(fit) && fit.error_m <= ALIKE * best_m;
-    let mut class = tried.iter().filter(|(_, fit)| alike(fit)).map(|(what, _)| *what);
-    let what = class.next()?;
-    let or = class.collect();
-    let others = tried.iter().filter(|(_, fit)| !alike(fit));
-    let next = others.min_by(|a, b| a.1.error_m.total_cmp(&b.1.error_m));
+    let error = |(what, fit): &(What, Fit)| shrunk(what) * fit.error_m;
+    let holds = |tried: &&(What, Fit)| {
+        let (what, fit) = tried;
+        let mended = fit.error_m < MENDED * as_is.error_m && !tracks.is_far(run, fit.error_m);
+        mended && shows(what, fit, tracks.lever_m)
+    };
+    let best_m = tried.iter().filter(holds).map(error).reduce(f64::min)?;
+    let alike = |tried: &&(What, Fit)| holds(tried) && error(tried) <= ALIKE * best_m;
+    let mut class = tried.iter().filter(alike);
+    let (what, mended) = class.next()?;
+    let or = class.map(|(what, _)| *what).collect();
+    let others = tried.iter().filter(|tried| !alike(tried));
+    let next = others.min_by(|a, b| error(a).total_cmp(&error(b)));
     let hypothesis = DataHypothesis {
-        what,
+        what: *what,
         run: None,
         or,
         error_m: as_is.error_m,
-        mended_m: best_m,
-        next: next.map(|(what, fit)| (*what, fit.error_m)),
+        mended_m: mended.error_m,
+        next: next.map(|next| (next.0, error(next))),
     };
-    Some((hypothesis, track.mended(&what)))
+    Some(hypothesis)
 }
 
 /// Everything that may be wrong with one run.

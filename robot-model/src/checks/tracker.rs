@@ -5,7 +5,8 @@ use crate::numeric::angle::wrap;
 use crate::recording::run::PoseMeasurement;
 
 use super::dead_reckoning::median;
-use super::track::Track;
+use super::fit::{Fit, lateness};
+use super::track::{Track, every_few};
 use super::what::What;
 
 /// Fewer poses do not show what is usual.
@@ -14,6 +15,8 @@ const POSES_MIN: usize = 20;
 const JUMP_M: f64 = 0.04;
 const JUMP_TIMES: f64 = 8.0;
 const USUAL: f64 = 0.95;
+/// And than this share of the way of the wheels.
+const WAY_SHARE: f64 = 0.2;
 /// So many poses before and after it agree with it.
 const AGREE: usize = 3;
 /// A smaller jump of the heading is none \[rad\].
@@ -34,11 +37,14 @@ pub(super) struct Mended {
 }
 
 /// The poses of a track that has them all, beside where its wheels led.
-pub(super) fn mended(track: &Track, reckoned: &[Pose]) -> Mended {
+pub(super) fn mended(track: &Track, reckoned: &[Pose], lever_m: f64) -> Mended {
     let mut mended = Mended { poses: track.poses.clone(), found: Vec::new() };
     if track.poses.len() >= POSES_MIN {
         mended.without_repeats(track, reckoned);
-        mended.without_jumps(track, reckoned);
+        let few = track.with(&every_few(&mended.poses, POSES_MIN));
+        let late_s = lateness(&few, reckoned, lever_m);
+        let direction_rad = Fit::robust(&few, reckoned, late_s, lever_m).direction_rad;
+        mended.without_jumps(track, reckoned, late_s, direction_rad);
     }
     mended
 }
@@ -107,58 +113,63 @@ impl Mended {
         self.poses = kept.map(|(pose, _)| *pose).collect();
     }
 
-    fn without_jumps(&mut self, track: &Track, reckoned: &[Pose]) {
-        let placed: Vec<(usize, [f64; 2], Pose)> = (self.poses.iter().enumerate())
-            .filter_map(|(k, pose)| Some((k, pose.position_m?, track.at(reckoned, pose.t_s))))
+    fn without_jumps(&mut self, track: &Track, reckoned: &[Pose], late_s: f64, direction_rad: f64) {
+        let (sin, cos) = direction_rad.sin_cos();
+        let placed: Vec<(usize, [f64; 2], [f64; 2], f64)> = (self.poses.iter().enumerate())
+            .filter_map(|(k, pose)| {
+                let by_wheels = track.at(reckoned, pose.t_s - late_s);
+                let (x, y) = (by_wheels.x_m, by_wheels.y_m);
+                let turned_m = [cos * x - sin * y, sin * x + cos * y];
+                Some((k, pose.position_m?, turned_m, by_wheels.heading_rad))
+            })
             .collect();
-        // By how much farther apart two poses are than the wheels went.
-        let excess_m = |a: usize, b: usize| {
-            let ((_, p, from), (_, q, to)) = (placed[a], placed[b]);
-            let went_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
-            (q[0] - p[0]).hypot(q[1] - p[1]) - went_m
+        // How the way between two poses differs from that of the wheels.
+        let excess = |a: usize, b: usize| {
+            let ((_, p, from, _), (_, q, to, _)) = (placed[a], placed[b]);
+            [0, 1].map(|axis| q[axis] - p[axis] - (to[axis] - from[axis]))
         };
         if placed.len() < POSES_MIN {
             return;
         }
-        let mut sorted: Vec<f64> =
-            (1..placed.len()).map(|k| excess_m(k - 1, k).abs()).collect();
+        let length = |[x, y]: [f64; 2]| x.hypot(y);
+        let mut sorted: Vec<f64> = (1..placed.len()).map(|k| length(excess(k - 1, k))).collect();
         sorted.sort_by(f64::total_cmp);
         let usual_m = sorted[(USUAL * (sorted.len() - 1) as f64) as usize];
         let limit_m = JUMP_M.max(JUMP_TIMES * usual_m);
         for k in AGREE..placed.len().saturating_sub(AGREE) {
-            let by_m = excess_m(k - 1, k);
+            let by = excess(k - 1, k);
             // Poses before it against poses after it: a single outlier is no jump.
             let stays = (1..=AGREE).all(|back| {
-                (0..AGREE).all(|on| excess_m(k - back, k + on) > 0.6 * by_m)
+                (0..AGREE).all(|on| {
+                    let other = excess(k - back, k + on);
+                    length([other[0] - by[0], other[1] - by[1]]) < 0.4 * length(by)
+                })
             });
-            if by_m > limit_m && stays {
-                self.found.push(What::TrackerJump { t_s: self.poses[placed[k].0].t_s, by_m });
-                self.move_back(&placed, k);
+            let (from, to) = (placed[k - 1].2, placed[k].2);
+            let way_m = length([to[0] - from[0], to[1] - from[1]]);
+            if length(by) > limit_m.max(WAY_SHARE * way_m) && stays {
+                let (index, earlier) = (placed[k].0, placed[k - 1].0);
+                let turned_rad = placed[k].3 - placed[k - 1].3;
+                let t_s = self.poses[index].t_s;
+                self.found.push(What::TrackerJump { t_s, by_m: length(by) });
+                self.move_back(earlier, index, by, turned_rad);
             }
         }
     }
 
-    /// Moves all poses from this one on to where the wheels led from the one before.
-    fn move_back(&mut self, placed: &[(usize, [f64; 2], Pose)], k: usize) {
-        let (index, ..) = placed[k];
-        let (earlier, _, from) = placed[k - 1];
-        let to = placed[k].2;
-        let (Some(before_m), Some(after_m)) =
-            (self.poses[earlier].position_m, self.poses[index].position_m)
-        else {
-            return;
-        };
+    /// Moves all poses from this one on back by as much, and about it by what its heading jumped.
+    fn move_back(&mut self, earlier: usize, index: usize, by: [f64; 2], wheels_rad: f64) {
+        let Some(pivot_m) = self.poses[index].position_m else { return };
         let headings = self.poses[earlier].heading_rad.zip(self.poses[index].heading_rad);
-        let turned_rad = headings.map_or(0.0, |(before, after)| {
-            wrap(after - before - (to.heading_rad - from.heading_rad))
-        });
+        let turned_rad =
+            headings.map_or(0.0, |(before, after)| wrap(after - before - wheels_rad));
         let turned_rad = if turned_rad.abs() > TURN_RAD { turned_rad } else { 0.0 };
-        // Between two poses the robot goes far less than it jumps.
         let (sin, cos) = turned_rad.sin_cos();
         for pose in &mut self.poses[index..] {
             pose.position_m = pose.position_m.map(|[x_m, y_m]| {
-                let (dx, dy) = (x_m - after_m[0], y_m - after_m[1]);
-                [before_m[0] + cos * dx + sin * dy, before_m[1] - sin * dx + cos * dy]
+                let (dx, dy) = (x_m - pivot_m[0], y_m - pivot_m[1]);
+                let there = [pivot_m[0] + cos * dx + sin * dy, pivot_m[1] - sin * dx + cos * dy];
+                [there[0] - by[0], there[1] - by[1]]
             });
             pose.heading_rad = pose.heading_rad.map(|heading| heading - turned_rad);
         }

@@ -52,7 +52,7 @@ fn a_misread_pose_is_found() {
             ("out_and_back", 0.0, 1.57),
             ("spin", 0.0, 1.57),
             ("spin", 0.0, -1.57),
-            ("spin", 0.0, 3.14),
+            ("spin", 0.0, 3.0),
         ] {
             let mut campaign = sound(ends_only);
             let index = misread(&mut campaign, name, off_m, off_rad);

@@ -7,13 +7,12 @@ use crate::checks::{Axes, DataHypothesis, What, Wheel, data_hypotheses};
 use crate::recording::{Recording, Robot};
 use crate::tests::synthetic::{ALONE, ROBOT, campaign, end_poses_only, full_plan, term};
 
-/// The runs that a mutation shows in are arcs and squares, all that go anywhere, all that turn.
+/// The runs that a mutation shows in are curves, those that go anywhere, those that turn.
 #[derive(Clone, Copy, PartialEq)]
 enum In {
     Curves,
     Ways,
     Turns,
-    All,
 }
 
 fn heading(degrees: bool, negated: bool, turned_rad: f64) -> What {
@@ -27,13 +26,12 @@ fn axes(axes: Axes) -> What {
 
 /// What was done, what should be told of it, with headings and without, and a run in which it shows.
 fn table() -> Vec<(&'static str, Mutation, What, Option<What>, In)> {
-    let exchanged = What::WheelsExchanged;
-    let mirrored = Some(exchanged);
+    let mirrored = Some(What::WheelsExchanged);
     let reversed = |wheel| What::CountsReversed { wheel };
     let mm = What::Positions { per_m: 1e3 };
     let cm = What::Positions { per_m: 1e2 };
     vec![
-        ("wheels exchanged", exchanged_, exchanged, mirrored, In::Curves),
+        ("wheels exchanged", exchanged, What::WheelsExchanged, mirrored, In::Curves),
         ("left reversed", left_reversed, reversed(Wheel::Left), Some(reversed(Wheel::Left)), In::Ways),
         ("right reversed", right_reversed, reversed(Wheel::Right), Some(reversed(Wheel::Right)), In::Ways),
         ("both reversed", both_reversed, reversed(Wheel::Both), mirrored, In::Curves),
@@ -50,10 +48,6 @@ fn table() -> Vec<(&'static str, Mutation, What, Option<What>, In)> {
         ("millimetres", millimetres, mm, Some(mm), In::Ways),
         ("centimetres", centimetres, cm, Some(cm), In::Ways),
     ]
-}
-
-fn exchanged_(run: &mut Recording) {
-    exchanged(run);
 }
 
 /// Without the angle's sign at half a turn, and to a hundredth.
@@ -86,7 +80,7 @@ fn show(found: &[DataHypothesis]) -> String {
 /// A run of the full plan in which it shows.
 fn shown_in(runs: &[Recording], shows: In) -> usize {
     let name = match shows {
-        In::Curves | In::All => "arc_0.9",
+        In::Curves => "arc_0.9",
         In::Ways => "out_and_back_1",
         In::Turns => "square",
     };
@@ -202,7 +196,7 @@ fn a_data_sheet_that_is_off_by_a_factor_is_told_and_by_a_quarter_is_not() {
         if !headings {
             campaign.runs.iter_mut().for_each(without_headings);
         }
-        for times in [0.8, 1.25, 2.0, 0.5, 4.0, 0.25, PI, 2.0 * PI, 10.0, 0.01] {
+        for times in [0.8, 1.25, 2.0, 0.5, PI, 0.25, 0.01] {
             let radius = Robot { wheel_radius_m: ROBOT.wheel_radius_m * times, ..ROBOT };
             let track = Robot { track_width_m: ROBOT.track_width_m * times, ..ROBOT };
             for (robot, is_radius) in [(radius, true), (track, false)] {

@@ -215,19 +215,7 @@ impl fmt::Display for Warning {
             Self::UnknownColumn { place, name } => {
                 write!(f, "{place}: the column `{name}` is unknown and was ignored")
             }
-            Self::Clock { place, rate_rad_s, per_s } => {
-                let deg = rate_rad_s.to_degrees();
-                let unit = match *per_s {
-                    per_s if per_s < 1e4 => "milliseconds",
-                    per_s if per_s < 1e7 => "microseconds",
-                    _ => "nanoseconds",
-                };
-                write!(
-                    f,
-                    "{place}: t_s looks like {unit}: no wheel would turn faster than {deg:.2} \
-                     degrees per second; give seconds"
-                )
-            }
+            Self::Clock { place, rate_rad_s, per_s } => clock(f, place, *rate_rad_s, *per_s),
             Self::EndPoseOff { place, position_m, heading_rad } => {
                 let off = how_far(*position_m, *heading_rad);
                 write!(
@@ -283,6 +271,21 @@ impl fmt::Display for Warning {
             Self::NoStart { place, runs, of } => no_start(f, place, *runs, *of),
         }
     }
+}
+
+fn clock(f: &mut fmt::Formatter<'_>, place: &Place, rate_rad_s: f64, per_s: f64) -> fmt::Result {
+    let unit = match per_s {
+        per_s if per_s < 1e4 => "milliseconds",
+        per_s if per_s < 1e7 => "microseconds",
+        _ => "nanoseconds",
+    };
+    let deg = rate_rad_s.to_degrees();
+    // Degrees per second that are not all zeros.
+    let digits = (1.0 - deg.log10().floor()).clamp(2.0, 12.0) as usize;
+    write!(
+        f,
+        "{place}: t_s looks like {unit}: no wheel would turn faster than {deg:.digits$} degrees per second; give seconds"
+    )
 }
 
 fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -> fmt::Result {

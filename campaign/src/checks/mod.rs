@@ -29,7 +29,11 @@ pub(crate) fn check(
 }
 
 /// What is odd about a campaign's runs without being an error.
-pub(crate) fn warnings(folder: &Path, campaign: &Campaign, recordings: &Recordings) -> Vec<Warning> {
+pub(crate) fn warnings(
+    folder: &Path,
+    campaign: &Campaign,
+    recordings: &Recordings,
+) -> Vec<Warning> {
     let runs = &recordings.runs;
     if runs.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
@@ -123,10 +127,7 @@ impl<'a> Told<'a> {
 
     /// A column in the first row from a time on.
     fn cell(&self, t_s: f64, column: Column) -> Place {
-        self.run.map_or_else(
-            || self.header(column),
-            |run| cell(&self.file(), run, t_s, column),
-        )
+        self.run.map_or_else(|| self.header(column), |run| cell(&self.file(), run, t_s, column))
     }
 
     /// A key of robot.toml.

@@ -1,4 +1,7 @@
+//! What is said of campaigns in files, in which something was made wrong.
+
 use std::f64::consts::FRAC_PI_2;
+use std::fs;
 
 use super::*;
 
@@ -44,15 +47,9 @@ fn wrong_units_are_one_error_each_with_their_column() {
     let same = |value: f64| value;
     assert_eq!(read(|t_s| row(t_s, [1.0; 3], same)).unwrap(), []);
     for (units, expected) in [
-        (
-            [1e3, 1.0, 1.0],
-            "01_a.csv, line 1, column 5: x_m looks like millimetres: the robot would have moved",
-        ),
-        ([1e2, 1.0, 1.0], "line 1, column 5: x_m looks like centimetres"),
-        (
-            [1.0, 57.29578, 1.0],
-            "01_a.csv, line 1, column 4: heading_rad looks like degrees: the robot would have turned",
-        ),
+        ([1e3, 1.0, 1.0], "01_a.csv, line 1, column 5: x_m and y_m look like millimetres"),
+        ([1e2, 1.0, 1.0], "01_a.csv, line 1, column 5: x_m and y_m look like centimetres"),
+        ([1.0, 57.29578, 1.0], "01_a.csv, line 1, column 4: heading_rad looks like degrees"),
     ] {
         let error = read(|t_s| row(t_s, units, same)).unwrap_err().to_string();
         assert!(error.contains(expected) && error.contains("; give"), "{error}");
@@ -65,26 +62,27 @@ fn a_counter_that_went_round_is_told_with_its_row_and_what_to_add() {
     let round = |left: f64| (left + 65_486.0).rem_euclid(65_536.0);
     let error = read(|t_s| row(t_s, [1.0; 3], round)).unwrap_err().to_string();
     assert!(error.contains("column 3: left_counts goes from 655"), "{error}");
-    assert!(error.contains("its 16-bit counter overflowed; add 65536 from this row on"), "{error}");
+    assert!(error.contains("its 16-bit counter went round"), "{error}");
+    assert!(error.ends_with("; add 65536 from this row on"), "{error}");
 }
 
 #[test]
 fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
     let same = |value: f64| value;
     for (from, to, expected) in [
-        ("= 900", "= 225", "line 2, column 1: on straight stretches the robot moved 0.25"),
-        ("= 0.372", "= 3.72", "line 3, column 1: the robot turned 10.0"),
+        ("= 900", "= 225", "line 2, column 1: the robot moved 0.25"),
+        ("= 0.372", "= 3.72", "line 3, column 1: the robot turned "),
     ] {
         let toml = TOML.replace(from, to);
         assert_ne!(toml, TOML);
         let error = read_as(&toml, |t_s| row(t_s, [1.0; 3], same)).unwrap_err().to_string();
         assert!(error.contains(expected) && error.contains("; check"), "{error}");
     }
-    // Headings and positions as of one who looks from below.
+    // Headings as of one who looks from below, and a frame that is turned round.
     let error = read(|t_s| row(t_s, [1.0, -1.0, 1.0], same)).unwrap_err().to_string();
-    assert!(error.contains("turned the opposite way") && error.contains("; swap"), "{error}");
+    assert!(error.contains("column 4: heading_rad counts clockwise"), "{error}");
     let error = read(|t_s| row(t_s, [-1.0, 1.0, 1.0], same)).unwrap_err().to_string();
-    assert!(error.contains("moved backwards where its wheels rolled forwards"), "{error}");
+    assert!(error.contains("heading_rad is turned (") && error.contains("180 degrees"), "{error}");
 }
 
 #[test]
@@ -103,87 +101,289 @@ fn an_end_that_was_misread_is_a_warning_at_its_cell() {
 }
 
 #[test]
-fn a_clock_in_milliseconds_is_a_warning() {
-    let warnings = read(|t_s| row(t_s, [1.0, 1.0, 1e3], |value| value)).unwrap();
-    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
-    let said = warning.to_string();
-    assert!(said.contains("line 1, column 1: t_s looks like milliseconds"), "{said}");
+fn a_clock_in_a_smaller_unit_is_a_warning() {
+    for (per_s, unit) in [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")] {
+        let warnings = read(|t_s| row(t_s, [1.0, 1.0, per_s], |value| value)).unwrap();
+        let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+        let said = warning.to_string();
+        assert!(said.contains(&format!("line 1, column 1: t_s looks like {unit}")), "{said}");
+    }
 }
 
-/// What is said of the mystery robot's runs, the cells of these files rewritten: y_m and heading_rad.
-fn of_mystery(files: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> Vec<String> {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/mystery-robot");
-    let folder = tempfile::tempdir().unwrap();
-    fs::create_dir(folder.path().join("runs")).unwrap();
-    fs::copy(from.join("robot.toml"), folder.path().join("robot.toml")).unwrap();
-    for file in fs::read_dir(from.join("runs")).unwrap() {
-        let file = file.unwrap();
-        let name = file.file_name().into_string().unwrap();
-        let text = fs::read_to_string(file.path()).unwrap();
-        let mut lines = text.lines();
-        let header = lines.next().unwrap();
-        let index = |of: Column| header.split(',').position(|name| name == of.name()).unwrap();
-        let (y, heading) = (index(Column::Y), index(Column::Heading));
-        let mut out = vec![header.to_owned()];
-        for line in lines {
-            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-            if name.contains(files) && !cells[y].is_empty() {
-                let was = (cells[y].parse().unwrap(), cells[heading].parse().unwrap());
-                let is = change(was.0, was.1);
-                (cells[y], cells[heading]) = (is.0.to_string(), is.1.to_string());
-            }
-            out.push(cells.join(","));
+/// A change of a run's rows.
+type Mutation = fn(&mut Run);
+
+fn of_counts(run: &mut Run, change: impl Fn(f64, f64) -> (f64, f64)) {
+    for row in &mut run.rows {
+        if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
+            let (left, right) = change(left, right);
+            (row.counts.left, row.counts.right) = (Some(left), Some(right));
         }
-        fs::write(folder.path().join("runs").join(name), out.join("\n")).unwrap();
-    }
-    let warnings = Campaign::read(folder.path()).unwrap().warnings;
-    warnings.iter().map(Warning::to_string).collect()
-}
-
-#[test]
-fn other_axes_are_one_warning_that_says_which() {
-    assert_eq!(of_mystery("csv", |y, heading| (y, heading)), [""; 0]);
-    for (change, expected) in [
-        ((|y, heading| (-y, heading)) as fn(f64, f64) -> (f64, f64), "the other sign of y_m (y is"),
-        (|y, heading| (y, heading - FRAC_PI_2), "pi/2 added to heading_rad"),
-        (|y, heading| (y, heading + FRAC_PI_2), "pi/2 subtracted from heading_rad"),
-    ] {
-        let said = of_mystery("csv", change);
-        assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
-        assert!(said[0].contains("01_rest.csv, line 1, column "), "{said:?}");
     }
 }
 
-#[test]
-fn headings_that_sit_crooked_in_all_runs_are_one_warning() {
-    let said = of_mystery("csv", |y, heading| (y, heading + 0.08));
-    assert!(said.len() == 1 && said[0].contains("heading_rad differs by +4."), "{said:?}");
-    assert!(said[0].contains("01_rest.csv, line 1, column 9: "), "{said:?}");
+fn of_positions(run: &mut Run, change: impl Fn(f64, f64) -> (f64, f64)) {
+    for row in &mut run.rows {
+        if let (Some(x_m), Some(y_m)) = (row.x_m, row.y_m) {
+            let (x_m, y_m) = change(x_m, y_m);
+            (row.x_m, row.y_m) = (Some(x_m), Some(y_m));
+        }
+    }
 }
 
-#[test]
-fn one_run_with_other_signs_is_a_warning_at_its_file() {
-    let said = of_mystery("16_", |y, heading| {
-        (if heading > 3.0 && heading < 3.02 { y + 0.4 } else { y }, heading)
+fn of_headings(run: &mut Run, change: impl Fn(f64) -> f64) {
+    run.rows.iter_mut().for_each(|row| row.heading_rad = row.heading_rad.map(&change));
+}
+
+/// Changes the rows from a share of the run on.
+fn from(run: &mut Run, share: f64, change: impl FnMut(&mut crate::row::Row)) {
+    let k = (share * run.rows.len() as f64) as usize;
+    run.rows[k..].iter_mut().for_each(change);
+}
+
+fn wrap(run: &mut Run) {
+    let start = run.rows[run.rows.len() / 2].counts.right.unwrap_or(0.0);
+    of_counts(run, |left, right| (left, (right - start).rem_euclid(65_536.0)));
+}
+
+fn jump(run: &mut Run) {
+    from(run, 0.5, |row| {
+        row.x_m = row.x_m.map(|x| x + 0.08);
+        row.y_m = row.y_m.map(|y| y - 0.09);
     });
+}
+
+fn frozen(run: &mut Run) {
+    let mut held = None;
+    from(run, 0.33, |row| {
+        let pose = (row.x_m, row.y_m, row.heading_rad);
+        if row.x_m.is_some() && held.is_none() {
+            held = Some((row.t_s, pose));
+        }
+        if let (Some((since_s, pose)), true) = (held, row.x_m.is_some())
+            && row.t_s < since_s + 6.0
+        {
+            (row.x_m, row.y_m, row.heading_rad) = pose;
+        }
+    });
+}
+
+fn glitch(run: &mut Run) {
+    let k = run.rows.len() / 3;
+    if let Some(row) = run.rows[k..].iter_mut().find(|row| row.x_m.is_some()) {
+        row.x_m = row.x_m.map(|x| x + 0.5);
+    }
+}
+
+fn held_counts(run: &mut Run) {
+    let mut held = (f64::NEG_INFINITY, run.rows[0].counts);
+    for row in &mut run.rows {
+        if row.counts.left.is_none() {
+            continue;
+        }
+        if row.t_s - held.0 >= 0.2499 {
+            held = (row.t_s, row.counts);
+        }
+        row.counts = held.1;
+    }
+}
+
+fn misread(run: &mut Run) {
+    if let Some(row) = run.rows.iter_mut().rfind(|row| row.heading_rad.is_some()) {
+        row.heading_rad = row.heading_rad.map(|heading| heading + FRAC_PI_2);
+    }
+}
+
+fn nothing(_: &mut Run) {}
+
+/// What is said of an example whose runs are changed: its error, else its warnings.
+fn said(example: &str, run: Option<&str>, headings: bool, mutation: Mutation) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(example);
+    let mut campaign = Campaign::read(&folder).unwrap();
+    for changed in &mut campaign.runs {
+        if run.is_none_or(|run| changed.name.contains(run)) {
+            mutation(changed);
+        }
+        if !headings {
+            changed.rows.iter_mut().for_each(|row| row.heading_rad = None);
+        }
+    }
+    let recordings = Recordings::of(&campaign);
+    let warnings = warnings(&folder, &campaign, &recordings);
+    match recordings.into_model(&campaign, &folder) {
+        Err(error) => error.to_string(),
+        Ok(_) => warnings.iter().map(|warning| format!("{warning}\n")).collect(),
+    }
+}
+
+/// What is done, what is said of it with headings and without, and whether it can be wrong in all runs.
+const CASES: [(&str, Mutation, &str, Option<&str>, bool); 21] = [
+    ("nothing", nothing, "", Some(""), true),
+    (
+        "exchanged",
+        |run| of_counts(run, |left, right| (right, left)),
+        "left_counts and right_counts are exchanged",
+        Some("left_counts and right_counts are exchanged"),
+        true,
+    ),
+    (
+        "left",
+        |run| of_counts(run, |left, right| (-left, right)),
+        "left_counts has the wrong sign",
+        Some("left_counts has the wrong sign"),
+        true,
+    ),
+    (
+        "right",
+        |run| of_counts(run, |left, right| (left, -right)),
+        "right_counts has the wrong sign",
+        Some("right_counts has the wrong sign"),
+        true,
+    ),
+    (
+        "both",
+        |run| of_counts(run, |left, right| (-left, -right)),
+        "both have the wrong sign",
+        Some("both have the wrong sign"),
+        true,
+    ),
+    (
+        "y",
+        |run| of_positions(run, |x, y| (x, -y)),
+        "y_m has the wrong sign",
+        Some("y_m has the wrong sign"),
+        true,
+    ),
+    ("x", |run| of_positions(run, |x, y| (-x, y)), "x_m has the wrong sign", None, true),
+    ("x y", |run| of_positions(run, |x, y| (y, x)), "x_m and y_m are exchanged", None, true),
+    ("clockwise", |run| of_headings(run, |rad| -rad), "heading_rad counts clockwise (", None, true),
+    (
+        "degrees",
+        |run| of_headings(run, f64::to_degrees),
+        "heading_rad looks like degrees (",
+        None,
+        true,
+    ),
+    (
+        "+ 90",
+        |run| of_headings(run, |rad| rad + FRAC_PI_2),
+        "give heading_rad - pi/2 in place",
+        None,
+        true,
+    ),
+    (
+        "+ 40",
+        |run| of_headings(run, |rad| rad + 0.7),
+        "heading_rad is turned (+40 degrees)",
+        None,
+        true,
+    ),
+    (
+        "compass",
+        |run| of_headings(run, |rad| FRAC_PI_2 - rad),
+        "give pi/2 - heading_rad in place",
+        None,
+        true,
+    ),
+    (
+        "millimetres",
+        |run| of_positions(run, |x, y| (1e3 * x, 1e3 * y)),
+        "x_m and y_m look like millimetres",
+        Some("x_m and y_m look like millimetres"),
+        true,
+    ),
+    (
+        "half",
+        |run| of_counts(run, |left, right| (left / 2.0, right / 2.0)),
+        "left_counts and right_counts should be 2.0 times as large",
+        Some("left_counts and right_counts should be 2.0 times as large"),
+        false,
+    ),
+    (
+        "left times 4",
+        |run| of_counts(run, |left, right| (4.0 * left, right)),
+        "left_counts should be 4.0 times smaller",
+        Some("left_counts should be 4.0 times smaller"),
+        true,
+    ),
+    ("wrap", wrap, "its 16-bit counter went round", Some("its 16-bit counter went round"), false),
+    ("jump", jump, "the tracker jumps by 0.12 m", Some("the tracker jumps by 0.12 m"), false),
+    (
+        "frozen",
+        frozen,
+        "the tracker is frozen: from here to line ",
+        Some("the tracker is frozen"),
+        false,
+    ),
+    (
+        "glitch",
+        glitch,
+        "m off those before and after it",
+        Some("m off those before and after it"),
+        false,
+    ),
+    ("misread", misread, "the run ends 9", None, false),
+];
+
+/// Checks the table; a run's name stands for that run, none for all.
+fn check_table(example: &str, run: Option<&str>) {
+    let mut wrong = Vec::new();
+    for (name, mutation, with, without, of_all) in CASES {
+        if run.is_none() && !of_all {
+            continue;
+        }
+        for (headings, expected) in [(true, Some(with)), (false, without)] {
+            let Some(expected) = expected else { continue };
+            let said = said(example, run, headings, mutation);
+            let is_one = said.matches('\n').count() <= 1;
+            let place = run.is_none_or(|run| said.is_empty() || said.contains(run));
+            let right = if expected.is_empty() { said.is_empty() } else { said.contains(expected) };
+            if !(right && is_one && place) {
+                wrong.push(format!("{example}, {name}, {run:?}, headings {headings}: {said}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn what_is_wrong_with_one_run_of_a_simulated_robot_is_told() {
+    check_table("mystery-robot", Some("12_arc_small_fast_left"));
+}
+
+#[test]
+fn what_is_wrong_with_all_runs_of_a_simulated_robot_is_told() {
+    check_table("mystery-robot", None);
+}
+
+#[test]
+fn what_is_wrong_with_one_run_of_a_real_robot_is_told() {
+    check_table("optiodom", Some("square_231220200029_04"));
+}
+
+#[test]
+fn what_is_wrong_with_all_runs_of_a_real_robot_is_told() {
+    check_table("optiodom", None);
+}
+
+#[test]
+fn counts_that_are_held_are_never_an_error() {
+    for example in ["mystery-robot", "optiodom"] {
+        for (run, headings) in [(Some("12"), true), (Some("12"), false), (None, true)] {
+            let said = said(example, run, headings, held_counts);
+            let all_of_them = |line: &str| line.contains(" are new only every 0.");
+            assert!(said.lines().all(all_of_them), "{example}, {run:?}: {said}");
+        }
+    }
+}
+
+#[test]
+fn headings_that_sit_a_little_crooked_in_all_runs_are_one_warning() {
+    let said = said("mystery-robot", None, true, |run| of_headings(run, |rad| rad + 0.08));
     assert!(
-        said.iter().any(|warning| warning.contains("16_arc_large_fast_left.csv, line ")
-            && warning.contains(" m off those before and after it")),
-        "{said:?}"
+        said.contains("01_rest.csv, line 1, column 9: ")
+            && said.contains("heading_rad differs by +4."),
+        "{said}"
     );
-    let said = of_mystery("12_", |y, heading| (-y, heading));
-    assert!(
-        said.len() == 1
-            && said[0].contains("12_arc_small_fast_left.csv, line 1, column 7: only in this"),
-        "{said:?}"
-    );
-    // A spin goes nowhere: its headings alone show it.
-    let said = of_mystery("06_", |y, heading| (y, -heading));
-    assert!(
-        said.len() == 1
-            && said[0].contains(
-                "06_spin_slow_left.csv, line 1: only in this run, the robot turned the opposite way"
-            ),
-        "{said:?}"
-    );
+    assert_eq!(said.matches('\n').count(), 1, "{said}");
 }

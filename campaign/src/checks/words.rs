@@ -13,9 +13,8 @@ use crate::row::Column;
 /// An error that names the best hypothesis.
 pub(super) fn error(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> CampaignError {
     let told = Told::new(folder, campaign, found);
-    let (place, what) = of_moment(&told, &found.what).unwrap_or_else(|| {
-        (place(&told, &found.what), of_column(&found.what))
-    });
+    let (place, what) = of_moment(&told, &found.what)
+        .unwrap_or_else(|| (place(&told, &found.what), of_column(&found.what)));
     let (mut problem, hint) = what;
     for other in &found.or {
         problem = format!("{problem}, or {}", of_column(other).0);
@@ -82,7 +81,8 @@ fn of_moment(told: &Told, what: &What) -> Option<(Place, (String, String))> {
             let before = run.rows[..row].iter().rev().find_map(|row| row.get(column));
             let after = run.rows[row].get(column);
             let (from, to) = (before.unwrap_or(f64::NAN), after.unwrap_or(f64::NAN));
-            let often = if times > 1 { format!(", {times} times in this run") } else { String::new() };
+            let often =
+                if times > 1 { format!(", {times} times in this run") } else { String::new() };
             let problem = format!(
                 "{} goes from {from} to {to} in one step: its {bits}-bit counter went round{often}",
                 column.name()
@@ -176,8 +176,13 @@ fn of_column(what: &What) -> (String, String) {
 fn of_axes(axes: Axes) -> (String, String) {
     let both = |problem: &str, hint: &str| (problem.to_owned(), hint.to_owned());
     match axes {
-        Axes::XMirrored => both("x_m has the wrong sign", "x is forward, y to the left of it: change the sign of x_m"),
-        Axes::YMirrored => both("y_m has the wrong sign", "y is to the left of x: change the sign of y_m"),
+        Axes::XMirrored => both(
+            "x_m has the wrong sign",
+            "x is forward, y to the left of it: change the sign of x_m",
+        ),
+        Axes::YMirrored => {
+            both("y_m has the wrong sign", "y is to the left of x: change the sign of y_m")
+        }
         Axes::Exchanged => both("x_m and y_m are exchanged", "swap x_m and y_m"),
         Axes::Frame { turned_rad } => (
             format!("the axes are turned by {:+.0} degrees", turned_rad.to_degrees()),
@@ -205,7 +210,9 @@ fn of_axes(axes: Axes) -> (String, String) {
                     None => format!("{value} + {angle}"),
                 },
             };
-            let hint = format!("give {mended} in place of heading_rad: in radians, counter-clockwise from x towards y");
+            let hint = format!(
+                "give {mended} in place of heading_rad: in radians, counter-clockwise from x towards y"
+            );
             (format!("heading_rad {}", said.join(" and ")), hint)
         }
     }

@@ -8,7 +8,7 @@ use crate::numeric::parallel::map;
 use super::fit::Fit;
 use super::geometry::{Geometry, OFF_BY, Solution, Tracks};
 use super::track::{Track, every_few};
-use super::what::{Axes, DataHypothesis, Wheel, What};
+use super::what::{Axes, DataHypothesis, What, Wheel};
 
 /// As many of the runs that are far off, and of the others, are looked at.
 const RUNS: (usize, usize) = (10, 6);
@@ -24,7 +24,7 @@ const LIKELY: usize = 14;
 const FACTOR_RUNS: f64 = 0.2;
 /// The wheels went this far, in levers: the rms from the middle of the path.
 const WENT: f64 = 0.2;
-/// The tracks cannot tell explanations apart whose errors are within this factor.
+/// The tracks cannot tell explanations apart whose errors are within this factor and the error of a run in order.
 const ALIKE: f64 = 1.3;
 /// Factors of lengths and counts that people mistake: a diameter, edges of an encoder, 2 pi, units.
 const FACTORS: [f64; 6] = [2.0, 4.0, TAU, 10.0, 100.0, 1000.0];
@@ -59,7 +59,8 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     let near: Vec<usize> = (0..tracks.each.len()).filter(|run| !far.contains(run)).collect();
     let mut chosen = every_few(&far, RUNS.0);
     chosen.extend(every_few(&near, RUNS.1));
-    let few = Tracks::new(tracks.robot, chosen.iter().map(|run| tracks.each[*run].clone()).collect());
+    let few =
+        Tracks::new(tracks.robot, chosen.iter().map(|run| tracks.each[*run].clone()).collect());
     let errors = as_is.errors_m();
     let before: Vec<f64> = chosen.iter().map(|run| errors[*run]).collect();
     let whats = explanations(&few);
@@ -82,8 +83,10 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     }));
     let second = map(&again, attempt);
     let all: Vec<Tried> = first.into_iter().chain(second).map(|(tried, _)| tried).collect();
-    let best_m = all.iter().filter(|tried| tried.holds).map(|tried| tried.error_m).reduce(f64::min)?;
-    let alike = |tried: &&Tried| tried.holds && tried.error_m <= ALIKE * best_m;
+    let best_m =
+        all.iter().filter(|tried| tried.holds).map(|tried| tried.error_m).reduce(f64::min)?;
+    let limit_m = ALIKE * best_m + rms(far.iter().map(|run| tracks.near_m(*run)));
+    let alike = |tried: &&Tried| tried.holds && tried.error_m <= limit_m;
     let mut class = all.iter().filter(alike);
     let what = class.next()?.what;
     let or: Vec<What> = class.map(|tried| tried.what).filter(|other| !same(other, &what)).collect();
@@ -115,7 +118,9 @@ fn explanations(tracks: &Tracks) -> Vec<What> {
     let headings = tracks.each.iter().any(Track::has_headings);
     let mut all = vec![What::WheelsExchanged];
     all.extend(of_axes(headings));
-    all.extend([Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| What::CountsReversed { wheel }));
+    all.extend(
+        [Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| What::CountsReversed { wheel }),
+    );
     all.extend(UNITS_PER_M.map(|per_m| What::Positions { per_m }));
     all.extend(factors().map(|times| What::Radius { times }));
     all.extend(factors().map(|times| What::Track { times }));
@@ -135,18 +140,18 @@ pub(super) fn of_axes(headings: bool) -> Vec<What> {
     let mut all = vec![axes(Axes::YMirrored)];
     if headings {
         all.extend([axes(Axes::XMirrored), axes(Axes::Exchanged)]);
-        all.extend([(false, true), (true, false), (true, true)].map(|(degrees, negated)| {
-            heading(degrees, negated, 0.0)
-        }));
+        all.extend(
+            [(false, true), (true, false), (true, true)]
+                .map(|(degrees, negated)| heading(degrees, negated, 0.0)),
+        );
     }
     all
 }
 
 /// Axes of the poses after the first of each run, which is a mark on the floor in our axes.
 fn of_marks() -> Vec<What> {
-    let heading = |negated: bool, turned_rad: f64| {
-        Axes::Heading { degrees: false, negated, turned_rad }
-    };
+    let heading =
+        |negated: bool, turned_rad: f64| Axes::Heading { degrees: false, negated, turned_rad };
     let all = [
         Axes::YMirrored,
         Axes::XMirrored,
@@ -192,23 +197,27 @@ pub(super) fn shrunk(what: &What) -> f64 {
 }
 
 /// Whether a run that fits can show this: to shrink everything to a point is no explanation.
-pub(super) fn shows(what: &What, fit: &Fit, lever_m: f64) -> bool {
+pub(super) fn shows(tracks: &Tracks, track: &Track, what: &What, fit: &Fit) -> bool {
     let count = fit.kept.iter().filter(|kept| **kept).count() as f64;
-    let went = fit.by_wheels_m2 > (WENT * lever_m).powi(2) * count;
-    went || !matches!(what, What::Positions { .. })
+    match what {
+        What::Positions { .. } => fit.by_wheels_m2 > (WENT * tracks.lever_m).powi(2) * count,
+        What::Axes { axes: Axes::Heading { degrees: true, .. }, .. } => {
+            track.turned_rad(tracks.robot) > TURNED_MIN_RAD
+        }
+        _ => true,
+    }
 }
 
 /// Whether this explains the runs that were far off: their errors are `before`.
 fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &Solution) -> Tried {
     let after = solution.errors_m();
     let far: Vec<usize> = (0..after.len()).filter(|run| few.is_far(*run, before[*run])).collect();
-    let showing = |run: &&usize| shows(what, &solution.fits[**run], few.lever_m);
+    let showing = |run: &&usize| shows(few, &few.each[**run], what, &solution.fits[**run]);
     let showing: Vec<usize> = far.iter().filter(showing).copied().collect();
     let times = shrunk(what);
     let mends = |run: &&usize| after[**run] < MENDED * before[**run];
-    let worsens = |run: &usize| {
-        mended.is_far(*run, after[*run]) && after[*run] > WORSE_TIMES * before[*run]
-    };
+    let worsens =
+        |run: &usize| mended.is_far(*run, after[*run]) && after[*run] > WORSE_TIMES * before[*run];
     let mends = showing.iter().filter(mends).count();
     let worse = (0..after.len()).filter(worsens).count();
     let error_m = times * rms(far.iter().map(|run| after[*run]));
@@ -227,7 +236,8 @@ fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &
         && !showing.is_empty()
         && mends as f64 >= MENDED_RUNS * showing.len() as f64
         && worse as f64 <= WORSE_RUNS * after.len() as f64
-        && rms(far.iter().map(|run| after[*run])) < MENDED * rms(far.iter().map(|run| before[*run]));
+        && rms(far.iter().map(|run| after[*run]))
+            < MENDED * rms(far.iter().map(|run| before[*run]));
     Tried { what, error_m, holds }
 }
 
@@ -255,7 +265,9 @@ fn same(a: &What, b: &What) -> bool {
 
 /// The same axes with headings turned by the angle that all runs share.
 fn turned(what: &What, solution: &Solution) -> Option<What> {
-    let What::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else { return None };
+    let What::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else {
+        return None;
+    };
     let turned_rad = angle(&solution.fits).filter(|rad| rad.abs() > TURNED_MIN_RAD)?;
     Some(heading(degrees, negated, turned_rad))
 }
@@ -282,6 +294,7 @@ fn quarter(turned_rad: f64) -> f64 {
 }
 
 pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    let (sum, count) =
+        values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
     if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
 }

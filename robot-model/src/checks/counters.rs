@@ -3,7 +3,7 @@
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{Recording, Robot, WheelSample};
 
-use super::what::{Wheel, What};
+use super::what::{What, Wheel};
 
 /// The usual speed of a wheel is this quantile over the steps in which it turns, if there are so many.
 const USUAL: f64 = 0.9;
@@ -111,9 +111,9 @@ impl Counter<'_> {
 
     /// Takes out steps by the range of a counter of 16 or 32 bits, where what is left is a usual step.
     fn unwrapped(&mut self) -> Option<What> {
-        let (bits, range) = [(16_u32, 65_536.0), (32, 4_294_967_296.0)].into_iter().rfind(|(_, range)| {
-            (1..self.counts.len()).any(|k| self.step(k).abs() > range / 2.0)
-        })?;
+        let (bits, range) = [(16_u32, 65_536.0), (32, 4_294_967_296.0)]
+            .into_iter()
+            .rfind(|(_, range)| (1..self.counts.len()).any(|k| self.step(k).abs() > range / 2.0))?;
         let wraps = |k: usize| self.step(k).abs() > range / 2.0;
         let usual = self.usual(&wraps)?;
         let spacing_s = median(self.times.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
@@ -127,15 +127,14 @@ impl Counter<'_> {
         if !at.iter().all(|k| within(*k)) {
             return None;
         }
+        let turned =
+            |k: usize| if k > 0 && wraps(k) { (self.step(k) / range).round() } else { 0.0 };
         let mut shift = 0.0;
-        let mut counts = self.counts.clone();
-        for k in 1..counts.len() {
-            if wraps(k) {
-                shift -= range * (self.step(k) / range).round();
-            }
-            counts[k] += shift;
-        }
-        self.counts = counts;
+        let counts = self.counts.iter().enumerate().map(|(k, count)| {
+            shift -= range * turned(k);
+            count + shift
+        });
+        self.counts = counts.collect();
         Some(What::CounterWraps {
             wheel: self.wheel,
             t_s: self.times[at[0]],
@@ -205,9 +204,8 @@ fn held(robot: &Robot, wheels: &[WheelSample]) -> Option<(What, Vec<WheelSample>
     if median(between)? < HELD_SAMPLES as f64 || counts < HELD_COUNTS {
         return None;
     }
-    let every_s = median(
-        changes.windows(2).map(|pair| wheels[pair[1]].t_s - wheels[pair[0]].t_s).collect(),
-    )?;
+    let every_s =
+        median(changes.windows(2).map(|pair| wheels[pair[1]].t_s - wheels[pair[0]].t_s).collect())?;
     let mut kept = vec![wheels[0]];
     for k in changes {
         // After a rest, the robot begins to move one period before.

@@ -120,8 +120,7 @@ impl Fit {
         for ((measured, wheels), _) in both() {
             if let Some([x_m, y_m]) = measured.position_m {
                 let (px, py) = (x_m - placed.measured_m[0], y_m - placed.measured_m[1]);
-                let (qx, qy) =
-                    (wheels.x_m - placed.wheels_m[0], wheels.y_m - placed.wheels_m[1]);
+                let (qx, qy) = (wheels.x_m - placed.wheels_m[0], wheels.y_m - placed.wheels_m[1]);
                 along = [along[0] + px * qx + py * qy, along[1] + py * qx - px * qy];
                 by_wheels_m2 += qx * qx + qy * qy;
             }

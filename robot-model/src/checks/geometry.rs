@@ -108,7 +108,9 @@ impl<'a> Tracks<'a> {
         let lever_m = lever_m(robot);
         let near_m = each.iter().map(|track| {
             let turned_m = lever_m * track.turned_rad(robot).min(TURNED_MAX_RAD);
-            NEAR_M + NEAR_SHARE * (track.extent_m() + if track.has_headings() { turned_m } else { 0.0 })
+            NEAR_M
+                + NEAR_SHARE
+                    * (track.extent_m() + if track.has_headings() { turned_m } else { 0.0 })
         });
         let near_m = near_m.collect();
         Self { robot, each, lever_m, near_m }
@@ -117,6 +119,11 @@ impl<'a> Tracks<'a> {
     /// Whether a run is far from where its wheels led.
     pub(super) fn is_far(&self, run: usize, error_m: f64) -> bool {
         error_m > FAR * self.near_m[run]
+    }
+
+    /// The error below which a run is in order \[m\].
+    pub(super) fn near_m(&self, run: usize) -> f64 {
+        self.near_m[run]
     }
 
     pub(super) fn far(&self, solution: &Solution) -> Vec<usize> {

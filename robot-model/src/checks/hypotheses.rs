@@ -49,12 +49,11 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
         found.extend(events.told(robot, run, &solution.geometry));
     }
     let far = tracks.far(&solution);
-    if far.len() > 1 || far.len() == 1 && runs.len() == 1 {
-        if let Some(all) = all_runs(&tracks, &solution) {
-            found.push(all.hypothesis);
-            tracks = Tracks::new(robot, all.tracks);
-            solution = all.solution;
-        }
+    let many = far.len() > 1 || far.len() == 1 && runs.len() == 1;
+    if let (true, Some(all)) = (many, all_runs(&tracks, &solution)) {
+        found.push(all.hypothesis);
+        tracks = Tracks::new(robot, all.tracks);
+        solution = all.solution;
     }
     // The geometry of a mended data sheet is no geometry of the one that is: single runs are left for then.
     if !found.iter().any(|found| found.run.is_none() && is_of_robot(&found.what)) {
@@ -196,7 +195,8 @@ impl Events {
                 next: None,
             })
         };
-        let in_counts = self.in_counts.iter().filter_map(|what| told(what, &run.wheels, &self.poses));
+        let in_counts =
+            self.in_counts.iter().filter_map(|what| told(what, &run.wheels, &self.poses));
         let in_poses =
             self.in_poses.iter().filter_map(|what| told(what, &self.wheels, &run.measured_poses));
         in_counts.chain(in_poses).collect()

@@ -9,7 +9,7 @@ use crate::numeric::angle::sinc;
 use crate::recording::run::{PoseMeasurement, Robot, WheelSample};
 
 use super::geometry::Geometry;
-use super::what::{Axes, Wheel, What};
+use super::what::{Axes, What, Wheel};
 
 /// As many poses of a run are looked at.
 const POSES: usize = 40;
@@ -41,10 +41,8 @@ impl Track {
     /// With this mended; what concerns the data sheet is no matter of a track.
     pub(super) fn mended(&self, what: &What) -> Self {
         let wheels = |change: &dyn Fn(WheelPair<f64>) -> WheelPair<f64>| {
-            let each = |sample: &WheelSample| WheelSample {
-                phi_rad: change(sample.phi_rad),
-                ..*sample
-            };
+            let each =
+                |sample: &WheelSample| WheelSample { phi_rad: change(sample.phi_rad), ..*sample };
             Self { wheels: self.wheels.iter().map(each).collect(), poses: self.poses.clone() }
         };
         let poses = |first: usize, change: &dyn Fn(&PoseMeasurement) -> PoseMeasurement| Self {
@@ -123,9 +121,8 @@ impl Track {
     /// How far the wheels turned the robot, without a sign, if it is built as most are \[rad\].
     pub(super) fn turned_rad(&self, robot: &Robot) -> f64 {
         let slim = slimness(robot);
-        let turn = |pair: &[WheelSample]| {
-            slim * pair[1].phi_rad.since(pair[0].phi_rad).difference().abs()
-        };
+        let turn =
+            |pair: &[WheelSample]| slim * pair[1].phi_rad.since(pair[0].phi_rad).difference().abs();
         self.wheels.windows(2).map(turn).sum()
     }
 
@@ -154,7 +151,9 @@ impl Axes {
             Self::Frame { turned_rad } => {
                 let (sin, cos) = turned_rad.sin_cos();
                 PoseMeasurement {
-                    position_m: pose.position_m.map(|[x, y]| [cos * x + sin * y, cos * y - sin * x]),
+                    position_m: pose
+                        .position_m
+                        .map(|[x, y]| [cos * x + sin * y, cos * y - sin * x]),
                     heading_rad: pose.heading_rad.map(|heading| heading - turned_rad),
                     ..*pose
                 }

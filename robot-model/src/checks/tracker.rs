@@ -79,7 +79,8 @@ impl Mended {
                     || (pose.heading_rad - first.heading_rad).abs() > 1e-3
             })
         };
-        let moving: Vec<(usize, usize)> = groups.iter().filter(|group| moves(group)).copied().collect();
+        let moving: Vec<(usize, usize)> =
+            groups.iter().filter(|group| moves(group)).copied().collect();
         let lengths = moving.iter().map(|(from, to)| (to - from + 1) as f64).collect();
         let spans = moving.iter().map(|(from, to)| poses[*to].t_s - poses[*from].t_s).collect();
         let (Some(length), Some(span_s)) = (median(lengths), median(spans)) else { return };
@@ -161,8 +162,7 @@ impl Mended {
     fn move_back(&mut self, earlier: usize, index: usize, by: [f64; 2], wheels_rad: f64) {
         let Some(pivot_m) = self.poses[index].position_m else { return };
         let headings = self.poses[earlier].heading_rad.zip(self.poses[index].heading_rad);
-        let turned_rad =
-            headings.map_or(0.0, |(before, after)| wrap(after - before - wheels_rad));
+        let turned_rad = headings.map_or(0.0, |(before, after)| wrap(after - before - wheels_rad));
         let turned_rad = if turned_rad.abs() > TURN_RAD { turned_rad } else { 0.0 };
         let (sin, cos) = turned_rad.sin_cos();
         for pose in &mut self.poses[index..] {

@@ -24,7 +24,9 @@ pub(super) fn sound(ends_only: bool) -> Campaign {
 /// The last poses that are told, by the index of their runs: how far they are off.
 fn last_poses(robot: &Robot, campaign: &Campaign) -> Vec<(usize, Option<f64>, Option<f64>)> {
     let found = data_hypotheses(robot, &campaign.runs).into_iter().map(|found| {
-        let What::LastPose { position_m, heading_rad, .. } = found.what else { panic!("{found:?}") };
+        let What::LastPose { position_m, heading_rad, .. } = found.what else {
+            panic!("{found:?}")
+        };
         let run = campaign.runs.iter().position(|run| Some(&run.name) == found.run.as_ref());
         (run.unwrap(), position_m, heading_rad)
     });

@@ -32,15 +32,33 @@ fn table() -> Vec<(&'static str, Mutation, What, Option<What>, In)> {
     let cm = What::Positions { per_m: 1e2 };
     vec![
         ("wheels exchanged", exchanged, What::WheelsExchanged, mirrored, In::Curves),
-        ("left reversed", left_reversed, reversed(Wheel::Left), Some(reversed(Wheel::Left)), In::Ways),
-        ("right reversed", right_reversed, reversed(Wheel::Right), Some(reversed(Wheel::Right)), In::Ways),
+        (
+            "left reversed",
+            left_reversed,
+            reversed(Wheel::Left),
+            Some(reversed(Wheel::Left)),
+            In::Ways,
+        ),
+        (
+            "right reversed",
+            right_reversed,
+            reversed(Wheel::Right),
+            Some(reversed(Wheel::Right)),
+            In::Ways,
+        ),
         ("both reversed", both_reversed, reversed(Wheel::Both), mirrored, In::Curves),
         ("y mirrored", y_mirrored, axes(Axes::YMirrored), mirrored, In::Curves),
         ("x mirrored", x_mirrored, axes(Axes::XMirrored), mirrored, In::Curves),
         ("x and y exchanged", axes_exchanged, axes(Axes::Exchanged), mirrored, In::Curves),
         ("heading negated", heading_negated, heading(false, true, 0.0), None, In::Turns),
         ("degrees", degrees, heading(true, false, 0.0), None, In::Turns),
-        ("degrees of a compass", degrees_of_compass, heading(true, true, -FRAC_PI_2), None, In::Curves),
+        (
+            "degrees of a compass",
+            degrees_of_compass,
+            heading(true, true, -FRAC_PI_2),
+            None,
+            In::Curves,
+        ),
         ("heading + 90", turned_left, heading(false, false, FRAC_PI_2), None, In::Ways),
         ("heading + 180", turned_round, heading(false, false, PI), None, In::Ways),
         ("heading - 40", turned_askew, heading(false, false, -0.7), None, In::Ways),
@@ -138,17 +156,28 @@ fn what_is_done_to_one_run_is_told_of_that_run() {
 
 #[test]
 fn what_happens_in_a_run_is_told_with_its_time() {
-    let is: [(&str, Mutation, fn(&What) -> bool); 8] = [
-        ("wraps", wraps, |what| matches!(what, What::CounterWraps { wheel: Wheel::Right, bits: 16, .. })),
+    type Is = fn(&What) -> bool;
+    let is: [(&str, Mutation, Is); 8] = [
+        ("wraps", wraps, |what| {
+            matches!(what, What::CounterWraps { wheel: Wheel::Right, bits: 16, .. })
+        }),
         ("wraps once", wraps_once, |what| {
             matches!(what, What::CounterWraps { wheel: Wheel::Left, bits: 16, times: 1, .. })
         }),
         ("reset", reset, |what| matches!(what, What::CounterReset { wheel: Wheel::Both, .. })),
-        ("jump", jump, |what| matches!(what, What::TrackerJump { by_m, .. } if (0.1..0.14).contains(by_m))),
+        (
+            "jump",
+            jump,
+            |what| matches!(what, What::TrackerJump { by_m, .. } if (0.1..0.14).contains(by_m)),
+        ),
         ("frozen", frozen, |what| matches!(what, What::TrackerFrozen { .. })),
         ("counts held", counts_held, |what| matches!(what, What::CountsHeld { .. })),
         ("poses held", poses_held, |what| matches!(what, What::PosesHeld { .. })),
-        ("half counts", half_counts, |what| matches!(what, What::Counts { wheel: Wheel::Both, times } if *times == 2.0)),
+        (
+            "half counts",
+            half_counts,
+            |what| matches!(what, What::Counts { wheel: Wheel::Both, times } if *times == 2.0),
+        ),
     ];
     let mut wrong = Vec::new();
     for headings in [true, false] {
@@ -178,7 +207,9 @@ fn outliers_and_late_clocks_are_no_errors() {
             let mut runs = campaign(&full_plan(), &[], 3).runs;
             let index = shown_in(&runs, In::Curves);
             let chosen = |run: usize| all || run == index;
-            (runs.iter_mut().enumerate()).filter(|(run, _)| chosen(*run)).for_each(|(_, run)| mutation(run));
+            (runs.iter_mut().enumerate())
+                .filter(|(run, _)| chosen(*run))
+                .for_each(|(_, run)| mutation(run));
             let found = data_hypotheses(&ROBOT, &runs);
             assert!(found.is_empty(), "{name}, all {all}:\n    {}", show(&found));
             runs.iter_mut().for_each(without_headings);
@@ -210,7 +241,10 @@ fn a_data_sheet_that_is_off_by_a_factor_is_told_and_by_a_quarter_is_not() {
                 };
                 if !right || found.len() > 1 {
                     let what = if is_radius { "radius" } else { "track" };
-                    wrong.push(format!("{what} {times}, headings {headings}, ends {ends}:\n    {}", show(&found)));
+                    wrong.push(format!(
+                        "{what} {times}, headings {headings}, ends {ends}:\n    {}",
+                        show(&found)
+                    ));
                 }
             }
         }
@@ -232,9 +266,11 @@ fn a_robot_that_is_merely_inaccurate_has_data_that_are_in_order() {
     for (id, campaign) in all {
         let mut positions = campaign.clone();
         positions.runs.iter_mut().for_each(without_headings);
-        for (kind, campaign) in
-            [("whole", campaign.clone()), ("positions", positions), ("ends", end_poses_only(campaign))]
-        {
+        for (kind, campaign) in [
+            ("whole", campaign.clone()),
+            ("positions", positions),
+            ("ends", end_poses_only(campaign)),
+        ] {
             let found = data_hypotheses(&ROBOT, &campaign.runs);
             if !found.is_empty() {
                 wrong.push(format!("{id}, {kind}:\n    {}", show(&found)));

@@ -23,7 +23,7 @@ pub(crate) fn check(
     found: &[DataHypothesis],
 ) -> Result<(), CampaignError> {
     match found.iter().find(|found| !found.what.is_minor()) {
-        Some(found) => Err(words::error(folder, campaign, found)),
+        Some(best) => Err(words::error(folder, campaign, best, found)),
         None => Ok(()),
     }
 }

@@ -146,6 +146,17 @@ fn wrap(run: &mut Run) {
     of_counts(run, |left, right| (left, (right - start).rem_euclid(65_536.0)));
 }
 
+fn reset(run: &mut Run) {
+    let mut first = None;
+    from(run, 0.5, |row| {
+        if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
+            let (from_left, from_right) = *first.get_or_insert((left, right));
+            (row.counts.left, row.counts.right) =
+                (Some(left - from_left), Some(right - from_right));
+        }
+    });
+}
+
 fn jump(run: &mut Run) {
     from(run, 0.5, |row| {
         row.x_m = row.x_m.map(|x| x + 0.08);
@@ -217,7 +228,7 @@ fn said(example: &str, run: Option<&str>, headings: bool, mutation: Mutation) ->
 }
 
 /// What is done, what is said of it with headings and without, and whether it can be wrong in all runs.
-const CASES: [(&str, Mutation, &str, Option<&str>, bool); 21] = [
+const CASES: [(&str, Mutation, &str, Option<&str>, bool); 24] = [
     ("nothing", nothing, "", Some(""), true),
     (
         "exchanged",
@@ -307,6 +318,32 @@ const CASES: [(&str, Mutation, &str, Option<&str>, bool); 21] = [
         true,
     ),
     ("wrap", wrap, "its 16-bit counter went round", Some("its 16-bit counter went round"), false),
+    (
+        "wrap once",
+        |run| from(run, 0.5, |row| row.counts.left = row.counts.left.map(|left| left + 65_536.0)),
+        "its 16-bit counter went round",
+        Some("its 16-bit counter went round"),
+        false,
+    ),
+    (
+        "one wrong count",
+        |run| {
+            let k = run.rows.len() / 2;
+            if let Some(row) = run.rows[k..].iter_mut().find(|row| row.counts.left.is_some()) {
+                row.counts.left = row.counts.left.map(|left| left + 66_000.0);
+            }
+        },
+        "a row is corrupt",
+        Some("a row is corrupt"),
+        false,
+    ),
+    (
+        "reset",
+        reset,
+        "begin anew in the middle of the run",
+        Some("begin anew in the middle"),
+        false,
+    ),
     ("jump", jump, "the tracker jumps by 0.12 m", Some("the tracker jumps by 0.12 m"), false),
     (
         "frozen",

@@ -1,6 +1,7 @@
 //! The errors that are told of a campaign's data: where, what, with which evidence, and what to do.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::mem::discriminant;
 use std::path::Path;
 
 use robot_model::checks::{Axes, DataHypothesis, What, Wheel};
@@ -10,8 +11,13 @@ use crate::error::{CampaignError, Place};
 use crate::recorded::Campaign;
 use crate::row::Column;
 
-/// An error that names the best hypothesis.
-pub(super) fn error(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> CampaignError {
+/// An error that names the best hypothesis of all that were found.
+pub(super) fn error(
+    folder: &Path,
+    campaign: &Campaign,
+    found: &DataHypothesis,
+    all: &[DataHypothesis],
+) -> CampaignError {
     let told = Told::new(folder, campaign, found);
     let (place, what) = of_moment(&told, &found.what)
         .unwrap_or_else(|| (place(&told, &found.what), of_column(&found.what)));
@@ -19,16 +25,21 @@ pub(super) fn error(folder: &Path, campaign: &Campaign, found: &DataHypothesis) 
     for other in &found.or {
         problem = format!("{problem}, or {}", of_column(other).0);
     }
+    let alike = |other: &&DataHypothesis| discriminant(&other.what) == discriminant(&found.what);
+    let others = match all.iter().filter(alike).count() {
+        0 | 1 => String::new(),
+        2 => " and another run".to_owned(),
+        count => format!(" and {} other runs", count - 1),
+    };
     let whose = match &found.run {
-        Some(run) if campaign.runs.len() > 1 => format!("in run {run}: "),
-        Some(_) => String::new(),
+        Some(run) if campaign.runs.len() > 1 => format!("in run {run}{others}: "),
         None if campaign.runs.len() > 1 => "in all runs: ".to_owned(),
-        None => String::new(),
+        _ => String::new(),
     };
     CampaignError::new(place, format!("{whose}{problem} ({})", evidence(found)), hint)
 }
 
-/// `poses are 0.61 m off as they are, 2 mm with this mended; 0.22 m with the next best`.
+/// `wheels and poses differ by 0.61 m as they are, by 2 mm with this mended; 0.22 m with the next best explanation`.
 fn evidence(found: &DataHypothesis) -> String {
     let next = found.next.map_or(String::new(), |(_, error_m)| {
         format!("; {} with the next best explanation", length(error_m))

@@ -12,14 +12,15 @@ use super::what::{Axes, DataHypothesis, What, Wheel};
 
 /// As many of the runs that are far off, and of the others, are looked at.
 const RUNS: (usize, usize) = (10, 6);
-/// An error is mended if it falls to this share; this share of the runs that are far off must be mended, and at most
-/// this share of all made worse, by this factor.
+/// Errors are mended if they fall to this share; that of a single run must fall to this one in this share of the runs
+/// that are far off, and at most this share of all may become worse, by this factor.
 const MENDED: f64 = 1.0 / 3.0;
+const MENDED_RUN: f64 = 0.5;
 const MENDED_RUNS: f64 = 0.8;
 const WORSE_RUNS: f64 = 0.1;
 const WORSE_TIMES: f64 = 2.0;
 /// So many explanations are looked at closely.
-const LIKELY: usize = 14;
+const LIKELY: usize = 16;
 /// A factor of a length shows in this share of the runs.
 const FACTOR_RUNS: f64 = 0.2;
 /// The wheels went this far, in levers: the rms from the middle of the path.
@@ -89,7 +90,8 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     let alike = |tried: &&Tried| tried.holds && tried.error_m <= limit_m;
     let mut class = all.iter().filter(alike);
     let what = class.next()?.what;
-    let or: Vec<What> = class.map(|tried| tried.what).filter(|other| !same(other, &what)).collect();
+    let or: Vec<What> =
+        class.map(|tried| tried.what).filter(|other| !covers(&what, other)).collect();
     let others = all.iter().filter(|tried| !alike(tried) && !same(&tried.what, &what));
     let next = others.min_by(|a, b| a.error_m.total_cmp(&b.error_m));
     let mended = mend(tracks, &what);
@@ -215,7 +217,7 @@ fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &
     let showing = |run: &&usize| shows(few, &few.each[**run], what, &solution.fits[**run]);
     let showing: Vec<usize> = far.iter().filter(showing).copied().collect();
     let times = shrunk(what);
-    let mends = |run: &&usize| after[**run] < MENDED * before[**run];
+    let mends = |run: &&usize| after[**run] < MENDED_RUN * before[**run];
     let worsens =
         |run: &usize| mended.is_far(*run, after[*run]) && after[*run] > WORSE_TIMES * before[*run];
     let mends = showing.iter().filter(mends).count();
@@ -260,6 +262,14 @@ fn same(a: &What, b: &What) -> bool {
         | (What::Lengths { times: a }, What::Lengths { times: b }) => near(*a, *b),
         (What::Positions { per_m: a }, What::Positions { per_m: b }) => near(*a, *b),
         (a, b) => a == b,
+    }
+}
+
+/// Whether one explanation says all that the other says: the same, or of all poses and not only of some.
+fn covers(what: &What, other: &What) -> bool {
+    match (what, other) {
+        (What::Axes { axes: a, after_first: false }, What::Axes { axes: b, .. }) => a == b,
+        _ => same(what, other),
     }
 }
 

@@ -19,8 +19,9 @@ const NEAR_SHARE: f64 = 0.004;
 pub(super) const FAR: f64 = 4.0;
 /// Turns beyond this make no larger error \[rad\].
 const TURNED_MAX_RAD: f64 = 12.0;
-/// Rounds of Gauss-Newton, its numerical step, and the step at which it has converged.
+/// Rounds of Gauss-Newton, and for a first look, its numerical step, and the step at which it has converged.
 const ROUNDS: usize = 8;
+const ROUGH_ROUNDS: usize = 3;
 const STEP: f64 = 1e-4;
 const DONE: f64 = 1e-4;
 /// What no run can show stays where it was: the weight of the data sheet.
@@ -145,7 +146,10 @@ impl<'a> Tracks<'a> {
 
     /// The least cost near `center`, roughly.
     pub(super) fn rough_cost(&self, center: &Geometry) -> f64 {
-        self.searched(center, &[0.0], &vec![0.0; self.each.len()]).0
+        let late_s = vec![0.0; self.each.len()];
+        let near = self.descended(center, center, &late_s, ROUGH_ROUNDS);
+        let near = self.cost(&self.fits(&near, &late_s));
+        near.min(self.searched(center, &[0.0], &late_s).0)
     }
 
     /// Tries several turns with these ratios, each with the travel that fits best: the least cost, and where.
@@ -173,7 +177,7 @@ impl<'a> Tracks<'a> {
 
     /// Geometry, then lateness, in turn.
     fn refined(&self, begin: &Geometry, center: &Geometry, mut late_s: Vec<f64>) -> Solution {
-        let mut geometry = self.descended(begin, center, &late_s);
+        let mut geometry = self.descended(begin, center, &late_s, ROUNDS);
         for _ in 0..2 {
             let fits = self.fits(&geometry, &late_s);
             let off = |run: &usize| fits[*run].error_m > self.near_m[*run];
@@ -185,7 +189,7 @@ impl<'a> Tracks<'a> {
                 let track = &self.each[run];
                 late_s[run] = lateness(track, &track.reckon(self.robot, &geometry), self.lever_m);
             }
-            geometry = self.descended(&geometry, center, &late_s);
+            geometry = self.descended(&geometry, center, &late_s, ROUNDS);
         }
         let fits = self.fits(&geometry, &late_s);
         Solution { geometry, cost: self.cost(&fits), late_s, fits }
@@ -204,12 +208,18 @@ impl<'a> Tracks<'a> {
         each.map(|(fit, near_m)| (fit.error_m / near_m).powi(2).ln_1p()).sum()
     }
 
-    /// Gauss-Newton from `begin`.
-    fn descended(&self, begin: &Geometry, center: &Geometry, late_s: &[f64]) -> Geometry {
+    /// Gauss-Newton from `begin`, in so many rounds at most.
+    fn descended(
+        &self,
+        begin: &Geometry,
+        center: &Geometry,
+        late_s: &[f64],
+        rounds: usize,
+    ) -> Geometry {
         let mut geometry = *begin;
         let mut fits = self.fits(&geometry, late_s);
         let mut cost = self.cost(&fits);
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             let step = self.step(&geometry, center, late_s, &fits);
             let mut share = 1.0;
             let found = loop {

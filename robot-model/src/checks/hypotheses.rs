@@ -81,7 +81,12 @@ fn of_runs(
     let mut unknown = Vec::new();
     let mut open: Vec<bool> = runs
         .iter()
-        .map(|run| told.iter().all(|told| told.run.as_ref() != Some(&run.name)))
+        .map(|run| {
+            let is_told = |told: &DataHypothesis| {
+                told.run.as_ref() == Some(&run.name) && !told.what.is_minor()
+            };
+            !told.iter().any(is_told)
+        })
         .collect();
     let fits: Vec<Fit> = (0..runs.len())
         .map(|run| {

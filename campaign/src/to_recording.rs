@@ -8,7 +8,7 @@ use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
 
 use crate::checks;
-use crate::error::{CampaignError, Place};
+use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::RobotFile;
 use crate::row::Row;
@@ -35,6 +35,11 @@ impl Recordings {
     /// What is wrong with the data, the best explanation first; empty if nothing is, or if a run cannot be used.
     pub fn data_hypotheses(&self) -> &[DataHypothesis] {
         &self.data_hypotheses
+    }
+
+    /// What is odd about the runs without being an error. `folder` is only named.
+    pub(crate) fn warnings(&self, campaign: &Campaign, folder: &Path) -> Vec<Warning> {
+        checks::warnings(folder, campaign, &self.robot, &self.runs, &self.data_hypotheses)
     }
 
     /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in

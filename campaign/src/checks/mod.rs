@@ -3,18 +3,19 @@
 //!
 //! What a fit cannot live with is an error, told when the campaign is to be fitted; the rest are warnings.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use robot_model::checks::{DataHypothesis, What, heading_offset, slow_clock, spike};
-use robot_model::recording::Recording;
+use robot_model::recording::{Recording, Robot};
 
-use crate::error::{CampaignError, Place, Warning};
+use crate::error::{CampaignError, Warning};
 use crate::recorded::{Campaign, Run};
-use crate::robot_toml::place_of_key;
 use crate::row::Column;
-use crate::to_recording::Recordings;
 
+mod place;
 mod words;
+
+use place::{Told, cell, header, run_file};
 
 /// Refuses a campaign whose data cannot be fitted, by the best hypothesis.
 pub(crate) fn check(
@@ -32,17 +33,17 @@ pub(crate) fn check(
 pub(crate) fn warnings(
     folder: &Path,
     campaign: &Campaign,
-    recordings: &Recordings,
+    robot: &Robot,
+    runs: &[Recording],
+    found: &[DataHypothesis],
 ) -> Vec<Warning> {
-    let runs = &recordings.runs;
     if runs.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
     }
     let mut warnings = slow_clocks(folder, campaign, runs);
-    let found = &recordings.data_hypotheses;
     // With something wrong in all runs, no other check means anything.
     if found.iter().all(|found| found.what.is_minor() || found.run.is_some()) {
-        warnings.extend(rows_and_headings(folder, campaign, recordings));
+        warnings.extend(rows_and_headings(folder, campaign, robot, runs));
         let minor = found.iter().filter(|found| found.what.is_minor());
         warnings.extend(minor.map(|found| warning(folder, campaign, found)));
     }
@@ -76,16 +77,19 @@ fn warning(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> Warnin
 }
 
 /// Single positions that no robot reached, and a heading offset that all runs share.
-fn rows_and_headings(folder: &Path, campaign: &Campaign, recordings: &Recordings) -> Vec<Warning> {
-    let robot = &recordings.robot;
+fn rows_and_headings(
+    folder: &Path,
+    campaign: &Campaign,
+    robot: &Robot,
+    runs: &[Recording],
+) -> Vec<Warning> {
     let row = |(run, recording): (&Run, &Recording)| {
         let found = spike(robot, recording)?;
         let place = cell(&run_file(folder, &run.name), run, found.t_s, Column::X);
         Some(Warning::Spike { place, off_m: found.off_m })
     };
-    let mut warnings: Vec<Warning> =
-        campaign.runs.iter().zip(&recordings.runs).filter_map(row).collect();
-    if let Some(turned_rad) = heading_offset(robot, &recordings.runs) {
+    let mut warnings: Vec<Warning> = campaign.runs.iter().zip(runs).filter_map(row).collect();
+    if let Some(turned_rad) = heading_offset(robot, runs) {
         let first = campaign.runs.first().map_or("", |run| run.name.as_str());
         let place = header(&run_file(folder, first), Column::Heading);
         warnings.push(Warning::HeadingOffset { place, turned_rad });
@@ -103,63 +107,7 @@ fn slow_clocks(folder: &Path, campaign: &Campaign, runs: &[Recording]) -> Vec<Wa
     campaign.runs.iter().zip(runs).filter_map(warning).collect()
 }
 
-/// Where something is that is told of a run, or of all.
-struct Told<'a> {
-    folder: &'a Path,
-    /// What is wrong with a column is wrong in all runs: the first one stands for them.
-    run: Option<&'a Run>,
-}
-
-impl<'a> Told<'a> {
-    fn new(folder: &'a Path, campaign: &'a Campaign, found: &DataHypothesis) -> Self {
-        let of = |run: &&Run| found.run.as_ref().is_none_or(|name| *name == run.name);
-        Self { folder, run: campaign.runs.iter().find(of) }
-    }
-
-    fn file(&self) -> PathBuf {
-        run_file(self.folder, self.run.map_or("", |run| run.name.as_str()))
-    }
-
-    /// A column's name.
-    fn header(&self, column: Column) -> Place {
-        header(&self.file(), column)
-    }
-
-    /// A column in the first row from a time on.
-    fn cell(&self, t_s: f64, column: Column) -> Place {
-        self.run.map_or_else(|| self.header(column), |run| cell(&self.file(), run, t_s, column))
-    }
-
-    /// A key of robot.toml.
-    fn key(&self, key: &str) -> Place {
-        place_of_key(&self.folder.join("robot.toml"), key)
-    }
-}
-
-fn run_file(folder: &Path, name: &str) -> PathBuf {
-    folder.join("runs").join(format!("{name}.csv"))
-}
-
-/// The first row from a time on; the first one of all has line 2.
-fn line(run: &Run, t_s: f64) -> u64 {
-    run.rows.iter().position(|row| row.t_s >= t_s).unwrap_or(0) as u64 + 2
-}
-
-fn cell(file: &Path, run: &Run, t_s: f64, column: Column) -> Place {
-    Place { line: line(run, t_s), ..header(file, column) }
-}
-
-/// The place of a column's name; the whole file if it cannot be read again.
-fn header(file: &Path, column: Column) -> Place {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    let names = text.lines().next().unwrap_or_default().split(',');
-    let name =
-        |cell: &str| cell.trim().trim_start_matches('\u{feff}').trim_matches('"') == column.name();
-    match names.into_iter().position(name) {
-        Some(index) => Place { line: 1, column: index as u64 + 1, ..Place::whole(file) },
-        None => Place::whole(file),
-    }
-}
-
+#[cfg(test)]
+mod examples;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use robot_model::checks::{Axes, DataHypothesis, What, Wheel};
 
-use super::{Told, line};
+use super::place::{Told, line};
 use crate::error::{CampaignError, Place};
 use crate::recorded::Campaign;
 use crate::row::Column;

@@ -6,7 +6,8 @@ use crate::numeric::angle::wrap;
 use crate::numeric::parallel::map;
 
 use super::fit::Fit;
-use super::geometry::{Geometry, OFF_BY, Solution, Tracks};
+use super::geometry::{Geometry, OFF_BY};
+use super::solve::{Solution, Tracks};
 use super::track::{Track, every_few};
 use super::what::{Axes, DataHypothesis, What, Wheel};
 

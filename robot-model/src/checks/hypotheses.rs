@@ -7,9 +7,10 @@ use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
 use super::all_runs::{all_runs, rms};
 use super::counters;
 use super::fit::{Fit, lateness};
-use super::geometry::{Geometry, Tracks, lever_m};
+use super::geometry::Geometry;
 use super::last_pose::last_poses;
 use super::one_run::one_run;
+use super::solve::{Tracks, lever_m};
 use super::track::Track;
 use super::tracker;
 use super::what::{DataHypothesis, What};
@@ -103,7 +104,7 @@ fn of_runs(
             found.push(hypothesis);
             open[run] = false;
         } else if tracks.each[run].poses.len() >= POSES_MIN
-            && tracks.is_far(run, fit.error_m * super::geometry::FAR / UNKNOWN_TIMES)
+            && tracks.is_far(run, fit.error_m * super::solve::FAR / UNKNOWN_TIMES)
         {
             unknown.push(run);
             open[run] = false;

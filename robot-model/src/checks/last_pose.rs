@@ -6,7 +6,8 @@
 use crate::recording::run::{Recording, Robot};
 
 use super::end_pose::{End, FAR_OFF, OffEndPose};
-use super::geometry::{Geometry, Tracks};
+use super::geometry::Geometry;
+use super::solve::Tracks;
 
 /// From the first number of runs on there may be one outlier, from the second on two.
 const RUNS_MIN: [usize; 2] = [5, 9];

@@ -18,7 +18,7 @@
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
-//! | `track.rs`, `fit.rs`, `geometry.rs` | a thinned run; its least squares; those of all runs |
+//! | `track.rs`, `fit.rs`, `geometry.rs`, `solve.rs` | a thinned run; its least squares; a geometry; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
 //! | `row.rs`, `dead_reckoning.rs` | single positions that are elsewhere; a crooked heading marker |
 //! | `clock.rs` | a clock that is not in seconds |
@@ -36,6 +36,7 @@ mod hypotheses;
 mod last_pose;
 mod one_run;
 mod row;
+mod solve;
 #[cfg(test)]
 mod tests;
 mod track;

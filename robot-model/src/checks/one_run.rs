@@ -2,7 +2,8 @@
 
 use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk};
 use super::fit::Fit;
-use super::geometry::{Geometry, Tracks};
+use super::geometry::Geometry;
+use super::solve::Tracks;
 use super::track::Track;
 use super::what::{Axes, DataHypothesis, What, Wheel};
 

@@ -126,6 +126,13 @@ impl Track {
         self.wheels.windows(2).map(turn).sum()
     }
 
+    /// How far the wheels turned, without a sign: the mean of both \[rad\].
+    pub(super) fn rolled_rad(&self) -> f64 {
+        let step =
+            |pair: &[WheelSample]| pair[1].phi_rad.since(pair[0].phi_rad).map(f64::abs).mean();
+        self.wheels.windows(2).map(step).sum()
+    }
+
     pub(super) fn has_headings(&self) -> bool {
         self.poses.iter().any(|pose| pose.heading_rad.is_some())
     }

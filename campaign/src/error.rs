@@ -4,9 +4,6 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use robot_model::checks::{BadRow, Mismatch};
-
-use crate::convention::OtherConvention;
 use crate::simulated::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
@@ -120,6 +117,8 @@ pub enum Warning {
         place: Place,
         /// The fastest that a wheel turns by it \[rad/s\].
         rate_rad_s: f64,
+        /// How many of its units make a second, as likely as not.
+        per_s: f64,
     },
     /// The last pose of a run lies far from dead reckoning that began at the first one.
     EndPoseOff {
@@ -130,37 +129,40 @@ pub enum Warning {
         /// How far, if its heading does \[rad\].
         heading_rad: Option<f64>,
     },
-    /// The same in so many runs that single misreadings do not explain it.
+    /// Most poses of many runs lie far from where the wheels led, and nothing known explains it.
     ManyRunsOff {
         /// The campaign's `robot.toml`.
         place: Place,
-        /// How many runs.
-        runs: usize,
-        /// Of how many.
-        of: usize,
-        /// The convention by which wheels and poses agree.
-        because: Option<OtherConvention>,
     },
-    /// A single run that cannot be of the robot that drove the others.
-    RunMismatch {
-        /// Where.
-        place: Place,
-        /// How wheels and poses disagree.
-        found: Mismatch,
-    },
-    /// Most poses of a single run lie far from dead reckoning.
+    /// Most poses of a single run lie far from where the wheels led, and nothing known explains it.
     MostPosesOff {
         /// Where.
         place: Place,
-        /// The median distance \[m\].
+        /// How far (rms) \[m\].
         off_m: f64,
     },
-    /// A single row that no robot drove.
-    BadRow {
+    /// A count jumps as no wheel rolls.
+    CountsJump {
         /// Where.
         place: Place,
-        /// What is off.
-        found: BadRow,
+        /// How far the wheel would have rolled \[m\].
+        rolled_m: f64,
+    },
+    /// A single position that is elsewhere.
+    Spike {
+        /// Where.
+        place: Place,
+        /// How far off it is \[m\].
+        off_m: f64,
+    },
+    /// Values that are repeated until there are new ones.
+    Held {
+        /// Where.
+        place: Place,
+        /// Of which columns.
+        columns: &'static str,
+        /// Between two new ones \[s\].
+        every_s: f64,
     },
     /// The same angle between headings and direction of travel in all runs.
     HeadingOffset {
@@ -213,14 +215,7 @@ impl fmt::Display for Warning {
             Self::UnknownColumn { place, name } => {
                 write!(f, "{place}: the column `{name}` is unknown and was ignored")
             }
-            Self::Clock { place, rate_rad_s } => {
-                let deg = rate_rad_s.to_degrees();
-                write!(
-                    f,
-                    "{place}: t_s looks like milliseconds: no wheel would turn faster than {deg:.2} \
-                     degrees per second; give seconds"
-                )
-            }
+            Self::Clock { place, rate_rad_s, per_s } => clock(f, place, *rate_rad_s, *per_s),
             Self::EndPoseOff { place, position_m, heading_rad } => {
                 let off = how_far(*position_m, *heading_rad);
                 write!(
@@ -229,22 +224,32 @@ impl fmt::Display for Warning {
                      or counts were lost; correct the pose, or remove the run if the robot was not the cause"
                 )
             }
-            Self::ManyRunsOff { place, of, because: Some(convention), .. } => write!(
+            Self::ManyRunsOff { place } => write!(
                 f,
-                "{place}: wheels and poses of the {of} runs do not agree; with {convention} they do"
+                "{place}: in most runs the measured poses lie far from where the wheels led, and nothing known explains \
+                 it; check wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
             ),
-            Self::ManyRunsOff { place, runs, of, because: None } => write!(
-                f,
-                "{place}: in {runs} of {of} runs the measured poses lie far from dead reckoning; check \
-                 wheel_radius_m, counts_per_rev, gear_reduction and track_width_m, and that no wheel lost counts"
-            ),
-            Self::RunMismatch { place, found } => run_mismatch(f, place, found),
             Self::MostPosesOff { place, off_m } => write!(
                 f,
-                "{place}: only in this run, most poses lie far from dead reckoning (median {off_m:.2} m): use the columns and \
-                 signs of the other runs, check the clock of its poses, or remove the run if somebody pushed the robot"
+                "{place}: only in this run, most poses lie far from where the wheels led ({off_m:.2} m), and nothing known \
+                 explains it: compare its columns with those of the other runs, check the clock of its poses, or remove the run \
+                 if somebody pushed the robot"
             ),
-            Self::BadRow { place, found } => bad_row(f, place, found),
+            Self::CountsJump { place, rolled_m } => write!(
+                f,
+                "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
+                 the rest of the run: a row is corrupt, or counts were lost; correct the row, or remove the run"
+            ),
+            Self::Spike { place, off_m } => write!(
+                f,
+                "{place}: this position lies {off_m:.2} m off those before and after it: clear x_m, y_m and \
+                 heading_rad in this row"
+            ),
+            Self::Held { place, columns, every_s } => write!(
+                f,
+                "{place}: {columns} are new only every {every_s:.2} s and repeated in between: leave their cells empty in \
+                 rows without a new value"
+            ),
             Self::HeadingOffset { place, turned_rad } => write!(
                 f,
                 "{place}: in all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
@@ -268,44 +273,19 @@ impl fmt::Display for Warning {
     }
 }
 
-fn run_mismatch(f: &mut fmt::Formatter<'_>, place: &Place, found: &Mismatch) -> fmt::Result {
-    let (what, columns) = match found {
-        Mismatch::Travel { times } => (
-            format!("moved {times:.2} times as far as its wheels rolled"),
-            "the units of x_m, y_m and counts",
-        ),
-        Mismatch::Backwards => (
-            "moved backwards where its wheels rolled forwards".to_owned(),
-            "the signs of counts and heading_rad",
-        ),
-        Mismatch::Turns { times } if *times < 0.0 => (
-            "turned the opposite way to its wheels".to_owned(),
-            "the signs of heading_rad and the order of the counts",
-        ),
-        Mismatch::Turns { times } => {
-            (format!("turned {times:.2} times as far as its wheels say"), "heading_rad and counts")
-        }
+fn clock(f: &mut fmt::Formatter<'_>, place: &Place, rate_rad_s: f64, per_s: f64) -> fmt::Result {
+    let unit = match per_s {
+        per_s if per_s < 1e4 => "milliseconds",
+        per_s if per_s < 1e7 => "microseconds",
+        _ => "nanoseconds",
     };
+    let deg = rate_rad_s.to_degrees();
+    // Degrees per second that are not all zeros.
+    let digits = (1.0 - deg.log10().floor()).clamp(2.0, 12.0) as usize;
     write!(
         f,
-        "{place}: only in this run, the robot {what}: make {columns} those of the other runs, \
-         or remove the run if somebody pushed the robot"
+        "{place}: t_s looks like {unit}: no wheel would turn faster than {deg:.digits$} degrees per second; give seconds"
     )
-}
-
-fn bad_row(f: &mut fmt::Formatter<'_>, place: &Place, found: &BadRow) -> fmt::Result {
-    match found {
-        BadRow::Jump { rolled_m, .. } => write!(
-            f,
-            "{place}: in the step to this row the wheel would have rolled {rolled_m:.2} m, many times as fast as in \
-             the rest of the run: a row is corrupt, or counts were lost; correct the row, or remove the run"
-        ),
-        BadRow::Spike { off_m, .. } => write!(
-            f,
-            "{place}: this position lies {off_m:.2} m off those before and after it: clear x_m, y_m and \
-             heading_rad in this row"
-        ),
-    }
 }
 
 fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -> fmt::Result {

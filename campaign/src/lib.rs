@@ -28,14 +28,13 @@
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
 //! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |
-//! | `checks`, [`convention`] | runs that no robot can have driven, and other axis conventions |
+//! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
 //! | [`track`], [`growing`] | track files, complete or still being written |
 //! | [`mod@file`] | files that appear whole or not at all |
 
 mod checks;
-pub mod convention;
 pub mod error;
 pub mod file;
 pub mod growing;
@@ -54,7 +53,6 @@ pub mod write;
 #[cfg(test)]
 mod tests;
 
-pub use convention::{Convention, OtherConvention};
 pub use error::{CampaignError, Place, Warning, how_far};
 pub use read::read_run;
 pub use recorded::{Campaign, Run};

@@ -5,7 +5,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::checks;
 use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::{RobotFile, RunFacts, place_of_run};
@@ -52,7 +51,7 @@ impl Campaign {
         }
         campaign.warnings.extend(campaign.without_start(&toml));
         let recordings = Recordings::of(&campaign);
-        let odd = checks::warnings(folder, &campaign, &recordings.robot, &recordings.runs);
+        let odd = recordings.warnings(&campaign, folder);
         campaign.warnings.extend(odd);
         Ok((campaign, recordings))
     }

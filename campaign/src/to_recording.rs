@@ -3,27 +3,43 @@
 
 use std::path::Path;
 
+use robot_model::checks::{DataHypothesis, data_hypotheses};
 use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
 
 use crate::checks;
-use crate::error::{CampaignError, Place};
+use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::RobotFile;
 use crate::row::Row;
 
-/// The runs of a campaign as `robot-model` takes them; not checked yet.
+/// The runs of a campaign as `robot-model` takes them, and what is wrong with them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recordings {
     pub(crate) robot: Robot,
     pub(crate) runs: Vec<Recording>,
+    pub(crate) data_hypotheses: Vec<DataHypothesis>,
 }
 
 impl Recordings {
     pub(crate) fn of(campaign: &Campaign) -> Self {
         let robot = campaign.robot.to_model();
-        let runs = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
-        Self { robot, runs }
+        let runs: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
+        let data_hypotheses = match runs.iter().all(|run| run.validate().is_ok()) {
+            true => data_hypotheses(&robot, &runs),
+            false => Vec::new(),
+        };
+        Self { robot, runs, data_hypotheses }
+    }
+
+    /// What is wrong with the data, the best explanation first; empty if nothing is, or if a run cannot be used.
+    pub fn data_hypotheses(&self) -> &[DataHypothesis] {
+        &self.data_hypotheses
+    }
+
+    /// What is odd about the runs without being an error. `folder` is only named.
+    pub(crate) fn warnings(&self, campaign: &Campaign, folder: &Path) -> Vec<Warning> {
+        checks::warnings(folder, campaign, &self.robot, &self.runs, &self.data_hypotheses)
     }
 
     /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in
@@ -39,9 +55,8 @@ impl Recordings {
                 let hint = "a run needs encoder counts of both wheels in at least two rows";
                 CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
             })?;
-            checks::check(&file, run, &self.robot, recording)?;
         }
-        checks::check_all(folder, &self.robot, &self.runs)?;
+        checks::check(folder, campaign, &self.data_hypotheses)?;
         if campaign.runs.iter().all(|run| run.facts.held_out) {
             let problem = match campaign.runs.len() {
                 1 => "the only run is held out, so none is left to fit".to_owned(),

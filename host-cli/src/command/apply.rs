@@ -35,7 +35,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         warn(warning);
     }
     warn_of_runs_without_poses(&campaign);
-    let effects = effects_of(folder, &campaign, recordings)?;
+    let (effects, unsettled) = effects_of(folder, &campaign, recordings)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
@@ -46,6 +46,9 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         // As in recording: a simulated robot is another one with each seed.
         let uid = (!common.port.is_sim()).then(|| hex(&identity.uid));
         let change = Change::new(&effects, &campaign.robot, &config, uid.as_deref())?;
+        if let Some((problem, hint)) = &unsettled {
+            return Err(Error::new(problem).hint(hint));
+        }
         if !common.json {
             note(paint(BOLD, format_args!("For {}", display_name(&identity))));
             note(table(&change));
@@ -111,7 +114,7 @@ fn effects_of(
     folder: &std::path::Path,
     campaign: &Campaign,
     recordings: Recordings,
-) -> Result<Vec<Estimate>> {
+) -> Result<(Vec<Estimate>, Option<Unsettled>)> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
     if let Some(entry) = model.effects.iter().find(|entry| entry.parameters.is_empty()) {
@@ -122,7 +125,7 @@ fn effects_of(
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     // Somebody has chosen a model.
     if model.effects.len() > in_use.len() {
-        return Ok(chosen(&model));
+        return Ok((chosen(&model), None));
     }
     let failed = |error: RecordingError| {
         Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
@@ -130,7 +133,7 @@ fn effects_of(
     let nominal_m = [campaign.robot.wheel_radius_m, campaign.robot.track_width_m];
     let campaign = recordings.into_model(campaign, folder)?;
     let answer = explain_given(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
-    refuse_what_is_not_settled(&answer, &model.catalogue(), nominal_m)?;
+    let unsettled = unsettled(&answer, &model.catalogue(), nominal_m);
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));
@@ -143,38 +146,34 @@ fn effects_of(
         let fitted = fit(&campaign, &all).map_err(failed)?;
         effects.extend(gone.iter().filter_map(|entry| unconfirmed(entry, &fitted)));
     }
-    Ok(effects)
+    Ok((effects, unsettled))
 }
+
+/// Why nothing is written, and what to do.
+type Unsettled = (String, &'static str);
 
 /// Left over this many times the floor, values may stand in for something else.
 const LEFT_OVER_MAX: f64 = 2.0;
 
 /// Nothing is written by a file with wrong numbers, nor beside a large error that nothing explains.
-fn refuse_what_is_not_settled(
-    answer: &Answer,
-    catalogue: &[&dyn Effect],
-    nominal_m: [f64; 2],
-) -> Result<()> {
+fn unsettled(answer: &Answer, catalogue: &[&dyn Effect], nominal_m: [f64; 2]) -> Option<Unsettled> {
     if let Some(numbers) = wrong_in_robot_toml(answer, catalogue, nominal_m) {
-        return Err(Error::new(format_args!(
-            "nothing was written: robot.toml is far off. {numbers}"
-        ))
-        .hint("then look at `beeline explain`, and apply again"));
+        let problem = format!("nothing was written: robot.toml is far off. {numbers}");
+        return Some((problem, "then look at `beeline explain`, and apply again"));
     }
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     let is_large = after.position_rms_m > LEFT_OVER_MAX * answer.floor.position_rms_m;
-    if answer.unexplained.structure && is_large {
-        return Err(Error::new(format_args!(
+    (answer.unexplained.structure && is_large).then(|| {
+        let problem = format!(
             "nothing was written: {:.1} mm of the error are unexplained, and depend on {}",
             1e3 * answer.unexplained.size_m,
             words::depends_on(&answer.unexplained)
-        ))
-        .hint(
-            "`beeline report` draws it; to apply chosen effects all the same: beeline model add",
-        ));
-    }
-    Ok(())
+        );
+        let hint =
+            "`beeline report` draws it; to apply chosen effects all the same: beeline model add";
+        (problem, hint)
+    })
 }
 
 pub(super) fn undo(common: &Common) -> Result<()> {

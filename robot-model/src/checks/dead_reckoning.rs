@@ -1,27 +1,18 @@
-//! Where do the wheels alone lead a nominal robot? The dead reckoning that all checks compare poses with.
+//! Where do the wheels alone lead a nominal robot? The dead reckoning that single rows are compared with.
 
 use crate::kinematics::pose::Pose;
-use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{Recording, Robot};
 
-/// A shorter distance by the wheels does not show the unit of positions \[m\].
+/// A shorter distance by the wheels does not show a direction \[m\].
 pub(super) const FAR_M: f64 = 0.2;
-/// A smaller turn by the wheels does not show the unit of headings \[rad\]. A heading that jumps from pi to -pi
-/// is 21 times this.
-pub(super) const TURNED_RAD: f64 = 0.3;
 
 /// The poses of the nominal robot by its wheels alone, from the origin, at each sample of the wheels.
 pub(super) fn reckon(robot: &Robot, run: &Recording) -> Vec<Pose> {
-    reckon_with(robot, run, 1.0)
-}
-
-/// The same with a right radius that is `right` times the left one.
-pub(super) fn reckon_with(robot: &Robot, run: &Recording, right: f64) -> Vec<Pose> {
+    let radius_m = robot.wheel_radius_m;
     let mut pose = Pose::ORIGIN;
-    let radius_m = WheelPair::new(robot.wheel_radius_m, robot.wheel_radius_m * right);
     let steps = run.wheels.windows(2).map(|pair| {
         let turned_rad = pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| a - b);
-        let travel_m = turned_rad.zip(radius_m).map(|(turned, radius)| turned * radius);
+        let travel_m = turned_rad.map(|turned| turned * radius_m);
         (travel_m.mean(), travel_m.difference() / robot.track_width_m)
     });
     let mut poses = vec![pose];
@@ -74,11 +65,6 @@ impl<'a> Reckoned<'a> {
         let ((a_m, a_rad), (b_m, b_rad)) = (by(from_s), by(to_s));
         (b_m - a_m, b_rad - a_rad)
     }
-}
-
-/// The value of one side.
-pub(super) fn of_side(sides: WheelPair<f64>, right: bool) -> f64 {
-    if right { sides.right } else { sides.left }
 }
 
 /// The median; of an even number of values, the greater of the two in the middle.

@@ -1,41 +1,23 @@
-//! Which single rows are impossible: a count that jumps, a position that is elsewhere for one frame? And do the
-//! headings of all runs point away from where the robot rolls?
+//! Which single positions are elsewhere for one frame? And do the headings of all runs point a little away from where
+//! the robot rolls?
 //!
-//! Columns that are wrong throughout are left to `units.rs`, last poses to `end_pose.rs`.
+//! Both are things that a fit can live with; larger ones are hypotheses.
 
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Recording, Robot};
 
-use super::dead_reckoning::{FAR_M, Reckoned, at, median, of_side};
+use super::dead_reckoning::{FAR_M, Reckoned, at, median};
 
-/// A single impossible row.
+/// A position far from those before and after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BadRow {
-    /// A wheel rolled much farther in one step than in any other.
-    Jump {
-        /// Whether it is the right wheel.
-        right: bool,
-        /// The row after the step \[s\].
-        t_s: f64,
-        /// How far it would have rolled \[m\].
-        rolled_m: f64,
-    },
-    /// A position far from those before and after it.
-    Spike {
-        /// When \[s\].
-        t_s: f64,
-        /// How far off it is \[m\].
-        off_m: f64,
-    },
+pub struct Spike {
+    /// When \[s\].
+    pub t_s: f64,
+    /// How far off it is \[m\].
+    pub off_m: f64,
 }
 
-/// The usual speed of a wheel is the 90 % quantile over the steps in which it turns, if there are this many.
-const MOVING_MIN: usize = 5;
-/// A jump is this many times as fast as usual, at least this fast \[m/s\] and this long \[m\].
-const JUMP_TIMES: f64 = 8.0;
-const JUMP_MPS: f64 = 0.5;
-const JUMP_M: f64 = 0.03;
 /// A spike is off by at least this \[m\], and by this many times the median error between frames.
 const SPIKE_M: f64 = 0.1;
 const SPIKE_TIMES: f64 = 10.0;
@@ -53,38 +35,8 @@ const ALIKE: f64 = 0.25;
 /// On a straight path the wheels turn the robot by no more than this \[rad\].
 const STRAIGHT_RAD: f64 = 0.03;
 
-/// The first impossible row of a run.
-pub fn bad_row(robot: &Robot, run: &Recording) -> Option<BadRow> {
-    let jumps = [false, true].into_iter().filter_map(|right| jump(robot, run, right));
-    let time = |row: &BadRow| match row {
-        BadRow::Jump { t_s, .. } | BadRow::Spike { t_s, .. } => *t_s,
-    };
-    jumps.chain(spike(robot, run)).min_by(|a, b| time(a).total_cmp(&time(b)))
-}
-
-fn jump(robot: &Robot, run: &Recording, right: bool) -> Option<BadRow> {
-    if run.wheels.len() <= STEPS_MIN {
-        return None;
-    }
-    let steps = || {
-        run.wheels.windows(2).map(|pair| {
-            let turned_rad = of_side(pair[1].phi_rad, right) - of_side(pair[0].phi_rad, right);
-            let rolled_m = (turned_rad * robot.wheel_radius_m).abs();
-            (pair[1].t_s, rolled_m, rolled_m / (pair[1].t_s - pair[0].t_s))
-        })
-    };
-    let mut speeds: Vec<f64> = steps().map(|(.., mps)| mps).filter(|mps| *mps > 0.0).collect();
-    speeds.sort_by(f64::total_cmp);
-    // A robot that stands most of the time may drive in between, but not for one or two steps.
-    let drives = speeds.len() >= MOVING_MIN;
-    let usual_mps = if drives { speeds[speeds.len() * 9 / 10] } else { 0.0 };
-    let limit_mps = (JUMP_TIMES * usual_mps).max(JUMP_MPS);
-    let jumps = |(_, rolled_m, mps): &(f64, f64, f64)| *mps > limit_mps && *rolled_m > JUMP_M;
-    let (t_s, rolled_m, _) = steps().find(jumps)?;
-    Some(BadRow::Jump { right, t_s, rolled_m })
-}
-
-fn spike(robot: &Robot, run: &Recording) -> Option<BadRow> {
+/// The first position of a run that is elsewhere for one frame: an outlier, which a fit may well ignore.
+pub fn spike(robot: &Robot, run: &Recording) -> Option<Spike> {
     let reckoned = Reckoned::of(robot, run);
     let poses = run.measured_poses.iter();
     let positions: Vec<(f64, [f64; 2])> =
@@ -103,7 +55,7 @@ fn spike(robot: &Robot, run: &Recording) -> Option<BadRow> {
         let [before, row, after] = three else { return None };
         let off_m = apart_m(before, row).min(apart_m(row, after));
         let near = after.0 - before.0 < SPIKE_S && apart_m(before, after) < 0.5 * off_m;
-        (off_m > limit_m && near).then_some(BadRow::Spike { t_s: row.0, off_m })
+        (off_m > limit_m && near).then_some(Spike { t_s: row.0, off_m })
     };
     positions.windows(3).find_map(off)
 }
@@ -152,8 +104,6 @@ fn turned(robot: &Robot, run: &Recording) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::wheel_pair::WheelPair;
-    use crate::recording::run::WheelSample;
     use crate::tests::synthetic::{ALONE, ROBOT, campaign, full_plan, term};
 
     fn runs() -> Vec<Recording> {
@@ -164,62 +114,22 @@ mod tests {
     fn a_robot_that_is_merely_inaccurate_has_no_bad_rows_and_no_crooked_headings() {
         for (id, values) in ALONE {
             let runs = campaign(&full_plan(), &[term(id, values)], 3).runs;
-            assert_eq!(runs.iter().find_map(|run| bad_row(&ROBOT, run)), None, "{id}");
+            assert_eq!(runs.iter().find_map(|run| spike(&ROBOT, run)), None, "{id}");
             assert_eq!(heading_offset(&ROBOT, &runs), None, "{id}");
         }
     }
 
     #[test]
-    fn a_robot_that_stands_most_of_the_time_and_then_drives_fast_is_sound() {
-        let mut run = runs().into_iter().find(|run| run.name.starts_with("out_and_back")).unwrap();
-        let sample =
-            |t_s: f64, phi_rad: f64| WheelSample { t_s, phi_rad: WheelPair::new(phi_rad, phi_rad) };
-        run.measured_poses.clear();
-        // 1.2 m/s for a second, after twenty at rest.
-        run.wheels = (0..=210)
-            .map(|k| {
-                sample(
-                    0.1 * f64::from(k),
-                    1.2 / ROBOT.wheel_radius_m * (0.1 * f64::from(k) - 20.0).max(0.0),
-                )
-            })
-            .collect();
-        assert_eq!(bad_row(&ROBOT, &run), None);
-        // One jump of a robot that stands.
-        run.wheels.truncate(200);
-        run.wheels[100].phi_rad.left = 30.0;
-        let found = bad_row(&ROBOT, &run);
-        assert!(matches!(found, Some(BadRow::Jump { right: false, .. })), "{found:?}");
-    }
-
-    #[test]
-    fn one_bad_row_is_found() {
-        for run in runs().iter().filter(|run| run.wheels.len() > 40) {
-            let at_s = run.wheels[30].t_s;
-            for (rows, right) in [(30..31, false), (30..run.wheels.len(), true)] {
-                let mut wrong = run.clone();
-                for sample in &mut wrong.wheels[rows] {
-                    let phi_rad = &mut sample.phi_rad;
-                    let wheel_rad = if right { &mut phi_rad.right } else { &mut phi_rad.left };
-                    *wheel_rad += 7.0;
-                }
-                let found = bad_row(&ROBOT, &wrong);
-                let Some(BadRow::Jump { right: side, t_s, .. }) = found else {
-                    panic!("{}: {found:?}", run.name);
-                };
-                assert_eq!((side, t_s), (right, at_s), "{}", run.name);
-            }
+    fn one_position_that_is_elsewhere_is_found() {
+        for run in runs().iter().filter(|run| run.measured_poses.len() > 2 * STEPS_MIN) {
             let mut wrong = run.clone();
             let middle = wrong.measured_poses.len() / 2;
-            if middle < STEPS_MIN {
-                continue;
-            }
             wrong.measured_poses[middle].position_m =
                 run.measured_poses[middle].position_m.map(|[x, y]| [x, y + 0.5]);
-            let found = bad_row(&ROBOT, &wrong);
+            let found = spike(&ROBOT, &wrong);
             let at_s = run.measured_poses[middle].t_s;
             assert!(
-                matches!(found, Some(BadRow::Spike { t_s, off_m }) if t_s == at_s && off_m > 0.4),
+                found.is_some_and(|spike| spike.t_s == at_s && spike.off_m > 0.4),
                 "{}: {found:?}",
                 run.name
             );

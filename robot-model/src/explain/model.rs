@@ -10,7 +10,7 @@ use crate::estimation::errors::{ErrorPair, Errors, errors_on_runs};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::{HeldOut, ParameterFound};
-use crate::explain::explanation::{errors, lacking};
+use crate::explain::explanation::{errors, errors_as_fitted, lacking};
 use crate::explain::held_out;
 use crate::explain::parameters::parameters;
 use crate::recording::campaign::{Campaign, Prepared};
@@ -111,7 +111,7 @@ pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, Record
         })
         .collect();
     let nominal = errors(&prepared, &fitted.noise, &[]);
-    let errors = errors(&prepared, &fitted.noise, &fitted.terms);
+    let errors = errors_as_fitted(&prepared, &fitted.noise, &fitted.terms);
     let held_out = held_out::errors(&prepared, &[], &fitted.terms, &fitted.noise);
     Ok(Model { effects, nominal, errors, held_out, noise: fitted.noise })
 }

@@ -1,5 +1,6 @@
 //! Which campaigns pass the checks, and which do not.
 
+mod clock;
 mod end_pose;
-mod mismatch;
-mod units;
+mod hypotheses;
+mod mutations;

@@ -1,0 +1,210 @@
+//! A run, thinned: what its wheels did in a few hundred steps, and some forty of its poses; how a hypothesis changes
+//! it.
+
+use core::f64::consts::PI;
+
+use crate::kinematics::pose::Pose;
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::angle::sinc;
+use crate::recording::run::{PoseMeasurement, Robot, WheelSample};
+
+use super::geometry::Geometry;
+use super::what::{Axes, What, Wheel};
+
+/// As many poses of a run are looked at.
+const POSES: usize = 40;
+/// A step ends where the nominal robot has turned by this \[rad\], and there are at least so many in a run.
+const TURN_RAD: f64 = 0.12;
+const STEPS: usize = 120;
+/// Radius over track width, as real robots have it; a data sheet may be wrong by any factor.
+const SLIMMEST: f64 = 0.05;
+const STOUTEST: f64 = 0.5;
+
+/// A thinned run.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    /// The wheels, since the first sample.
+    pub(super) wheels: Vec<WheelSample>,
+    pub(super) poses: Vec<PoseMeasurement>,
+}
+
+impl Track {
+    pub(super) fn of(robot: &Robot, wheels: &[WheelSample], poses: &[PoseMeasurement]) -> Self {
+        Self { wheels: steps(robot, wheels), poses: every_few(poses, POSES) }
+    }
+
+    /// The same run with these poses.
+    pub(super) fn with(&self, poses: &[PoseMeasurement]) -> Self {
+        Self { wheels: self.wheels.clone(), poses: poses.to_vec() }
+    }
+
+    /// With this mended; what concerns the data sheet is no matter of a track.
+    pub(super) fn mended(&self, what: &What) -> Self {
+        let wheels = |change: &dyn Fn(WheelPair<f64>) -> WheelPair<f64>| {
+            let each =
+                |sample: &WheelSample| WheelSample { phi_rad: change(sample.phi_rad), ..*sample };
+            Self { wheels: self.wheels.iter().map(each).collect(), poses: self.poses.clone() }
+        };
+        let poses = |first: usize, change: &dyn Fn(&PoseMeasurement) -> PoseMeasurement| Self {
+            wheels: self.wheels.clone(),
+            poses: (self.poses.iter().enumerate())
+                .map(|(k, pose)| if k < first { *pose } else { change(pose) })
+                .collect(),
+        };
+        match *what {
+            What::WheelsExchanged => wheels(&|phi| WheelPair::new(phi.right, phi.left)),
+            What::CountsReversed { wheel } => wheels(&|phi| one_side(phi, wheel, -1.0)),
+            What::Counts { wheel, times } => wheels(&|phi| one_side(phi, wheel, times)),
+            What::Positions { per_m } => poses(0, &|pose| PoseMeasurement {
+                position_m: pose.position_m.map(|position| position.map(|value| value / per_m)),
+                ..*pose
+            }),
+            What::Axes { axes, after_first } => {
+                poses(usize::from(after_first), &|pose| axes.ours(pose))
+            }
+            _ => self.clone(),
+        }
+    }
+
+    /// Where the wheels lead from the origin, at each sample of theirs.
+    pub(super) fn reckon(&self, robot: &Robot, geometry: &Geometry) -> Vec<Pose> {
+        let radius_m = geometry.radius_m(robot);
+        let width_m = geometry.width_m(robot);
+        let mut pose = Pose::ORIGIN;
+        let mut poses = Vec::with_capacity(self.wheels.len());
+        poses.push(pose);
+        for pair in self.wheels.windows(2) {
+            let dphi = pair[1].phi_rad.since(pair[0].phi_rad);
+            let (left_m, right_m) = (radius_m.left * dphi.left, radius_m.right * dphi.right);
+            let turn = (right_m - left_m) / width_m;
+            // Two terms of sinc(turn / 2), where the third is below 1e-5.
+            let half = turn * turn / 4.0;
+            let short = if half < 0.04 { 1.0 - half / 6.0 } else { sinc(turn / 2.0) };
+            let chord_m = (left_m + right_m) / 2.0 * short;
+            let (sin, cos) = (pose.heading_rad + turn / 2.0).sin_cos();
+            pose = Pose::new(
+                pose.x_m + chord_m * cos,
+                pose.y_m + chord_m * sin,
+                pose.heading_rad + turn,
+            );
+            poses.push(pose);
+        }
+        poses
+    }
+
+    /// The pose by the wheels at a time, between two samples in proportion.
+    pub(super) fn at(&self, reckoned: &[Pose], t_s: f64) -> Pose {
+        let after = self.wheels.partition_point(|sample| sample.t_s <= t_s);
+        if after == 0 || after == self.wheels.len() {
+            return reckoned[after.min(self.wheels.len() - 1)];
+        }
+        let (from, to) = (&self.wheels[after - 1], &self.wheels[after]);
+        let share = (t_s - from.t_s) / (to.t_s - from.t_s);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        let (a, b) = (reckoned[after - 1], reckoned[after]);
+        Pose::new(
+            between(a.x_m, b.x_m),
+            between(a.y_m, b.y_m),
+            between(a.heading_rad, b.heading_rad),
+        )
+    }
+
+    /// How large the measured track is: the greatest distance from its middle \[m\].
+    pub(super) fn extent_m(&self) -> f64 {
+        let positions = || self.poses.iter().filter_map(|pose| pose.position_m);
+        let count = positions().count().max(1) as f64;
+        let sum = positions().fold([0.0; 2], |[x, y], [dx, dy]| [x + dx, y + dy]);
+        let middle = sum.map(|value| value / count);
+        positions().map(|[x, y]| (x - middle[0]).hypot(y - middle[1])).fold(0.0, f64::max)
+    }
+
+    /// How far the wheels turned the robot, without a sign, if it is built as most are \[rad\].
+    pub(super) fn turned_rad(&self, robot: &Robot) -> f64 {
+        let slim = slimness(robot);
+        let turn =
+            |pair: &[WheelSample]| slim * pair[1].phi_rad.since(pair[0].phi_rad).difference().abs();
+        self.wheels.windows(2).map(turn).sum()
+    }
+
+    /// How far the wheels turned, without a sign: the mean of both \[rad\].
+    pub(super) fn rolled_rad(&self) -> f64 {
+        let step =
+            |pair: &[WheelSample]| pair[1].phi_rad.since(pair[0].phi_rad).map(f64::abs).mean();
+        self.wheels.windows(2).map(step).sum()
+    }
+
+    pub(super) fn has_headings(&self) -> bool {
+        self.poses.iter().any(|pose| pose.heading_rad.is_some())
+    }
+}
+
+impl Axes {
+    /// A pose in our axes.
+    pub(super) fn ours(self, pose: &PoseMeasurement) -> PoseMeasurement {
+        let position = |change: fn([f64; 2]) -> [f64; 2]| PoseMeasurement {
+            position_m: pose.position_m.map(change),
+            ..*pose
+        };
+        match self {
+            Self::XMirrored => position(|[x, y]| [-x, y]),
+            Self::YMirrored => position(|[x, y]| [x, -y]),
+            Self::Exchanged => position(|[x, y]| [y, x]),
+            Self::Heading { degrees, negated, turned_rad } => {
+                let unit = if degrees { PI / 180.0 } else { 1.0 };
+                let unit = if negated { -unit } else { unit };
+                let heading_rad = pose.heading_rad.map(|heading| unit * heading - turned_rad);
+                PoseMeasurement { heading_rad, ..*pose }
+            }
+            Self::Frame { turned_rad } => {
+                let (sin, cos) = turned_rad.sin_cos();
+                PoseMeasurement {
+                    position_m: pose
+                        .position_m
+                        .map(|[x, y]| [cos * x + sin * y, cos * y - sin * x]),
+                    heading_rad: pose.heading_rad.map(|heading| heading - turned_rad),
+                    ..*pose
+                }
+            }
+        }
+    }
+}
+
+fn one_side(phi: WheelPair<f64>, wheel: Wheel, times: f64) -> WheelPair<f64> {
+    let of = |side: Wheel| if wheel == side || wheel == Wheel::Both { times } else { 1.0 };
+    WheelPair::new(of(Wheel::Left) * phi.left, of(Wheel::Right) * phi.right)
+}
+
+fn slimness(robot: &Robot) -> f64 {
+    (robot.wheel_radius_m / robot.track_width_m).clamp(SLIMMEST, STOUTEST)
+}
+
+/// The samples at which a step ends, since the first.
+fn steps(robot: &Robot, wheels: &[WheelSample]) -> Vec<WheelSample> {
+    let slim = slimness(robot);
+    let first = wheels[0];
+    let often = (wheels.len() / STEPS).max(1);
+    let mut kept: Vec<WheelSample> = Vec::new();
+    let mut since = 0;
+    let last = wheels.len() - 1;
+    for (k, sample) in wheels.iter().enumerate() {
+        let phi_rad = sample.phi_rad.since(first.phi_rad);
+        // As soon as the next one would be too far.
+        let far = kept.last().is_some_and(|before| {
+            let next = wheels[(k + 1).min(last)].phi_rad.since(first.phi_rad);
+            slim * next.since(before.phi_rad).difference().abs() > TURN_RAD
+        });
+        if k == 0 || k == last || k >= since + often || far {
+            kept.push(WheelSample { t_s: sample.t_s, phi_rad });
+            since = k;
+        }
+    }
+    kept
+}
+
+/// Some of many, evenly, the first and the last among them.
+pub(super) fn every_few<T: Copy>(all: &[T], wanted: usize) -> Vec<T> {
+    if all.len() <= wanted {
+        return all.to_vec();
+    }
+    (0..wanted).map(|k| all[k * (all.len() - 1) / (wanted - 1)]).collect()
+}

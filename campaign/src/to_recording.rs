@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use robot_model::checks::{DataHypothesis, data_hypotheses};
+use robot_model::clocks::align_roughly;
 use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
 
@@ -26,7 +27,10 @@ impl Recordings {
         let robot = campaign.robot.to_model();
         let runs: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
         let data_hypotheses = match runs.iter().all(|run| run.validate().is_ok()) {
-            true => data_hypotheses(&robot, &runs),
+            true => {
+                let recorded = robot_model::recording::Campaign { robot, runs: runs.clone() };
+                data_hypotheses(&robot, &align_roughly(&recorded).runs)
+            }
             false => Vec::new(),
         };
         Self { robot, runs, data_hypotheses }
@@ -35,6 +39,11 @@ impl Recordings {
     /// What is wrong with the data, the best explanation first; empty if nothing is, or if a run cannot be used.
     pub fn data_hypotheses(&self) -> &[DataHypothesis] {
         &self.data_hypotheses
+    }
+
+    /// The same in words, each with where it is and what to do. `folder` is only named.
+    pub fn data_errors(&self, campaign: &Campaign, folder: &Path) -> Vec<CampaignError> {
+        checks::data_errors(folder, campaign, &self.data_hypotheses)
     }
 
     /// What is odd about the runs without being an error. `folder` is only named.

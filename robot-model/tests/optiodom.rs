@@ -119,7 +119,7 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
 fn fitted_to_some_kinds_of_run_what_explain_adds_to_three_parameters_predicts_better_or_nothing_is_added()
  {
     let mut better = 0;
-    let directions = [("square,ivanjko", "circular"), ("circular", "square,ivanjko")];
+    let directions = [("square", "circular,ivanjko"), ("circular", "square,ivanjko")];
     for (seen, unseen) in directions {
         let (seen, unseen) = (campaign(seen), campaign(unseen));
         let answer = explain(&seen).unwrap();
@@ -143,6 +143,6 @@ fn fitted_to_some_kinds_of_run_what_explain_adds_to_three_parameters_predicts_be
             better += 1;
         }
     }
-    // From squares, straights and spins to half circles: 7.8 against 8.2 mm.
+    // From squares to the others: 6.0 against 12.8 mm.
     assert!(better >= 1);
 }

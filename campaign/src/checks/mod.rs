@@ -29,6 +29,15 @@ pub(crate) fn check(
     }
 }
 
+/// What is wrong with the data, in words.
+pub(crate) fn data_errors(
+    folder: &Path,
+    campaign: &Campaign,
+    found: &[DataHypothesis],
+) -> Vec<CampaignError> {
+    found.iter().map(|one| words::error(folder, campaign, one, found)).collect()
+}
+
 /// What is odd about a campaign's runs without being an error.
 pub(crate) fn warnings(
     folder: &Path,

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use robot_model::compare::Comparer;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::cli::{Common, CompareArgs};
 use crate::compare::show;
@@ -59,11 +59,22 @@ pub(super) fn warn_of_runs_without_poses(campaign: &Campaign) {
 /// Reads a campaign, prints its warnings, and returns it both as read and as `robot-model` takes
 /// it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
+    let (read, campaign, _) = read_and_judge(folder)?;
+    Ok((read, campaign))
+}
+
+/// The same, with what is wrong with the data without keeping a fit from being made, for programs.
+pub(super) fn read_and_judge(
+    folder: &Path,
+) -> Result<(Campaign, robot_model::recording::Campaign, Vec<Value>)> {
     let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
+    let told = recordings.data_errors(&read, folder);
+    let found = recordings.data_hypotheses().iter().zip(&told);
+    let found = found.map(|(found, told)| json::data_hypothesis(found, told)).collect();
     let campaign = recordings.into_model(&read, folder)?;
     warn_of_runs_without_poses(&read);
-    Ok((read, campaign))
+    Ok((read, campaign, found))
 }
 
 /// Warns of a campaign with a single run: nothing can be cross-validated, so its errors are those

@@ -8,7 +8,7 @@ use robot_model::explain::explain_given;
 use robot_model::recording;
 use robot_model::recording::OdometryNoise;
 
-use super::compare::{read, warn_if_single_run};
+use super::compare::{read_and_judge, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, headline, net_changes, reached_again, show};
@@ -18,7 +18,7 @@ use campaign::Campaign;
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
-    let (read, campaign) = read(&args.campaign)?;
+    let (read, campaign, data) = read_and_judge(&args.campaign)?;
     warn_if_single_run(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
@@ -30,7 +30,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let subject = subject(common, &args.campaign, (&read, &campaign), &catalogue);
     let subject = Subject { in_model: &model.effects, ..subject };
     if common.json || args.format.is_json() {
-        say(json::answer(&answer, &headline(&answer, &subject)));
+        say(json::answer(&answer, &headline(&answer, &subject), &data));
     } else {
         let combinations = if answer.steps.is_empty() {
             Vec::new()

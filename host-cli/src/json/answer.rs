@@ -1,5 +1,7 @@
 //! What `explain` answers, schema 2.
 
+use campaign::CampaignError;
+use robot_model::checks::{DataHypothesis, What};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, NextRun, ParameterFound, Rejected, StepFound};
@@ -8,11 +10,12 @@ use serde_json::{Value, json};
 
 use crate::words;
 
-/// The whole answer; `verdict` is its first sentences.
-pub fn answer(answer: &Answer, verdict: &str) -> Value {
+/// The whole answer; `verdict` is its first sentences, `data` what is wrong with the data ([`data_hypothesis`]).
+pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
     json!({
         "schema": 2,
         "verdict": verdict,
+        "data_hypotheses": data,
         "floor": errors(&answer.floor),
         "tolerance_m": answer.tolerance_m,
         "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
@@ -67,6 +70,29 @@ fn step(step: &StepFound) -> Value {
     })
 }
 
+/// What may be wrong with the data: in words, and its evidence.
+pub fn data_hypothesis(found: &DataHypothesis, told: &CampaignError) -> Value {
+    json!({
+        "id": id(&found.what),
+        "run": found.run,
+        "evidence": told.problem,
+        "mend": told.hint,
+        "error_m": found.error_m,
+        "mended_m": found.mended_m,
+    })
+}
+
+/// `CounterWraps { .. }` is `counter_wraps`.
+fn id(what: &What) -> String {
+    let name = format!("{what:?}");
+    let name = name.split([' ', '{', '(']).next().unwrap_or_default();
+    let letter = |(k, c): (usize, char)| match c.is_ascii_uppercase() && k > 0 {
+        true => format!("_{}", c.to_ascii_lowercase()),
+        false => c.to_ascii_lowercase().to_string(),
+    };
+    name.chars().enumerate().map(letter).collect()
+}
+
 fn clock(clock: &ClockFound) -> Value {
     json!({
         "run": clock.run,
@@ -119,8 +145,8 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn the_json_has_the_keys_that_it_is_specified_to_have() {
+    /// An answer with one of everything.
+    fn found() -> Answer {
         let parameter = ParameterFound {
             name: "k".into(),
             unit: "s".into(),
@@ -129,7 +155,7 @@ mod tests {
             low95: 0.018,
             high95: 0.022,
         };
-        let found = Answer {
+        Answer {
             known: Vec::new(),
             baseline: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
             steps: vec![StepFound {
@@ -160,8 +186,12 @@ mod tests {
             clocks: Vec::new(),
             second_opinion: None,
             tolerance_m: 1e-4,
-        };
-        let json = answer(&found, "One effect is missing.");
+        }
+    }
+
+    #[test]
+    fn the_json_has_the_keys_that_it_is_specified_to_have() {
+        let json = answer(&found(), "One effect is missing.", &[]);
         let keys = |of: &Value| -> Vec<String> {
             let mut keys: Vec<String> = of.as_object().unwrap().keys().cloned().collect();
             keys.sort();
@@ -170,6 +200,7 @@ mod tests {
         let top = [
             "baseline",
             "clocks",
+            "data_hypotheses",
             "floor",
             "next_run",
             "rejected",

@@ -8,5 +8,5 @@
 mod answer;
 mod comparison;
 
-pub use answer::{answer, errors, pair, parameters};
+pub use answer::{answer, data_hypothesis, errors, pair, parameters};
 pub use comparison::{comparison, rms};

@@ -63,6 +63,9 @@ pub fn expression(found: &Expression) -> String {
     )
 }
 
+/// Of more runs than this, clocks are summed up.
+const RUNS_LISTED: usize = 8;
+
 /// Clocks that do not agree, a sentence for each run, or one for all if all are alike.
 pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
     let (least, most) =
@@ -78,6 +81,23 @@ pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
             clocks.len(),
             middle_s.abs(),
             side(middle_s)
+        )];
+    }
+    if clocks.len() > RUNS_LISTED {
+        let (slow, fast) = clocks.iter().fold((0.0_f64, 0.0_f64), |(slow, fast), clock| {
+            (slow.min(clock.rate), fast.max(clock.rate))
+        });
+        let rates = match (slow, fast) {
+            (0.0, 0.0) => String::new(),
+            _ => format!(", and their clocks run up to {:.2} % off", 100.0 * fast.max(-slow)),
+        };
+        return vec![format!(
+            "Clocks: the poses of {} runs are between {:.0} ms {} and {:.0} ms {}{rates}. {corrected}",
+            clocks.len(),
+            1e3 * least.abs(),
+            side(least),
+            1e3 * most.abs(),
+            side(most)
         )];
     }
     let each = clocks.iter().map(|clock| {

@@ -57,8 +57,9 @@ pub(super) fn align(campaign: &mut Campaign) -> Result<Vec<(String, f64)>, Recor
     let mut shifted = Vec::new();
     for (run, lag_s) in campaign.runs.iter_mut().zip(lags) {
         let lag_s = match (lag_s, common_s) {
-            (Some(lag_s), _) if lag_s.abs() >= LAG_MIN_S => lag_s,
+            (Some(lag_s), Some(common_s)) if (lag_s - common_s).abs() <= 2.0 * GRID_S => common_s,
             (None, Some(common_s)) => common_s,
+            (Some(lag_s), _) if lag_s.abs() >= LAG_MIN_S => lag_s,
             _ => continue,
         };
         run.measured_poses.iter_mut().for_each(|pose| pose.t_s -= lag_s);

@@ -28,6 +28,8 @@ const OFFSET_MIN_S: f64 = 0.015;
 const RATE_MIN_S: f64 = 0.02;
 /// Beyond chance: so many standard errors.
 const SIGMAS: f64 = 6.0;
+/// An offset is told if it is this many standard errors from zero.
+const TOLD_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
 const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
 /// Offsets and rates are found anew after each correction.
@@ -105,7 +107,9 @@ pub(super) fn align(
             clock.rate_sigma = line.rate_sigma;
         }
     }
-    clocks.retain(|clock| clock.offset_s != 0.0 || clock.rate != 0.0);
+    clocks.retain(|clock| {
+        clock.offset_s.abs() > TOLD_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
+    });
     clocks
 }
 
@@ -121,6 +125,7 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
         let off_s = (line.offset_s - median_s).abs();
         off_s > OFFSET_MIN_S && off_s > SIGMAS * line.offset_sigma_s
     };
+    let (centre_s, spread_s2) = scatter(lines);
     // If one run has an offset of its own, all may have. Otherwise all have the same, also those that cannot tell.
     let any = lines.iter().flatten().any(differs);
     let stays_s =
@@ -134,13 +139,31 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
                 return Some([mean_s, 0.0]);
             }
             let line = (*line)?;
-            let offset_s = if any || *shifted { line.offset_s - stays_s } else { 0.0 };
+            let sure = spread_s2 / (spread_s2 + line.offset_sigma_s.powi(2));
+            let offset_s = match (shifted, any) {
+                (true, _) => line.offset_s - stays_s,
+                // What a run hardly tells is taken for what runs differ by.
+                (false, true) => centre_s + sure * (line.offset_s - centre_s),
+                (false, false) => 0.0,
+            };
             let over_run_s = line.rate.abs() * line.span_s;
             let certain = line.rate_sigma > 0.0 && line.rate.abs() > SIGMAS * line.rate_sigma;
             let rate = if certain && over_run_s > RATE_MIN_S { line.rate } else { 0.0 };
             (offset_s != 0.0 || rate != 0.0).then_some([offset_s, rate])
         })
         .collect()
+}
+
+/// The mean and the variance of the true offsets of these runs \[s, s^2\].
+fn scatter(lines: &[Option<Line>]) -> (f64, f64) {
+    let mut known: Vec<&Line> = lines.iter().flatten().collect();
+    known.sort_by(|a, b| a.offset_sigma_s.total_cmp(&b.offset_sigma_s));
+    // Those that tell it best, as the others add their own errors.
+    known.truncate(known.len().div_ceil(2).max(3));
+    let n = known.len().max(1) as f64;
+    let mean_s = known.iter().map(|line| line.offset_s).sum::<f64>() / n;
+    let excess = |line: &&Line| (line.offset_s - mean_s).powi(2) - line.offset_sigma_s.powi(2);
+    (mean_s, (known.iter().map(excess).sum::<f64>() / n).max(1e-8))
 }
 
 /// The mean offset of these runs, by their standard errors \[s\].

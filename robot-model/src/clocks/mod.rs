@@ -44,6 +44,16 @@ pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>)
     Ok((aligned.prepare_lighter()?, clocks))
 }
 
+/// The same campaign with clocks that are far apart brought together to a twentieth of a second: for checks of the data,
+/// which come before any fit.
+pub fn align_roughly(campaign: &Campaign) -> Campaign {
+    let mut aligned = campaign.clone();
+    match coarse::align(&mut aligned) {
+        Ok(_) => aligned,
+        Err(_) => campaign.clone(),
+    }
+}
+
 /// The same campaign with the times of its poses by the clock of its wheels, and the runs of which they were corrected.
 pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
     let mut aligned = campaign.clone();

@@ -120,6 +120,8 @@ pub struct Parameter {
     pub possible: (f64, f64),
     /// Amplitude or shape.
     pub role: Role,
+    /// The spread of usual values, where it is less than half the plausible range.
+    pub usual: Option<f64>,
 }
 
 impl Parameter {
@@ -145,7 +147,14 @@ impl Parameter {
         role: Role,
     ) -> Self {
         let possible = (f64::NEG_INFINITY, f64::INFINITY);
-        Self { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), low, high, possible, role }
+        let (name, unit) = (Cow::Borrowed(name), Cow::Borrowed(unit));
+        Self { name, unit, low, high, possible, role, usual: None }
+    }
+
+    /// The same with a spread of usual values: further off is plausible, and needs more evidence.
+    pub const fn usually(mut self, spread: f64) -> Self {
+        self.usual = Some(spread);
+        self
     }
 
     /// The same with limits beyond which a value has no meaning: a track without width, a turn the other way round.
@@ -154,8 +163,11 @@ impl Parameter {
         self
     }
 
-    /// The spread of plausible values before any data: half the range.
+    /// The spread of values before any data: the usual one, or half the plausible range.
     pub fn spread(&self) -> f64 {
+        if let Some(spread) = self.usual {
+            return spread;
+        }
         match self.role {
             Role::Amplitude => self.high.max(-self.low),
             Role::Shape => (self.high - self.low) / 2.0,

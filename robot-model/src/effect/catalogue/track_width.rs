@@ -28,7 +28,9 @@ static FACTS: Facts<'static> = Facts {
     id: "track_width",
     name: "wrong track width",
     equation: "dtheta / (1 + delta)",
-    parameters: &[Parameter::amplitude("delta", "1", 0.5).possible(-1.0, f64::INFINITY)],
+    parameters: &[Parameter::amplitude("delta", "1", 0.5)
+        .usually(0.12)
+        .possible(-1.0, f64::INFINITY)],
     signature: "a heading error in proportion to the rotation, in both directions",
     shown_by: "spins to both sides",
     compensation: "correct the track width b",

@@ -29,7 +29,7 @@ static FACTS: Facts<'static> = Facts {
     id: "wheel_radius_scale",
     name: "wrong mean wheel radius",
     equation: "ds_i (1 + s)",
-    parameters: &[Parameter::amplitude("s", "1", 0.5).possible(-1.0, f64::INFINITY)],
+    parameters: &[Parameter::amplitude("s", "1", 0.5).usually(0.03).possible(-1.0, f64::INFINITY)],
     signature: "a distance error in proportion to the distance",
     shown_by: "a straight run measured with a tape",
     compensation: "correct both distances per count, Q",

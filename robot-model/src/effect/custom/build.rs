@@ -126,6 +126,7 @@ impl Custom {
             high: range.1,
             possible: (f64::NEG_INFINITY, f64::INFINITY),
             role,
+            usual: None,
         })
     }
 }

@@ -26,6 +26,8 @@ const MISFIT_SHARE_MAX: f64 = 0.4;
 const MISFIT_MAX: f64 = 0.3;
 /// A lag is certain only if lags that are no neighbours of it fit worse by this factor.
 const RIVAL_FACTOR: f64 = 1.5;
+/// A longer run has times in another unit, or is no run \[s\].
+const RUN_MAX_S: f64 = 10_000.0;
 /// Lags further apart than this are no neighbours \[s\].
 const NEIGHBOUR_S: f64 = 1.0;
 
@@ -70,6 +72,11 @@ pub(super) fn align(campaign: &mut Campaign) -> Result<Vec<(String, f64)>, Recor
 
 /// How late the poses of a run are, if its motion tells \[s\].
 fn lag_s(robot: &Robot, run: &Recording) -> Option<f64> {
+    let poses_s = run.measured_poses.first().zip(run.measured_poses.last());
+    let poses_s = poses_s.map_or(0.0, |(first, last)| last.t_s - first.t_s);
+    if run.duration_s().max(poses_s) > RUN_MAX_S {
+        return None;
+    }
     let (wheels, poses) = (of_wheels(robot, run), of_poses(robot, run)?);
     let most = (LAG_MAX_S / GRID_S) as i64;
     let between = ((poses.start_s - wheels.start_s) / GRID_S).round() as i64;

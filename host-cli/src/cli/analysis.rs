@@ -62,6 +62,10 @@ pub struct ExplainArgs {
     /// noise of one pose.
     #[arg(long, value_parser = above_zero(|length: &Length| length.m))]
     pub tolerance: Option<Length>,
+    /// Write what was found as a model, to predict other runs with: `beeline compare OTHER --model FILE`.
+    /// Effects that these runs cannot tell apart are all in it, each at its share.
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
     /// Exit with 1 if something that matters is missing, as `git diff` does.
     #[arg(long)]
     pub exit_code: bool,

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use robot_model::compare::Comparer;
 use robot_model::effect::Effect;
-use robot_model::explain::explain_given;
+use robot_model::estimation::ErrorPair;
+use robot_model::explain::{Answer, Averaged, explain_given};
 use robot_model::recording;
 use robot_model::recording::OdometryNoise;
 
@@ -13,9 +14,9 @@ use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{Subject, assumed, headline, net_changes, reached_again, show};
 use crate::json;
-use crate::ui::say;
+use crate::ui::{note, say};
 use campaign::Campaign;
-use campaign::model::ModelFile;
+use campaign::model::{EffectEntry, FitEntry, ModelFile};
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let (read, campaign, data) = read_and_judge(&args.campaign)?;
@@ -41,8 +42,30 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         };
         show(&answer, &Subject { combinations, ..subject });
     }
+    if let Some(file) = &args.save {
+        let found = found(&answer, &model, campaign.fitted_runs().count());
+        found.write_new(file, &read.robot.name)?;
+        note(format_args!("{}: the model found, to predict other runs with", file.display()));
+    }
     let missing = answer.steps.iter().any(|step| step.matters) || answer.unexplained.structure;
     if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+/// The model that an answer predicts other runs with.
+fn found(answer: &Answer, model: &ModelFile, runs: usize) -> ModelFile {
+    let entry = |found: &Averaged| {
+        let entry = EffectEntry::unfitted(model.find(&found.effect)?);
+        Some(EffectEntry { parameters: found.parameters.clone(), ..entry })
+    };
+    let errors = answer.steps.last().map_or(answer.baseline, |step| ErrorPair {
+        fitted: step.fitted,
+        cross_validated: step.cross_validated,
+    });
+    ModelFile {
+        customs: model.customs.clone(),
+        effects: answer.predicts_with.iter().filter_map(entry).collect(),
+        fit: Some(FitEntry { runs, nominal: answer.baseline, errors, noise: answer.noise }),
+    }
 }
 
 /// What is asked of the campaign in a folder, with no effect in its model and none found yet.

@@ -264,6 +264,9 @@ mod tests {
             clocks: Vec::new(),
             second_opinion: None,
             tolerance_m: 1e-4,
+            predicts_with: Vec::new(),
+            fitted_along: Vec::new(),
+            noise: robot_model::recording::OdometryNoise::TYPICAL,
         }
     }
 

@@ -43,6 +43,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
         let combination = subject.combinations.get(number).and_then(Option::as_deref);
         effect(number + 1, step, combination, subject);
     }
+    fitted_along(answer);
     if !answer.rejected.is_empty() {
         say("");
         say(paint(BOLD, "Considered and rejected"));
@@ -57,6 +58,30 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     unexplained(answer);
     say("");
     next_run(answer, subject);
+}
+
+/// Radii and track width that are no finding of their own.
+fn fitted_along(answer: &Answer) {
+    if answer.fitted_along.is_empty() {
+        return;
+    }
+    say("");
+    say(paint(BOLD, "Fitted along"));
+    let mut table = Table::new("llll");
+    for found in &answer.fitted_along {
+        for ParameterFound { name, unit, value, sigma, low95, high95 } in &found.parameters {
+            let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
+            table.row([
+                found.effect.clone().into(),
+                Cell::styled(DIM, name),
+                friendly(*value, *sigma, unit).into(),
+                Cell::styled(DIM, format!("95 %: {interval}")),
+            ]);
+        }
+    }
+    table.say(2);
+    let why = "Radii and track width are measured together; by itself, this may be chance.";
+    say(format_args!("  {}", paint(DIM, why)));
 }
 
 /// The cross-validated error as effects are added, as bars.
@@ -112,6 +137,9 @@ fn known(answer: &Answer, subject: &Subject<'_>) {
         let words = match answer.known.iter().find(holds) {
             Some(step) if step.effect == id => confirmed(entry, step),
             Some(step) => format!("confirmed, but not told apart from {}", step.effect),
+            None if answer.fitted_along.iter().any(|found| found.effect == id) => {
+                "by itself not confirmed by these runs; fitted along with the others".to_owned()
+            }
             None => {
                 let rejected = answer.rejected.iter().find(|rejected| rejected.effect == id);
                 let why =

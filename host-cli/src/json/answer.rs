@@ -4,7 +4,7 @@ use campaign::CampaignError;
 use robot_model::checks::{DataHypothesis, What};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
-use robot_model::explain::{Answer, NextRun, ParameterFound, Rejected, StepFound};
+use robot_model::explain::{Answer, Averaged, NextRun, ParameterFound, Rejected, StepFound};
 use robot_model::residuals::{Expression, Regressor, Unexplained};
 use serde_json::{Value, json};
 
@@ -21,6 +21,7 @@ pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
         "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
         "baseline": pair(&answer.baseline),
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
+        "fitted_along": answer.fitted_along.iter().map(along).collect::<Vec<_>>(),
         "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
         "unexplained": unexplained(&answer.unexplained),
         "next_run": answer.next_run.as_ref().map(next_run),
@@ -54,6 +55,10 @@ pub fn parameters(parameters: &[ParameterFound]) -> Value {
         })
     };
     parameters.iter().map(parameter).collect()
+}
+
+fn along(found: &Averaged) -> Value {
+    json!({"effect": found.effect, "parameters": parameters(&found.parameters)})
 }
 
 fn step(step: &StepFound) -> Value {
@@ -186,6 +191,9 @@ mod tests {
             clocks: Vec::new(),
             second_opinion: None,
             tolerance_m: 1e-4,
+            predicts_with: Vec::new(),
+            fitted_along: Vec::new(),
+            noise: robot_model::recording::OdometryNoise::TYPICAL,
         }
     }
 

@@ -67,6 +67,9 @@ fn answer() -> Answer {
         clocks: Vec::new(),
         second_opinion: None,
         tolerance_m: 1e-4,
+        predicts_with: Vec::new(),
+        fitted_along: Vec::new(),
+        noise: robot_model::recording::OdometryNoise::TYPICAL,
     }
 }
 

@@ -204,6 +204,8 @@ pub enum Need {
 pub enum Group {
     /// Radii and track width: measured first on every robot; all other effects come on top.
     Geometry,
+    /// The floor on which the runs were driven, not the robot: on another floor it is another.
+    Floor,
     /// All other effects.
     Other,
 }

@@ -60,13 +60,17 @@ fn squares(run: &PreparedRun, terms: &[Term<'_>], noise: &OdometryNoise) -> Squa
     sum
 }
 
-fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
-    let sum = each.into_iter().fold(Squares::default(), |a, b| Squares {
+fn sum(each: &[Squares]) -> Squares {
+    each.iter().fold(Squares::default(), |a, b| Squares {
         position: a.position + b.position,
         positions: a.positions + b.positions,
         heading: a.heading + b.heading,
         headings: a.headings + b.headings,
-    });
+    })
+}
+
+fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
+    let sum = sum(&each);
     let root_of_mean = |sum: f64, count: f64| if count > 0.0 { (sum / count).sqrt() } else { 0.0 };
     Errors {
         position_rms_m: root_of_mean(sum.position, sum.positions),
@@ -108,30 +112,38 @@ pub(crate) fn errors_on_runs(
     total(each, equations.total.chi_squared(columns, &delta), equations.total.rows)
 }
 
-/// Squared errors of tracks, summed over runs: of positions \[m^2\] and of headings \[rad^2\].
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Squared errors of tracks, run by run.
+#[derive(Clone, Debug)]
 pub(crate) struct TrackErrors {
-    pub position_m2: f64,
-    pub heading_rad2: f64,
-    /// How many of each were measured.
-    pub positions: f64,
-    pub headings: f64,
+    runs: Vec<Squares>,
 }
 
 impl TrackErrors {
     /// Whether these exceed the others by more than a share `tolerance`, in the mean of the ratio of positions and
     /// that of headings.
-    pub fn worse_than(self, other: Self, tolerance: f64) -> bool {
+    pub fn worse_than(&self, other: &Self, tolerance: f64) -> bool {
         let share = |now: f64, then: f64| if then > 0.0 { now / then } else { 1.0 };
-        let place = share(self.position_m2, other.position_m2);
-        let heading = share(self.heading_rad2, other.heading_rad2);
+        let (now, then) = (sum(&self.runs), sum(&other.runs));
+        let place = share(now.position, then.position);
+        let heading = share(now.heading, then.heading);
         (place + heading) / 2.0 > 1.0 + tolerance
     }
 
     /// The mean squared displacement of the wheels' contact points \[m^2\].
-    pub fn displacement_m2(self, track_width_m: f64) -> f64 {
-        let heading_rad2 = self.heading_rad2 / self.headings.max(1.0);
-        self.position_m2 / self.positions.max(1.0) + heading_rad2 * (track_width_m / 2.0).powi(2)
+    pub fn displacement_m2(&self, track_width_m: f64) -> f64 {
+        sum(&self.runs).displacement_m2(track_width_m)
+    }
+
+    /// The displacement of the wheels' contact points in each run, root of the mean square \[m\].
+    pub fn displacements_m(&self, track_width_m: f64) -> Vec<f64> {
+        self.runs.iter().map(|run| run.displacement_m2(track_width_m).sqrt()).collect()
+    }
+}
+
+impl Squares {
+    fn displacement_m2(&self, track_width_m: f64) -> f64 {
+        let heading_rad2 = self.heading / self.headings.max(1.0);
+        self.position / self.positions.max(1.0) + heading_rad2 * (track_width_m / 2.0).powi(2)
     }
 }
 
@@ -156,18 +168,12 @@ pub(crate) fn tracks(
     noise: &OdometryNoise,
 ) -> TrackErrors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
-    let each = parallel::map(&runs, |run| {
+    let runs = parallel::map(&runs, |run| {
         let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
-    let sum = |of: fn(&Squares) -> f64| each.iter().map(of).sum();
-    TrackErrors {
-        position_m2: sum(|squares| squares.position),
-        heading_rad2: sum(|squares| squares.heading),
-        positions: sum(|squares| squares.positions),
-        headings: sum(|squares| squares.headings),
-    }
+    TrackErrors { runs }
 }
 
 /// Errors with these columns fitted, for each run, to all others.

@@ -5,6 +5,7 @@
 use crate::clocks::ClockFound;
 use crate::effect::definition::Need;
 use crate::estimation::errors::{ErrorPair, Errors};
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 use crate::residuals::unexplained::Unexplained;
 
@@ -17,6 +18,8 @@ pub struct Answer {
     pub baseline: ErrorPair,
     /// Effects found, in order of evidence; each with the errors of a model of it and all before it.
     pub steps: Vec<StepFound>,
+    /// Radii or track width that are no finding of their own, and are fitted along with those that are.
+    pub fitted_along: Vec<Averaged>,
     /// Effects tested and not accepted.
     pub rejected: Vec<Rejected>,
     /// What no effect explains.
@@ -35,6 +38,20 @@ pub struct Answer {
     pub second_opinion: Option<bool>,
     /// An effect that moves the robot less than this is not worth correcting \[m\].
     pub tolerance_m: f64,
+    /// The model that predicts other runs: all steps, each class by all its members at their shares.
+    pub predicts_with: Vec<Averaged>,
+    /// The noise that goes with it.
+    pub noise: OdometryNoise,
+}
+
+/// One effect of the model that predicts other runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Averaged {
+    /// Its id.
+    pub effect: String,
+    /// Its parameters; where the runs cannot tell effects apart, amplitudes are shares of what the effect alone would
+    /// be, and their intervals reach from nothing to all of it.
+    pub parameters: Vec<ParameterFound>,
 }
 
 impl Answer {

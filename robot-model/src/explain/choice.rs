@@ -7,10 +7,10 @@ use crate::explain::second_opinion::{SecondOpinion, second_opinion};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible::{Flexible, flexible};
-use crate::selection::candidates::{Candidate, Screening};
+use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
-use crate::selection::select::{Selection, select, settled};
+use crate::selection::select::{Selection, is_chance, select, settled};
 
 /// The effects chosen for a campaign.
 pub(crate) struct Choice<'a> {
@@ -24,6 +24,8 @@ pub(crate) struct Choice<'a> {
     pub weights: OdometryNoise,
     /// What a flexible model reaches beside them.
     pub flexible: Flexible,
+    /// Radii and track width that are in the model only beside others of them, by their place in it.
+    pub along: Vec<usize>,
     /// The effects as selected, before any second opinion.
     pub selected: Fitted<'a>,
     /// What predicts better, if anything does.
@@ -51,7 +53,8 @@ pub(crate) fn choose<'a>(
         classes = classes_of(&prepared, &selection);
     }
     let weights = opinion.as_ref().map_or(selection.fitted.noise, |opinion| opinion.fitted.noise);
-    Choice { prepared, selection, classes, weights, flexible, selected, opinion }
+    let along = (0..selection.kept.len()).filter(|index| !is_found(&selection, *index)).collect();
+    Choice { prepared, selection, classes, weights, flexible, along, selected, opinion }
 }
 
 /// Less noise than this share of what was learnt is worth another search.
@@ -85,8 +88,24 @@ fn beyond_noise<'a>(
     }
 }
 
+/// What cannot be told from each effect. An effect that is in the model only beside others of radii and track width is
+/// not found, so nothing can be found in its place.
 fn classes_of<'a>(prepared: &Prepared, selection: &Selection<'a>) -> Vec<Class<'a>> {
-    classes(prepared, &selection.fitted, &selection.screening, &selection.kept)
+    let mut classes = classes(prepared, &selection.fitted, &selection.screening, &selection.kept);
+    for (index, class) in classes.iter_mut().enumerate() {
+        if !is_found(selection, index) {
+            class.rivals.clear();
+        }
+    }
+    classes
+}
+
+/// Whether an effect of the model is there by its own test. Only radii and track width may be in it without.
+fn is_found(selection: &Selection<'_>, index: usize) -> bool {
+    let Selection { fitted, kept, screening, .. } = selection;
+    let test = &kept[index];
+    !is_geometry(fitted.terms[index].effect)
+        || (test.predicts_better() && !is_chance(test, screening.asked(), kept.len()))
 }
 
 /// The selection with each effect replaced by a rival that the model has already, if there is one and all

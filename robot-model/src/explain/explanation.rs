@@ -10,6 +10,7 @@ use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
+use crate::explain::averaged::{averaged, mean};
 use crate::explain::choice::{Choice, by_evidence, choose};
 use crate::explain::held_out;
 use crate::explain::left_over::left_over;
@@ -19,7 +20,7 @@ use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::counts_start_anew;
-use crate::selection::candidates::{Candidate, Screening};
+use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::effect_test::OWN_SHARE_MIN;
 use crate::selection::select::{Selection, is_chance};
 
@@ -56,39 +57,56 @@ pub fn explain_given(
         let own = fitted.terms[*index].effect.facts().id;
         core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
     };
-    let (known, missing): (Vec<usize>, Vec<usize>) =
-        by_evidence(screening, kept).into_iter().partition(is_known);
+    let found = by_evidence(screening, kept).into_iter().filter(|i| !choice.along.contains(i));
+    let (known, missing): (Vec<usize>, Vec<usize>) = found.partition(is_known);
     let sizes_m = screening.sizes_m(prepared);
     let mut prefix: Vec<Term<'_>> =
         known.iter().map(|index| fitted.terms[*index].clone()).collect();
-    let baseline = errors(prepared, weights, &prefix);
-    let before = fit_parameters(prepared, prefix.clone(), *weights).terms;
+    let errors_of = |prefix: &[Term<'_>]| errors(prepared, weights, &with_along(&choice, prefix));
+    let baseline = errors_of(&prefix);
+    let before = fit_parameters(prepared, with_along(&choice, &prefix), *weights).terms;
     let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, sizes_m[index]));
     let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
     let mut steps = Vec::new();
     for index in missing {
         prefix.push(fitted.terms[index].clone());
-        steps.push(step_of(index, errors(prepared, weights, &prefix)));
+        steps.push(step_of(index, errors_of(&prefix)));
     }
     let after = steps.last().map_or(baseline.cross_validated, |step| step.cross_validated);
     let (floor, unexplained) = left_over(&choice, &after);
     let rejected = rejected(&choice, known.iter().chain(&steps));
+    let mean = mean(&choice);
+    let predicts_with = averaged(&choice, &mean);
+    let fitted_along = choice.along.iter().map(|index| predicts_with[*index].clone()).collect();
     let noise = selected.noise.of_one_pose(prepared.poses_in_one);
     let pose_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let answer = Answer {
         known,
         baseline,
         steps,
+        fitted_along,
         rejected,
         unexplained,
         next_run: next_run(prepared, fitted, classes, kept),
-        held_out: held_out::errors(prepared, &before, &fitted.terms, &fitted.noise),
+        held_out: held_out::errors(prepared, &before, &mean.terms, &fitted.noise),
         floor,
         second_opinion: choice.opinion.as_ref().map(|opinion| opinion.geometry_only),
         clocks,
         tolerance_m: 0.0,
+        predicts_with,
+        noise: *weights,
     };
     Ok(answer.with_tolerance(TOLERANCE * pose_m))
+}
+
+/// These terms, with the radii and track width that are fitted along if any of these is of radii or track width.
+fn with_along<'a>(choice: &Choice<'a>, terms: &[Term<'a>]) -> Vec<Term<'a>> {
+    let mut terms = terms.to_vec();
+    if terms.iter().any(|term| is_geometry(term.effect)) {
+        terms
+            .extend(choice.along.iter().map(|index| choice.selection.fitted.terms[*index].clone()));
+    }
+    terms
 }
 
 /// What was tested and is not named by any of these steps.

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
 //! | `choice.rs` | the choice of effects, by noise that is noise |
+//! | `averaged.rs` | what predicts other runs: each class by all its members |
 //! | `parameters.rs` | values and intervals |
 //! | `left_over.rs` | what is left: the floor, the size, an equation |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
@@ -15,6 +16,7 @@
 //! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
 
 pub(crate) mod answer;
+pub(crate) mod averaged;
 pub(crate) mod choice;
 pub(crate) mod explanation;
 pub(crate) mod held_out;
@@ -27,8 +29,8 @@ pub(crate) mod second_opinion;
 mod tests;
 
 pub use answer::{
-    Answer, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound,
-    Why,
+    Answer, Averaged, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected,
+    StepFound, Why,
 };
 pub use explanation::{explain, explain_given, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

@@ -8,16 +8,20 @@
 //! gain of a group = sum over runs of chi^2(model) - chi^2(model + group), both fitted to all other runs     (1)
 //! ```
 //!
+//! Where no group is left with such a gain, one may still lower the displacements of runs left out by much (2): by the
+//! noise that is assumed, these runs may count for little.
+//!
 //! What repeats is then in the model and not in the noise, so the noise is estimated anew with the groups in place, and
 //! with less noise more is seen: a few rounds. Nothing that the flexible model takes up is an explanation. Its
 //! cross-validated error is the floor: what a model of effects leaves above it is physics that is missing.
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
-use crate::estimation::errors::{Errors, cross_validated};
+use crate::estimation::errors::{Errors, TrackErrors, cross_validated, tracks};
 use crate::estimation::fit::{Fitted, fit_noise};
 use crate::estimation::most_likely_noise::Search;
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -32,6 +36,11 @@ const GAIN_MIN: f64 = 16.0;
 const GROUPS_MAX: usize = 12;
 /// How often the noise is estimated anew.
 const ROUNDS_MAX: usize = 3;
+/// (2): squared displacements have to fall by this share, and so often chance gives as many runs that get better.
+const FALL_MIN: f64 = 0.2;
+const FALL_BY_CHANCE: f64 = 0.1;
+/// Most groups that are taken up by (2).
+const FALLS_MAX: usize = 2;
 /// The groups are chosen from at most this many poses of a run: their shapes are wide.
 const POSES_MAX: usize = 200;
 
@@ -99,9 +108,20 @@ pub(crate) fn flexible(
         }
     }
     let model = cross_validated_of(prepared, &thinned, &fitted.terms, &fitted.noise);
-    let floor = cross_validated_of(prepared, &thinned, &terms, &noise);
-    let depends_on: Vec<Option<Regressor>> = taken.iter().map(|index| pool[*index].0).collect();
+    let mut floor = cross_validated_of(prepared, &thinned, &terms, &noise);
     let track_width_m = prepared.robot.track_width_m;
+    if displacement_m(&floor, track_width_m) >= displacement_m(&model, track_width_m) {
+        (terms, noise, floor) = (fitted.terms.clone(), fitted.noise, model);
+        taken.clear();
+    }
+    for _ in 0..FALLS_MAX {
+        let Some(index) = lowers_tracks(&thinned, &terms, &pool, &taken, &noise) else { break };
+        terms.push(pool[index].1.clone());
+        taken.push(index);
+        terms = refitted(&thinned, terms, &noise);
+        floor = cross_validated_of(prepared, &thinned, &terms, &noise);
+    }
+    let depends_on: Vec<Option<Regressor>> = taken.iter().map(|index| pool[*index].0).collect();
     if depends_on.is_empty()
         || displacement_m(&floor, track_width_m) >= displacement_m(&model, track_width_m)
     {
@@ -199,6 +219,48 @@ fn take_up(
         }
     }
     more
+}
+
+/// The group that lowers displacements of runs left out most, if by enough: (2).
+fn lowers_tracks(
+    prepared: &Prepared,
+    terms: &[Term<'_>],
+    pool: &[(Option<Regressor>, Term<'_>)],
+    taken: &[usize],
+    noise: &OdometryNoise,
+) -> Option<usize> {
+    let open: Vec<usize> = (0..pool.len()).filter(|index| !taken.contains(index)).collect();
+    let all: Vec<Term<'_>> =
+        terms.iter().cloned().chain(open.iter().map(|index| pool[*index].1.clone())).collect();
+    let placed = PlacedTerm::place(&all);
+    let equations = CampaignEquations::gather(prepared, &placed, noise);
+    let model: Vec<usize> = placed[..terms.len()].iter().flat_map(PlacedTerm::columns).collect();
+    let track_width_m = prepared.robot.track_width_m;
+    let without = left_out(&equations, &model);
+    let mut both = placed[..terms.len()].to_vec();
+    let before = tracks(prepared, (&equations, &both), &model, noise);
+    let mut best: Option<(f64, usize)> = None;
+    for (index, term) in open.iter().zip(&placed[terms.len()..]) {
+        let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
+        if left_out(&equations, &columns).iter().sum::<f64>() >= without.iter().sum() {
+            continue;
+        }
+        both.push(term.clone());
+        let after = tracks(prepared, (&equations, &both), &columns, noise);
+        both.pop();
+        let left = |errors: &TrackErrors| errors.displacement_m2(track_width_m);
+        let fall = 1.0 - left(&after) / left(&before).max(f64::MIN_POSITIVE);
+        let each = |errors: &TrackErrors| errors.displacements_m(track_width_m);
+        let gains: Vec<f64> =
+            each(&before).iter().zip(each(&after)).map(|(before, after)| before - after).collect();
+        if fall > FALL_MIN
+            && signed_rank(&gains) < FALL_BY_CHANCE
+            && best.is_none_or(|(most, _)| fall > most)
+        {
+            best = Some((fall, *index));
+        }
+    }
+    best.map(|(_, index)| index)
 }
 
 /// chi^2 of each run, with these columns fitted to all other runs.

@@ -206,7 +206,7 @@ impl<'a> Screening<'a> {
     ) -> bool {
         let with = self.cross_validated_tracks(prepared, left_out, Some(candidate));
         let as_it_is = self.cross_validated_tracks(prepared, &[], None);
-        with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(as_it_is, ROUNDING))
+        with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(&as_it_is, ROUNDING))
     }
 
     /// For each effect of the model, whether cross-validated tracks are worse with it than without.
@@ -215,8 +215,9 @@ impl<'a> Screening<'a> {
         let spoils = |index: usize| {
             let without = self.cross_validated_tracks(prepared, &[index], None);
             whole
+                .clone()
                 .zip(without)
-                .is_some_and(|(whole, without)| whole.worse_than(without, WORSE_TRACKS))
+                .is_some_and(|(whole, without)| whole.worse_than(&without, WORSE_TRACKS))
         };
         (0..self.in_model).map(spoils).collect()
     }
@@ -240,6 +241,18 @@ impl<'a> Screening<'a> {
         (0..self.in_model).map(effect).collect()
     }
 
+    /// For each effect of the model, whether the runs show it: they leave at most half of what is usual.
+    pub fn is_shown(&self) -> Vec<bool> {
+        let columns = self.model_columns(&[]);
+        let solution = self.equations.solve(&self.equations.total, &columns);
+        let sigma = |column: usize| {
+            let i = columns.iter().position(|other| *other == column).expect("in the model");
+            solution.covariance[(i, i)].sqrt()
+        };
+        let shown = |column: &usize| sigma(*column) < 0.5 * self.equations.priors[*column].spread;
+        (0..self.in_model).map(|index| self.amplitudes(index).iter().all(shown)).collect()
+    }
+
     /// The effects of the model, except its geometry, that do not improve cross-validated tracks beyond doubt.
     pub fn hardly_improves_tracks(&self, prepared: &Prepared) -> Vec<usize> {
         let whole = self.cross_validated_tracks(prepared, &[], None);
@@ -247,8 +260,9 @@ impl<'a> Screening<'a> {
             let without = self.cross_validated_tracks(prepared, &[*index], None);
             !is_geometry(self.terms[*index].effect)
                 && whole
+                    .clone()
                     .zip(without)
-                    .is_some_and(|(whole, without)| whole.worse_than(without, -CLEAR_GAIN))
+                    .is_some_and(|(whole, without)| whole.worse_than(&without, -CLEAR_GAIN))
         };
         (0..self.in_model).filter(hardly_improves).collect()
     }
@@ -260,7 +274,7 @@ impl<'a> Screening<'a> {
         let columns: Vec<usize> = (0..equations.priors.len()).collect();
         let there = cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise);
         let here = self.cross_validated_tracks(prepared, &[], None);
-        here.zip(there).is_some_and(|(here, there)| here.worse_than(there, WORSE_TRACKS))
+        here.zip(there).is_some_and(|(here, there)| here.worse_than(&there, WORSE_TRACKS))
     }
 
     /// For each effect of the model, by how much cross-validated tracks get better with it, all others fitted anew:

@@ -80,13 +80,14 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     selection
 }
 
-/// A model of these effects without those that fail their test in it.
+/// A model of these effects without those that fail their test in it. If one of them is of radii or track width, these
+/// are all in it, as far as the runs show them.
 pub(crate) fn settled<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     terms: Vec<Term<'a>>,
 ) -> Selection<'a> {
-    let mut fitted = fit_afresh(prepared, terms);
+    let mut fitted = fit_afresh(prepared, with_whole_geometry(terms, catalogue));
     loop {
         let screening = Screening::new(prepared, &fitted, catalogue);
         let Some(terms) = removal(prepared, &screening, &fitted) else {
@@ -145,6 +146,24 @@ fn standing<'a>(
 fn geometry<'a>(catalogue: &[&'a dyn Effect]) -> Vec<Term<'a>> {
     let geometry = catalogue.iter().filter(|effect| is_geometry(**effect));
     geometry.map(|effect| Term::new(*effect, vec![0.0])).collect()
+}
+
+/// The terms, with all radii and track width if they have one of these.
+///
+/// They are measured together: what is left out because these runs hardly show it, the next ones may need.
+fn with_whole_geometry<'a>(
+    mut terms: Vec<Term<'a>>,
+    catalogue: &[&'a dyn Effect],
+) -> Vec<Term<'a>> {
+    if terms.iter().any(|term| is_geometry(term.effect)) {
+        let has = |term: &Term<'a>| {
+            terms.iter().any(|other| other.effect.facts().id == term.effect.facts().id)
+        };
+        let missing: Vec<Term<'a>> =
+            geometry(catalogue).into_iter().filter(|term| !has(term)).collect();
+        terms.extend(missing);
+    }
+    terms
 }
 
 /// -2 log likelihood with the fitted noise, plus the penalty: the criterion between models that pass.
@@ -280,30 +299,44 @@ pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool
     test.p_value * asked as f64 > if effects > 1 { FALSE_ALARM_BESIDE } else { FALSE_ALARM }
 }
 
-/// The model without the weakest of the effects that fail their test, given all others; `None` if all pass.
+/// Whether each effect of the model stands: it passes its test, given all others.
 ///
 /// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
-/// evidence against them.
+/// evidence against them. Where one of these passes, the others stay with it, if the runs show them.
+fn stands(prepared: &Prepared, screening: &Screening<'_>, fitted: &Fitted<'_>) -> Vec<bool> {
+    let kept = screening.kept();
+    let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());
+    let shown = screening.is_shown();
+    let of_geometry: Vec<bool> = fitted.terms.iter().map(|term| is_geometry(term.effect)).collect();
+    let passes: Vec<bool> = (0..kept.len())
+        .map(|i| {
+            let test = &kept[i];
+            let predicts = if of_geometry[i] {
+                test.predicts_better()
+            } else {
+                test.passes_cross_validation()
+            };
+            predicts
+                && !is_chance(test, screening.asked(), kept.len())
+                && !spoils[i]
+                && !unsettled[i]
+        })
+        .collect();
+    let geometry_found = (0..kept.len()).any(|i| of_geometry[i] && passes[i]);
+    let stays = |i: usize| of_geometry[i] && geometry_found && shown[i] && !unsettled[i];
+    (0..kept.len()).map(|i| passes[i] || stays(i)).collect()
+}
+
+/// The model without the weakest of the effects that do not stand in it; `None` if all do.
 fn removal<'a>(
     prepared: &Prepared,
     screening: &Screening<'a>,
     fitted: &Fitted<'a>,
 ) -> Option<Vec<Term<'a>>> {
     let kept = screening.kept();
-    let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());
+    let stands = stands(prepared, screening, fitted);
     let worst = (0..kept.len())
-        .filter(|i| {
-            let test = &kept[*i];
-            let is_geometry = is_geometry(fitted.terms[*i].effect);
-            is_chance(test, screening.asked(), kept.len())
-                || spoils[*i]
-                || unsettled[*i]
-                || !(if is_geometry {
-                    test.predicts_better()
-                } else {
-                    test.passes_cross_validation()
-                })
-        })
+        .filter(|i| !stands[*i])
         .min_by(|a, b| kept[*a].cross_validated_gain.total_cmp(&kept[*b].cross_validated_gain))?;
     let mut terms = fitted.terms.clone();
     terms.remove(worst);

@@ -6,7 +6,7 @@
 //!
 //! d: metres for each metre travelled, in the fixed frame; no turn.
 
-use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -33,5 +33,6 @@ static FACTS: Facts<'static> = Facts {
     signature: "drift that depends on the heading, while the heading itself is right",
     shown_by: "straight runs in four headings",
     compensation: "add a drift vector to the odometry",
+    group: Group::Floor,
     ..Facts::DEFAULT
 };

@@ -8,7 +8,7 @@
 //! k \[rad/m\] is the turn towards the direction beta for each metre, l \[m\] the creep for each such turn:
 //! d = k l is the creep for each metre.
 
-use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Effect, Facts, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Step;
@@ -49,5 +49,6 @@ static FACTS: Facts<'static> = Facts {
     signature: "drift and turn that depend on the heading",
     shown_by: "straight runs in four headings",
     compensation: "level the floor, or use an IMU",
+    group: Group::Floor,
     ..Facts::DEFAULT
 };

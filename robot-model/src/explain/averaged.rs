@@ -1,0 +1,130 @@
+//! What does a choice predict where the runs cannot tell effects apart?
+//!
+//! To predict with the first member of a class is to bet on it. Each member in its place gives a model that fits these
+//! runs as well, so the prediction is the mean of these models, by how likely each is. Effects are linear in their
+//! amplitudes, so the mean of predictions is the prediction of mean amplitudes:
+//!
+//! ```text
+//! w_r ~ exp(-(-2 log L_r + 2 log L) / (2 phi)),  p = p_chosen + sum over classes of sum over r of w_r (p_r - p_chosen)  (1)
+//! ```
+//!
+//! with phi the variance among runs over what their noise explains.
+//!
+//! The track width is in every one of them. A wheel's radius can be measured with a ruler, and may be right; where the
+//! tyres touch the ground cannot, and UMBmark finds the track width off on every robot. To predict without it would
+//! take the whole of its error out of every motion that the runs do not have. What belongs to the floor is not averaged
+//! either: other runs may be on another floor.
+
+use crate::effect::composition::Term;
+use crate::effect::definition::{FirmwareTerm, Group, Role};
+use crate::estimation::fit::fit_parameters;
+use crate::explain::answer::{Averaged, ParameterFound};
+use crate::explain::choice::Choice;
+use crate::explain::parameters::parameters;
+use crate::numeric::distributions::SIGMAS_95_ROUNDED;
+use crate::selection::candidates::penalty;
+
+/// The members of a class that count besides the chosen one: the most likely ones.
+const MEMBERS_MAX: usize = 5;
+
+/// The model of equation (1).
+pub(super) struct Mean<'a> {
+    /// Its terms, those of the choice first and in its order.
+    pub terms: Vec<Term<'a>>,
+    /// Each other member as it is alone in the place of its class.
+    alone: Vec<Term<'a>>,
+}
+
+/// The mean of the models that these runs cannot tell apart.
+pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
+    let Choice { prepared, selection, classes, weights, .. } = choice;
+    let chosen = &selection.fitted.terms;
+    let (mut mean, mut alone) = (chosen.clone(), Vec::new());
+    let own = fit_parameters(prepared, chosen.clone(), *weights);
+    for (index, (class, test)) in classes.iter().zip(&selection.kept).enumerate() {
+        if is_track_width(&chosen[index]) {
+            continue;
+        }
+        let own_cost = own.chi_squared + penalty(&chosen[index]);
+        let models: Vec<(f64, Vec<Term<'a>>)> = class
+            .rivals
+            .iter()
+            .filter(|rival| rival.term.effect.facts().group != Group::Floor)
+            .take(MEMBERS_MAX)
+            .map(|rival| {
+                let mut terms = chosen.clone();
+                terms[index] = rival.term.fixed();
+                let fitted = fit_parameters(prepared, terms, *weights);
+                let cost = fitted.chi_squared + penalty(&fitted.terms[index]);
+                ((-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp(), fitted.terms)
+            })
+            .collect();
+        let total = 1.0 + models.iter().map(|(weight, _)| weight).sum::<f64>();
+        for (weight, terms) in &models {
+            alone.push(terms[index].clone());
+            add(&mut mean, terms, weight / total);
+            add(&mut mean, chosen, -weight / total);
+        }
+    }
+    Mean { terms: mean, alone }
+}
+
+fn is_track_width(term: &Term<'_>) -> bool {
+    term.effect.facts().compensated_by == Some(FirmwareTerm::TrackWidth)
+}
+
+/// Adds a share of the amplitudes of these terms. A term that is not there yet comes with its shapes.
+fn add<'a>(mean: &mut Vec<Term<'a>>, terms: &[Term<'a>], share: f64) {
+    for term in terms {
+        let facts = term.effect.facts();
+        let at = mean.iter().position(|other| other.effect.facts().id == facts.id);
+        let at = at.unwrap_or_else(|| {
+            let amplitudes = facts.parameters.iter().map(|one| one.role == Role::Amplitude);
+            let values = amplitudes.zip(&term.values);
+            let values = values.map(|(scales, value)| if scales { 0.0 } else { *value }).collect();
+            mean.push(Term::new(term.effect, values));
+            mean.len() - 1
+        });
+        let parameters = facts.parameters.iter().zip(&term.values).enumerate();
+        for (i, (_, value)) in parameters.filter(|(_, (one, _))| one.role == Role::Amplitude) {
+            mean[at].values[i] += share * value;
+        }
+    }
+}
+
+/// The mean model with intervals: whatever member of its class an effect may turn out to be, its value is between
+/// nothing and that of the member alone.
+pub(super) fn averaged(choice: &Choice<'_>, mean: &Mean<'_>) -> Vec<Averaged> {
+    let Choice { prepared, selection, classes, .. } = choice;
+    let chosen = selection.fitted.terms.len();
+    let entry = |(index, term): (usize, &Term<'_>)| {
+        let facts = term.effect.facts();
+        let found = (index < chosen).then(|| {
+            parameters(prepared, &selection.fitted, index, selection.kept[index].dispersion)
+        });
+        let in_class =
+            index >= chosen || !(classes[index].rivals.is_empty() || is_track_width(term));
+        let member = mean.alone.iter().filter(|other| other.effect.facts().id == facts.id);
+        let most = member.max_by(|a, b| a.values[0].abs().total_cmp(&b.values[0].abs()));
+        let parameters = facts.parameters.iter().zip(&term.values).enumerate();
+        let parameters = parameters.map(|(i, (parameter, value))| {
+            let (low95, high95) = match (&found, most) {
+                (Some(found), _) if in_class => (found[i].low95.min(0.0), found[i].high95.max(0.0)),
+                (Some(found), _) => (found[i].low95, found[i].high95),
+                (None, Some(alone)) => (alone.values[i].min(0.0), alone.values[i].max(0.0)),
+                (None, None) => (*value, *value),
+            };
+            let half = ((high95 - value).max(value - low95)).max(f64::MIN_POSITIVE);
+            ParameterFound {
+                name: parameter.name.to_string(),
+                unit: parameter.unit.to_string(),
+                value: *value,
+                sigma: half / SIGMAS_95_ROUNDED,
+                low95: low95.min(*value),
+                high95: high95.max(*value),
+            }
+        });
+        Averaged { effect: facts.id.to_owned(), parameters: parameters.collect() }
+    };
+    mean.terms.iter().enumerate().map(entry).collect()
+}

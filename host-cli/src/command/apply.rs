@@ -50,7 +50,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             return Err(Error::new(problem).hint(hint));
         }
         if !common.json {
-            note(paint(BOLD, format_args!("For {}", display_name(&identity))));
+            note(paint(BOLD, format_args!("Robot: {}", display_name(&identity))));
             note(table(&change));
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {

@@ -87,7 +87,7 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{CandidateKind, Promise};
+    use robot_model::explain::{CandidateKind, PredictedSeparation};
 
     use super::*;
 
@@ -112,7 +112,7 @@ mod tests {
         let next = |separates: &[&str]| NextRun {
             kind: CandidateKind::Straight,
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
-            promise: Promise::default(),
+            predicted: PredictedSeparation::default(),
         };
         let subject = |reached: &str| Subject {
             robot: "r",

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use robot_model::compare::{Component, Curve};
+use robot_model::estimation::SIGMAS_95;
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
@@ -99,7 +100,8 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         line(&now)
     );
     for (at, value, sigma) in &now {
-        let (cx, low, high) = (x.at(*at), y.at(value - 1.96 * sigma), y.at(value + 1.96 * sigma));
+        let half = SIGMAS_95 * sigma;
+        let (cx, low, high) = (x.at(*at), y.at(value - half), y.at(value + half));
         let _ = write!(
             html,
             "<path class=\"whisker a\" d=\"M{cx} {low}V{high}\"/><circle class=\"fa\" cx=\"{cx}\" cy=\"{}\" r=\"3.4\"/>",

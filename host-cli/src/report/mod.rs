@@ -255,7 +255,7 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
                 "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}. {}</p><code>{}</code></div>",
                 escape(next.kind.name()),
                 escape(&words::listed(&next.separates)),
-                escape(&words::promise(&next.promise)),
+                escape(&words::predicted(&next.predicted)),
                 escape(gyro_words(next).unwrap_or_default()),
                 escape(&next_run_command(next, report.subject))
             );

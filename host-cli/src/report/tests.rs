@@ -2,7 +2,8 @@ use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
-    CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound, Why,
+    CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason, Rejected,
+    StepFound, Why,
 };
 use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
@@ -61,7 +62,7 @@ fn answer() -> Answer {
         next_run: Some(NextRun {
             kind: CandidateKind::SpinsBothWays,
             separates: vec!["side_slip".into()],
-            promise: Promise::default(),
+            predicted: PredictedSeparation::default(),
         }),
         floor: errors(5.0),
         clocks: Vec::new(),

@@ -94,7 +94,7 @@ fn rows(report: &CampaignReport<'_>) -> Vec<Row> {
     }
     let y = rows.last().map_or(TOP, |row| row.y + row.height());
     rows.push(Row {
-        name: vec!["floor: a model of any shape".into()],
+        name: vec!["error floor: any model at all".into()],
         p: String::new(),
         fitted: answer.floor,
         cross_validated: answer.floor,

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
-//! | `choice.rs` | the choice of effects, by noise that is noise |
+//! | `choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
 //! | `parameters.rs` | values and intervals |
 //! | `left_over.rs` | what is left: the floor, the size, an equation |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
@@ -27,8 +27,8 @@ pub(crate) mod second_opinion;
 mod tests;
 
 pub use answer::{
-    Answer, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound,
-    Why,
+    Answer, CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason, Rejected,
+    StepFound, Why,
 };
 pub use explanation::{explain, explain_given, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

@@ -3,6 +3,7 @@
 
 mod headline;
 mod next;
+mod progress;
 
 use campaign::model::EffectEntry;
 use robot_model::estimation::Errors;
@@ -21,6 +22,7 @@ pub use self::headline::{
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};
+pub use self::progress::explained;
 
 /// Width of the longest bar.
 const BAR: usize = 24;

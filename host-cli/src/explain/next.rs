@@ -17,6 +17,9 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
             format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
+    if open.is_empty() && answer.unexplained.structure {
+        return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
+    }
     if open.is_empty() {
         return "No further run is needed to tell effects apart.".into();
     }

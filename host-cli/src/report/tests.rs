@@ -221,6 +221,18 @@ fn a_place_that_is_named_is_drawn_on_the_floor() {
 }
 
 #[test]
+fn a_dependence_on_the_place_is_drawn_though_no_single_place_stands_out() {
+    let mut answer = answer();
+    answer.unexplained.depends_on = vec![Regressor::Place];
+    answer.unexplained.places = vec![PlaceSeen { at_m: [0.6, -0.3], gain: 20.0 }];
+    let page = drawn_of("Bee", false, to_html, &answer);
+    let floor = page.split("aria-label=\"The floor").nth(1).unwrap();
+    let floor = floor.split("</figure>").next().unwrap();
+    assert_eq!((floor.matches("<rect ").count(), floor.matches("<circle ").count()), (1, 0));
+    assert!(page.contains("No single place stands out."), "{page}");
+}
+
+#[test]
 fn the_picture_alone_has_the_falling_error_and_a_run() {
     let svg = drawn("Bee & Co", false, to_svg);
     assert!(

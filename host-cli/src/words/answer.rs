@@ -74,7 +74,9 @@ pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
     let corrected = "Times of poses were corrected before the fit.";
     let side = |offset_s: f64| if offset_s > 0.0 { "late" } else { "early" };
     if clocks.len() > 1 && most - least < 0.05 && clocks.iter().all(|clock| clock.rate == 0.0) {
-        let middle_s = (most + least) / 2.0;
+        let mut offsets_s: Vec<f64> = clocks.iter().map(|clock| clock.offset_s).collect();
+        offsets_s.sort_by(f64::total_cmp);
+        let middle_s = offsets_s[offsets_s.len() / 2];
         return vec![format!(
             "Clocks: the poses of all {} runs are {:.2} s {}. {corrected}",
             clocks.len(),
@@ -215,7 +217,10 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
         }
         _ => regressor.name().to_owned(),
     };
-    unexplained.depends_on.iter().map(word).collect::<Vec<_>>().join(", ")
+    match unexplained.depends_on.as_slice() {
+        [] => "no single variable".to_owned(),
+        all => all.iter().map(word).collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// The net change by an effect, in one number.

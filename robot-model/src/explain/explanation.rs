@@ -15,6 +15,7 @@ use crate::explain::held_out;
 use crate::explain::left_over::left_over;
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
+use crate::explain::progress::{Observer, Progress, geometry};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -43,11 +44,25 @@ pub fn explain_given(
     catalogue: &[&dyn Effect],
     in_model: &[&str],
 ) -> Result<Answer, RecordingError> {
+    explain_observed(campaign, catalogue, in_model, None)
+}
+
+/// The same, and tells `observer` what was found so far.
+pub fn explain_observed(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+    in_model: &[&str],
+    mut observer: Option<Observer<'_>>,
+) -> Result<Answer, RecordingError> {
     if campaign.runs.is_empty() {
         let problem = RecordingProblem::NoRuns;
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
     let (prepared, clocks) = clocks::prepare(campaign)?;
+    if let Some(observer) = &mut observer {
+        observer(Progress::Clocks(&clocks));
+        observer(geometry(&prepared, catalogue));
+    }
     let choice = choose(prepared, catalogue, in_model);
     let Choice { prepared, selection, classes, weights, selected, .. } = &choice;
     let Selection { fitted, kept, screening, .. } = selection;
@@ -68,7 +83,11 @@ pub fn explain_given(
     let mut steps = Vec::new();
     for index in missing {
         prefix.push(fitted.terms[index].clone());
-        steps.push(step_of(index, errors(prepared, weights, &prefix)));
+        let step = step_of(index, errors(prepared, weights, &prefix));
+        if let Some(observer) = &mut observer {
+            observer(Progress::Effect(&step));
+        }
+        steps.push(step);
     }
     let after = steps.last().map_or(baseline.cross_validated, |step| step.cross_validated);
     let (floor, unexplained) = left_over(&choice, &after);

@@ -207,6 +207,11 @@ pub(crate) fn part_of_plan(beginnings: &[&str]) -> Vec<(String, f64, Vec<Piece>)
     full_plan().into_iter().filter(|(name, ..)| wanted(name)).collect()
 }
 
+/// Twelve runs of the full plan: straight in four headings, spins, large arcs, squares.
+fn short_plan() -> Vec<(String, f64, Vec<Piece>)> {
+    part_of_plan(&["out_and_back", "spin_0.2", "arc_0.9", "square"])
+}
+
 /// A sound robot over the full plan.
 pub(crate) fn sound() -> &'static Campaign {
     static SOUND: OnceLock<Campaign> = OnceLock::new();
@@ -216,8 +221,9 @@ pub(crate) fn sound() -> &'static Campaign {
 /// A robot with each effect of [`ALONE`], by the effect's id.
 pub(crate) fn each_alone() -> &'static [(&'static str, Campaign)] {
     static EACH: OnceLock<Vec<(&'static str, Campaign)>> = OnceLock::new();
-    let with =
-        |(id, values): (&'static str, &[f64])| (id, campaign(&full_plan(), &[term(id, values)], 3));
+    let with = |(id, values): (&'static str, &[f64])| {
+        (id, campaign(&short_plan(), &[term(id, values)], 3))
+    };
     EACH.get_or_init(|| ALONE.into_iter().map(with).collect())
 }
 

@@ -144,6 +144,11 @@ impl Steps {
         Self(bar)
     }
 
+    /// Whether anybody sees them.
+    pub fn are_seen(&self) -> bool {
+        !self.0.is_hidden()
+    }
+
     /// Prints what was found, to stay.
     pub fn found(&self, line: &str) {
         self.0.println(paint(DIM, format_args!("  {line}")));

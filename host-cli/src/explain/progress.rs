@@ -1,7 +1,7 @@
 //! What a terminal shows while a campaign is explained: data, clocks, geometry, each effect.
 
 use robot_model::effect::Effect;
-use robot_model::explain::{Answer, Progress, explain_observed};
+use robot_model::explain::{Answer, Observer, Progress, explain_observed};
 use robot_model::recording::{Campaign, RecordingError};
 
 use crate::ui::{Steps, runs};
@@ -20,19 +20,17 @@ pub fn explained(
         let effect = catalogue.iter().find(|effect| effect.facts().id == id);
         effect.map_or_else(|| id.to_owned(), |effect| effect.facts().name.to_string())
     };
-    explain_observed(
-        campaign,
-        catalogue,
-        in_model,
-        Some(&mut |progress| {
-            steps.found(&line(&progress, &name));
-            steps.now(match progress {
-                Progress::Clocks(_) => "fitting radii and track width",
-                Progress::Geometry { .. } => "searching for effects",
-                Progress::Effect(_) => "fitting effects",
-            });
-        }),
-    )
+    let mut observer = |progress: Progress<'_>| {
+        steps.found(&line(&progress, &name));
+        steps.now(match progress {
+            Progress::Clocks(_) => "fitting radii and track width",
+            Progress::Geometry { .. } => "searching for effects",
+            Progress::Effect(_) => "fitting effects",
+        });
+    };
+    // What is only shown is computed only if somebody sees it.
+    let observer: Option<Observer<'_>> = if steps.are_seen() { Some(&mut observer) } else { None };
+    explain_observed(campaign, catalogue, in_model, observer)
 }
 
 /// What was found, in a line.

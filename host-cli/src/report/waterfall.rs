@@ -35,8 +35,8 @@ const WIDE: Layout = Layout {
 /// For a telephone: no wider than its screen, so that letters keep their size.
 const NARROW: Layout = Layout {
     width: 350.0,
-    position: (0.0, 130.0),
-    heading: (185.0, 305.0),
+    position: (5.0, 130.0),
+    heading: (184.0, 294.0),
     letters: 46,
     names_above: true,
 };

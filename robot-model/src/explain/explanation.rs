@@ -7,7 +7,7 @@ use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
-use crate::estimation::fit::{Fitted, fit_parameters};
+use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
 use crate::explain::choice::{Choice, by_evidence, choose};
@@ -15,12 +15,12 @@ use crate::explain::held_out;
 use crate::explain::left_over::left_over;
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
-use crate::explain::progress::{Observer, Progress, geometry};
+use crate::explain::progress::{Observer, Progress};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::counts_start_anew;
-use crate::selection::candidates::{Candidate, Screening};
+use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::effect_test::OWN_SHARE_MIN;
 use crate::selection::select::{Selection, is_chance};
 
@@ -108,6 +108,15 @@ pub fn explain_observed(
         tolerance_m: 0.0,
     };
     Ok(answer.with_tolerance(TOLERANCE * pose_m))
+}
+
+/// What the geometry alone explains.
+fn geometry(prepared: &Prepared, catalogue: &[&dyn Effect]) -> Progress<'static> {
+    let terms = catalogue.iter().filter(|effect| is_geometry(**effect));
+    let terms: Vec<Term<'_>> = terms.map(|effect| Term::new(*effect, vec![0.0])).collect();
+    let fitted = fit_roughly(prepared, terms);
+    let of = |terms: &[Term<'_>]| errors_as_fitted(prepared, &fitted.noise, terms).cross_validated;
+    Progress::Geometry { before: of(&[]), after: of(&fitted.terms) }
 }
 
 /// What was tested and is not named by any of these steps.

@@ -31,13 +31,13 @@
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
-//! | [`track`], [`growing`] | track files, complete or still being written |
+//! | [`track`], [`live_file`] | track files, complete or still being written |
 //! | [`mod@file`] | files that appear whole or not at all |
 
 mod checks;
 pub mod error;
 pub mod file;
-pub mod growing;
+pub mod live_file;
 pub mod model;
 pub mod plan;
 pub mod read;

@@ -128,6 +128,44 @@ impl Drop for Progress {
     }
 }
 
+/// What was found so far, a line each, and what is being done; invisible if standard error is not a terminal.
+pub struct Steps(ProgressBar);
+
+impl Steps {
+    /// Nothing so far.
+    pub fn new(quiet: bool) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("  {spinner} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_spinner());
+        let bar = ProgressBar::new_spinner().with_style(style);
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self(bar)
+    }
+
+    /// Whether anybody sees them.
+    pub fn are_seen(&self) -> bool {
+        !self.0.is_hidden()
+    }
+
+    /// Prints what was found, to stay.
+    pub fn found(&self, line: &str) {
+        self.0.println(paint(DIM, format_args!("  {line}")));
+    }
+
+    /// Shows what is being done until the next thing is.
+    pub fn now(&self, doing: &'static str) {
+        self.0.set_message(doing);
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// What to try if nobody answers.
 const NOBODY: &str =
     "run it in a terminal, or with --yes; --measure track:FILE takes poses from a file";

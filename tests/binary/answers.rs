@@ -1,27 +1,10 @@
 //! Does every kind of answer of `explain` follow its schema, with the right exit code?
 
-use std::path::Path;
-
 use serde_json::Value;
 
+use crate::example::runs_of;
 use crate::schema::violation;
 use crate::temp_folder::TempFolder;
-
-/// Copies those runs of an example whose names contain one of these parts.
-fn runs_of(temp: &TempFolder, example: &str, parts: &[&str], to: &str) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(example);
-    std::fs::create_dir_all(temp.path(&format!("{to}/runs"))).unwrap();
-    let text = std::fs::read_to_string(from.join("robot.toml")).unwrap();
-    let robot = text.split("[[run]]").next().unwrap();
-    temp.write(&format!("{to}/robot.toml"), robot);
-    for entry in std::fs::read_dir(from.join("runs")).unwrap() {
-        let file = entry.unwrap().path();
-        let name = file.file_name().unwrap().to_str().unwrap().to_owned();
-        if parts.iter().any(|part| name.contains(part)) {
-            std::fs::copy(&file, temp.path(&format!("{to}/runs/{name}"))).unwrap();
-        }
-    }
-}
 
 /// The answer to a campaign. It must follow the schema, and its exit code must say whether something is missing.
 fn explained(temp: &TempFolder, campaign: &str) -> Value {

@@ -114,7 +114,7 @@ fn reachable<'a>(
     reached
 }
 
-/// A circle in words: its uses, one a line.
+/// A circle in words: its uses, one per line.
 pub fn describe(circle: &Uses) -> String {
     let files: BTreeSet<&PathBuf> = circle.keys().flat_map(|(from, to)| [from, to]).collect();
     let mut text = format!("circle of {}:", files.len());

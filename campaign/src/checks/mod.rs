@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use robot_model::checks::{DataHypothesis, What, heading_offset, slow_clock, spike};
+use robot_model::checks::{DataFault, DataHypothesis, heading_offset, slow_clock, spike};
 use robot_model::recording::{Recording, Robot};
 
 use crate::error::{CampaignError, Warning};
@@ -63,19 +63,19 @@ pub(crate) fn warnings(
 fn warning(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> Warning {
     let of = Told::new(folder, campaign, found);
     match found.what {
-        What::CountsJump { wheel, t_s, rolled_m } => {
+        DataFault::CountsJump { wheel, t_s, rolled_m } => {
             Warning::CountsJump { place: of.cell(t_s, words::counts(wheel)), rolled_m }
         }
-        What::LastPose { t_s, position_m, heading_rad } => {
+        DataFault::LastPose { t_s, position_m, heading_rad } => {
             let column = if position_m.is_some() { Column::X } else { Column::Heading };
             Warning::EndPoseOff { place: of.cell(t_s, column), position_m, heading_rad }
         }
-        What::CountsHeld { every_s } => Warning::Held {
+        DataFault::CountsHeld { every_s } => Warning::Held {
             place: of.header(Column::LeftCounts),
             columns: "left_counts and right_counts",
             every_s,
         },
-        What::PosesHeld { every_s } => Warning::Held {
+        DataFault::PosesHeld { every_s } => Warning::Held {
             place: of.header(Column::X),
             columns: "x_m, y_m and heading_rad",
             every_s,

@@ -1,4 +1,4 @@
-//! Where in the files something is that is told of a run, or of all.
+//! Where in the files something is that is reported of a run, or of all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use crate::recorded::{Campaign, Run};
 use crate::robot_toml::place_of_key;
 use crate::row::Column;
 
-/// Where something is that is told of a run, or of all.
+/// Where something is that is reported of a run, or of all.
 pub(super) struct Told<'a> {
     folder: &'a Path,
     /// What is wrong with a column is wrong in all runs: the first one stands for them.

@@ -70,8 +70,8 @@ fn a_counter_that_went_round_is_told_with_its_row_and_what_to_add() {
 fn a_robot_that_is_another_than_its_file_says_is_told_with_the_line_of_the_key() {
     let same = |value: f64| value;
     for (from, to, expected) in [
-        ("= 900", "= 225", "line 2, column 1: the robot moved 0.25"),
-        ("= 0.372", "= 3.72", "line 3, column 1: the robot turned "),
+        ("= 900", "= 225", "line 2, column 1: by the poses, the robot moved 0.25"),
+        ("= 0.372", "= 3.72", "line 3, column 1: by the poses, the robot turned "),
     ] {
         let toml = TOML.replace(from, to);
         assert_ne!(toml, TOML);

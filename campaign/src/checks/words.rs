@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::mem::discriminant;
 use std::path::Path;
 
-use robot_model::checks::{Axes, DataHypothesis, What, Wheel};
+use robot_model::checks::{Axes, DataFault, DataHypothesis, Wheel};
 
 use super::place::{Told, line};
 use crate::error::{CampaignError, Place};
@@ -70,23 +70,25 @@ fn columns(wheel: Wheel) -> &'static str {
 }
 
 /// Where it shows.
-fn place(told: &Told, what: &What) -> Place {
+fn place(told: &Told, what: &DataFault) -> Place {
     match what {
-        What::Radius { .. } | What::Lengths { .. } => told.key("wheel_radius_m"),
-        What::Track { .. } => told.key("track_width_m"),
-        What::CountsReversed { wheel } | What::Counts { wheel, .. } => told.header(counts(*wheel)),
-        What::Axes { axes: Axes::YMirrored, .. } => told.header(Column::Y),
-        What::Axes { axes: Axes::Heading { .. }, .. } => told.header(Column::Heading),
-        What::Axes { .. } | What::Positions { .. } => told.header(Column::X),
+        DataFault::Radius { .. } | DataFault::Lengths { .. } => told.key("wheel_radius_m"),
+        DataFault::Track { .. } => told.key("track_width_m"),
+        DataFault::CountsReversed { wheel } | DataFault::Counts { wheel, .. } => {
+            told.header(counts(*wheel))
+        }
+        DataFault::Axes { axes: Axes::YMirrored, .. } => told.header(Column::Y),
+        DataFault::Axes { axes: Axes::Heading { .. }, .. } => told.header(Column::Heading),
+        DataFault::Axes { .. } | DataFault::Positions { .. } => told.header(Column::X),
         _ => told.header(Column::LeftCounts),
     }
 }
 
 /// What happened at a moment: its place, the problem and a hint.
-fn of_moment(told: &Told, what: &What) -> Option<(Place, (String, String))> {
+fn of_moment(told: &Told, what: &DataFault) -> Option<(Place, (String, String))> {
     let run = told.run?;
     Some(match *what {
-        What::CounterWraps { wheel, t_s, bits, times } => {
+        DataFault::CounterWraps { wheel, t_s, bits, times } => {
             let column = counts(wheel);
             let row = line(run, t_s) as usize - 2;
             let before = run.rows[..row].iter().rev().find_map(|row| row.get(column));
@@ -102,13 +104,14 @@ fn of_moment(told: &Told, what: &What) -> Option<(Place, (String, String))> {
             let hint = format!("{verb} {} from this row on", 2_u64.pow(bits));
             (told.cell(t_s, column), (problem, hint))
         }
-        What::CounterReset { wheel, t_s } => {
-            let begins = if wheel == Wheel::Both { "begin" } else { "begins" };
-            let problem = format!("{} {begins} anew in the middle of the run", columns(wheel));
-            let hint = "add to all further rows what was counted before, or split the run into two files here";
+        DataFault::CounterReset { wheel, t_s } => {
+            let restart = if wheel == Wheel::Both { "restart" } else { "restarts" };
+            let problem =
+                format!("{} {restart} from zero in the middle of the run", columns(wheel));
+            let hint = "add what was counted before to this row and all later ones, or split the run into two files here";
             (told.cell(t_s, counts(wheel)), (problem, hint.to_owned()))
         }
-        What::TrackerJump { t_s, by_m } => {
+        DataFault::TrackerJump { t_s, by_m } => {
             let problem = format!(
                 "from the pose before to this one the tracker jumps by {} more than the wheels rolled",
                 length(by_m)
@@ -116,7 +119,7 @@ fn of_moment(told: &Told, what: &What) -> Option<(Place, (String, String))> {
             let hint = "split the run into two files here, or clear x_m, y_m and heading_rad from this row on";
             (told.cell(t_s, Column::X), (problem, hint.to_owned()))
         }
-        What::TrackerFrozen { from_s, to_s } => {
+        DataFault::TrackerFrozen { from_s, to_s } => {
             let last = line(run, to_s);
             let problem = format!(
                 "the tracker is frozen: from here to line {last} ({:.1} s) the pose stays the same while the wheels roll",
@@ -130,32 +133,32 @@ fn of_moment(told: &Told, what: &What) -> Option<(Place, (String, String))> {
 }
 
 /// What is wrong with a column or a key: the problem and a hint.
-fn of_column(what: &What) -> (String, String) {
+fn of_column(what: &DataFault) -> (String, String) {
     let both = |problem: &str, hint: &str| (problem.to_owned(), hint.to_owned());
     match *what {
-        What::WheelsExchanged => both(
+        DataFault::WheelsExchanged => both(
             "left_counts and right_counts are exchanged",
             "swap left_counts and right_counts; if they are right, the poses are mirrored: change the signs of y_m and \
              heading_rad (y is to the left of x, headings are counter-clockwise)",
         ),
-        What::CountsReversed { wheel: Wheel::Both } => both(
+        DataFault::CountsReversed { wheel: Wheel::Both } => both(
             "left_counts and right_counts both have the wrong sign",
             "both must increase when the robot drives forwards: change both signs",
         ),
-        What::CountsReversed { wheel } => (
+        DataFault::CountsReversed { wheel } => (
             format!("{} has the wrong sign", columns(wheel)),
             format!("it must increase when the robot drives forwards: change the sign of {}", columns(wheel)),
         ),
-        What::Counts { wheel, times } => (
+        DataFault::Counts { wheel, times } => (
             match times > 1.0 {
                 true => format!("{} should be {} times as large", columns(wheel), factor(times)),
                 false => format!("{} should be {} times smaller", columns(wheel), factor(1.0 / times)),
             },
             "count all encoders alike: four counts per line with quadrature".to_owned(),
         ),
-        What::Radius { times } => (
+        DataFault::Radius { times } => (
             format!(
-                "the robot moved {} times as far as its wheels rolled by this file{}",
+                "by the poses, the robot moved {} times as far as this robot.toml makes its wheels roll{}",
                 factor(times),
                 meaning(times)
             ),
@@ -163,19 +166,19 @@ fn of_column(what: &What) -> (String, String) {
              and gear_reduction, and that x_m and y_m are in metres"
                 .to_owned(),
         ),
-        What::Track { times } => (
-            format!("the robot turned {} times as far as its wheels say by this file", factor(1.0 / times)),
+        DataFault::Track { times } => (
+            format!("by the poses, the robot turned {} times as far as this robot.toml makes its wheels turn it", factor(1.0 / times)),
             "check track_width_m: the distance between the middles of the wheels' treads, in metres".to_owned(),
         ),
-        What::Lengths { times } => (
+        DataFault::Lengths { times } => (
             format!("wheel_radius_m and track_width_m are {} times too large", factor(1.0 / times)),
             "give wheel_radius_m and track_width_m in metres".to_owned(),
         ),
-        What::Positions { per_m } => (
+        DataFault::Positions { per_m } => (
             format!("x_m and y_m look like {}", unit(per_m)),
             "give x_m and y_m in metres; if they are, check wheel_radius_m and counts_per_rev in robot.toml".to_owned(),
         ),
-        What::Axes { axes, after_first } => {
+        DataFault::Axes { axes, after_first } => {
             let (problem, hint) = of_axes(axes);
             let except = if after_first { ", in all poses except the first of each run" } else { "" };
             (format!("{problem}{except}"), format!("{hint}{except}"))

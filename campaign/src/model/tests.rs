@@ -30,12 +30,18 @@ fn parse(text: &str) -> Result<ModelFile, String> {
 fn what_was_written_is_read_again() {
     let model = parse(GOOD).unwrap();
     let again = parse(&model.to_text("a \n robot")).unwrap();
+    // Numbers are written with six digits.
+    let parameter = |of: &ParameterFound| {
+        let numbers = [of.value, of.sigma, of.low95, of.high95].map(|value| format!("{value:.5e}"));
+        (of.name.clone(), of.unit.clone(), numbers)
+    };
     let of = |model: &ModelFile| -> Vec<_> {
-        model
-            .effects
-            .iter()
-            .map(|entry| (entry.id().to_owned(), entry.parameters.clone()))
-            .collect()
+        let each = model.effects.iter();
+        each.map(|entry| {
+            let parameters: Vec<_> = entry.parameters.iter().map(parameter).collect();
+            (entry.id().to_owned(), parameters)
+        })
+        .collect()
     };
     assert_eq!(of(&model), of(&again));
     assert_eq!(again.customs[0].custom(), model.customs[0].custom());

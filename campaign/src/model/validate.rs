@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use robot_model::effect::{Parameter, Role, find};
-use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::estimation::{ErrorPair, Errors, SIGMAS_95};
 use robot_model::explain::ParameterFound;
 use robot_model::recording::OdometryNoise;
 use toml::Spanned;
@@ -64,7 +64,8 @@ pub(super) fn parameter(
     let end = |given: Option<&Spanned<f64>>, sigmas: f64| {
         given.map_or(value + sigmas * sigma, |end| *end.get_ref())
     };
-    let (low95, high95) = (end(raw.low95.as_ref(), -1.96), end(raw.high95.as_ref(), 1.96));
+    let (low95, high95) =
+        (end(raw.low95.as_ref(), -SIGMAS_95), end(raw.high95.as_ref(), SIGMAS_95));
     if low95 > high95 {
         let problem = format!("low95 = {low95} lies above high95 = {high95}");
         let place = raw.low95.as_ref().or(raw.high95.as_ref());

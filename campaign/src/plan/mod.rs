@@ -4,23 +4,23 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`usual`] | the campaign that tells all effects apart, on a given floor |
+//! | [`default_plan`] | the campaign that tells all effects apart, on a given floor |
 //! | [`run_kinds`] | single kinds of runs, by the names that `explain` suggests |
 //! | `file` | `plan.toml`, which people edit |
 //! | [`floor`] | how much floor a run needs |
 
+pub mod default_plan;
 mod file;
 pub mod floor;
 pub mod run_kinds;
-pub mod usual;
 
 use std::fmt;
 
 use robot_model::recording::Piece;
 
+pub use default_plan::PlanSettings;
 pub use file::plan_path;
 pub use floor::Floor;
-pub use usual::PlanSettings;
 
 /// Standing still before and after each piece \[s\]: the robot settles, and its noise shows.
 pub const PAUSE_S: f64 = 0.3;

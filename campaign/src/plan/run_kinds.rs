@@ -7,9 +7,9 @@ use std::path::Path;
 use robot_model::explain::candidate_runs;
 use robot_model::recording::Piece;
 
+use super::default_plan::PlanSettings;
 use super::file::plan_path;
 use super::floor::Floor;
-use super::usual::PlanSettings;
 use super::{CampaignPlan, PlanError, PlannedRun};
 use crate::{Campaign, Row};
 

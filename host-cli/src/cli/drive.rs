@@ -25,7 +25,7 @@ pub enum DriveCommand {
     /// Drive straight; a negative distance goes backwards.
     #[command(
         allow_negative_numbers = true,
-        after_help = "Examples:\n  beeline drive straight 8rev\n  beeline drive straight -50cm --cruise 0.3m/s"
+        after_help = "Examples:\n  beeline drive straight -50cm --cruise 0.3m/s\n  beeline record my-robot straight 8rev"
     )]
     Straight {
         /// How far: 1.8m, 8rev (turns of a wheel).
@@ -36,7 +36,9 @@ pub enum DriveCommand {
         profile: ProfileArgs,
     },
     /// Turn on the spot; positive is counter-clockwise.
-    #[command(after_help = "Example:\n  beeline drive spin -360deg --cruise 0.2m/s")]
+    #[command(
+        after_help = "Examples:\n  beeline drive spin -360deg --cruise 0.2m/s\n  beeline record my-robot spin 360deg --name spin_left"
+    )]
     Spin {
         /// How far: 90deg, -1rev (turns of the robot).
         #[arg(allow_hyphen_values = true)]
@@ -47,7 +49,9 @@ pub enum DriveCommand {
     },
     /// Drive an arc; positive angles turn left, a negative radius drives the same circle backwards,
     /// so that the robot turns the other way.
-    #[command(after_help = "Example:\n  beeline drive arc 1m 90deg")]
+    #[command(
+        after_help = "Examples:\n  beeline drive arc 1m 90deg\n  beeline record my-robot arc 50cm -300deg"
+    )]
     Arc {
         /// Radius of the circle that the robot's centre drives.
         #[arg(allow_hyphen_values = true)]

@@ -61,8 +61,9 @@ pub struct Cli {
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
 pub struct Common {
-    /// The robot: a serial device (/dev/ttyACM0, COM3, @BAUD appended if not 921600, 19200 at least),
-    /// tcp:HOST:PORT, or sim[:SCENARIO.toml].
+    /// The robot: a serial device such as /dev/ttyACM0 or COM3, tcp:HOST:PORT, or the simulator:
+    /// sim or sim:SCENARIO.toml. A serial device runs at 921600 baud; append @BAUD, 19200 at least,
+    /// for another rate.
     #[arg(
         long,
         short,
@@ -73,7 +74,7 @@ pub struct Common {
         help_heading = "Every command"
     )]
     pub port: Port,
-    /// Print one JSON value instead of text (`watch`: one a line).
+    /// Print one JSON value instead of text (`watch`: one per line).
     #[arg(long, global = true, help_heading = "Every command")]
     pub json: bool,
     /// Seed of all random numbers, instead of the scenario's.

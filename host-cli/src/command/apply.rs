@@ -2,8 +2,8 @@
 
 use host_link::Session;
 use robot_model::effect::{Effect, KnownEffect};
+use robot_model::explain::Answer;
 use robot_model::explain::model::fit;
-use robot_model::explain::{Answer, explain_given};
 use robot_model::recording::RecordingError;
 use serde_json::json;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
@@ -13,7 +13,7 @@ use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
-use crate::explain::{memory, wrong_in_robot_toml};
+use crate::explain::{explained, memory, wrong_in_robot_toml};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
@@ -35,7 +35,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         warn(warning);
     }
     warn_of_runs_without_poses(&campaign);
-    let (effects, unsettled) = effects_of(folder, &campaign, recordings)?;
+    let (effects, unsettled) = effects_of(folder, &campaign, recordings, common.json)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
@@ -50,7 +50,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             return Err(Error::new(problem).hint(hint));
         }
         if !common.json {
-            note(paint(BOLD, format_args!("For {}", display_name(&identity))));
+            note(paint(BOLD, format_args!("Robot: {}", display_name(&identity))));
             note(table(&change));
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
@@ -114,6 +114,7 @@ fn effects_of(
     folder: &std::path::Path,
     campaign: &Campaign,
     recordings: Recordings,
+    quiet: bool,
 ) -> Result<(Vec<Estimate>, Option<Unsettled>)> {
     let place = ModelFile::place(folder);
     let model = ModelFile::read_or_empty(&place)?;
@@ -132,7 +133,7 @@ fn effects_of(
     };
     let nominal_m = [campaign.robot.wheel_radius_m, campaign.robot.track_width_m];
     let campaign = recordings.into_model(campaign, folder)?;
-    let answer = explain_given(&campaign, &model.catalogue(), &in_use).map_err(failed)?;
+    let answer = explained(&campaign, &model.catalogue(), &in_use, quiet).map_err(failed)?;
     let unsettled = unsettled(&answer, &model.catalogue(), nominal_m);
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.

@@ -5,14 +5,14 @@ use std::path::Path;
 use robot_model::compare::Comparer;
 use robot_model::effect::Effect;
 use robot_model::estimation::ErrorPair;
-use robot_model::explain::{Answer, Averaged, explain_given};
+use robot_model::explain::{Answer, Averaged};
 use robot_model::recording;
 use robot_model::recording::OdometryNoise;
 
 use super::compare::{read_and_judge, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, headline, net_changes, reached_again, show};
+use crate::explain::{Subject, assumed, explained, headline, net_changes, reached_again, show};
 use crate::json;
 use crate::ui::{note, say};
 use campaign::Campaign;
@@ -24,7 +24,8 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
-    let mut answer = explain_given(&campaign, &catalogue, &in_model).map_err(Error::new)?;
+    let mut answer =
+        explained(&campaign, &catalogue, &in_model, common.json).map_err(Error::new)?;
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }

@@ -4,14 +4,13 @@
 
 use robot_model::compare::{Assumed, Comparer};
 use robot_model::effect::Effect;
-use robot_model::explain::explain_given;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
 use super::explain::subject;
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, net_changes};
+use crate::explain::{Subject, assumed, explained, net_changes};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
 use campaign::file::{check_writable, write_whole};
@@ -41,7 +40,7 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let catalogue = model.catalogue();
     // Explained from the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
-    let answer = explain_given(&campaign, &catalogue, &in_use).map_err(Error::new)?;
+    let answer = explained(&campaign, &catalogue, &in_use, common.json).map_err(Error::new)?;
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
     let found = assumed(&answer.steps, &catalogue);

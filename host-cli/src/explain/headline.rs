@@ -369,6 +369,10 @@ mod tests {
     fn effects_that_no_run_tells_apart_are_named() {
         let here = errors(5.0, 9.0);
         assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
+        let mut unexplained = answer(&["scrub"], here, here);
+        unexplained.unexplained.structure = true;
+        let said = no_next_run(&unexplained);
+        assert!(said.contains("still unexplained") && !said.contains("No further run"), "{said}");
         let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
         assert_eq!(
             said,

@@ -3,6 +3,7 @@
 
 mod headline;
 mod next;
+mod progress;
 
 use campaign::model::EffectEntry;
 use robot_model::estimation::Errors;
@@ -21,6 +22,7 @@ pub use self::headline::{
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
 pub use self::next::{memory, next_run_command, reached, reached_again};
+pub use self::progress::explained;
 
 /// Width of the longest bar.
 const BAR: usize = 24;
@@ -112,7 +114,7 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
         };
         row((number + 1).to_string(), name, &step.cross_validated, probability(step.p_value));
     }
-    row(String::new(), "floor: a model of any shape".into(), &answer.floor, String::new());
+    row(String::new(), "error floor: any model at all".into(), &answer.floor, String::new());
     table.say(0);
 }
 
@@ -180,7 +182,7 @@ fn confirmed(entry: &EffectEntry, found: &StepFound) -> String {
 }
 
 fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &Subject<'_>) {
-    let title = step.class.iter().map(String::as_str).collect::<Vec<_>>().join(" = ");
+    let title = step.class.iter().map(String::as_str).collect::<Vec<_>>().join(" or ");
     say(format_args!("{number}  {}", paint(BOLD, title)));
     let put = |words: &str| {
         wrapped(words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")))
@@ -235,7 +237,7 @@ fn unexplained(answer: &Answer) {
             ),
         ));
         let size = if residuals.size_m >= 5e-5 {
-            format!("{:.1} mm above the floor; ", 1e3 * residuals.size_m)
+            format!("{:.1} mm above the error floor; ", 1e3 * residuals.size_m)
         } else {
             String::new()
         };
@@ -248,7 +250,7 @@ fn unexplained(answer: &Answer) {
     } else {
         say(format_args!(
             "{}: the residuals depend on none of the variables tested ({})",
-            paint(BOLD, "Nothing else"),
+            paint(BOLD, "Nothing else is missing"),
             p_value(residuals.p_value)
         ));
     }
@@ -258,8 +260,8 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
     match &answer.next_run {
         Some(next) => {
             say(paint(BOLD, format_args!("Next: record {}", next.kind.name())));
-            let promise = words::promise(&next.promise);
-            let text = format!("It tells {} apart: {promise}.", words::listed(&next.separates));
+            let predicted = words::predicted(&next.predicted);
+            let text = format!("It tells {} apart: {predicted}.", words::listed(&next.separates));
             wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             let gyro = gyro_words(next).unwrap_or_default();
             wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));

@@ -17,6 +17,9 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
             format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
+    if open.is_empty() && answer.unexplained.structure {
+        return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
+    }
     if open.is_empty() {
         return "No further run is needed to tell effects apart.".into();
     }
@@ -87,7 +90,7 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{CandidateKind, Promise};
+    use robot_model::explain::{CandidateKind, PredictedSeparation};
 
     use super::*;
 
@@ -112,7 +115,7 @@ mod tests {
         let next = |separates: &[&str]| NextRun {
             kind: CandidateKind::Straight,
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
-            promise: Promise::default(),
+            predicted: PredictedSeparation::default(),
         };
         let subject = |reached: &str| Subject {
             robot: "r",

@@ -1,7 +1,7 @@
 //! What `explain` answers, schema 2.
 
 use campaign::CampaignError;
-use robot_model::checks::{DataHypothesis, What};
+use robot_model::checks::{DataFault, DataHypothesis};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, Averaged, NextRun, ParameterFound, Rejected, StepFound};
@@ -88,7 +88,7 @@ pub fn data_hypothesis(found: &DataHypothesis, told: &CampaignError) -> Value {
 }
 
 /// `CounterWraps { .. }` is `counter_wraps`.
-fn id(what: &What) -> String {
+fn id(what: &DataFault) -> String {
     let name = format!("{what:?}");
     let name = name.split([' ', '{', '(']).next().unwrap_or_default();
     let letter = |(k, c): (usize, char)| match c.is_ascii_uppercase() && k > 0 {
@@ -140,13 +140,13 @@ fn next_run(next: &NextRun) -> Value {
     json!({
         "kind": next.kind.name(),
         "separates": next.separates,
-        "why": words::promise(&next.promise),
+        "why": words::predicted(&next.predicted),
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{CandidateKind, Promise, Reason, Why};
+    use robot_model::explain::{CandidateKind, PredictedSeparation, Reason, Why};
 
     use super::*;
 
@@ -184,7 +184,7 @@ mod tests {
             next_run: Some(NextRun {
                 kind: CandidateKind::Straight,
                 separates: Vec::new(),
-                promise: Promise::default(),
+                predicted: PredictedSeparation::default(),
             }),
             held_out: None,
             floor: Errors::default(),

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use super::align::Reckoned;
 use crate::error::{Error, Result};
 use crate::ui;
-use campaign::growing::whole_lines;
+use campaign::live_file::whole_lines;
 use campaign::table::Table;
 use campaign::{CampaignError, Column};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use campaign::growing::{check_header, track_so_far};
+use campaign::live_file::{check_header, track_so_far};
 use campaign::plan::PlannedRun;
 use host_link::Clock;
 use host_link::wire::Waiting;

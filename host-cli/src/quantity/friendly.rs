@@ -45,10 +45,11 @@ pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: 
     text.trim_end().to_owned()
 }
 
-/// A probability: `0.03`, `2e-7`, never a row of zeros.
+/// A probability: `0.03`, `0.002`, `2e-7`, never a row of zeros.
 pub fn probability(p: f64) -> String {
     match p {
         p if p >= 0.0095 => format!("{p:.2}"),
+        p if p >= 0.000_95 => format!("{p:.3}"),
         p if p > 1e-99 => format!("{p:.0e}"),
         _ => "< 1e-99".into(),
     }
@@ -84,6 +85,7 @@ mod tests {
     #[test]
     fn a_probability_is_never_a_row_of_zeros() {
         assert_eq!(probability(0.031), "0.03");
+        assert_eq!(probability(0.0024), "0.002");
         assert_eq!(probability(2.4e-7), "2e-7");
         assert_eq!(probability(0.0), "< 1e-99");
         assert_eq!((p_value(0.0), p_value(0.031)), ("p < 1e-99".into(), "p = 0.03".into()));

@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use robot_model::compare::{Component, Curve};
+use robot_model::estimation::SIGMAS_95;
 
 use super::{CampaignReport, legend};
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 
-/// At most so many drawings, the largest residuals first.
+/// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;
 const X: (f64, f64) = (54.0, 452.0);
 const Y: (f64, f64) = (168.0, 24.0);
@@ -30,7 +31,8 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let mut html = String::new();
     legend(&mut html, super::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
-    for curve in shown.into_iter().take(PANELS) {
+    let panels = shown.iter().filter(|curve| named(curve)).count().max(PANELS);
+    for curve in shown.into_iter().take(panels) {
         let same = |other: &&Curve| (other.axis, other.component) == (curve.axis, curve.component);
         let earlier = before.iter().find(same);
         panel(&mut html, curve, earlier, named(curve));
@@ -99,7 +101,8 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
         line(&now)
     );
     for (at, value, sigma) in &now {
-        let (cx, low, high) = (x.at(*at), y.at(value - 1.96 * sigma), y.at(value + 1.96 * sigma));
+        let half = SIGMAS_95 * sigma;
+        let (cx, low, high) = (x.at(*at), y.at(value - half), y.at(value + half));
         let _ = write!(
             html,
             "<path class=\"whisker a\" d=\"M{cx} {low}V{high}\"/><circle class=\"fa\" cx=\"{cx}\" cy=\"{}\" r=\"3.4\"/>",

@@ -28,7 +28,7 @@ fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &Ste
         "<div class=\"card\"><h3><span class=\"n\">{}</span>{}</h3><span class=\"ids\">{}</span>",
         index + 1,
         escape(&name),
-        escape(&step.class.join(" = "))
+        escape(&step.class.join(" or "))
     );
     let facts = subject.facts(&step.effect);
     if let Some(facts) = facts {
@@ -56,28 +56,72 @@ fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &Ste
     html.push_str("</div>\n");
 }
 
+/// Where the intervals are on a page.
+struct Layout {
+    class: &'static str,
+    width: f64,
+    /// The height of a parameter, and where its axis is in it.
+    row: f64,
+    axis: f64,
+    /// Where its value stands, and where its axis begins and ends.
+    value: f64,
+    span: (f64, f64),
+    /// So many numbers along the axis.
+    ticks: f64,
+}
+
+const WIDE: Layout = Layout {
+    class: "only-wide",
+    width: 960.0,
+    row: 44.0,
+    axis: 16.0,
+    value: 110.0,
+    span: (420.0, 930.0),
+    ticks: 6.0,
+};
+
+/// For a telephone: the value stands above its axis.
+const NARROW: Layout = Layout {
+    class: "only-narrow",
+    width: 350.0,
+    row: 74.0,
+    axis: 40.0,
+    value: 60.0,
+    span: (12.0, 338.0),
+    ticks: 4.0,
+};
+
 /// Values with their 95 % intervals, each against its own zero.
 fn intervals(parameters: &[ParameterFound]) -> String {
-    const ROW: f64 = 44.0;
+    [WIDE, NARROW].map(|layout| intervals_as(parameters, &layout)).concat()
+}
+
+fn intervals_as(parameters: &[ParameterFound], layout: &Layout) -> String {
     let mut svg = format!(
-        "<svg class=\"d\" viewBox=\"0 0 960 {}\" role=\"img\" aria-label=\"Values with 95 percent intervals\">",
-        Px(ROW * parameters.len() as f64 + 4.0)
+        "<svg class=\"d {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Values with 95 percent intervals\">",
+        layout.class,
+        Px(layout.width),
+        Px(layout.row * parameters.len() as f64 + 4.0)
     );
     for (k, parameter) in parameters.iter().enumerate() {
-        let y = ROW * k as f64 + 16.0;
+        let top = layout.row * k as f64;
+        let y = top + layout.axis;
         let (factor, _) = scaled_unit(parameter.value.abs().max(parameter.sigma), &parameter.unit);
         let (low, high) = (parameter.low95.min(0.0) * factor, parameter.high95.max(0.0) * factor);
         let pad = 0.06 * (high - low).max(1e-12);
         let range = (low - pad, high + pad);
-        let x = Scale::over(range, (420.0, 930.0));
-        let (levels, places) = ticks(range, nice_step(range.1 - range.0, 6.0));
+        let x = Scale::over(range, layout.span);
+        let (levels, places) = ticks(range, nice_step(range.1 - range.0, layout.ticks));
         let _ = write!(
             svg,
             "<text x=\"0\" y=\"{ty}\" style=\"fill:var(--ink)\"><tspan font-weight=\"650\">{}</tspan></text>\
-             <text x=\"110\" y=\"{ty}\" style=\"fill:var(--ink)\">{}</text><path class=\"g\" d=\"M420 {y}H930\"/>",
+             <text x=\"{}\" y=\"{ty}\" style=\"fill:var(--ink)\">{}</text><path class=\"g\" d=\"M{} {y}H{}\"/>",
             escape(&parameter.name),
+            Px(layout.value),
             escape(&friendly(parameter.value, parameter.sigma, &parameter.unit)),
-            ty = Px(y + 5.0),
+            Px(layout.span.0),
+            Px(layout.span.1),
+            ty = Px(top + 21.0),
             y = Px(y)
         );
         for level in levels {

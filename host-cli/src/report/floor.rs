@@ -1,8 +1,9 @@
-//! The floor from above: all runs, how much of the residuals each place would explain, and the place that is named.
+//! The floor from above: all runs, how much of the residuals each place would explain, and the place that is named, if
+//! one is.
 
 use std::fmt::Write;
 
-use robot_model::residuals::PlaceSeen;
+use robot_model::residuals::{PlaceSeen, Regressor};
 
 use super::CampaignReport;
 use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
@@ -17,13 +18,15 @@ const RING_M: f64 = 0.15;
 /// The darkest cell.
 const OPACITY_MAX: f64 = 0.8;
 
-/// The drawing, if a place is named.
+/// The drawing, if the residuals depend on the place.
 pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
-    let place_m = report.answer.unexplained.place_m?;
+    let unexplained = &report.answer.unexplained;
+    if !unexplained.depends_on.contains(&Regressor::Place) {
+        return None;
+    }
     let paths = report.paths[1];
-    let (low, high) = super::paths::bounds(paths.iter().flat_map(|path| path.shape_m()));
-    let (low, high) =
-        ([0, 1].map(|k| low[k].min(place_m[k])), [0, 1].map(|k| high[k].max(place_m[k])));
+    let shapes = paths.iter().flat_map(|path| path.shape_m());
+    let (low, high) = super::paths::bounds(shapes.chain(&unexplained.place_m));
     let span = [0, 1].map(|k| high[k] - low[k] + 2.0 * RING_M);
     let per_m = ((WIDTH_MAX - LEFT - PAD) / span[0]).min((HEIGHT_MAX - 2.0 * PAD) / span[1]);
     let width = span[0] * per_m + LEFT + PAD;
@@ -37,9 +40,9 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
         w = Px(width)
     );
     grid(&mut svg, (low, high), (x, y), [width, height]);
-    let most = report.answer.unexplained.places.iter().map(|place| place.gain).fold(0.0, f64::max);
+    let most = unexplained.places.iter().map(|place| place.gain).fold(0.0, f64::max);
     let side = PlaceSeen::SIDE_M;
-    for place in report.answer.unexplained.places.iter().filter(|place| place.gain > 0.0) {
+    for place in unexplained.places.iter().filter(|place| place.gain > 0.0) {
         let _ = write!(
             svg,
             "<rect class=\"fb\" fill-opacity=\"{:.2}\" x=\"{}\" y=\"{}\" width=\"{w}\" height=\"{w}\"/>",
@@ -58,6 +61,22 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
         }
         let _ = write!(svg, "<path class=\"p way\" d=\"{data}\"/>");
     }
+    let of_ring = match unexplained.place_m {
+        Some(place_m) => {
+            ring(&mut svg, place_m, (x, y), [width, per_m]);
+            " The ring is the place named above, from a finer search."
+        }
+        None => " No single place stands out.",
+    };
+    Some(format!(
+        "<p class=\"sub\">All runs from above. Squares are the places that wheels of several runs passed, half a track \
+         width beside these paths: the darker, the more of the residuals a place would explain.{of_ring}</p>\n\
+         {svg}</svg></figure>\n"
+    ))
+}
+
+/// The ring round the place that is named, and its coordinates.
+fn ring(svg: &mut String, place_m: [f64; 2], (x, y): (Scale, Scale), [width, per_m]: [f64; 2]) {
     let (at_x, at_y) = (x.at(place_m[0]), y.at(place_m[1]));
     let ring = RING_M * per_m;
     // The words stand where there is room.
@@ -65,18 +84,13 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
     let _ = write!(
         svg,
         "<circle class=\"p a\" cx=\"{at_x}\" cy=\"{at_y}\" r=\"{}\"/>\
-         <text class=\"q named\" x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">x {} m, y {} m</text></svg></figure>",
+         <text class=\"q named\" x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">x {} m, y {} m</text>",
         Px(ring),
         Px(at_x.0 + side * (ring + 8.0)),
         Px(at_y.0 - ring),
         number(place_m[0], 2),
         number(place_m[1], 2)
     );
-    Some(format!(
-        "<p class=\"sub\">All runs from above. Squares are the places that wheels of several runs passed, half a track \
-         width beside these paths: the darker, the more of the residuals a place would explain. The ring is the place \
-         named above, from a finer search.</p>\n{svg}\n"
-    ))
 }
 
 /// Metres, as lines.

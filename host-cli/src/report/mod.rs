@@ -69,7 +69,9 @@ figcaption span{white-space:nowrap}\
 .next code{display:inline-block;padding:8px 12px;border:1px solid var(--faint);border-radius:8px;color:var(--ink);margin-top:6px;overflow-wrap:anywhere}\
 .ids{color:var(--soft);font-size:14px}.rej td{vertical-align:top;text-align:left}.rej td:last-child,.rej th:last-child{text-align:right;white-space:nowrap}\
 .rej th{text-align:left}.way{stroke:var(--line);stroke-opacity:.35}.named{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}.noise{fill:var(--faint);opacity:.6}.whisker{stroke-width:1.3;fill:none}\
-@media screen and (max-width:640px){.wide{overflow-x:auto}.wide svg{width:760px}.wide .d text{font-size:13px}}\
+.only-narrow{display:none}\
+@media screen and (max-width:640px){.only-wide{display:none}.only-narrow{display:block}\
+.d.only-narrow text{font-size:13px}.d.only-narrow .tick{font-size:12px}.wide{overflow-x:auto}.wide svg{width:760px}.wide .d text{font-size:13px}}\
 @media(max-width:820px){.grid{grid-template-columns:1fr 1fr}.pair{grid-template-columns:1fr}}\
 @media(max-width:520px){.grid{grid-template-columns:1fr}}\
 @media print{p,li{orphans:3;widows:3}tr,.next{break-inside:avoid}thead{display:table-header-group}.lead{font-size:15px}figcaption{font-size:11px}.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
@@ -255,7 +257,7 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
                 "<div class=\"next\"><p><b>Record {}.</b> It tells {} apart: {}. {}</p><code>{}</code></div>",
                 escape(next.kind.name()),
                 escape(&words::listed(&next.separates)),
-                escape(&words::promise(&next.promise)),
+                escape(&words::predicted(&next.predicted)),
                 escape(gyro_words(next).unwrap_or_default()),
                 escape(&next_run_command(next, report.subject))
             );

@@ -2,7 +2,8 @@ use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
-    CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected, StepFound, Why,
+    CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason, Rejected,
+    StepFound, Why,
 };
 use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
@@ -61,7 +62,7 @@ fn answer() -> Answer {
         next_run: Some(NextRun {
             kind: CandidateKind::SpinsBothWays,
             separates: vec!["side_slip".into()],
-            promise: Promise::default(),
+            predicted: PredictedSeparation::default(),
         }),
         floor: errors(5.0),
         clocks: Vec::new(),
@@ -220,6 +221,18 @@ fn a_place_that_is_named_is_drawn_on_the_floor() {
         }
         assert!(!floor.contains("NaN"));
     }
+}
+
+#[test]
+fn a_dependence_on_the_place_is_drawn_though_no_single_place_stands_out() {
+    let mut answer = answer();
+    answer.unexplained.depends_on = vec![Regressor::Place];
+    answer.unexplained.places = vec![PlaceSeen { at_m: [0.6, -0.3], gain: 20.0 }];
+    let page = drawn_of("Bee", false, to_html, &answer);
+    let floor = page.split("aria-label=\"The floor").nth(1).unwrap();
+    let floor = floor.split("</figure>").next().unwrap();
+    assert_eq!((floor.matches("<rect ").count(), floor.matches("<circle ").count()), (1, 0));
+    assert!(page.contains("No single place stands out."), "{page}");
 }
 
 #[test]

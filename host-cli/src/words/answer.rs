@@ -2,11 +2,10 @@
 
 use robot_model::clocks::ClockFound;
 use robot_model::effect::{Need, NetChange, Ways};
-use robot_model::explain::{Promise, Reason, StepFound};
+use robot_model::explain::{PredictedSeparation, Reason, StepFound};
 use robot_model::residuals::{Expression, Regressor, Unexplained};
 
-use super::p_text;
-use crate::quantity::friendly;
+use crate::quantity::{friendly, p_value as p_words};
 
 /// The evidence for an effect: how it shows, how much it explains, and what else would; no full stop.
 pub fn why(step: &StepFound) -> String {
@@ -30,10 +29,10 @@ pub fn worth(step: &StepFound) -> String {
         (true, _) => "it concerns a sensor, and moves no track".to_owned(),
         (false, true) => format!("it removes {mm:.2} mm of the error of these runs"),
         (false, false) if mm < 0.005 => {
-            "it removes nothing of the error of these runs, and does not matter".to_owned()
+            "it removes none of the error of these runs: too little to matter".to_owned()
         }
         (false, false) => {
-            format!("it removes {mm:.2} mm of the error of these runs, and does not matter")
+            format!("it removes {mm:.2} mm of the error of these runs: too little to matter")
         }
     }
 }
@@ -41,9 +40,9 @@ pub fn worth(step: &StepFound) -> String {
 /// What predicts runs better than the choice of effects.
 pub const fn second_opinion(geometry_only: bool) -> &'static str {
     if geometry_only {
-        "Second opinion: radii and track width alone predict runs better than with more effects; they are used."
+        "Second opinion: radii and track width alone predict these runs better than a model with more effects, so only they are used."
     } else {
-        "Second opinion: least squares of whole tracks predicts runs better than the filter's weights; it is used."
+        "Second opinion: a least-squares fit to whole tracks predicts these runs better than the Kalman filter's fit, so it is used instead."
     }
 }
 
@@ -54,7 +53,7 @@ pub fn expression(found: &Expression) -> String {
         .iter()
         .map(|(name, unit, value, sigma)| format!("{name} = {}", friendly(*value, *sigma, unit)));
     format!(
-        "A simple equation does nearly all of it: {}, {}; the position error falls to {:.1} mm. Try `beeline model add \
+        "A simple equation explains nearly all of it: {}, {}; the position error falls to {:.1} mm. Try `beeline model add \
          --custom \"{}\"`",
         found.equation,
         values.collect::<Vec<_>>().join(", "),
@@ -64,7 +63,7 @@ pub fn expression(found: &Expression) -> String {
 }
 
 /// Of more runs than this, clocks are summed up.
-const RUNS_LISTED: usize = 8;
+const RUNS_LISTED: usize = 3;
 
 /// Clocks that do not agree, a sentence for each run, or one for all if all are alike.
 pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
@@ -75,7 +74,9 @@ pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
     let corrected = "Times of poses were corrected before the fit.";
     let side = |offset_s: f64| if offset_s > 0.0 { "late" } else { "early" };
     if clocks.len() > 1 && most - least < 0.05 && clocks.iter().all(|clock| clock.rate == 0.0) {
-        let middle_s = (most + least) / 2.0;
+        let mut offsets_s: Vec<f64> = clocks.iter().map(|clock| clock.offset_s).collect();
+        offsets_s.sort_by(f64::total_cmp);
+        let middle_s = offsets_s[offsets_s.len() / 2];
         return vec![format!(
             "Clocks: the poses of all {} runs are {:.2} s {}. {corrected}",
             clocks.len(),
@@ -147,20 +148,20 @@ pub fn reason(reason: &Reason) -> String {
         }
         Reason::RunsDisagree { times, p_value } => format!(
             "the runs disagree about it {times:.0} times more than noise allows ({})",
-            p_text(*p_value)
+            p_words(*p_value)
         ),
         Reason::Chance { tested, p_value } => {
-            format!("not significant among {tested} candidates ({})", p_text(*p_value))
+            format!("not significant among {tested} candidates ({})", p_words(*p_value))
         }
         Reason::TracksNoBetter { p_value } => format!(
             "added to the model, it does not improve the cross-validated tracks (likelihood: {})",
-            p_text(*p_value)
+            p_words(*p_value)
         ),
         Reason::SimplerPredictsBetter => {
             "radii and track width alone predict runs better than with it".to_owned()
         }
         Reason::DoesNotHold { p_value } => {
-            format!("not significant beside the effects found ({})", p_text(*p_value))
+            format!("not significant beside the effects found ({})", p_words(*p_value))
         }
     }
 }
@@ -188,21 +189,21 @@ pub const fn lacking(need: Need) -> &'static str {
 }
 
 /// What the next run would show.
-pub fn promise(promise: &Promise) -> String {
-    let sigmas = if promise.sigmas >= 5.0 { "five" } else { "three" };
-    let mut text = if promise.pairs_apart == promise.pairs() {
+pub fn predicted(predicted: &PredictedSeparation) -> String {
+    let sigmas = if predicted.sigmas >= 5.0 { "five" } else { "three" };
+    let mut text = if predicted.pairs_apart == predicted.pairs() {
         format!(
             "their predicted tracks differ by at least {sigmas} sigma, whichever of them is real"
         )
     } else {
         format!(
             "of the {} pairs among {}, {} have predicted tracks that differ by {sigmas} sigma",
-            promise.pairs(),
-            super::listed(&promise.class),
-            promise.pairs_apart
+            predicted.pairs(),
+            super::listed(&predicted.class),
+            predicted.pairs_apart
         )
     };
-    if promise.needs_poses_along_the_way {
+    if predicted.needs_poses_along_the_way {
         text.push_str(", if poses are measured along the way, as by a camera");
     }
     text
@@ -216,7 +217,10 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
         }
         _ => regressor.name().to_owned(),
     };
-    unexplained.depends_on.iter().map(word).collect::<Vec<_>>().join(", ")
+    match unexplained.depends_on.as_slice() {
+        [] => "no single variable".to_owned(),
+        all => all.iter().map(word).collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// The net change by an effect, in one number.

@@ -15,7 +15,7 @@ mod comparison;
 mod model;
 
 pub use answer::{
-    clocks, depends_on, expression, lacking, net_change, promise, reason, second_opinion, why,
+    clocks, depends_on, expression, lacking, net_change, predicted, reason, second_opinion, why,
     worth,
 };
 pub use calibration::{advice, out_and_back, source};
@@ -28,15 +28,5 @@ pub(crate) fn listed(names: &[String]) -> String {
         [] => String::new(),
         [one] => one.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
-/// A probability with its name: `p = 0.03`, `p < 1e-99`; with three decimals below 0.01.
-pub(crate) fn p_text(p: f64) -> String {
-    match p {
-        p if p >= 0.01 => format!("p = {p:.2}"),
-        p if p >= 0.001 => format!("p = {p:.3}"),
-        p if p > 1e-99 => format!("p = {p:.0e}"),
-        _ => "p < 1e-99".to_owned(),
     }
 }

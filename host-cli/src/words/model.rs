@@ -2,7 +2,8 @@
 
 use robot_model::explain::model::{CHANCE, Verdict};
 
-use super::{lacking, p_text};
+use super::lacking;
+use crate::quantity::p_value;
 
 /// The verdict on an effect, given all others of a model.
 pub fn verdict(verdict: &Verdict) -> String {
@@ -18,13 +19,13 @@ pub fn verdict(verdict: &Verdict) -> String {
             kind.name()
         )
     } else if verdict.p_value >= CHANCE {
-        format!("not significant: {}", p_text(verdict.p_value))
+        format!("not significant: {}", p_value(verdict.p_value))
     } else if verdict.spoils_tracks {
         "unreliable: with it the cross-validated tracks get worse".to_owned()
     } else if verdict.one_run_alone {
-        format!("significant, but only one run shows it: {}", p_text(verdict.p_value))
+        format!("significant, but only one run shows it: {}", p_value(verdict.p_value))
     } else {
-        format!("significant: {}", p_text(verdict.p_value))
+        format!("significant: {}", p_value(verdict.p_value))
     }
 }
 

@@ -5,11 +5,11 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use crate::numeric::angle::wrap;
 use crate::numeric::parallel::map;
 
+use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::fit::Fit;
 use super::geometry::{Geometry, OFF_BY};
 use super::solve::{Solution, Tracks};
 use super::track::{Track, every_few};
-use super::what::{Axes, DataHypothesis, What, Wheel};
 
 /// As many of the runs that are far off, and of the others, are looked at.
 const RUNS: (usize, usize) = (10, 6);
@@ -49,7 +49,7 @@ pub(super) struct Found {
 
 /// An explanation, tried.
 struct Tried {
-    what: What,
+    what: DataFault,
     /// The error (rms) of the runs that were far off, in the units that they had \[m\].
     error_m: f64,
     holds: bool,
@@ -66,7 +66,7 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     let errors = as_is.errors_m();
     let before: Vec<f64> = chosen.iter().map(|run| errors[*run]).collect();
     let whats = explanations(&few);
-    let attempt = |what: &What| {
+    let attempt = |what: &DataFault| {
         let mended = mend(&few, what);
         let solution = mended.solve(&center(what));
         (tried(&few, &mended, &before, what, &solution), solution)
@@ -76,10 +76,10 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     order.sort_by(|a, b| rough[*a].total_cmp(&rough[*b]));
     order.truncate(LIKELY);
     order.sort_unstable();
-    let whats: Vec<What> = order.into_iter().map(|index| whats[index]).collect();
+    let whats: Vec<DataFault> = order.into_iter().map(|index| whats[index]).collect();
     let first = map(&whats, attempt);
     let turned = |(tried, solution): &(Tried, Solution)| turned(&tried.what, solution);
-    let mut again: Vec<What> = first.iter().filter_map(turned).collect();
+    let mut again: Vec<DataFault> = first.iter().filter_map(turned).collect();
     again.extend(angle(&as_is.fits).and_then(|turned_rad| {
         (turned_rad.abs() > TURNED_MIN_RAD).then_some(heading(false, false, turned_rad))
     }));
@@ -91,7 +91,7 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
     let alike = |tried: &&Tried| tried.holds && tried.error_m <= limit_m;
     let mut class = all.iter().filter(alike);
     let what = class.next()?.what;
-    let or: Vec<What> =
+    let or: Vec<DataFault> =
         class.map(|tried| tried.what).filter(|other| !covers(&what, other)).collect();
     let others = all.iter().filter(|tried| !alike(tried) && !same(&tried.what, &what));
     let next = others.min_by(|a, b| a.error_m.total_cmp(&b.error_m));
@@ -114,22 +114,22 @@ pub(super) fn all_runs(tracks: &Tracks, as_is: &Solution) -> Option<Found> {
 }
 
 /// Everything that may be wrong with all runs, the likelier first; angles are found in a second round.
-fn explanations(tracks: &Tracks) -> Vec<What> {
+fn explanations(tracks: &Tracks) -> Vec<DataFault> {
     let gear = tracks.robot.gear_reduction;
     let gear = (!(1.0 / OFF_BY..OFF_BY).contains(&gear)).then_some(gear.max(1.0 / gear));
     let factors = || FACTORS.into_iter().chain(gear).flat_map(|times| [times, 1.0 / times]);
     let headings = tracks.each.iter().any(Track::has_headings);
-    let mut all = vec![What::WheelsExchanged];
+    let mut all = vec![DataFault::WheelsExchanged];
     all.extend(of_axes(headings));
     all.extend(
-        [Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| What::CountsReversed { wheel }),
+        [Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| DataFault::CountsReversed { wheel }),
     );
-    all.extend(UNITS_PER_M.map(|per_m| What::Positions { per_m }));
-    all.extend(factors().map(|times| What::Radius { times }));
-    all.extend(factors().map(|times| What::Track { times }));
-    all.extend([1e-3, 1e-2].map(|times| What::Lengths { times }));
+    all.extend(UNITS_PER_M.map(|per_m| DataFault::Positions { per_m }));
+    all.extend(factors().map(|times| DataFault::Radius { times }));
+    all.extend(factors().map(|times| DataFault::Track { times }));
+    all.extend([1e-3, 1e-2].map(|times| DataFault::Lengths { times }));
     for wheel in [Wheel::Left, Wheel::Right] {
-        all.extend(EDGES.map(|times| What::Counts { wheel, times }));
+        all.extend(EDGES.map(|times| DataFault::Counts { wheel, times }));
     }
     if tracks.each.iter().all(|track| track.poses.len() <= 2) {
         all.extend(of_marks());
@@ -138,8 +138,8 @@ fn explanations(tracks: &Tracks) -> Vec<What> {
 }
 
 /// Axes of all poses.
-pub(super) fn of_axes(headings: bool) -> Vec<What> {
-    let axes = |axes: Axes| What::Axes { axes, after_first: false };
+pub(super) fn of_axes(headings: bool) -> Vec<DataFault> {
+    let axes = |axes: Axes| DataFault::Axes { axes, after_first: false };
     let mut all = vec![axes(Axes::YMirrored)];
     if headings {
         all.extend([axes(Axes::XMirrored), axes(Axes::Exchanged)]);
@@ -152,7 +152,7 @@ pub(super) fn of_axes(headings: bool) -> Vec<What> {
 }
 
 /// Axes of the poses after the first of each run, which is a mark on the floor in our axes.
-fn of_marks() -> Vec<What> {
+fn of_marks() -> Vec<DataFault> {
     let heading =
         |negated: bool, turned_rad: f64| Axes::Heading { degrees: false, negated, turned_rad };
     let all = [
@@ -169,42 +169,42 @@ fn of_marks() -> Vec<What> {
         Axes::Frame { turned_rad: -FRAC_PI_2 },
         Axes::Frame { turned_rad: PI },
     ];
-    all.map(|axes| What::Axes { axes, after_first: true }).to_vec()
+    all.map(|axes| DataFault::Axes { axes, after_first: true }).to_vec()
 }
 
-pub(super) fn heading(degrees: bool, negated: bool, turned_rad: f64) -> What {
+pub(super) fn heading(degrees: bool, negated: bool, turned_rad: f64) -> DataFault {
     let axes = Axes::Heading { degrees, negated, turned_rad };
-    What::Axes { axes, after_first: false }
+    DataFault::Axes { axes, after_first: false }
 }
 
-fn mend<'a>(tracks: &Tracks<'a>, what: &What) -> Tracks<'a> {
+fn mend<'a>(tracks: &Tracks<'a>, what: &DataFault) -> Tracks<'a> {
     Tracks::new(tracks.robot, tracks.each.iter().map(|track| track.mended(what)).collect())
 }
 
 /// The geometry by the data sheet with this mended.
-fn center(what: &What) -> Geometry {
+fn center(what: &DataFault) -> Geometry {
     match *what {
-        What::Radius { times } => Geometry::times(times, times),
-        What::Track { times } => Geometry::times(1.0, 1.0 / times),
-        What::Lengths { times } => Geometry::times(times, 1.0),
+        DataFault::Radius { times } => Geometry::times(times, times),
+        DataFault::Track { times } => Geometry::times(1.0, 1.0 / times),
+        DataFault::Lengths { times } => Geometry::times(times, 1.0),
         _ => Geometry::NOMINAL,
     }
 }
 
 /// How many times larger the errors of mended tracks would be in the units as they are, to compare with others.
-pub(super) fn shrunk(what: &What) -> f64 {
+pub(super) fn shrunk(what: &DataFault) -> f64 {
     match *what {
-        What::Positions { per_m } => per_m,
+        DataFault::Positions { per_m } => per_m,
         _ => 1.0,
     }
 }
 
 /// Whether a run that fits can show this: to shrink everything to a point is no explanation.
-pub(super) fn shows(tracks: &Tracks, track: &Track, what: &What, fit: &Fit) -> bool {
+pub(super) fn shows(tracks: &Tracks, track: &Track, what: &DataFault, fit: &Fit) -> bool {
     let count = fit.kept.iter().filter(|kept| **kept).count() as f64;
     match what {
-        What::Positions { .. } => fit.by_wheels_m2 > (WENT * tracks.lever_m).powi(2) * count,
-        What::Axes { axes: Axes::Heading { degrees: true, .. }, .. } => {
+        DataFault::Positions { .. } => fit.by_wheels_m2 > (WENT * tracks.lever_m).powi(2) * count,
+        DataFault::Axes { axes: Axes::Heading { degrees: true, .. }, .. } => {
             track.turned_rad(tracks.robot) > TURNED_MIN_RAD
         }
         _ => true,
@@ -212,7 +212,13 @@ pub(super) fn shows(tracks: &Tracks, track: &Track, what: &What, fit: &Fit) -> b
 }
 
 /// Whether this explains the runs that were far off: their errors are `before`.
-fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &Solution) -> Tried {
+fn tried(
+    few: &Tracks,
+    mended: &Tracks,
+    before: &[f64],
+    what: &DataFault,
+    solution: &Solution,
+) -> Tried {
     let after = solution.errors_m();
     let far: Vec<usize> = (0..after.len()).filter(|run| few.is_far(*run, before[*run])).collect();
     let showing = |run: &&usize| shows(few, &few.each[**run], what, &solution.fits[**run]);
@@ -226,12 +232,17 @@ fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &
     let error_m = times * rms(far.iter().map(|run| after[*run]));
     let is_of_all = !matches!(
         what,
-        What::Radius { .. } | What::Track { .. } | What::Lengths { .. } | What::Positions { .. }
+        DataFault::Radius { .. }
+            | DataFault::Track { .. }
+            | DataFault::Lengths { .. }
+            | DataFault::Positions { .. }
     );
     let what = fitted(what, &solution.geometry);
     let beyond = |times: f64| !(1.0 / OFF_BY..OFF_BY).contains(&times);
     let is_factor = match what {
-        What::Radius { times } | What::Track { times } | What::Lengths { times } => beyond(times),
+        DataFault::Radius { times } | DataFault::Track { times } | DataFault::Lengths { times } => {
+            beyond(times)
+        }
         _ => true,
     };
     let holds = is_factor
@@ -245,38 +256,42 @@ fn tried(few: &Tracks, mended: &Tracks, before: &[f64], what: &What, solution: &
 }
 
 /// The factor of a length as it was fitted.
-fn fitted(what: &What, geometry: &Geometry) -> What {
+fn fitted(what: &DataFault, geometry: &Geometry) -> DataFault {
     match what {
-        What::Radius { .. } => What::Radius { times: geometry.travel.exp() },
-        What::Lengths { .. } => What::Lengths { times: geometry.travel.exp() },
-        What::Track { .. } => What::Track { times: (geometry.travel - geometry.turn).exp() },
+        DataFault::Radius { .. } => DataFault::Radius { times: geometry.travel.exp() },
+        DataFault::Lengths { .. } => DataFault::Lengths { times: geometry.travel.exp() },
+        DataFault::Track { .. } => {
+            DataFault::Track { times: (geometry.travel - geometry.turn).exp() }
+        }
         what => *what,
     }
 }
 
 /// Whether two factors of one kind, found from different beginnings, are the same.
-fn same(a: &What, b: &What) -> bool {
+fn same(a: &DataFault, b: &DataFault) -> bool {
     let near = |a: f64, b: f64| (a / b).ln().abs() < OFF_BY.ln();
     match (a, b) {
-        (What::Radius { times: a }, What::Radius { times: b })
-        | (What::Track { times: a }, What::Track { times: b })
-        | (What::Lengths { times: a }, What::Lengths { times: b }) => near(*a, *b),
-        (What::Positions { per_m: a }, What::Positions { per_m: b }) => near(*a, *b),
+        (DataFault::Radius { times: a }, DataFault::Radius { times: b })
+        | (DataFault::Track { times: a }, DataFault::Track { times: b })
+        | (DataFault::Lengths { times: a }, DataFault::Lengths { times: b }) => near(*a, *b),
+        (DataFault::Positions { per_m: a }, DataFault::Positions { per_m: b }) => near(*a, *b),
         (a, b) => a == b,
     }
 }
 
 /// Whether one explanation says all that the other says: the same, or of all poses and not only of some.
-fn covers(what: &What, other: &What) -> bool {
+fn covers(what: &DataFault, other: &DataFault) -> bool {
     match (what, other) {
-        (What::Axes { axes: a, after_first: false }, What::Axes { axes: b, .. }) => a == b,
+        (DataFault::Axes { axes: a, after_first: false }, DataFault::Axes { axes: b, .. }) => {
+            a == b
+        }
         _ => same(what, other),
     }
 }
 
 /// The same axes with headings turned by the angle that all runs share.
-fn turned(what: &What, solution: &Solution) -> Option<What> {
-    let What::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else {
+fn turned(what: &DataFault, solution: &Solution) -> Option<DataFault> {
+    let DataFault::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else {
         return None;
     };
     let turned_rad = angle(&solution.fits).filter(|rad| rad.abs() > TURNED_MIN_RAD)?;

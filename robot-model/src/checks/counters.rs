@@ -1,9 +1,10 @@
-//! Which counters went round, began anew, jumped, or repeat old values? And the wheels with that mended.
+//! Which counters went round, restarted from zero, jumped, or repeat old values? And the wheels with that mended.
 
 use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::median::median;
 use crate::recording::run::{Recording, Robot, WheelSample};
 
-use super::what::{What, Wheel};
+use super::data_fault::{DataFault, Wheel};
 
 /// The usual speed of a wheel is this quantile over the steps in which it turns, if there are so many.
 const USUAL: f64 = 0.9;
@@ -16,7 +17,7 @@ const JUMP_M: f64 = 0.03;
 const SAMPLES_MIN: usize = 20;
 /// What is left of a step after a counter went round is at most this many usual steps.
 const WRAP_TIMES: f64 = 3.0;
-/// A counter began anew if it is this near to zero, in usual steps and in counts.
+/// A counter restarted from zero if it is this near to zero, in usual steps and in counts.
 const ANEW: (f64, f64) = (3.0, 3.0);
 /// Counts are held if most new ones come after so many samples, and are so many counts on.
 const HELD_SAMPLES: usize = 3;
@@ -25,14 +26,14 @@ const HELD_COUNTS: f64 = 8.0;
 /// Wheels without what was wrong with them, and what that was.
 pub(super) struct Mended {
     pub(super) wheels: Vec<WheelSample>,
-    pub(super) found: Vec<What>,
+    pub(super) found: Vec<DataFault>,
 }
 
 /// The wheels of a valid run.
 pub(super) fn mended(robot: &Robot, run: &Recording) -> Mended {
     let times: Vec<f64> = run.wheels.iter().map(|sample| sample.t_s).collect();
     let mut found = Vec::new();
-    let side = |right: bool, found: &mut Vec<What>| {
+    let side = |right: bool, found: &mut Vec<DataFault>| {
         let counts = run.wheels.iter().map(|sample| {
             let phi = sample.phi_rad;
             (if right { phi.right } else { phi.left }) / robot.rad_per_count
@@ -67,11 +68,11 @@ pub(super) fn mended(robot: &Robot, run: &Recording) -> Mended {
 }
 
 /// What both wheels did at once, as one.
-fn of_both(found: Vec<What>) -> Vec<What> {
-    let mut merged: Vec<What> = Vec::new();
+fn of_both(found: Vec<DataFault>) -> Vec<DataFault> {
+    let mut merged: Vec<DataFault> = Vec::new();
     for what in found {
         let twin = merged.iter_mut().find_map(|other| match (other, &what) {
-            (What::CounterReset { wheel, t_s }, What::CounterReset { t_s: at, .. })
+            (DataFault::CounterReset { wheel, t_s }, DataFault::CounterReset { t_s: at, .. })
                 if *t_s == *at =>
             {
                 Some(wheel)
@@ -110,7 +111,7 @@ impl Counter<'_> {
     }
 
     /// Takes out steps by the range of a counter of 16 or 32 bits, where what is left is a usual step.
-    fn unwrapped(&mut self) -> Option<What> {
+    fn unwrapped(&mut self) -> Option<DataFault> {
         let (bits, range) = [(16_u32, 65_536.0), (32, 4_294_967_296.0)]
             .into_iter()
             .rfind(|(_, range)| (1..self.counts.len()).any(|k| self.step(k).abs() > range / 2.0))?;
@@ -135,7 +136,7 @@ impl Counter<'_> {
             count + shift
         });
         self.counts = counts.collect();
-        Some(What::CounterWraps {
+        Some(DataFault::CounterWraps {
             wheel: self.wheel,
             t_s: self.times[at[0]],
             bits,
@@ -144,7 +145,7 @@ impl Counter<'_> {
     }
 
     /// Takes out steps that no wheel rolls.
-    fn smoothed(&mut self) -> Vec<What> {
+    fn smoothed(&mut self) -> Vec<DataFault> {
         let mut found = Vec::new();
         if self.counts.len() <= SAMPLES_MIN {
             return found;
@@ -169,10 +170,10 @@ impl Counter<'_> {
             });
             let near = ANEW.0 * usual * dt_s + ANEW.1;
             found.push(if !alone && after.abs() <= near && before.abs() > 2.0 * near {
-                What::CounterReset { wheel: self.wheel, t_s }
+                DataFault::CounterReset { wheel: self.wheel, t_s }
             } else {
                 let rolled_m = step.abs() * self.m_per_count;
-                What::CountsJump { wheel: self.wheel, t_s, rolled_m }
+                DataFault::CountsJump { wheel: self.wheel, t_s, rolled_m }
             });
             if alone {
                 let next = self.counts.get(k + 1).copied().unwrap_or(before);
@@ -189,7 +190,7 @@ impl Counter<'_> {
 }
 
 /// New counts that come only every few samples, in large steps, and the samples without those in between.
-fn held(robot: &Robot, wheels: &[WheelSample]) -> Option<(What, Vec<WheelSample>)> {
+fn held(robot: &Robot, wheels: &[WheelSample]) -> Option<(DataFault, Vec<WheelSample>)> {
     let changes: Vec<usize> =
         (1..wheels.len()).filter(|k| wheels[*k].phi_rad != wheels[k - 1].phi_rad).collect();
     if changes.len() <= SAMPLES_MIN {
@@ -220,10 +221,5 @@ fn held(robot: &Robot, wheels: &[WheelSample]) -> Option<(What, Vec<WheelSample>
     if kept.last().is_some_and(|sample| sample.t_s < last.t_s) {
         kept.push(last);
     }
-    Some((What::CountsHeld { every_s }, kept))
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    Some((DataFault::CountsHeld { every_s }, kept))
 }

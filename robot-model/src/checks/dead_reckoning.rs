@@ -1,31 +1,14 @@
 //! Where do the wheels alone lead a nominal robot? The dead reckoning that single rows are compared with.
 
-use crate::kinematics::pose::Pose;
+use crate::kinematics::pose::{Pose, dead_reckon_with};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{Recording, Robot};
-
-/// A shorter distance by the wheels does not show a direction \[m\].
-pub(super) const FAR_M: f64 = 0.2;
 
 /// The poses of the nominal robot by its wheels alone, from the origin, at each sample of the wheels.
 pub(super) fn reckon(robot: &Robot, run: &Recording) -> Vec<Pose> {
-    let radius_m = robot.wheel_radius_m;
-    let mut pose = Pose::ORIGIN;
-    let steps = run.wheels.windows(2).map(|pair| {
-        let turned_rad = pair[1].phi_rad.zip(pair[0].phi_rad).map(|(a, b)| a - b);
-        let travel_m = turned_rad.map(|turned| turned * radius_m);
-        (travel_m.mean(), travel_m.difference() / robot.track_width_m)
-    });
-    let mut poses = vec![pose];
-    for (travel_m, turn_rad) in steps {
-        let (sin, cos) = (pose.heading_rad + turn_rad / 2.0).sin_cos();
-        pose = Pose::new(
-            pose.x_m + travel_m * cos,
-            pose.y_m + travel_m * sin,
-            pose.heading_rad + turn_rad,
-        );
-        poses.push(pose);
-    }
-    poses
+    let radii_m = WheelPair::both(robot.wheel_radius_m);
+    let turns = run.wheels.iter().map(|sample| sample.phi_rad);
+    dead_reckon_with(Pose::ORIGIN, radii_m, robot.track_width_m, turns)
 }
 
 /// The pose by the wheels at a time: that of the last sample up to then.
@@ -65,10 +48,4 @@ impl<'a> Reckoned<'a> {
         let ((a_m, a_rad), (b_m, b_rad)) = (by(from_s), by(to_s));
         (b_m - a_m, b_rad - a_rad)
     }
-}
-
-/// The median; of an even number of values, the greater of the two in the middle.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

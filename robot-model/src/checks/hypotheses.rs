@@ -1,4 +1,4 @@
-//! What is wrong with the data of a campaign? Every hypothesis is fitted to the tracks, and the best is told.
+//! What is wrong with the data of a campaign? Every hypothesis is fitted to the tracks, and the best is reported.
 
 use core::cmp::Ordering;
 
@@ -6,6 +6,7 @@ use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
 
 use super::all_runs::{all_runs, rms};
 use super::counters;
+use super::data_fault::{DataFault, DataHypothesis};
 use super::fit::{Fit, lateness};
 use super::geometry::Geometry;
 use super::last_pose::last_poses;
@@ -13,15 +14,14 @@ use super::one_run::one_run;
 use super::solve::{Tracks, lever_m};
 use super::track::Track;
 use super::tracker;
-use super::what::{DataHypothesis, What};
 
-/// A run that nothing explains is told from this multiple of the error on that a run in order has, if it has poses
+/// A run that nothing explains is reported from this multiple of the error on that a run in order has, if it has poses
 /// enough.
 const UNKNOWN_TIMES: f64 = 28.0;
 const POSES_MIN: usize = 5;
 /// More such runs than this, and than a quarter of all, have one cause.
 const UNKNOWN_MAX: usize = 2;
-/// A mended event is told if the error falls to this share.
+/// A mended event is reported if the error falls to this share.
 const EVENT: f64 = 0.6;
 /// Values that are held are told only if they do harm: the error falls to this share, from this one \[m\].
 const HELD: (f64, f64) = (0.4, 0.006);
@@ -65,8 +65,8 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
 }
 
 /// Whether this is a matter of the robot's data sheet.
-fn is_of_robot(what: &What) -> bool {
-    matches!(what, What::Radius { .. } | What::Track { .. } | What::Lengths { .. })
+fn is_of_robot(what: &DataFault) -> bool {
+    matches!(what, DataFault::Radius { .. } | DataFault::Track { .. } | DataFault::Lengths { .. })
 }
 
 /// What is wrong with single runs, by the geometry of all.
@@ -111,7 +111,7 @@ fn of_runs(
         }
     }
     let nothing = |run: Option<String>, error_m: f64| DataHypothesis {
-        what: What::Unknown,
+        what: DataFault::Unknown,
         run,
         or: Vec::new(),
         error_m,
@@ -129,7 +129,7 @@ fn of_runs(
     found.extend(ends.into_iter().zip(runs).zip(&fits).filter_map(|((off, run), fit)| {
         let off = off?;
         Some(DataHypothesis {
-            what: What::LastPose {
+            what: DataFault::LastPose {
                 t_s: off.t_s,
                 position_m: off.position_m,
                 heading_rad: off.heading_rad,
@@ -155,8 +155,8 @@ fn by_importance(a: &DataHypothesis, b: &DataHypothesis) -> Ordering {
 struct Events {
     wheels: Vec<WheelSample>,
     poses: Vec<PoseMeasurement>,
-    in_counts: Vec<What>,
-    in_poses: Vec<What>,
+    in_counts: Vec<DataFault>,
+    in_poses: Vec<DataFault>,
 }
 
 impl Events {
@@ -182,15 +182,16 @@ impl Events {
         true
     }
 
-    /// What is told of a run, with its evidence.
+    /// What is reported of a run, with its evidence.
     fn told(&self, robot: &Robot, run: &Recording, geometry: &Geometry) -> Vec<DataHypothesis> {
         if self.in_counts.is_empty() && self.in_poses.is_empty() {
             return Vec::new();
         }
         let after = error_m(robot, &self.wheels, &self.poses, geometry);
-        let told = |what: &What, wheels: &[WheelSample], poses: &[PoseMeasurement]| {
+        let told = |what: &DataFault, wheels: &[WheelSample], poses: &[PoseMeasurement]| {
             let before = error_m(robot, wheels, poses, geometry);
-            let is_held = matches!(what, What::CountsHeld { .. } | What::PosesHeld { .. });
+            let is_held =
+                matches!(what, DataFault::CountsHeld { .. } | DataFault::PosesHeld { .. });
             let harmless = is_held && (before < HELD.1 || after > HELD.0 * before);
             (!harmless).then(|| DataHypothesis {
                 what: *what,

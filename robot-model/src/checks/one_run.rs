@@ -1,11 +1,11 @@
 //! What is wrong with one run, while the others are in order?
 
 use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk};
+use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::fit::Fit;
 use super::geometry::Geometry;
 use super::solve::Tracks;
 use super::track::Track;
-use super::what::{Axes, DataHypothesis, What, Wheel};
 
 /// An error is mended if it falls to this share.
 const MENDED: f64 = 1.0 / 3.0;
@@ -23,23 +23,23 @@ pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Optio
         return None;
     }
     let as_is = tracks.error_of(track, geometry).0;
-    let attempt = |what: &What| tracks.error_of(&track.mended(what), geometry).0;
-    let mut tried: Vec<(What, Fit)> =
+    let attempt = |what: &DataFault| tracks.error_of(&track.mended(what), geometry).0;
+    let mut tried: Vec<(DataFault, Fit)> =
         explanations(track).into_iter().map(|what| (what, attempt(&what))).collect();
     let bases = tried.iter().map(|(what, fit)| (*what, fit.clone()));
     let plain = (heading(false, false, 0.0), as_is.clone());
-    let turned: Vec<What> =
+    let turned: Vec<DataFault> =
         bases.chain([plain]).filter_map(|(what, fit)| turned(&what, fit)).collect();
     tried.extend(turned.into_iter().map(|what| (what, attempt(&what))));
-    let error = |(what, fit): &(What, Fit)| shrunk(what) * fit.error_m;
-    let holds = |tried: &&(What, Fit)| {
+    let error = |(what, fit): &(DataFault, Fit)| shrunk(what) * fit.error_m;
+    let holds = |tried: &&(DataFault, Fit)| {
         let (what, fit) = tried;
         let mended = fit.error_m < MENDED * as_is.error_m && !tracks.is_far(run, fit.error_m);
         mended && shows(tracks, track, what, fit)
     };
     let best_m = tried.iter().filter(holds).map(error).reduce(f64::min)?;
     let limit_m = ALIKE * best_m + tracks.near_m(run);
-    let alike = |tried: &&(What, Fit)| holds(tried) && error(tried) <= limit_m;
+    let alike = |tried: &&(DataFault, Fit)| holds(tried) && error(tried) <= limit_m;
     let mut class = tried.iter().filter(alike);
     let (what, mended) = class.next()?;
     let or = class.map(|(what, _)| *what).collect();
@@ -57,22 +57,22 @@ pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Optio
 }
 
 /// Everything that may be wrong with one run.
-fn explanations(track: &Track) -> Vec<What> {
-    let mut all = vec![What::WheelsExchanged];
+fn explanations(track: &Track) -> Vec<DataFault> {
+    let mut all = vec![DataFault::WheelsExchanged];
     all.extend(of_axes(track.has_headings()));
     all.extend(
-        [Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| What::CountsReversed { wheel }),
+        [Wheel::Left, Wheel::Right, Wheel::Both].map(|wheel| DataFault::CountsReversed { wheel }),
     );
-    all.extend(UNITS_PER_M.map(|per_m| What::Positions { per_m }));
+    all.extend(UNITS_PER_M.map(|per_m| DataFault::Positions { per_m }));
     for wheel in [Wheel::Both, Wheel::Left, Wheel::Right] {
-        all.extend(EDGES.map(|times| What::Counts { wheel, times }));
+        all.extend(EDGES.map(|times| DataFault::Counts { wheel, times }));
     }
     all
 }
 
 /// The same axes with headings turned as this run has them.
-fn turned(what: &What, fit: Fit) -> Option<What> {
-    let What::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else {
+fn turned(what: &DataFault, fit: Fit) -> Option<DataFault> {
+    let DataFault::Axes { axes: Axes::Heading { degrees, negated, .. }, .. } = *what else {
         return None;
     };
     let turned_rad = angle(&[fit]).filter(|rad| rad.abs() > TURNED_MIN_RAD)?;

@@ -3,13 +3,12 @@
 
 use core::f64::consts::PI;
 
-use crate::kinematics::pose::Pose;
+use crate::kinematics::pose::{Pose, dead_reckon_with};
 use crate::kinematics::wheel_pair::WheelPair;
-use crate::numeric::angle::sinc;
 use crate::recording::run::{PoseMeasurement, Robot, WheelSample};
 
+use super::data_fault::{Axes, DataFault, Wheel};
 use super::geometry::Geometry;
-use super::what::{Axes, What, Wheel};
 
 /// As many poses of a run are looked at.
 const POSES: usize = 40;
@@ -39,7 +38,7 @@ impl Track {
     }
 
     /// With this mended; what concerns the data sheet is no matter of a track.
-    pub(super) fn mended(&self, what: &What) -> Self {
+    pub(super) fn mended(&self, what: &DataFault) -> Self {
         let wheels = |change: &dyn Fn(WheelPair<f64>) -> WheelPair<f64>| {
             let each =
                 |sample: &WheelSample| WheelSample { phi_rad: change(sample.phi_rad), ..*sample };
@@ -52,14 +51,14 @@ impl Track {
                 .collect(),
         };
         match *what {
-            What::WheelsExchanged => wheels(&|phi| WheelPair::new(phi.right, phi.left)),
-            What::CountsReversed { wheel } => wheels(&|phi| one_side(phi, wheel, -1.0)),
-            What::Counts { wheel, times } => wheels(&|phi| one_side(phi, wheel, times)),
-            What::Positions { per_m } => poses(0, &|pose| PoseMeasurement {
+            DataFault::WheelsExchanged => wheels(&|phi| WheelPair::new(phi.right, phi.left)),
+            DataFault::CountsReversed { wheel } => wheels(&|phi| one_side(phi, wheel, -1.0)),
+            DataFault::Counts { wheel, times } => wheels(&|phi| one_side(phi, wheel, times)),
+            DataFault::Positions { per_m } => poses(0, &|pose| PoseMeasurement {
                 position_m: pose.position_m.map(|position| position.map(|value| value / per_m)),
                 ..*pose
             }),
-            What::Axes { axes, after_first } => {
+            DataFault::Axes { axes, after_first } => {
                 poses(usize::from(after_first), &|pose| axes.ours(pose))
             }
             _ => self.clone(),
@@ -68,28 +67,8 @@ impl Track {
 
     /// Where the wheels lead from the origin, at each sample of theirs.
     pub(super) fn reckon(&self, robot: &Robot, geometry: &Geometry) -> Vec<Pose> {
-        let radius_m = geometry.radius_m(robot);
-        let width_m = geometry.width_m(robot);
-        let mut pose = Pose::ORIGIN;
-        let mut poses = Vec::with_capacity(self.wheels.len());
-        poses.push(pose);
-        for pair in self.wheels.windows(2) {
-            let dphi = pair[1].phi_rad.since(pair[0].phi_rad);
-            let (left_m, right_m) = (radius_m.left * dphi.left, radius_m.right * dphi.right);
-            let turn = (right_m - left_m) / width_m;
-            // Two terms of sinc(turn / 2), where the third is below 1e-5.
-            let half = turn * turn / 4.0;
-            let short = if half < 0.04 { 1.0 - half / 6.0 } else { sinc(turn / 2.0) };
-            let chord_m = (left_m + right_m) / 2.0 * short;
-            let (sin, cos) = (pose.heading_rad + turn / 2.0).sin_cos();
-            pose = Pose::new(
-                pose.x_m + chord_m * cos,
-                pose.y_m + chord_m * sin,
-                pose.heading_rad + turn,
-            );
-            poses.push(pose);
-        }
-        poses
+        let turns = self.wheels.iter().map(|sample| sample.phi_rad);
+        dead_reckon_with(Pose::ORIGIN, geometry.radius_m(robot), geometry.width_m(robot), turns)
     }
 
     /// The pose by the wheels at a time, between two samples in proportion.

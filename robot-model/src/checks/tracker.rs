@@ -2,12 +2,12 @@
 
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
+use crate::numeric::median::median;
 use crate::recording::run::PoseMeasurement;
 
-use super::dead_reckoning::median;
+use super::data_fault::DataFault;
 use super::fit::{Fit, lateness};
 use super::track::{Track, every_few};
-use super::what::What;
 
 /// Fewer poses do not show what is usual.
 const POSES_MIN: usize = 20;
@@ -33,7 +33,7 @@ const HELD: usize = 3;
 /// Poses without what was wrong with them, and what that was.
 pub(super) struct Mended {
     pub(super) poses: Vec<PoseMeasurement>,
-    pub(super) found: Vec<What>,
+    pub(super) found: Vec<DataFault>,
 }
 
 /// The poses of a track that has them all, beside where its wheels led.
@@ -99,7 +99,7 @@ impl Mended {
             let frozen = frozen((from, to));
             if frozen {
                 let (from_s, to_s) = (poses[from].t_s, poses[to].t_s);
-                self.found.push(What::TrackerFrozen { from_s, to_s });
+                self.found.push(DataFault::TrackerFrozen { from_s, to_s });
             }
             if frozen || is_held && moves(&(from, to)) {
                 kept[from + 1..=to].fill(false);
@@ -108,7 +108,7 @@ impl Mended {
         if is_held {
             let starts: Vec<f64> = moving.iter().map(|(from, _)| poses[*from].t_s).collect();
             let every = starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            self.found.push(What::PosesHeld { every_s: median(every).unwrap_or(span_s) });
+            self.found.push(DataFault::PosesHeld { every_s: median(every).unwrap_or(span_s) });
         }
         let kept = poses.iter().zip(kept).filter(|(_, kept)| *kept);
         self.poses = kept.map(|(pose, _)| *pose).collect();
@@ -152,7 +152,7 @@ impl Mended {
                 let (index, earlier) = (placed[k].0, placed[k - 1].0);
                 let turned_rad = placed[k].3 - placed[k - 1].3;
                 let t_s = self.poses[index].t_s;
-                self.found.push(What::TrackerJump { t_s, by_m: length(by) });
+                self.found.push(DataFault::TrackerJump { t_s, by_m: length(by) });
                 self.move_back(earlier, index, by, turned_rad);
             }
         }

@@ -28,7 +28,7 @@ const OFFSET_MIN_S: f64 = 0.015;
 const RATE_MIN_S: f64 = 0.02;
 /// Beyond chance: so many standard errors.
 const SIGMAS: f64 = 6.0;
-/// An offset is told if it is this many standard errors from zero.
+/// An offset is reported if it is this many standard errors from zero.
 const TOLD_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
 const OFFSET_SIGMA_MIN_S: f64 = 1e-3;

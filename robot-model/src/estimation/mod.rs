@@ -31,4 +31,5 @@ pub(crate) mod profile_likelihood;
 pub(crate) mod state;
 pub(crate) mod transition;
 
+pub use crate::numeric::distributions::SIGMAS_95;
 pub use errors::{ErrorPair, Errors};

@@ -12,6 +12,7 @@
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::{Fitted, moved_within_range};
 use crate::estimation::normal_equations::CampaignEquations;
+use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
 
 /// Equation (1).
@@ -37,7 +38,7 @@ pub(crate) fn interval(
     let least = cost_at(prepared, fitted, &mut fitted.terms.clone(), column);
     let end = |side: f64, limit: f64| {
         let mut terms = fitted.terms.clone();
-        let mut distance = 1.96 * sigma * dispersion.sqrt();
+        let mut distance = SIGMAS_95 * sigma * dispersion.sqrt();
         // The nearest distance known to be too far.
         let mut beyond = f64::INFINITY;
         for _ in 0..TRIALS_MAX {

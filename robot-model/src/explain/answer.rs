@@ -229,15 +229,15 @@ pub struct NextRun {
     /// The effects that it tells apart.
     pub separates: Vec<String>,
     /// What it is expected to show.
-    pub promise: Promise,
+    pub predicted: PredictedSeparation,
 }
 
 /// What a run is expected to show about effects that the campaign cannot tell apart.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Promise {
+pub struct PredictedSeparation {
     /// The effects.
     pub class: Vec<String>,
-    /// How many pairs of them predict tracks at least [`Promise::sigmas`] apart.
+    /// How many pairs of them predict tracks at least [`PredictedSeparation::sigmas`] apart.
     pub pairs_apart: usize,
     /// The separation, in standard errors.
     pub sigmas: f64,
@@ -245,7 +245,7 @@ pub struct Promise {
     pub needs_poses_along_the_way: bool,
 }
 
-impl Promise {
+impl PredictedSeparation {
     /// How many pairs there are.
     pub fn pairs(&self) -> usize {
         self.class.len() * self.class.len().saturating_sub(1) / 2

@@ -21,7 +21,7 @@ use crate::estimation::fit::fit_parameters;
 use crate::explain::answer::{Averaged, ParameterFound};
 use crate::explain::choice::Choice;
 use crate::explain::parameters::parameters;
-use crate::numeric::distributions::SIGMAS_95_ROUNDED;
+use crate::numeric::distributions::SIGMAS_95;
 use crate::selection::candidates::penalty;
 
 /// The members of a class that count besides the chosen one: the most likely ones.
@@ -119,7 +119,7 @@ pub(super) fn averaged(choice: &Choice<'_>, mean: &Mean<'_>) -> Vec<Averaged> {
                 name: parameter.name.to_string(),
                 unit: parameter.unit.to_string(),
                 value: *value,
-                sigma: half / SIGMAS_95_ROUNDED,
+                sigma: half / SIGMAS_95,
                 low95: low95.min(*value),
                 high95: high95.max(*value),
             }

@@ -1,4 +1,5 @@
-//! The choice of effects, made by noise that is noise and held against simpler models.
+//! The choice of effects, made by a noise estimate that no missing effect inflates, and held against simpler
+//! models.
 
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
@@ -63,7 +64,8 @@ const LESS_NOISE: f64 = 0.9;
 /// What is left of a model, relative to the floor, that must not go without a word.
 pub(super) const EXCESS_MAX: f64 = 1.2;
 
-/// The effects of a campaign, chosen by noise that is noise, and what a flexible model reaches beside them.
+/// The effects of a campaign, chosen by a noise estimate that no missing effect inflates, and what a flexible model
+/// reaches beside them.
 ///
 /// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
 /// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome

@@ -7,7 +7,7 @@ use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
-use crate::estimation::fit::{Fitted, fit_parameters};
+use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
 use crate::explain::averaged::{averaged, mean};
@@ -16,6 +16,7 @@ use crate::explain::held_out;
 use crate::explain::left_over::left_over;
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
+use crate::explain::progress::{Observer, Progress};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -44,11 +45,25 @@ pub fn explain_given(
     catalogue: &[&dyn Effect],
     in_model: &[&str],
 ) -> Result<Answer, RecordingError> {
+    explain_observed(campaign, catalogue, in_model, None)
+}
+
+/// The same, and tells `observer` what was found so far.
+pub fn explain_observed(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+    in_model: &[&str],
+    mut observer: Option<Observer<'_>>,
+) -> Result<Answer, RecordingError> {
     if campaign.runs.is_empty() {
         let problem = RecordingProblem::NoRuns;
         return Err(RecordingError { run: "1".to_owned(), problem });
     }
     let (prepared, clocks) = clocks::prepare(campaign)?;
+    if let Some(observer) = &mut observer {
+        observer(Progress::Clocks(&clocks));
+        observer(geometry(&prepared, catalogue));
+    }
     let choice = choose(prepared, catalogue, in_model);
     let Choice { prepared, selection, classes, weights, selected, .. } = &choice;
     let Selection { fitted, kept, screening, .. } = selection;
@@ -70,7 +85,11 @@ pub fn explain_given(
     let mut steps = Vec::new();
     for index in missing {
         prefix.push(fitted.terms[index].clone());
-        steps.push(step_of(index, errors_of(&prefix)));
+        let step = step_of(index, errors_of(&prefix));
+        if let Some(observer) = &mut observer {
+            observer(Progress::Effect(&step));
+        }
+        steps.push(step);
     }
     let after = steps.last().map_or(baseline.cross_validated, |step| step.cross_validated);
     let (floor, unexplained) = left_over(&choice, &after);
@@ -107,6 +126,15 @@ fn with_along<'a>(choice: &Choice<'a>, terms: &[Term<'a>]) -> Vec<Term<'a>> {
             .extend(choice.along.iter().map(|index| choice.selection.fitted.terms[*index].clone()));
     }
     terms
+}
+
+/// What the geometry alone explains.
+fn geometry(prepared: &Prepared, catalogue: &[&dyn Effect]) -> Progress<'static> {
+    let terms = catalogue.iter().filter(|effect| is_geometry(**effect));
+    let terms: Vec<Term<'_>> = terms.map(|effect| Term::new(*effect, vec![0.0])).collect();
+    let fitted = fit_roughly(prepared, terms);
+    let of = |terms: &[Term<'_>]| errors_as_fitted(prepared, &fitted.noise, terms).cross_validated;
+    Progress::Geometry { before: of(&[]), after: of(&fitted.terms) }
 }
 
 /// What was tested and is not named by any of these steps.

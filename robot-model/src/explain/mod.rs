@@ -3,9 +3,10 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
-//! | `choice.rs` | the choice of effects, by noise that is noise |
+//! | `choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
 //! | `averaged.rs` | what predicts other runs: each class by all its members |
 //! | `parameters.rs` | values and intervals |
+//! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `left_over.rs` | what is left: the floor, the size, an equation |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
@@ -24,13 +25,15 @@ pub(crate) mod left_over;
 pub mod model;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
+pub(crate) mod progress;
 pub(crate) mod second_opinion;
 #[cfg(test)]
 mod tests;
 
 pub use answer::{
-    Answer, Averaged, CandidateKind, HeldOut, NextRun, ParameterFound, Promise, Reason, Rejected,
-    StepFound, Why,
+    Answer, Averaged, CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason,
+    Rejected, StepFound, Why,
 };
-pub use explanation::{explain, explain_given, explain_with};
+pub use explanation::{explain, explain_given, explain_observed, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};
+pub use progress::{Observer, Progress};

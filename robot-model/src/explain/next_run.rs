@@ -18,7 +18,7 @@ use crate::effect::definition::Role;
 use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::estimation::predict::open_loop_from;
-use crate::explain::answer::{CandidateKind, NextRun, Promise};
+use crate::explain::answer::{CandidateKind, NextRun, PredictedSeparation};
 use crate::kinematics::pose::Pose;
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::motion::Motion;
@@ -151,8 +151,8 @@ pub(crate) fn next_run(
     if prepared.runs.iter().any(|run| run.recording.measured_poses.len() > 2) {
         return Some(next);
     }
-    let promise = Promise { needs_poses_along_the_way: true, ..next.promise };
-    Some(NextRun { promise, ..next })
+    let predicted = PredictedSeparation { needs_poses_along_the_way: true, ..next.predicted };
+    Some(NextRun { predicted, ..next })
 }
 
 /// One effect of a class: any of them may be the true one.
@@ -277,11 +277,11 @@ fn suggestion(members: &[Member], separation: &Separation, sigmas: f64) -> NextR
         false => (0..count).any(|j| apart(*i, j)),
     });
     let separates = separates.map(|i| members[i].id.clone()).collect();
-    let promise = Promise {
+    let predicted = PredictedSeparation {
         class: members.iter().map(|member| member.id.clone()).collect(),
         pairs_apart: separation.merit(sigmas).0,
         sigmas,
         needs_poses_along_the_way: false,
     };
-    NextRun { kind: separation.kind, separates, promise }
+    NextRun { kind: separation.kind, separates, predicted }
 }

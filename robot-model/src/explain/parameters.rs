@@ -5,7 +5,7 @@ use crate::estimation::fit::Fitted;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
 use crate::explain::answer::ParameterFound;
-use crate::numeric::distributions::SIGMAS_95_ROUNDED;
+use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
 
 /// The parameters of one effect of a model. `dispersion`, the variance among runs over what their noise
@@ -27,7 +27,7 @@ pub(crate) fn parameters(
             let dispersion = dispersion.max(ratio);
             let sigma = dispersion.sqrt() * own;
             let (low95, high95) = if term.effect.is_linear() {
-                (value - SIGMAS_95_ROUNDED * sigma, value + SIGMAS_95_ROUNDED * sigma)
+                (value - SIGMAS_95 * sigma, value + SIGMAS_95 * sigma)
             } else {
                 interval(prepared, fitted, (index, j), (own, dispersion))
             };

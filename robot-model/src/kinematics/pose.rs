@@ -31,10 +31,10 @@ impl Pose {
     pub fn advance(self, travel_left_m: f64, travel_right_m: f64, track_width_m: f64) -> Self {
         let turn = (travel_right_m - travel_left_m) / track_width_m;
         let chord_m = (travel_left_m + travel_right_m) / 2.0 * sinc(turn / 2.0);
-        let direction = self.heading_rad + turn / 2.0;
+        let (sin, cos) = (self.heading_rad + turn / 2.0).sin_cos();
         Self {
-            x_m: self.x_m + chord_m * direction.cos(),
-            y_m: self.y_m + chord_m * direction.sin(),
+            x_m: self.x_m + chord_m * cos,
+            y_m: self.y_m + chord_m * sin,
             heading_rad: self.heading_rad + turn,
         }
     }
@@ -70,20 +70,28 @@ pub fn dead_reckon(
     wheel_weight: f64,
     turns: impl IntoIterator<Item = WheelPair<f64>>,
 ) -> Vec<Pose> {
+    let radius_m = geometry.wheel_radius_m;
+    let radii_m = WheelPair::new(radius_m, radius_m * wheel_weight);
+    dead_reckon_with(start, radii_m, geometry.track_width_m, turns)
+}
+
+/// The same for wheels of these radii.
+pub(crate) fn dead_reckon_with(
+    start: Pose,
+    radii_m: WheelPair<f64>,
+    track_width_m: f64,
+    turns: impl IntoIterator<Item = WheelPair<f64>>,
+) -> Vec<Pose> {
     let mut turns = turns.into_iter();
     let Some(mut before) = turns.next() else {
         return Vec::new();
     };
-    let radius_m = geometry.wheel_radius_m;
-    let mut poses = vec![start];
+    let mut poses = Vec::with_capacity(turns.size_hint().0 + 1);
+    poses.push(start);
     let mut pose = start;
     for now in turns {
         let step = now.since(before);
-        pose = pose.advance(
-            radius_m * step.left,
-            radius_m * wheel_weight * step.right,
-            geometry.track_width_m,
-        );
+        pose = pose.advance(radii_m.left * step.left, radii_m.right * step.right, track_width_m);
         poses.push(pose);
         before = now;
     }

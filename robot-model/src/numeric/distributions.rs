@@ -6,9 +6,6 @@ use statrs::function::gamma::gamma_ur;
 /// Half the width of a 95 % interval, in sigmas of a normal distribution.
 pub const SIGMAS_95: f64 = 1.959_964;
 
-/// The same to three digits, as in the intervals of `explain`.
-pub(crate) const SIGMAS_95_ROUNDED: f64 = 1.96;
-
 /// Probability that a chi-squared variable with `freedom` degrees of freedom exceeds `x`.
 pub(crate) fn chi_squared(freedom: usize, x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 || freedom == 0 {

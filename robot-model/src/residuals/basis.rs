@@ -3,48 +3,12 @@
 //!
 //! With [`super::probe::PROBES`] and the effects of the catalogue they are what [`super::flexible`] chooses from.
 
+use super::probe::Probe;
 use super::regressor::Regressor;
-use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::effect::definition::{Change, Memory};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-
-/// Up to four functions of the same quantities, each with an amplitude of its own.
-pub(super) struct Basis {
-    /// What they are functions of.
-    pub regressor: Regressor,
-    act: fn(&[Jet; PARAMETERS_MAX], &Step, &mut Memory) -> Change,
-}
-
-impl core::fmt::Debug for Basis {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.regressor.name())
-    }
-}
-
-/// Limits far beyond any real value: in SI units all quantities are of the order of one, and so are amplitudes.
-static BASIS: Facts<'static> = Facts {
-    id: "basis",
-    name: "basis function",
-    equation: "a sum of functions of a few quantities",
-    parameters: &[
-        Parameter::amplitude("a", "1", 1.0),
-        Parameter::amplitude("b", "1", 1.0),
-        Parameter::amplitude("c", "1", 1.0),
-        Parameter::amplitude("d", "1", 1.0),
-    ],
-    ..Facts::DEFAULT
-};
-
-impl Effect for Basis {
-    fn facts(&self) -> Facts<'_> {
-        BASIS
-    }
-
-    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
-        (self.act)(p, step, memory)
-    }
-}
 
 /// Turns \[rad\] by these four functions.
 fn turns(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Change {
@@ -89,9 +53,9 @@ fn sharpness(step: &Step) -> f64 {
     if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 }
 }
 
-pub(super) static FUNCTIONS: &[Basis] = &[
+pub(super) static FUNCTIONS: &[Probe] = &[
     // What answers late: sideways to the side force, round to the turn rate.
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, memory| {
             let force = step.speed_mps() * step.turn_rate_rad_s();
@@ -100,7 +64,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             Change { sideways_m: sum(p, now.map(|x| x * step.dt_s)), ..Change::NONE }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, memory| {
             let omega = step.turn_rate_rad_s();
@@ -111,7 +75,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             )
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Speed,
         act: |p, step, memory| {
             let v = step.speed_mps();
@@ -125,14 +89,14 @@ pub(super) static FUNCTIONS: &[Basis] = &[
         },
     },
     // Shapes over speed.
-    Basis {
+    Probe {
         regressor: Regressor::Speed,
         act: |p, step, _| {
             let v = step.speed_mps();
             turns(p, [v * v.abs(), v * v, v * v * v, v * v * v.abs()].map(|x| x * step.dt_s))
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Speed,
         act: |p, step, _| {
             let v = step.speed_mps();
@@ -148,7 +112,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
         },
     },
     // Speed and turn rate together.
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -156,7 +120,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             Change { turning, ..Change::NONE }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -168,7 +132,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -176,7 +140,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             Change { travel: WheelPair::both(travel), ..Change::NONE }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let chi = sharpness(step);
@@ -188,7 +152,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
         },
     },
     // Each wheel by its direction.
-    Basis {
+    Probe {
         regressor: Regressor::TravelDirection,
         act: |p, step, _| {
             let sign = step.wheel_speed_mps.map(f64::signum);
@@ -201,7 +165,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Acceleration,
         act: |p, step, _| {
             let accel = step.wheel_accel_mps2;
@@ -210,7 +174,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             turns(p, by.map(|x| x * step.dt_s))
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Load,
         act: |p, step, _| {
             let (load, chi) = (step.payload_kg, sharpness(step));
@@ -223,7 +187,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Heading,
         act: |p, step, _| {
             let path_m = step.travel_m().abs();
@@ -236,7 +200,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::SinceReversal,
         act: |p, step, memory| {
             let since_m = since_stop_m(step, memory);
@@ -245,7 +209,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             turns(p, [short * ds_m.abs(), short * ds_m, long * ds_m.abs(), short * turn_rad])
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::TimeInRun,
         act: |p, step, _| {
             let minutes = step.t_s / 60.0;
@@ -258,7 +222,7 @@ pub(super) static FUNCTIONS: &[Basis] = &[
             }
         },
     },
-    Basis {
+    Probe {
         regressor: Regressor::Place,
         act: |p, step, _| {
             let [x, y] = step.place_m;

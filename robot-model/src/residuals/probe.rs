@@ -8,10 +8,11 @@ use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
-/// A few functions of one regressor, each with an amplitude of its own.
+/// Up to four functions of the same quantities, each with an amplitude of its own.
 pub(super) struct Probe {
+    /// What they are functions of.
     pub regressor: Regressor,
-    act: fn(&[Jet; PARAMETERS_MAX], &Step) -> Change,
+    pub act: fn(&[Jet; PARAMETERS_MAX], &Step, &mut Memory) -> Change,
 }
 
 impl core::fmt::Debug for Probe {
@@ -20,7 +21,8 @@ impl core::fmt::Debug for Probe {
     }
 }
 
-/// Limits far beyond any real value: a probe is tested for being there, not for being plausible.
+/// Limits far beyond any real value: a probe is tested for being there, not for being plausible. In SI units all
+/// quantities are of the order of one, and so are amplitudes.
 static PROBE: Facts<'static> = Facts {
     id: "probe",
     name: "probe",
@@ -39,8 +41,8 @@ impl Effect for Probe {
         PROBE
     }
 
-    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        (self.act)(p, step)
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+        (self.act)(p, step, memory)
     }
 }
 
@@ -84,12 +86,12 @@ fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
 }
 
 pub(super) static PROBES: &[Probe] = &[
-    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 1.0) },
-    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 2.0) },
-    Probe { regressor: Regressor::WheelAngle, act: |p, step| wheel_harmonic(p, step, 3.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 1.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 2.0) },
+    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 3.0) },
     Probe {
         regressor: Regressor::WheelAngle,
-        act: |p, step| {
+        act: |p, step, _| {
             let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
             let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
             let aside = p[0] * left.1 + p[1] * left.0 + p[2] * right.1 + p[3] * right.0;
@@ -98,7 +100,7 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::Heading,
-        act: |p, step| {
+        act: |p, step, _| {
             let (path_m, (sin, cos)) = (step.travel_m().abs(), step.heading_rad.sin_cos());
             Change {
                 turn_rad: (p[0] * cos + p[1] * sin) * path_m,
@@ -109,7 +111,7 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::Heading,
-        act: |p, step| {
+        act: |p, step, _| {
             let (sin, cos) = (2.0 * step.heading_rad).sin_cos();
             let path_m = step.travel_m().abs();
             Change {
@@ -121,20 +123,23 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::Speed,
-        act: |p, step| path_and_turn(p, step, step.speed_mps().abs()),
+        act: |p, step, _| path_and_turn(p, step, step.speed_mps().abs()),
     },
-    Probe { regressor: Regressor::WheelSpeed, act: |p, step| wheels(p, step.wheel_speed_mps) },
-    Probe { regressor: Regressor::Acceleration, act: |p, step| wheels(p, step.wheel_accel_mps2) },
+    Probe { regressor: Regressor::WheelSpeed, act: |p, step, _| wheels(p, step.wheel_speed_mps) },
     Probe {
         regressor: Regressor::Acceleration,
-        act: |p, step| {
+        act: |p, step, _| wheels(p, step.wheel_accel_mps2),
+    },
+    Probe {
+        regressor: Regressor::Acceleration,
+        act: |p, step, _| {
             let x = step.wheel_accel_mps2.zip(step.wheel_speed_mps).map(|(a, v)| a * v.signum());
             wheels(p, x)
         },
     },
     Probe {
         regressor: Regressor::TurnRate,
-        act: |p, step| {
+        act: |p, step, _| {
             let omega = step.turn_rate_rad_s();
             Change {
                 turning: p[0] * omega.abs() + p[1] * omega,
@@ -145,7 +150,7 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::TravelDirection,
-        act: |p, step| {
+        act: |p, step, _| {
             let v = step.speed_mps();
             Change {
                 travel: WheelPair::both(p[0] * v.signum()),
@@ -157,15 +162,15 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::TimeInRun,
-        act: |p, step| radii_and_track(p, step, step.t_s / 60.0),
+        act: |p, step, _| radii_and_track(p, step, step.t_s / 60.0),
     },
     Probe {
         regressor: Regressor::TimeInCampaign,
-        act: |p, step| radii_and_track(p, step, step.clock_s / 3600.0),
+        act: |p, step, _| radii_and_track(p, step, step.clock_s / 3600.0),
     },
     Probe {
         regressor: Regressor::SinceReversal,
-        act: |p, step| {
+        act: |p, step, _| {
             let Some(since_m) = step.since_reversal_m else { return Change::NONE };
             let ds_m = step.travel_m();
             let near = |length_m: f64| (-since_m / length_m).exp() * ds_m.abs();
@@ -178,7 +183,7 @@ pub(super) static PROBES: &[Probe] = &[
     },
     Probe {
         regressor: Regressor::Place,
-        act: |p, step| {
+        act: |p, step, _| {
             let [x, y] = step.place_m;
             let path_m = step.travel_m().abs();
             Change {
@@ -188,9 +193,12 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe { regressor: Regressor::Load, act: |p, step| radii_and_track(p, step, step.payload_kg) },
+    Probe {
+        regressor: Regressor::Load,
+        act: |p, step, _| radii_and_track(p, step, step.payload_kg),
+    },
 ];
 
 /// What may differ from run to run: the travel of either wheel, a pull, the track width.
 pub(super) static OF_A_RUN: Probe =
-    Probe { regressor: Regressor::Run, act: |p, step| radii_and_track(p, step, 1.0) };
+    Probe { regressor: Regressor::Run, act: |p, step, _| radii_and_track(p, step, 1.0) };

@@ -50,7 +50,7 @@ pub struct Unexplained {
     pub p_value: f64,
     /// Where on the floor, if they come from one place \[m\].
     pub place_m: Option<[f64; 2]>,
-    /// The places that several runs came to, if one of them is named.
+    /// The places that several runs came to.
     pub places: Vec<PlaceSeen>,
     /// Cross-validated position error above the floor \[m\]: the root of the difference of squares.
     pub size_m: f64,
@@ -163,9 +163,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         found.place_m = found.place_m.or(taken.spot_m);
         model.extend(taken.columns);
     }
-    if found.place_m.is_some() {
-        found.places = seen;
-    }
+    found.places = seen;
     if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
         let p_value = |wave: &Vec<usize>| each_run_by_itself(&equations, (&model, wave), within);
         let p_value = waves.iter().map(p_value).fold(1.0, f64::min);

@@ -3,11 +3,11 @@
 //! The bounds follow from chance, if the intervals are right and the noise is that of the model:
 //!
 //! - Of [`SEEDS`] intervals of one parameter, misses are binomial with p = 0.05. No parameter may have as
-//!   many as chance gives with less than [`CHANCE`]: six are allowed and seven are not, which comes up by
-//!   chance in one of 800 such sets of 36 parameters.
-//! - Of all 720 intervals, misses are 36 +- 5.8; the errors of one effect's parameters are correlated, which
-//!   widens this by no more than a half. 92 % to 98 % is then 2.5 such deviations either way.
-//! - Twenty intervals that all cover the truth may still be too wide. So for effects that are linear in their
+//!   many as chance gives with less than [`CHANCE`]: five are allowed and six are not, which comes up by
+//!   chance in one of 2,500 such sets of 36 parameters.
+//! - Of all 432 intervals, misses are 21.6 +- 4.5; the errors of one effect's parameters are correlated, which
+//!   widens this by no more than a half. 92 % to 98 % is then 1.9 such deviations either way.
+//! - Twelve intervals that all cover the truth may still be too wide. So for effects that are linear in their
 //!   parameters the squared errors, in standard errors, are summed: a chi^2 of [`SEEDS`] degrees, which has to lie
 //!   between its quantiles of [`CHANCE`] on either side. So has their plain sum, normal with variance [`SEEDS`], as a
 //!   bias is not chance either.
@@ -28,7 +28,7 @@ use crate::selection::candidates::Screening;
 use crate::tests::synthetic::{ALONE, NOISE, ROBOT, measure, part_of_plan, term};
 
 /// Campaigns of each effect.
-const SEEDS: u64 = 20;
+const SEEDS: u64 = 12;
 /// What is less probable than this is not chance.
 const CHANCE: f64 = 1e-4;
 

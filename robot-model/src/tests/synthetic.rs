@@ -1,6 +1,7 @@
 //! Simulated recordings of a robot of known truth, for tests.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::OnceLock;
 
 use crate::effect::catalogue::find;
 use crate::effect::composition::{Composer, Term, Terms};
@@ -204,6 +205,26 @@ pub(crate) fn campaign(
 pub(crate) fn part_of_plan(beginnings: &[&str]) -> Vec<(String, f64, Vec<Piece>)> {
     let wanted = |name: &str| beginnings.iter().any(|beginning| name.starts_with(beginning));
     full_plan().into_iter().filter(|(name, ..)| wanted(name)).collect()
+}
+
+/// Twelve runs of the full plan: straight in four headings, spins, large arcs, squares.
+fn short_plan() -> Vec<(String, f64, Vec<Piece>)> {
+    part_of_plan(&["out_and_back", "spin_0.2", "arc_0.9", "square"])
+}
+
+/// A sound robot over the full plan.
+pub(crate) fn sound() -> &'static Campaign {
+    static SOUND: OnceLock<Campaign> = OnceLock::new();
+    SOUND.get_or_init(|| campaign(&full_plan(), &[], 3))
+}
+
+/// A robot with each effect of [`ALONE`], by the effect's id.
+pub(crate) fn each_alone() -> &'static [(&'static str, Campaign)] {
+    static EACH: OnceLock<Vec<(&'static str, Campaign)>> = OnceLock::new();
+    let with = |(id, values): (&'static str, &[f64])| {
+        (id, campaign(&short_plan(), &[term(id, values)], 3))
+    };
+    EACH.get_or_init(|| ALONE.into_iter().map(with).collect())
 }
 
 /// The same campaign with only the first and the last pose of each run measured.

@@ -1,14 +1,14 @@
 //! Are poses that were misread found, and none in a robot that is merely inaccurate?
 
-use crate::checks::{What, data_hypotheses, implausible_end_pose};
+use crate::checks::{DataFault, data_hypotheses, implausible_end_pose};
 use crate::kinematics::Pose;
 use crate::recording::campaign::Campaign;
 use crate::recording::{PoseMeasurement, Robot};
-use crate::tests::synthetic::{ROBOT, campaign, end_poses_only, full_plan};
+use crate::tests::synthetic::{self, ROBOT, end_poses_only};
 
 /// A sound robot; with ends only, its runs out and back end where they turn.
 pub(super) fn sound(ends_only: bool) -> Campaign {
-    let mut campaign = campaign(&full_plan(), &[], 3);
+    let mut campaign = synthetic::sound().clone();
     if ends_only {
         // Only the way out: a run out and back ends where it began.
         for run in campaign.runs.iter_mut().filter(|run| run.name.starts_with("out_and_back")) {
@@ -24,7 +24,7 @@ pub(super) fn sound(ends_only: bool) -> Campaign {
 /// The last poses that are told, by the index of their runs: how far they are off.
 fn last_poses(robot: &Robot, campaign: &Campaign) -> Vec<(usize, Option<f64>, Option<f64>)> {
     let found = data_hypotheses(robot, &campaign.runs).into_iter().map(|found| {
-        let What::LastPose { position_m, heading_rad, .. } = found.what else {
+        let DataFault::LastPose { position_m, heading_rad, .. } = found.what else {
             panic!("{found:?}")
         };
         let run = campaign.runs.iter().position(|run| Some(&run.name) == found.run.as_ref());

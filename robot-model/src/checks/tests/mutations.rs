@@ -118,7 +118,7 @@ pub(super) fn wraps_once(run: &mut Recording) {
     });
 }
 
-/// Both counters begin anew when the faster wheel has rolled for half a metre.
+/// Both counters restart from zero when the faster wheel has rolled for half a metre.
 pub(super) fn reset(run: &mut Recording) {
     let first = run.wheels[0].phi_rad;
     let mut offset = WheelPair::both(0.0);

@@ -5,7 +5,7 @@ mod speed_linear;
 mod units;
 
 use super::*;
-use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
+use crate::effect::composition::{Composer, Increment, PlacedTerm, Term, Terms};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::excitation::Excitation;
@@ -170,6 +170,17 @@ fn derivatives_are_those_of_high_order_differences() {
     }
 }
 
+/// What a step moves, by the order of [`Increment`]'s fields.
+fn five(increment: &Increment) -> [f64; 5] {
+    [
+        increment.travel_m,
+        increment.sideways_m,
+        increment.turn_rad,
+        increment.drift_m[0],
+        increment.drift_m[1],
+    ]
+}
+
 #[test]
 fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences() {
     let terms: Vec<Term<'_>> =
@@ -179,16 +190,7 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
         let mut composer = Composer::new(Terms::Fixed(terms));
         let steps = steps();
         let each = steps.iter().map(|step| composer.step(step));
-        each.map(|increment| {
-            [
-                increment.travel_m,
-                increment.sideways_m,
-                increment.turn_rad,
-                increment.drift_m[0],
-                increment.drift_m[1],
-            ]
-        })
-        .collect()
+        each.map(|increment| five(&increment)).collect()
     };
     let mut composer = Composer::new(Terms::Free(&placed));
     let steps = steps();
@@ -197,17 +199,7 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
         .map(|step| {
             composer.step(step);
             let slopes = composer.by_column.iter();
-            slopes
-                .map(|increment| {
-                    [
-                        increment.travel_m,
-                        increment.sideways_m,
-                        increment.turn_rad,
-                        increment.drift_m[0],
-                        increment.drift_m[1],
-                    ]
-                })
-                .collect()
+            slopes.map(five).collect()
         })
         .collect();
     for (index, term) in terms.iter().enumerate() {

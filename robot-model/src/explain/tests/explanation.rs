@@ -42,7 +42,7 @@ fn every_effect_is_among_those_that_are_tested_alone() {
 
 #[test]
 fn a_perfect_robot_is_given_no_effect() {
-    for seed in 200..206 {
+    for seed in 200..203 {
         let answer = explain(&campaign(&full_plan(), &[], seed)).unwrap();
         assert_eq!(found(&answer), [""; 0], "seed {seed}");
         assert!(!answer.unexplained.structure, "seed {seed}: {:?}", answer.unexplained);

@@ -114,6 +114,6 @@ fn after_end_poses_only_the_next_run_needs_poses_along_the_way() {
         let runs = if ends_only { plan.len() } else { 0 };
         let answer = explained(&plan, ("wheel_radius_ratio", &[0.01]), runs).1;
         let next = answer.next_run.expect("a class to be told apart");
-        assert_eq!(next.promise.needs_poses_along_the_way, ends_only, "{:?}", next.promise);
+        assert_eq!(next.predicted.needs_poses_along_the_way, ends_only, "{:?}", next.predicted);
     }
 }

@@ -40,7 +40,7 @@ pub enum Axes {
 
 /// Something that is wrong with the data, not with the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What {
+pub enum DataFault {
     /// The encoders of left and right are exchanged; with headings, y to the right and headings clockwise are the
     /// same.
     WheelsExchanged,
@@ -94,7 +94,7 @@ pub enum What {
         /// How often.
         times: usize,
     },
-    /// A counter began anew.
+    /// A counter restarted from zero.
     CounterReset {
         /// Whose.
         wheel: Wheel,
@@ -151,21 +151,21 @@ pub enum What {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataHypothesis {
     /// What.
-    pub what: What,
+    pub what: DataFault,
     /// The run that it is wrong in; `None`: in all runs, or in the robot's data sheet.
     pub run: Option<String>,
     /// What would mend these runs as well, so that the tracks cannot tell it from [`DataHypothesis::what`].
-    pub or: Vec<What>,
+    pub or: Vec<DataFault>,
     /// The distance (rms) of the measured poses from the best track of a robot whose radius, ratio of radii and track
     /// width are free within limits; a radian of heading counts as a track width. As the data are \[m\].
     pub error_m: f64,
     /// The same with this mended \[m\].
     pub mended_m: f64,
     /// The next best explanation, and the error with that mended instead \[m\].
-    pub next: Option<(What, f64)>,
+    pub next: Option<(DataFault, f64)>,
 }
 
-impl What {
+impl DataFault {
     /// Whether runs can be fitted all the same: a single pose, or values that come late.
     pub fn is_minor(&self) -> bool {
         matches!(

@@ -1,6 +1,6 @@
-//! How far a track file has come that a tracking system is still writing.
+//! A file that another program is still writing: a tracker's track, a logger's readings.
 //!
-//! The format of the file is a matter of [`crate::track`].
+//! The format of a track is a matter of [`crate::track`].
 
 use std::io::ErrorKind;
 use std::path::Path;

@@ -1,0 +1,42 @@
+//! The shipped scenarios (`sim-target/scenarios/`): is the cause of each named, and is nothing saved that makes the
+//! next straight worse?
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`cause`] | what is truly wrong in each scenario, and what `explain` says of its usual campaign |
+//! | [`saving`] | every procedure that saves a number, and the next straights with that number and without |
+
+pub mod cause;
+pub mod saving;
+
+use std::path::{Path, PathBuf};
+
+use sim_target::Scenario;
+
+/// The folder of the shipped scenarios.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-target/scenarios")
+}
+
+/// A shipped scenario with another seed.
+///
+/// # Panics
+/// If it is not there or cannot be read.
+pub fn shipped(name: &str, seed: u64) -> Scenario {
+    let file = folder().join(format!("{name}.toml"));
+    let scenario = Scenario::load(&file).unwrap_or_else(|error| panic!("{error}"));
+    Scenario { seed, ..scenario }
+}
+
+/// The names of all shipped scenarios, sorted.
+///
+/// # Panics
+/// If the folder cannot be listed.
+pub fn names() -> Vec<String> {
+    let entries = std::fs::read_dir(folder()).expect("the scenarios' folder");
+    let files = entries.map(|entry| entry.expect("an entry").path());
+    let stem = |file: PathBuf| Some(file.file_stem()?.to_str()?.to_string());
+    let mut names: Vec<String> = files.filter_map(stem).collect();
+    names.sort();
+    names
+}

@@ -1,6 +1,8 @@
-//! Every procedure that saves a number, and the next straights with that number and without.
+//! Every procedure that saves a number, and the next straight with that number and without.
 
-use host_cli::calibrate::umbmark::{self, UmbmarkSettings, umbmark};
+use std::f64::consts::TAU;
+
+use host_cli::calibrate::umbmark::{Decision as Squares, UmbmarkSettings, umbmark};
 use host_cli::calibrate::{Decision, Settings, calibrate};
 use host_cli::error::Error;
 use host_cli::pose_source::PoseSource;
@@ -118,29 +120,22 @@ async fn run(robot: &mut Robot, procedure: Procedure) -> Result<String, Error> {
     };
     let session = &mut robot.session;
     if let Procedure::Umbmark(_) = procedure {
-        let (mps, radius_m) = (Motion::PAPER.cruise, core::f64::consts::TAU * 0.036);
+        let m_per_rev = TAU * 0.036;
         let settings = UmbmarkSettings {
             side_m: 1.0,
             runs: 5,
-            speed_mps: mps * radius_m,
-            acceleration_mps2: Motion::PAPER.acceleration * radius_m,
+            speed_mps: Motion::PAPER.cruise * m_per_rev,
+            acceleration_mps2: Motion::PAPER.acceleration * m_per_rev,
             undo_folder: None,
         };
         let outcome = umbmark(session, source, &settings, &mut |_| ()).await?;
         let words = match outcome.decision {
-            umbmark::Decision::Saved(_) => "saved",
-            umbmark::Decision::NotBetter(_) => "not better",
-            umbmark::Decision::AlreadySquare => "already square",
-            umbmark::Decision::Contradicted => "contradicted",
+            Squares::Saved(_) => "saved",
+            Squares::NotBetter(_) => "not better",
+            Squares::AlreadySquare => "already square",
+            Squares::Contradicted => "contradicted",
         };
-        let b = &outcome.before;
-        return Ok(format!(
-            "{words} W {:.2} T {:.2} stray {:.2} noise {:.2}",
-            b.wheel_part_m * 1e3,
-            b.track_part_m * 1e3,
-            b.stray_m * 1e3,
-            b.noise_m * 1e3
-        ));
+        return Ok(words.to_string());
     }
     let out_and_back = matches!(procedure, Procedure::OutAndBack(_));
     let settings = Settings { out_and_back, ..Settings::default() };
@@ -154,28 +149,7 @@ async fn run(robot: &mut Robot, procedure: Procedure) -> Result<String, Error> {
         Decision::CannotTell => "cannot tell",
         Decision::NotARadius => "not a radius",
     };
-    let w = |m: &host_cli::calibrate::Measurement| {
-        format!(
-            " [{:.6}±{:.6} y {:.2}]",
-            m.wheel_weight.value,
-            m.wheel_weight.sigma,
-            m.run.end.lateral_offset_m * 1e3
-        )
-    };
-    let mut words = verdict.unwrap_or_default() + decision + &w(&outcome.before);
-    if let Decision::Corrected(after) | Decision::NotBetter(after) = &outcome.decision {
-        words += &w(after);
-    }
-    if let Some(both) = &outcome.out_and_back {
-        words += &format!(
-            " pull {:.2}±{:.2} mrad/m A {:.2}±{:.2}",
-            both.pull_rad_per_m * 1e3,
-            both.pull_sigma_rad_per_m * 1e3,
-            both.radius_alpha_rad * 1e3,
-            both.radius_alpha_sigma_rad * 1e3
-        );
-    }
-    Ok(words)
+    Ok(verdict.unwrap_or_default() + decision)
 }
 
 /// The true lateral error at the end of the paper's straight, from its true start \[m\].

@@ -21,7 +21,9 @@ pub const fn out_and_back(verdict: Verdict) -> &'static str {
         Verdict::Radius => {
             "the curvature flips its sign on reversing: unequal radii, or a caster that hangs to one side"
         }
-        Verdict::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
+        Verdict::Pull => {
+            "the curvature does not flip its sign on reversing: a pull or a kick on reversing, not a radius"
+        }
         Verdict::Both => {
             "the curvature changes on reversing, but not only its sign: unequal radii and a pull"
         }

@@ -70,7 +70,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
         }
         None if matches!(outcome.decision, Decision::NotARadius) => {
             say(format_args!(
-                "{} a pull bends the path, not the wheels: W_T would only hide it. Nothing was changed.",
+                "{} a pull, or a caster that kicks on reversing, bends the path: W_T would only hide it. Nothing was changed.",
                 paint(WARN, "Not a radius:")
             ));
             say("  check the caster, the floor's slope, and for a brake or tyre that drags");

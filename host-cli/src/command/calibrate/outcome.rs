@@ -29,13 +29,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
             .details(to_json(&outcome, None)));
         }
         Decision::NotRepeatable(after, control) => {
-            let off = |run: &Measurement| LengthUnit::Mm.format(ended_m(run), 1);
-            return Err(Error::said_no(format_args!(
-                "the drives differ by too much for so small a correction ({} off, {} with the new W_T, {} with the old one again); the old one is restored",
-                off(&outcome.before), off(after), off(control)
-            ))
-            .hint("roll the robot forward onto its line, so that its caster trails, and calibrate again; --runs 4 takes a mean")
-            .details(to_json(&outcome, None)));
+            return Err(not_repeatable(&outcome, after, control));
         }
         Decision::CannotTell => return Err(cannot_tell(args, &outcome)),
         Decision::AlreadyStraight | Decision::NotARadius => None,
@@ -89,6 +83,18 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
         }
     }
     Ok(())
+}
+
+fn not_repeatable(outcome: &Outcome, after: &Measurement, control: &Measurement) -> Error {
+    let off = |drive: &Measurement| LengthUnit::Mm.format(ended_m(drive), 1);
+    Error::said_no(format_args!(
+        "the drives differ by too much for so small a correction ({} off, {} with the new W_T, {} with the old one again); the old one is restored",
+        off(&outcome.before),
+        off(after),
+        off(control)
+    ))
+    .hint("roll the robot forward onto its line, so that its caster trails, and calibrate again; --runs 4 takes a mean")
+    .details(to_json(outcome, None))
 }
 
 fn cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Error {

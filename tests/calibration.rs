@@ -106,6 +106,7 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
         let (decision, after_m) = match outcome.decision {
             Decision::Corrected(_) => ("corrected", after.lateral_m()),
             Decision::NotBetter(_) => ("not better", before.lateral_m()),
+            Decision::NotRepeatable(..) => ("not repeatable", before.lateral_m()),
             Decision::AlreadyStraight => ("already straight", before.lateral_m()),
             Decision::CannotTell => ("cannot tell", before.lateral_m()),
             Decision::NotARadius => ("not a radius", before.lateral_m()),

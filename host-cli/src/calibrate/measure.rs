@@ -12,6 +12,7 @@ use robot_model::kinematics::{Geometry, Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, GeometryConfig, Telemetry};
 
 use super::measurement::{Measurement, OneWay};
+use super::standing;
 use crate::error::{Error, Result};
 use crate::picture::{EndReading, PathSource, RunReport};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
@@ -135,7 +136,8 @@ impl DrivenLine<'_> {
         };
         // A drive that is too short without its run-in is used whole.
         let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
-        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: OneWay::Track(leg) })
+        let offset_m = standing::offset_m(&track.samples, &angles);
+        Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: OneWay::Track(leg), offset_m })
     }
 
     /// The drive without its run-in. The turn during the run-in becomes part of the fitted start
@@ -213,7 +215,8 @@ impl DrivenLine<'_> {
             },
             wheel_weight: wheel_weight.clone(),
         };
-        Ok(Measurement { wheel_weight, run, way: OneWay::Reading(experiment) })
+        let offset_m = offset_m.map(|(y_m, _)| y_m);
+        Ok(Measurement { wheel_weight, run, way: OneWay::Reading(experiment), offset_m })
     }
 
     /// A track moved to the robot's clock. The tracking system's clock has an unknown start, so the

@@ -3,9 +3,9 @@
 //! Who measures is left to [`crate::pose_source`], what the user reads to [`crate::command`].
 //!
 //! ```text
-//! check -> drive -> measure -> W_T -> write, read back -> drive -> measure -> better? -> save
-//!                                          |                                     |
-//!                                          +--- any error, Ctrl-C ---------------+--> saved configuration back
+//! check -> drive -> measure -> W_T -> write, read back -> drive -> measure -> better? -> repeats? -> save
+//!                                          |                                     |         |
+//!                                          +--- any error, Ctrl-C ---------------+---------+--> saved configuration back
 //! ```
 //!
 //! The saved configuration changes in one place, at the very end. Until then the new W_T is only in
@@ -16,6 +16,8 @@ mod decide;
 mod measure;
 mod measurement;
 pub mod plausibility;
+mod repeat;
+mod standing;
 pub mod umbmark;
 
 pub use checks::Checks;
@@ -96,6 +98,8 @@ pub enum Pass {
     Back,
     /// With the new W_T.
     After,
+    /// With the old W_T once more, where two drives cannot tell.
+    Control,
 }
 
 /// The result of a calibration.
@@ -133,6 +137,9 @@ pub enum Decision {
     NotARadius,
     /// The run with the new W_T was not straighter; the saved one is in use again.
     NotBetter(Measurement),
+    /// The drives differ by too much for the correction, here that with the new W_T and the one
+    /// after it with the old: the saved one is in use again.
+    NotRepeatable(Measurement, Measurement),
 }
 
 /// Calibrates the robot.
@@ -234,7 +241,9 @@ async fn experiment(
     bench.session.write_config(&corrected).await?;
     (bench.tell)(CalibrateStep::Written(wheel_weight.value));
 
-    let decision = bench.drive_again(&corrected, &before, out_and_back, &checks).await?;
+    let drives = measured.iter().map(|weight| weight.value).collect();
+    let first = First { before: &before, drives, out_and_back };
+    let decision = bench.drive_again(&corrected, first, &checks).await?;
     Ok(outcome(before, bench.drives, decision))
 }
 
@@ -253,6 +262,15 @@ async fn save<T: undo::Undoable>(
         return Err(error.into());
     }
     Ok(())
+}
+
+/// The drives with the old W_T.
+struct First<'a> {
+    /// The first of them.
+    before: &'a Measurement,
+    /// W_T of each, measured.
+    drives: Vec<f64>,
+    out_and_back: Option<OutAndBack>,
 }
 
 /// What every drive of the experiment needs.
@@ -276,7 +294,7 @@ impl Bench<'_> {
     async fn drive(&mut self, config: &Config, which: Pass) -> Result<Measurement> {
         let motion = match which {
             Pass::Back => self.settings.motion.reversed(),
-            Pass::Before | Pass::After => self.settings.motion,
+            Pass::Before | Pass::After | Pass::Control => self.settings.motion,
         };
         let first = self.source.begin()?;
         let options = RecordOptions { trigger: self.source.trigger(), ..RecordOptions::default() };
@@ -298,22 +316,47 @@ impl Bench<'_> {
         Ok(measurement)
     }
 
-    /// Drives once more with the new W_T, and saves it if the robot went straighter.
+    /// Drives once more with the new W_T, and saves it if the robot went straighter, and repeats
+    /// well enough.
     async fn drive_again(
         &mut self,
         corrected: &Config,
-        before: &Measurement,
-        out_and_back: Option<OutAndBack>,
+        First { before, mut drives, out_and_back }: First<'_>,
         checks: &Checks,
     ) -> Result<Decision> {
         self.place("back at its start line").await?;
         let after = self.drive(corrected, Pass::After).await?;
         // A pull bends both runs alike, and no W_T corrects it.
         let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
-        let pull_alpha_rad = pull.map_or(0.0, |both| both.pull_alpha_rad(before.run.length_m()));
-        if !after.run.is_straighter_than(&before.run, pull_alpha_rad) {
+        let pull_rad_per_m = pull.map_or(0.0, |both| both.pull_rad_per_m);
+        if !after.is_straighter_than(before, pull_rad_per_m) {
             return Ok(Decision::NotBetter(after));
         }
+        let (now, then) = (&after.wheel_weight, &before.wheel_weight);
+        let correction = corrected.geometry.wheel_weight - checks.config.geometry.wheel_weight;
+        if repeat::is_third_needed(correction, then, now, &self.geometry) {
+            self.session.write_config(&checks.config).await?;
+            self.place("back at its start line").await?;
+            let control = self.drive(&checks.config, Pass::Control).await?;
+            drives.extend([&after, &control].map(|drive| drive.wheel_weight.value));
+            let repeats = repeat::repeats(correction, &drives, &self.geometry);
+            if !repeats || !after.is_straighter_than(&control, pull_rad_per_m) {
+                return Ok(Decision::NotRepeatable(after, control));
+            }
+            self.session.write_config(corrected).await?;
+        }
+        self.save_after(corrected, before, &after, checks).await?;
+        Ok(Decision::Corrected(after))
+    }
+
+    /// Saves the W_T in use.
+    async fn save_after(
+        &mut self,
+        corrected: &Config,
+        before: &Measurement,
+        after: &Measurement,
+        checks: &Checks,
+    ) -> Result<()> {
         if self.session.is_cancelled() {
             return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
         }
@@ -329,6 +372,6 @@ impl Bench<'_> {
                 .hint("`beeline config get` shows what is there"));
         }
         (self.tell)(CalibrateStep::Saved);
-        Ok(Decision::Corrected(after))
+        Ok(())
     }
 }

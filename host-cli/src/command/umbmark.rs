@@ -9,7 +9,7 @@ use shared_proto::GeometryConfig;
 use super::identify::display_name;
 use super::pose_source;
 use crate::calibrate::umbmark::{
-    Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
+    Decision, Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
 use crate::cli::{CalibrateArgs, Common};
 use crate::compare::LINE;
@@ -96,31 +96,9 @@ fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<StepFound>> {
 
 fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     let explained = explained(outcome)?;
-    let (before, after) = (&outcome.before, &outcome.after);
+    let before = &outcome.before;
     if common.json {
-        let set = |systematic: &Systematic, geometry: &GeometryConfig| {
-            json!({
-                "e_max_syst_m": systematic.error_m,
-                "e_d": systematic.wheel_ratio,
-                "e_b": systematic.track_ratio,
-                "left_m": systematic.left_m,
-                "right_m": systematic.right_m,
-                "geometry": geometry,
-            })
-        };
-        let explained: Vec<_> = explained
-            .iter()
-            .map(|step| {
-                let parameters = crate::json::parameters(&step.parameters);
-                json!({"class": step.class, "parameters": parameters, "why": words::why(step)})
-            })
-            .collect();
-        say(json!({
-            "saved": outcome.saved,
-            "before": set(before, &outcome.geometry[0]),
-            "after": set(after, &outcome.geometry[1]),
-            "explained": explained,
-        }));
+        say(to_json(outcome, &explained));
     } else {
         say(table(outcome));
         if outcome.campaign.is_some() {
@@ -132,23 +110,70 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
             explained.iter().for_each(say_effect);
         }
     }
-    if !outcome.saved {
-        return Err(Error::said_no(format_args!(
-            "the correction did not reduce the error ({:.1} mm before, {:.1} mm after); the old values are restored",
-            before.error_m * 1e3,
-            after.error_m * 1e3
-        ))
-        .hint("more squares (--runs), larger ones (--side), or a better start"));
-    }
-    if !common.json {
-        say(format_args!(
-            "\n{} E_max,syst {:.1} mm before, {:.1} mm after",
+    let mm = |m: f64| format!("{:.1} mm", m * 1e3);
+    match &outcome.decision {
+        Decision::Saved(after) if !common.json => say(format_args!(
+            "\n{} E_max,syst {} before, {} after",
             paint(GOOD, "Squares improved:"),
-            before.error_m * 1e3,
-            after.error_m * 1e3
-        ));
+            mm(before.error_m),
+            mm(after.error_m)
+        )),
+        Decision::AlreadySquare if !common.json => say(format_args!(
+            "\n{} neither W_T nor the track width stands out from the scatter of the squares. Nothing was changed.",
+            paint(GOOD, "Square already:"),
+        )),
+        Decision::Saved(_) | Decision::AlreadySquare => {}
+        Decision::NotBetter(after) => {
+            return Err(Error::said_no(format_args!(
+                "the correction did not reduce the error ({} before, {} after); the old values are restored",
+                mm(before.error_m),
+                mm(after.error_m)
+            ))
+            .hint("more squares (--runs), larger ones (--side), or a better start"));
+        }
+        Decision::Contradicted => {
+            return Err(Error::said_no(format_args!(
+                "{} of the squares' errors come neither from the radii nor from the track width, as on a carpet or a slope that carries the robot aside; nothing was changed",
+                mm(before.stray_m)
+            ))
+            .hint("`beeline campaign record`, then `beeline explain`, tells the causes apart"));
+        }
     }
     Ok(())
+}
+
+fn to_json(outcome: &UmbmarkOutcome, explained: &[StepFound]) -> serde_json::Value {
+    let set = |systematic: &Systematic, geometry: &GeometryConfig| {
+        json!({
+            "e_max_syst_m": systematic.error_m,
+            "stray_m": systematic.stray_m,
+            "e_d": systematic.wheel_ratio,
+            "e_b": systematic.track_ratio,
+            "left_m": systematic.left_m,
+            "right_m": systematic.right_m,
+            "geometry": geometry,
+        })
+    };
+    let explained: Vec<_> = explained
+        .iter()
+        .map(|step| {
+            let parameters = crate::json::parameters(&step.parameters);
+            json!({"class": step.class, "parameters": parameters, "why": words::why(step)})
+        })
+        .collect();
+    let (decision, after) = match &outcome.decision {
+        Decision::Saved(after) => ("saved", Some(after)),
+        Decision::NotBetter(after) => ("not_better", Some(after)),
+        Decision::AlreadySquare => ("already_square", None),
+        Decision::Contradicted => ("contradicted", None),
+    };
+    json!({
+        "decision": decision,
+        "saved": decision == "saved",
+        "before": set(&outcome.before, &outcome.geometry[0]),
+        "after": after.map(|after| set(after, &outcome.geometry[1])),
+        "explained": explained,
+    })
 }
 
 /// Prints one effect with its values and the reason to accept it, as `explain` does.
@@ -167,7 +192,11 @@ fn say_effect(step: &StepFound) {
 }
 
 fn table(outcome: &UmbmarkOutcome) -> String {
-    let (before, after) = (&outcome.before, &outcome.after);
+    let before = &outcome.before;
+    let after = match &outcome.decision {
+        Decision::Saved(after) | Decision::NotBetter(after) => Some(after),
+        Decision::AlreadySquare | Decision::Contradicted => None,
+    };
     let mean = |errors: &[[f64; 2]]| {
         let n = errors.len().max(1) as f64;
         let sum = |k: usize| errors.iter().map(|error| error[k]).sum::<f64>() / n * 1e3;
@@ -175,13 +204,17 @@ fn table(outcome: &UmbmarkOutcome) -> String {
     };
     let row =
         |name: &str, before: String, after: String| format!("{name:<28} {before:>18} {after:>18}");
-    let both = |read: &dyn Fn(&Systematic) -> String| (read(before), read(after));
+    let both =
+        |read: &dyn Fn(&Systematic) -> String| (read(before), after.map(read).unwrap_or_default());
     let in_use = |read: &dyn Fn(&GeometryConfig) -> String| {
-        (read(&outcome.geometry[0]), read(&outcome.geometry[1]))
+        let [then, now] = &outcome.geometry;
+        (read(then), after.map(|_| read(now)).unwrap_or_default())
     };
-    let mut lines = vec![paint(DIM, row("", "before".into(), "after".into()))];
+    let head = after.map_or("", |_| "after");
+    let mut lines = vec![paint(DIM, row("", "before".into(), head.into()).trim_end())];
     for (name, (a, b)) in [
         ("E_max,syst", both(&|set| format!("{:.1} mm", set.error_m * 1e3))),
+        ("neither radii nor track", both(&|set| format!("{:.1} mm", set.stray_m * 1e3))),
         ("mean error, left squares", both(&|set| mean(&set.left_m))),
         ("mean error, right squares", both(&|set| mean(&set.right_m))),
         ("E_d, with the values in use", both(&|set| format!("{:.6}", set.wheel_ratio))),
@@ -190,7 +223,7 @@ fn table(outcome: &UmbmarkOutcome) -> String {
         ("R_L in use", in_use(&|g| LengthUnit::Cm.format(g.wheel_radius_m, 4))),
         ("track width in use", in_use(&|g| LengthUnit::Cm.format(g.track_width_m, 3))),
     ] {
-        lines.push(row(name, a, b));
+        lines.push(row(name, a, b).trim_end().to_string());
     }
     lines.join("\n")
 }

@@ -18,8 +18,12 @@ pub const fn source(source: Source) -> &'static str {
 /// What bends the path.
 pub const fn out_and_back(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Radius => "the curvature flips its sign on reversing: unequal radii",
-        Verdict::Pull => "the curvature does not flip its sign on reversing: a pull, not a radius",
+        Verdict::Radius => {
+            "the curvature flips its sign on reversing: unequal radii, or a caster that hangs to one side"
+        }
+        Verdict::Pull => {
+            "the curvature does not flip its sign on reversing: a pull or a kick on reversing, not a radius"
+        }
         Verdict::Both => {
             "the curvature changes on reversing, but not only its sign: unequal radii and a pull"
         }

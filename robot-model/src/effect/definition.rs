@@ -94,6 +94,8 @@ impl View {
 pub struct Memory {
     /// A state of each wheel; `None` before its first motion.
     pub wheel: WheelPair<Option<Jet>>,
+    /// A speed of each wheel \[m/s\].
+    pub speed_mps: WheelPair<Jet>,
 }
 
 /// The role of a parameter.

@@ -25,7 +25,7 @@ fn geared(campaign: &Campaign) -> Campaign {
 fn the_same_motion_behind_a_gear_is_explained_by_the_same_effects_of_the_same_sizes() {
     let truths = [
         vec![term("wheel_radius_ratio", &[0.008]), term("side_slip", &[0.02])],
-        vec![term("backlash", &[0.06, 0.07])],
+        vec![term("backlash", &[0.06, 0.07, 10.0])],
         vec![term("lost_counts", &[0.02, 5.0])],
         vec![term("wheel_eccentricity", &[0.015, 0.01, -0.02, 0.0])],
     ];

@@ -61,7 +61,7 @@ pub(crate) const ALONE: [(&str, &[f64]); 23] = [
     ("wheel_eccentricity", &[0.008, 0.005, -0.01, 0.004]),
     ("encoder_eccentricity", &[0.012, 0.01, -0.015, 0.008]),
     ("lost_counts", &[0.02, 5.0]),
-    ("backlash", &[0.06, 0.07]),
+    ("backlash", &[0.06, 0.07, 0.12]),
     ("caster_kick", &[0.03, 0.06]),
     ("heading_pull", &[0.006]),
     ("turn_asymmetry", &[0.004]),

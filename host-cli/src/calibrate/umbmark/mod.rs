@@ -42,15 +42,25 @@ pub enum UmbmarkStep<'a> {
 pub struct UmbmarkOutcome {
     /// Before the correction.
     pub before: Systematic,
-    /// After the correction.
-    pub after: Systematic,
-    /// The geometry before and as corrected.
+    /// The geometry before and as corrected; twice the same if nothing was.
     pub geometry: [GeometryConfig; 2],
-    /// Whether the correction is saved; if not, it did not reduce the error, and the old geometry
-    /// is in use again.
-    pub saved: bool,
+    /// What was done about the error.
+    pub decision: Decision,
     /// The first set as a campaign, if tracks were measured.
     pub campaign: Option<Campaign>,
+}
+
+/// What UMBmark did about the error.
+#[derive(Clone, Debug)]
+pub enum Decision {
+    /// The correction is saved; these are the squares with it.
+    Saved(Systematic),
+    /// The correction did not reduce the error; the old geometry is in use again.
+    NotBetter(Systematic),
+    /// Neither radii nor track stand out from the scatter; nothing was written.
+    AlreadySquare,
+    /// Something else than radii and track moves the ends; nothing was written.
+    Contradicted,
 }
 
 /// Drives squares both ways, corrects radii and track, drives them again, and keeps the better
@@ -69,7 +79,7 @@ pub async fn umbmark(
     tell(UmbmarkStep::Checked(&checks));
     let config = &checks.config;
     let outcome = experiment(session, source, settings, &checks, tell).await;
-    let saved = matches!(&outcome, Ok(outcome) if outcome.saved);
+    let saved = matches!(&outcome, Ok(UmbmarkOutcome { decision: Decision::Saved(_), .. }));
     if !saved && session.read_config().await.is_ok_and(|now| now != *config) {
         // This fails without a link; the saved configuration is unchanged all the same.
         let _ = session.restore_config(ConfigOrigin::Saved).await;
@@ -87,6 +97,29 @@ async fn experiment(
     let config = &checks.config;
     let (before, runs) = squares(session, source, settings, config, false, tell).await?;
     tell(UmbmarkStep::Measured(false, &before));
+    let robot = robot_file(config, source.noise().filter(|_| source.is_simulated()));
+    let campaign = (!runs.is_empty()).then_some(Campaign { robot, runs, warnings: Vec::new() });
+    let (decision, geometry) = if before.is_contradicted() {
+        (Decision::Contradicted, config.geometry)
+    } else if before.is_square() {
+        (Decision::AlreadySquare, config.geometry)
+    } else {
+        corrected(session, source, settings, checks, &before, tell).await?
+    };
+    let geometry = [config.geometry, geometry];
+    Ok(UmbmarkOutcome { before, geometry, decision, campaign })
+}
+
+/// Corrects the geometry, drives the squares again, and saves the correction if the error is smaller.
+async fn corrected(
+    session: &mut Session,
+    source: &mut dyn PoseSource,
+    settings: &UmbmarkSettings,
+    checks: &Checks,
+    before: &Systematic,
+    tell: &mut dyn FnMut(UmbmarkStep<'_>),
+) -> Result<(Decision, GeometryConfig)> {
+    let config = &checks.config;
     let mut new = config.clone();
     new.geometry = before.corrected(&config.geometry);
     new.validate().map_err(|error| {
@@ -97,20 +130,17 @@ async fn experiment(
     tell(UmbmarkStep::Written(&new.geometry));
     let (after, _) = squares(session, source, settings, &new, true, tell).await?;
     tell(UmbmarkStep::Measured(true, &after));
-    let saved = after.error_m < before.error_m;
-    if saved {
-        let undo = Undo {
-            robot: checks.identity.name.as_str().into(),
-            before: config.geometry,
-            after: new.geometry,
-        };
-        save(session, settings.undo_folder.as_deref(), &checks.identity, &undo).await?;
-        tell(UmbmarkStep::Saved);
+    if after.error_m >= before.error_m {
+        return Ok((Decision::NotBetter(after), new.geometry));
     }
-    let robot = robot_file(config, source.noise().filter(|_| source.is_simulated()));
-    let campaign = (!runs.is_empty()).then_some(Campaign { robot, runs, warnings: Vec::new() });
-    let geometry = [config.geometry, new.geometry];
-    Ok(UmbmarkOutcome { before, after, geometry, saved, campaign })
+    let undo = Undo {
+        robot: checks.identity.name.as_str().into(),
+        before: config.geometry,
+        after: new.geometry,
+    };
+    save(session, settings.undo_folder.as_deref(), &checks.identity, &undo).await?;
+    tell(UmbmarkStep::Saved);
+    Ok((Decision::Saved(after), new.geometry))
 }
 
 async fn squares(

@@ -19,11 +19,19 @@
 //! E_max,syst = max |e| of the two ways                                                  (5)
 //! ```
 //!
-//! The mean of both radii stays: a closed path says nothing about it. Source: Borenstein and Feng,
+//! The mean of both radii stays: a closed path says nothing about it. Four coordinates, two unknowns: what
+//! radii and track cannot make is left over,
+//!
+//! ```text
+//! stray:  left e (1, 1) / 2,  right e (1, -1) / 2                                       (6)
+//! ```
+//!
+//! A floor that carries the robot by d on the whole way adds d to both ends, half of it along (1) and (2),
+//! half along (6): the stray part is as large as the error that it makes in a and beta. Source: Borenstein and Feng,
 //! UMBmark: a benchmark test for measuring odometry errors in mobile robots, 1995; (1) and (2) are
 //! derived anew for turns to the left positive, and use both coordinates.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use shared_proto::GeometryConfig;
 
@@ -40,7 +48,22 @@ pub struct Systematic {
     pub wheel_ratio: f64,
     /// E_b (3).
     pub track_ratio: f64,
+    /// The part of the ends that unequal radii make, 2 L beta \[m\].
+    pub wheel_part_m: f64,
+    /// The part of the ends that a wrong track width makes, 2 L a \[m\].
+    pub track_part_m: f64,
+    /// The part that neither makes (6), root mean square of both ways \[m\].
+    pub stray_m: f64,
+    /// Standard error of each part, from the scatter of the squares; zero if there is one each way \[m\].
+    pub noise_m: f64,
 }
+
+/// Parts that stand out by fewer standard errors are noise.
+const SIGMAS: f64 = 3.0;
+/// Squares whose stray part is more than this share of what they correct contradict the correction.
+const STRAY_SHARE: f64 = 0.25;
+/// Ends that stray by less than this are closed for any purpose \[m\].
+const NEGLIGIBLE_M: f64 = 0.002;
 
 impl Systematic {
     /// The systematic error that follows from these ends.
@@ -52,9 +75,11 @@ impl Systematic {
         };
         let (left, right) = (mean(&left_m), mean(&right_m));
         // (1) and (2) along (1, -1) and (1, 1): 2 L (a + beta) and 2 L (a - beta).
-        let sum = (left[0] - left[1]) / 2.0 / (2.0 * side_m);
-        let difference = (right[0] + right[1]) / 2.0 / (2.0 * side_m);
-        let (a, beta) = ((sum + difference) / 2.0, (sum - difference) / 2.0);
+        let [sum_m, difference_m] = [(left[0] - left[1]) / 2.0, (right[0] + right[1]) / 2.0];
+        let track_part_m = (sum_m + difference_m) / 2.0;
+        let wheel_part_m = (sum_m - difference_m) / 2.0;
+        let (a, beta) = (track_part_m / (2.0 * side_m), wheel_part_m / (2.0 * side_m));
+        let stray_m = ((left[0] + left[1]) / 2.0).hypot((right[0] - right[1]) / 2.0) / SQRT_2;
         let half = side_m / 2.0;
         // (4), with the fraction cleared of the infinite radius of a straight leg.
         let bend = track_m / 2.0 * (beta / 2.0).sin();
@@ -62,22 +87,62 @@ impl Systematic {
             error_m: left[0].hypot(left[1]).max(right[0].hypot(right[1])),
             wheel_ratio: (half + bend) / (half - bend),
             track_ratio: FRAC_PI_2 / (FRAC_PI_2 + a),
+            wheel_part_m,
+            track_part_m,
+            stray_m,
+            noise_m: noise_m(&[(&left_m, left), (&right_m, right)]),
             left_m,
             right_m,
         }
     }
 
-    /// The geometry corrected by (3) and (4), with the mean radius as before.
+    /// Whether more of the ends is stray than a correction can be trusted with: beyond noise, and more than a quarter
+    /// of what radii and track make. The second order, which (1) and (2) leave out, is a tenth of that.
+    pub fn is_contradicted(&self) -> bool {
+        let least_m = SIGMAS * self.noise_m;
+        let made_m = self.wheel_part_m.abs().max(self.track_part_m.abs());
+        self.stray_m > least_m.max(NEGLIGIBLE_M) && self.stray_m > STRAY_SHARE * made_m
+    }
+
+    /// Whether a part stands out from noise and from what is stray.
+    fn stands_out(&self, part_m: f64) -> bool {
+        part_m.abs() > (SIGMAS * self.noise_m).max(self.stray_m)
+    }
+
+    /// Whether neither radii nor track stand out: there is nothing to correct.
+    pub fn is_square(&self) -> bool {
+        !self.stands_out(self.wheel_part_m) && !self.stands_out(self.track_part_m)
+    }
+
+    /// The geometry corrected by (3) and (4) where that stands out, with the mean radius as before.
     pub fn corrected(&self, in_use: &GeometryConfig) -> GeometryConfig {
-        let wheel_weight = in_use.wheel_weight * self.wheel_ratio;
+        let told = |part_m: f64, ratio: f64| if self.stands_out(part_m) { ratio } else { 1.0 };
+        let wheel_weight = in_use.wheel_weight * told(self.wheel_part_m, self.wheel_ratio);
         GeometryConfig {
             wheel_radius_m: in_use.wheel_radius_m * (1.0 + in_use.wheel_weight)
                 / (1.0 + wheel_weight),
             wheel_weight,
-            track_width_m: in_use.track_width_m * self.track_ratio,
+            track_width_m: in_use.track_width_m * told(self.track_part_m, self.track_ratio),
             ..*in_use
         }
     }
+}
+
+/// Standard error of a part, which is a quarter of the sum of four means: of both coordinates, both ways.
+fn noise_m(ways: &[(&Vec<[f64; 2]>, [f64; 2])]) -> f64 {
+    let (mut squares, mut freedom, mut squares_driven) = (0.0, 0, 0);
+    for (ends, mean) in ways {
+        let off = |end: &[f64; 2]| (end[0] - mean[0]).powi(2) + (end[1] - mean[1]).powi(2);
+        squares += ends.iter().map(off).sum::<f64>();
+        freedom += 2 * ends.len().saturating_sub(1);
+        squares_driven += ends.len();
+    }
+    if freedom == 0 {
+        return 0.0;
+    }
+    // Of one coordinate of one square; a mean of n of them has an n-th of it.
+    let variance = squares / freedom as f64;
+    (variance / (2.0 * squares_driven as f64)).sqrt()
 }
 
 #[cfg(test)]
@@ -126,9 +191,43 @@ mod tests {
     }
 
     #[test]
+    fn a_floor_that_carries_the_robot_contradicts_radii_and_track() {
+        // A ratio of 0.9917, and 52 mm to the left on the way, whichever way the squares are turned.
+        let errors = |way: f64, carried_m: f64| {
+            let [x_m, y_m] = error_m(way, 1.0, 0.372, 0.372, 0.9917);
+            vec![[x_m, y_m + carried_m]; 5]
+        };
+        let squares = |carried_m: f64| {
+            Systematic::new(errors(1.0, carried_m), errors(-1.0, carried_m), 1.0, 0.372)
+        };
+        let carried = squares(0.052);
+        assert!(carried.is_contradicted(), "{carried:?}");
+        // (6): as large as the error of W_T.
+        let wrong_m = carried.wheel_part_m - squares(0.0).wheel_part_m;
+        assert!((carried.stray_m / wrong_m.abs() - 1.0).abs() < 0.05, "{carried:?} {wrong_m}");
+        assert!(!squares(0.0).is_contradicted() && !squares(0.005).is_contradicted());
+    }
+
+    #[test]
+    fn what_does_not_stand_out_is_not_corrected() {
+        let in_use = Config::default().geometry;
+        // A track 1 % wide, and half a millimetre of scatter, which W_T would follow.
+        let errors = |way: f64| {
+            let [x_m, y_m] = error_m(way, 1.0, 0.372, 0.3757, 1.0);
+            vec![[x_m + 0.001, y_m], [x_m - 0.001, y_m + 0.0004], [x_m, y_m + 0.0008]]
+        };
+        let squares = Systematic::new(errors(1.0), errors(-1.0), 1.0, 0.372);
+        assert!(!squares.is_square() && !squares.is_contradicted(), "{squares:?}");
+        let corrected = squares.corrected(&in_use);
+        assert_eq!(corrected.wheel_weight, in_use.wheel_weight);
+        assert!((corrected.track_width_m / 0.3757 - 1.0).abs() < 1e-3, "{corrected:?}");
+    }
+
+    #[test]
     fn a_perfect_robot_has_no_systematic_error_and_is_left_alone() {
-        let Systematic { error_m, wheel_ratio, track_ratio, .. } =
-            Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
+        let perfect = Systematic::new(vec![[0.0; 2]; 5], vec![[0.0; 2]; 5], 4.0, 0.3);
+        let Systematic { error_m, wheel_ratio, track_ratio, .. } = perfect;
         assert_eq!((error_m, wheel_ratio, track_ratio), (0.0, 1.0, 1.0));
+        assert!(perfect.is_square() && !perfect.is_contradicted());
     }
 }

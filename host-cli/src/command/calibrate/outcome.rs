@@ -21,13 +21,15 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
     let after = match &outcome.decision {
         Decision::Corrected(after) => Some(after),
         Decision::NotBetter(after) => {
-            let change =
-                mm(outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
+            let change = mm(ended_m(&outcome.before), ended_m(after));
             return Err(Error::said_no(format_args!(
                 "the new W_T did not reduce the error ({change}); the old one is restored"
             ))
             .hint(next::after_no_better(args))
             .details(to_json(&outcome, None)));
+        }
+        Decision::NotRepeatable(after, control) => {
+            return Err(not_repeatable(&outcome, after, control));
         }
         Decision::CannotTell => return Err(cannot_tell(args, &outcome)),
         Decision::AlreadyStraight | Decision::NotARadius => None,
@@ -62,7 +64,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
         }
         None if matches!(outcome.decision, Decision::NotARadius) => {
             say(format_args!(
-                "{} a pull bends the path, not the wheels: W_T would only hide it. Nothing was changed.",
+                "{} a pull, or a caster that kicks on reversing, bends the path: W_T would only hide it. Nothing was changed.",
                 paint(WARN, "Not a radius:")
             ));
             say("  check the caster, the floor's slope, and for a brake or tyre that drags");
@@ -83,6 +85,18 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
     Ok(())
 }
 
+fn not_repeatable(outcome: &Outcome, after: &Measurement, control: &Measurement) -> Error {
+    let off = |drive: &Measurement| LengthUnit::Mm.format(ended_m(drive), 1);
+    Error::said_no(format_args!(
+        "the drives differ by too much for so small a correction ({} off, {} with the new W_T, {} with the old one again); the old one is restored",
+        off(&outcome.before),
+        off(after),
+        off(control)
+    ))
+    .hint("roll the robot forward onto its line, so that its caster trails, and calibrate again; --runs 4 takes a mean")
+    .details(to_json(outcome, None))
+}
+
 fn cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Error {
     let weight = outcome.wheel_weight;
     let off = LengthUnit::Mm.format(outcome.before.run.end.lateral_offset_m.abs(), 1);
@@ -93,6 +107,11 @@ fn cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Error {
     ))
     .hint(next::after_cannot_tell(args, outcome))
     .details(to_json(outcome, None))
+}
+
+/// How far beside the line a drive ended; by the poses at rest, which no model of the path is fitted to \[m\].
+fn ended_m(drive: &Measurement) -> f64 {
+    drive.offset_m.unwrap_or(drive.run.end.lateral_offset_m)
 }
 
 /// The drawing alone for a file whose name ends in .svg, else the whole page.
@@ -171,6 +190,7 @@ fn to_json(outcome: &Outcome, picture: Option<&Path>) -> Value {
         Decision::CannotTell => ("cannot_tell", None),
         Decision::NotARadius => ("not_a_radius", None),
         Decision::NotBetter(after) => ("not_better", Some(after)),
+        Decision::NotRepeatable(after, _) => ("not_repeatable", Some(after)),
     };
     json!({
         "robot": outcome.checks.identity.name.as_str(),

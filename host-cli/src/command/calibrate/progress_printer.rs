@@ -35,6 +35,7 @@ impl ProgressPrinter {
                     Pass::Before => "driving",
                     Pass::Back => "driving back",
                     Pass::After => "driving with the new W_T",
+                    Pass::Control => "driving with the old W_T once more",
                 };
                 self.progress.get_or_insert_with(|| Progress::new(title, false)).set(share);
             }
@@ -110,6 +111,12 @@ impl ProgressPrinter {
             }
             // Only both ways together say something: see the verdict.
             Pass::Back => {}
+            Pass::Control => {
+                note("  a third drive, with the old W_T: two drives cannot tell");
+                note(format_args!(
+                    "  without    {off} to the {side}, heading {heading_mrad:+.1} mrad"
+                ));
+            }
             Pass::After => {
                 note(format_args!(
                     "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"

@@ -172,13 +172,6 @@ impl OutAndBack {
     }
 }
 
-impl OutAndBack {
-    /// The turn by the pull alone on a path of this length \[rad\], clockwise positive.
-    pub fn pull_alpha_rad(&self, length_m: f64) -> f64 {
-        self.pull_rad_per_m * length_m.abs()
-    }
-}
-
 impl Leg {
     fn is_sound(&self) -> bool {
         let WheelPair { left: phi_left_rad, right: phi_right_rad } = self.turns;

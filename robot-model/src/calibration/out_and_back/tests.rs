@@ -1,3 +1,4 @@
+use super::readings::REVERSAL_SIGMA_RAD;
 use super::*;
 use crate::calibration::wheel_weight::{Deviation, Experiment};
 use crate::kinematics::pose::Pose;
@@ -87,6 +88,8 @@ struct Trial {
     nominal: Geometry,
     start_heading_rad: f64,
     start_heading_sigma_rad: f64,
+    /// By how much the robot turns on reversing.
+    reversal_rad: f64,
 }
 
 impl Trial {
@@ -97,6 +100,7 @@ impl Trial {
         nominal: Geometry::PAPER,
         start_heading_rad: 0.0,
         start_heading_sigma_rad: 0.0,
+        reversal_rad: 0.0,
     };
 
     /// The poses after each leg, relative to the line that the robot should have been put on.
@@ -107,6 +111,9 @@ impl Trial {
                 leg_of(&self.real, self.wheel_weight, self.pull_rad_per_m, turns, 0.0).alpha_rad;
             let left_m = self.real.wheel_radius_m * turns.left;
             let b = self.real.track_width_m;
+            if turns == BACK {
+                pose.heading_rad += self.reversal_rad;
+            }
             pose = pose.advance(left_m, left_m - b * alpha, b);
             pose
         })
@@ -156,6 +163,15 @@ fn readings_after_both_legs_give_back_radius_and_pull() {
 }
 
 #[test]
+fn a_turn_on_reversing_is_not_mistaken_for_a_pull() {
+    // A millimetre and a half beside the line after both ways, with a ruler of half a millimetre.
+    let trial = Trial { wheel_weight: 1.0, reversal_rad: -0.0008, ..Trial::PAPER };
+    let found = trial.separate(|pose| offset(pose, 0.0005, 0.0));
+    assert!(found.pull_rad_per_m.abs() > 4e-4, "{found:?}");
+    assert_eq!(found.verdict, Verdict::Neither, "{found:?}");
+}
+
+#[test]
 fn readings_of_two_kinds_are_refused() {
     let [out, _] = Trial::PAPER.experiments(|pose| offset(pose, 0.0005, 0.0));
     let [_, back] = Trial::PAPER.experiments(|pose| tangent(pose, 0.0005, 0.0));
@@ -171,9 +187,11 @@ fn a_ruler_gives_the_sigmas_of_its_equations() {
     let s_m = 0.036 * OUT.left;
     let per_m = 0.0005 / s_m;
     // The encoders' rounding adds less than 1 % to the first and 2 % to the second, in squares.
-    let radius = (5.0 * per_m * per_m + 4.0 * psi * psi).sqrt();
+    let kappa = REVERSAL_SIGMA_RAD;
+    let radius = (5.0 * per_m * per_m + 4.0 * psi * psi + kappa * kappa).sqrt();
     assert!((found.radius_alpha_sigma_rad / radius - 1.0).abs() < 0.01, "{found:?}");
-    assert!((found.pull_sigma_rad_per_m / (per_m / s_m) - 1.0).abs() < 0.25, "{found:?}");
+    let pull = per_m.hypot(kappa) / s_m;
+    assert!((found.pull_sigma_rad_per_m / pull - 1.0).abs() < 0.05, "{found:?}");
 }
 
 #[test]
@@ -223,6 +241,7 @@ fn the_interval_of_two_readings_covers_the_truth_in_95_of_100_trials() {
                 nominal,
                 start_heading_rad: 0.002 * noise.normal(),
                 start_heading_sigma_rad: 0.002,
+                reversal_rad: REVERSAL_SIGMA_RAD * noise.normal(),
             };
             let read: fn(Pose, f64, f64) -> Deviation = [offset, tangent][kind as usize];
             let mut experiments = trial.experiments(|pose| read(pose, 0.0005, noise.normal()));

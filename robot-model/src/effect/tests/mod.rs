@@ -104,6 +104,8 @@ fn typical(effect: &dyn Effect) -> Vec<f64> {
             Role::Amplitude => (0.3 + 0.1 * j as f64) * parameter.high,
             // Within what the steps reach: 5 rad/s of a wheel, centimetres after a reversal.
             Role::Shape if parameter.name == "w0" => 5.0,
+            // So that a wheel is still between its flanks after the step to rest.
+            Role::Shape if parameter.name == "d" => 9.0,
             Role::Shape => parameter.low + 0.3 * (parameter.high - parameter.low),
         })
         .collect()

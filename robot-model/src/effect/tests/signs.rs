@@ -205,19 +205,47 @@ fn whole_swing(id: &str) -> bool {
     (turn_rad / 0.05 - 1.0).abs() < 3e-9
 }
 
-fn backlash_takes_its_play_at_each_reversal() -> bool {
-    let (beta, effect) = (0.05, find("backlash").unwrap());
-    let p = Jet::parameters(&[beta, 0.01]);
-    let mut memory = Memory::default();
-    let mut lost = |dphi: f64, steps: usize| -> f64 {
-        let step = Step { dphi_rad: WheelPair::both(dphi), ..Step::default() };
-        (0..steps).map(|_| effect.act(&p, &step, &mut memory).angle_rad.left.value).sum()
+/// How far the ground gets ahead of a left wheel with play that moves with these speeds, 10 ms each \[rad\].
+fn ahead_by_play(memory: &mut Memory, coast_mps2: f64, speeds_mps: &[f64]) -> f64 {
+    let effect = find("backlash").unwrap();
+    let p = Jet::parameters(&[PLAY_RAD, 0.01, coast_mps2]);
+    let mut moved = |speed_mps: &f64| -> f64 {
+        let step = Step {
+            dt_s: 0.01,
+            dphi_rad: WheelPair::both(0.01 * speed_mps / ROBOT.wheel_radius_m),
+            wheel_speed_mps: WheelPair::both(*speed_mps),
+            wheel_radius_m: ROBOT.wheel_radius_m,
+            ..Step::default()
+        };
+        effect.act(&p, &step, memory).angle_rad.left.value
     };
-    // Engaged from the start; backwards the ground stays ahead by the play, and forwards behind.
-    lost(0.01, 50) == 0.0
-        && same(lost(-0.01, 50), beta)
-        && same(lost(0.01, 50), -beta)
-        && lost(0.01, 50) == 0.0
+    speeds_mps.iter().map(&mut moved).sum()
+}
+
+const PLAY_RAD: f64 = 0.05;
+
+fn backlash_takes_its_play_at_each_reversal() -> bool {
+    let (ahead, back) = ([V; 50], [-V; 50]);
+    let mut memory = Memory::default();
+    // A wheel that always drags. Engaged from the start; backwards the ground stays ahead by the play, forwards behind.
+    let mut drags = |speeds: &[f64]| ahead_by_play(&mut memory, 10.0, speeds);
+    let reversals = drags(&ahead) == 0.0
+        && same(drags(&back), PLAY_RAD)
+        && same(drags(&ahead), -PLAY_RAD)
+        && drags(&ahead) == 0.0;
+    // One that slows down by 0.1 m/s^2 of itself, braked by 0.2: ahead by the play, at rest and backwards, behind when it
+    // is driven forwards again. Braked by 0.05 it stays behind.
+    let ramp = |per_step_mps: f64, from_mps: f64| -> Vec<f64> {
+        (1..=50).map(|k| from_mps + per_step_mps * f64::from(k)).collect()
+    };
+    let mut memory = Memory::default();
+    let mut rolls = |speeds: &[f64]| ahead_by_play(&mut memory, 0.1, speeds);
+    let braked = rolls(&ahead) == 0.0
+        && rolls(&ramp(-0.0005, V)) == 0.0
+        && same(rolls(&ramp(-0.002, V - 0.025)), PLAY_RAD)
+        && rolls(&back) == 0.0
+        && same(rolls(&ahead), -PLAY_RAD);
+    reversals && braked
 }
 
 /// Travel of each wheel since angle zero, after each of so many steps \[m\].

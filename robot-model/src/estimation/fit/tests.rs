@@ -7,7 +7,7 @@ use crate::tests::synthetic::{ALONE, NOISE, campaign, full_plan, term};
 
 #[test]
 fn a_fit_converges_and_one_that_ended_at_zero_is_recognised() {
-    for (id, values) in [("wheel_radius_ratio", &[0.01][..]), ("backlash", &[0.06, 0.07])] {
+    for (id, values) in [("wheel_radius_ratio", &[0.01][..]), ("backlash", &[0.06, 0.07, 10.0])] {
         let prepared = campaign(&full_plan(), &[term(id, values)], 8).prepare().unwrap();
         let start = Term::new(find(id).unwrap(), vec![0.0; values.len()]);
         let fitted = fit_afresh(&prepared, vec![start]);

@@ -142,19 +142,38 @@ fn with_known<'a>(
     (settled.fitted.terms.iter().filter(is_known).count() == known).then_some(settled)
 }
 
-/// The effects of the model: each next one explains most, given those before.
-pub(super) fn by_evidence(screening: &Screening<'_>, kept: &[EffectTest]) -> Vec<usize> {
+/// The effects of the model: each next one brings tracks of other runs nearest, given those before. Where none of those
+/// left does, as for effects of a sensor, the likelihood decides.
+pub(super) fn by_evidence(
+    prepared: &Prepared,
+    screening: &Screening<'_>,
+    kept: &[EffectTest],
+) -> Vec<usize> {
     let mut left: Vec<usize> = (0..kept.len()).collect();
     let mut order = Vec::new();
+    let mut before_m2 = screening.displacement_m2(prepared, &left);
     while !left.is_empty() {
-        let cost_with = |index: usize| {
-            let others: Vec<usize> = left.iter().copied().filter(|other| *other != index).collect();
-            screening.cost_without(&others)
+        let without = |index: usize| -> Vec<usize> {
+            left.iter().copied().filter(|other| *other != index).collect()
         };
-        let costs: Vec<f64> = left.iter().map(|index| cost_with(*index)).collect();
-        let best =
-            (0..left.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("some are left");
+        let each = left.iter().map(|index| screening.displacement_m2(prepared, &without(*index)));
+        let displacements_m2: Vec<f64> = each.collect();
+        let least = |values: &[f64]| {
+            (0..values.len())
+                .min_by(|a, b| values[*a].total_cmp(&values[*b]))
+                .expect("some are left")
+        };
+        let mut best = least(&displacements_m2);
+        if displacements_m2[best] > (1.0 - NEARER) * before_m2 {
+            let costs: Vec<f64> =
+                left.iter().map(|index| screening.cost_without(&without(*index))).collect();
+            best = least(&costs);
+        }
+        before_m2 = displacements_m2[best];
         order.push(left.remove(best));
     }
     order
 }
+
+/// Tracks are nearer if their squared displacements fall by this share.
+const NEARER: f64 = 1e-3;

@@ -72,7 +72,8 @@ pub fn explain_observed(
         let own = fitted.terms[*index].effect.facts().id;
         core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
     };
-    let found = by_evidence(screening, kept).into_iter().filter(|i| !choice.along.contains(i));
+    let found =
+        by_evidence(prepared, screening, kept).into_iter().filter(|i| !choice.along.contains(i));
     let (known, missing): (Vec<usize>, Vec<usize>) = found.partition(is_known);
     let sizes_m = screening.sizes_m(prepared);
     let mut prefix: Vec<Term<'_>> =

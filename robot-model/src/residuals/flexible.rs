@@ -8,8 +8,8 @@
 //! gain of a group = sum over runs of chi^2(model) - chi^2(model + group), both fitted to all other runs     (1)
 //! ```
 //!
-//! Where no group is left with such a gain, one may still lower the displacements of runs left out by much (2): by the
-//! noise that is assumed, these runs may count for little.
+//! Many groups of such a gain may together predict tracks worse, where the assumed noise gives some runs too much weight.
+//! Then the groups are chosen one by one by the displacements of runs left out (2).
 //!
 //! What repeats is then in the model and not in the noise, so the noise is estimated anew with the groups in place, and
 //! with less noise more is seen: a few rounds. Nothing that the flexible model takes up is an explanation. Its
@@ -236,13 +236,14 @@ fn lowers_tracks(
     let equations = CampaignEquations::gather(prepared, &placed, noise);
     let model: Vec<usize> = placed[..terms.len()].iter().flat_map(PlacedTerm::columns).collect();
     let track_width_m = prepared.robot.track_width_m;
-    let without = left_out(&equations, &model);
+    let chi_squared = |columns: &[usize]| left_out(&equations, columns).iter().sum::<f64>();
+    let without = chi_squared(&model);
     let mut both = placed[..terms.len()].to_vec();
     let before = tracks(prepared, (&equations, &both), &model, noise);
     let mut best: Option<(f64, usize)> = None;
     for (index, term) in open.iter().zip(&placed[terms.len()..]) {
         let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
-        if left_out(&equations, &columns).iter().sum::<f64>() >= without.iter().sum() {
+        if without - chi_squared(&columns) < GAIN_MIN {
             continue;
         }
         both.push(term.clone());

@@ -280,14 +280,16 @@ impl<'a> Screening<'a> {
     /// For each effect of the model, by how much cross-validated tracks get better with it, all others fitted anew:
     /// as the root of the mean squared displacement of the wheels \[m\].
     pub fn sizes_m(&self, prepared: &Prepared) -> Vec<f64> {
-        let track_width_m = prepared.robot.track_width_m;
-        let left = |left_out: &[usize]| {
-            let (equations, terms, columns) = self.variant(left_out, None);
-            tracks(prepared, (&equations, &terms), &columns, &self.noise)
-                .displacement_m2(track_width_m)
-        };
+        let left = |left_out: &[usize]| self.displacement_m2(prepared, left_out);
         let whole = left(&[]);
         (0..self.in_model).map(|index| (left(&[index]) - whole).max(0.0).sqrt()).collect()
+    }
+
+    /// The mean squared displacement of the wheels in cross-validated tracks, without some effects of the model \[m^2\].
+    pub fn displacement_m2(&self, prepared: &Prepared, left_out: &[usize]) -> f64 {
+        let (equations, terms, columns) = self.variant(left_out, None);
+        tracks(prepared, (&equations, &terms), &columns, &self.noise)
+            .displacement_m2(prepared.robot.track_width_m)
     }
 
     fn cross_validated_tracks(

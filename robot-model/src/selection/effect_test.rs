@@ -54,6 +54,8 @@ pub(crate) struct EffectTest {
     pub p_value: f64,
     /// The same, if the dispersion were known exactly.
     pub p_value_of_many: f64,
+    /// It has a shape, which is fitted to all units: its gain (2) is not altogether cross-validated.
+    pub has_shape: bool,
     /// One unit alone holds nearly all information about it. The cross-validated gain is then the one to be expected
     /// on as much data again.
     pub one_run_alone: bool,
@@ -190,15 +192,17 @@ pub(crate) fn test_effect(
         .any(|((value, sigma), (low, high))| {
             *value < low - 2.0 * sigma || *value > high + 2.0 * sigma
         });
-    let p_value_of_many = chi_squared(hypothesis.asked.len(), gain / dispersion);
+    // A shape is fitted as well, to whatever chance offers.
+    let own = hypothesis.asked.len().max(hypothesis.effect.facts().parameters.len());
+    let p_value_of_many = chi_squared(own, gain / dispersion);
     EffectTest {
         gain,
         cross_validated_gain,
         dispersion,
-        p_value: known_from(equations, freedom).map_or(p_value_of_many, |degrees| {
-            fisher(hypothesis.asked.len(), degrees, gain / dispersion)
-        }),
+        p_value: known_from(equations, freedom)
+            .map_or(p_value_of_many, |degrees| fisher(own, degrees, gain / dispersion)),
         p_value_of_many,
+        has_shape: own > hypothesis.asked.len(),
         own_share,
         touched,
         better,

@@ -42,9 +42,9 @@ fn every_effect_is_among_those_that_are_tested_alone() {
 
 #[test]
 fn a_perfect_robot_is_given_no_effect() {
-    for seed in 200..203 {
+    for seed in 200..206 {
         let answer = explain(&campaign(&full_plan(), &[], seed)).unwrap();
-        assert_eq!(found(&answer), [""; 0], "seed {seed}");
+        assert_eq!(found(&answer), [""; 0], "seed {seed} {:?}", answer.steps);
         assert!(!answer.unexplained.structure, "seed {seed}: {:?}", answer.unexplained);
         // White residuals of unit variance: sqrt(1 +- 0.04) for ten thousand of them.
         let chi = answer.baseline.fitted.chi;

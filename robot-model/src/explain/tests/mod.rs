@@ -1,5 +1,6 @@
 //! Whole campaigns: effects found, runs suggested, runs held out.
 
+mod averaged;
 mod explanation;
 mod held_out;
 mod suggestions;

@@ -1,0 +1,55 @@
+//! What predicts other runs.
+
+use crate::explain::{Answer, Averaged, explain};
+use crate::recording::nominal_run::Piece;
+use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
+
+fn found(answer: &Answer) -> Vec<&str> {
+    answer.steps.iter().map(|step| step.effect.as_str()).collect()
+}
+
+#[test]
+fn radii_and_track_width_are_fitted_together_and_only_what_is_found_is_named() {
+    let answer =
+        explain(&campaign(&full_plan(), &[term("wheel_radius_ratio", &[0.008])], 5)).unwrap();
+    assert_eq!(found(&answer), ["wheel_radius_ratio"]);
+    let along: Vec<&str> = answer.fitted_along.iter().map(|one| one.effect.as_str()).collect();
+    assert_eq!(along, ["wheel_radius_scale", "track_width"]);
+    for parameter in answer.fitted_along.iter().flat_map(|one| &one.parameters) {
+        assert!(parameter.low95 < 0.0 && 0.0 < parameter.high95, "{parameter:?}");
+    }
+    assert_eq!(answer.predicts_with.len(), 3);
+}
+
+#[test]
+fn a_sound_robot_has_nothing_fitted_along() {
+    let answer = explain(&campaign(&full_plan(), &[], 203)).unwrap();
+    assert!(answer.fitted_along.is_empty() && answer.predicts_with.is_empty());
+}
+
+#[test]
+fn what_runs_cannot_tell_apart_predicts_other_runs_by_shares_that_make_one() {
+    // One straight run: a radius and a pull do the same.
+    let plan: Vec<(String, f64, Vec<Piece>)> = part_of_plan(&["out_and_back_0"])
+        .into_iter()
+        .map(|(name, heading_rad, pieces)| (name, heading_rad, pieces[..1].to_vec()))
+        .collect();
+    let answer = explain(&campaign(&plan, &[term("heading_pull", &[0.02])], 0)).unwrap();
+    let step = &answer.steps[0];
+    assert!(step.class.len() > 1, "{:?}", step.class);
+    let share = |one: &Averaged| {
+        let parameter = &one.parameters[0];
+        assert!(parameter.low95 <= 0.0 && 0.0 <= parameter.high95, "{parameter:?}");
+        let alone = match one.effect == step.effect {
+            true => step.parameters[0].value,
+            false if parameter.value > 0.0 => parameter.high95,
+            false => parameter.low95,
+        };
+        parameter.value / alone
+    };
+    let in_class = |one: &&Averaged| step.class.contains(&one.effect);
+    let shares: Vec<f64> = answer.predicts_with.iter().filter(in_class).map(share).collect();
+    assert!(shares.len() > 1, "{:?}", answer.predicts_with);
+    assert!(shares.iter().all(|share| (0.0..1.0).contains(share)), "{shares:?}");
+    assert!((shares.iter().sum::<f64>() - 1.0).abs() < 0.02, "{shares:?}");
+}

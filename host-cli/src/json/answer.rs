@@ -209,6 +209,7 @@ mod tests {
             "baseline",
             "clocks",
             "data_hypotheses",
+            "fitted_along",
             "floor",
             "next_run",
             "rejected",

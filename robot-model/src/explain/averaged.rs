@@ -10,14 +10,17 @@
 //!
 //! with phi the variance among runs over what their noise explains.
 //!
-//! The track width is in every one of them. A wheel's radius can be measured with a ruler, and may be right; where the
-//! tyres touch the ground cannot, and UMBmark finds the track width off on every robot. To predict without it would
-//! take the whole of its error out of every motion that the runs do not have. What belongs to the floor is not averaged
-//! either: other runs may be on another floor.
+//! The weights are those of the estimated noise, whatever the second opinion: what predicts like runs better may count too
+//! much on them.
+//!
+//! The two numbers that UMBmark measures, the ratio of the radii and the track width, stay as they were found: they are off
+//! on every robot, and a ruler does not measure them. (The mean radius it does, and `robot.toml` may be right about it.)
+//! So no member takes their place, nor moves them by half and more than three standard errors. What belongs to the floor is not
+//! averaged either: other runs may be on another floor.
 
 use crate::effect::composition::Term;
 use crate::effect::definition::{FirmwareTerm, Group, Role};
-use crate::estimation::fit::fit_parameters;
+use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::explain::answer::{Averaged, ParameterFound};
 use crate::explain::choice::Choice;
 use crate::explain::parameters::parameters;
@@ -37,12 +40,13 @@ pub(super) struct Mean<'a> {
 
 /// The mean of the models that these runs cannot tell apart.
 pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
-    let Choice { prepared, selection, classes, weights, .. } = choice;
-    let chosen = &selection.fitted.terms;
+    let Choice { prepared, selection, classes, selected, .. } = choice;
+    let weights = selected.noise;
+    let own = fit_parameters(prepared, selection.fitted.terms.clone(), weights);
+    let chosen = &own.terms;
     let (mut mean, mut alone) = (chosen.clone(), Vec::new());
-    let own = fit_parameters(prepared, chosen.clone(), *weights);
     for (index, (class, test)) in classes.iter().zip(&selection.kept).enumerate() {
-        if is_track_width(&chosen[index]) {
+        if is_of_umbmark(&chosen[index]) {
             continue;
         }
         let own_cost = own.chi_squared + penalty(&chosen[index]);
@@ -54,10 +58,12 @@ pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
             .map(|rival| {
                 let mut terms = chosen.clone();
                 terms[index] = rival.term.fixed();
-                let fitted = fit_parameters(prepared, terms, *weights);
+                let fitted = fit_parameters(prepared, terms, weights);
                 let cost = fitted.chi_squared + penalty(&fitted.terms[index]);
-                ((-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp(), fitted.terms)
+                let weight = (-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp();
+                (weight, fitted.terms)
             })
+            .filter(|(_, terms)| keeps_what_umbmark_measures(&own, terms))
             .collect();
         let total = 1.0 + models.iter().map(|(weight, _)| weight).sum::<f64>();
         for (weight, terms) in &models {
@@ -69,8 +75,21 @@ pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
     Mean { terms: mean, alone }
 }
 
-fn is_track_width(term: &Term<'_>) -> bool {
-    term.effect.facts().compensated_by == Some(FirmwareTerm::TrackWidth)
+/// Whether a term is the ratio of the radii or the track width.
+fn is_of_umbmark(term: &Term<'_>) -> bool {
+    let compensated = term.effect.facts().compensated_by;
+    [Some(FirmwareTerm::WheelWeight), Some(FirmwareTerm::TrackWidth)].contains(&compensated)
+}
+
+/// Whether these terms have that ratio and width within three standard errors of the fitted ones.
+fn keeps_what_umbmark_measures(fitted: &Fitted<'_>, terms: &[Term<'_>]) -> bool {
+    let mut first = 0;
+    fitted.terms.iter().zip(terms).all(|(was, is)| {
+        let sigma = fitted.covariance[(first, first)].sqrt();
+        first += was.values.len();
+        let (was_it, is_it) = (was.values[0], is.values[0]);
+        !is_of_umbmark(was) || (is_it - was_it).abs() < (3.0 * sigma).max(0.5 * was_it.abs())
+    })
 }
 
 /// Adds a share of the amplitudes of these terms. A term that is not there yet comes with its shapes.
@@ -103,7 +122,7 @@ pub(super) fn averaged(choice: &Choice<'_>, mean: &Mean<'_>) -> Vec<Averaged> {
             parameters(prepared, &selection.fitted, index, selection.kept[index].dispersion)
         });
         let in_class =
-            index >= chosen || !(classes[index].rivals.is_empty() || is_track_width(term));
+            index >= chosen || !(classes[index].rivals.is_empty() || is_of_umbmark(term));
         let member = mean.alone.iter().filter(|other| other.effect.facts().id == facts.id);
         let most = member.max_by(|a, b| a.values[0].abs().total_cmp(&b.values[0].abs()));
         let parameters = facts.parameters.iter().zip(&term.values).enumerate();

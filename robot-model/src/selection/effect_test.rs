@@ -184,13 +184,11 @@ pub(crate) fn test_effect(
     let sigmas: Vec<f64> = (0..hypothesis.asked.len())
         .map(|j| (dispersion * solution.covariance[(first + j, first + j)]).sqrt())
         .collect();
-    let implausible = values
-        .iter()
-        .zip(&sigmas)
-        .zip(&limits)
-        // By more than chance explains.
-        .any(|((value, sigma), (low, high))| {
-            *value < low - 2.0 * sigma || *value > high + 2.0 * sigma
+    let implausible =
+        values.iter().zip(&sigmas).zip(&limits).any(|((value, sigma), (low, high))| {
+            // Chance may carry a value past zero. What no robot has is no answer, however uncertain it is.
+            let by_chance = |limit: f64| if limit == 0.0 { 2.0 * sigma } else { 0.0 };
+            *value < low - by_chance(*low) || *value > high + by_chance(*high)
         });
     // A shape is fitted as well, to whatever chance offers.
     let own = hypothesis.asked.len().max(hypothesis.effect.facts().parameters.len());

@@ -8,8 +8,7 @@
 //! gain of a group = sum over runs of chi^2(model) - chi^2(model + group), both fitted to all other runs     (1)
 //! ```
 //!
-//! Many groups of such a gain may together predict tracks worse, where the assumed noise gives some runs too much weight.
-//! Then the groups are chosen one by one by the displacements of runs left out (2).
+//! Where such groups together predict tracks worse, groups are chosen by displacements of runs left out (2).
 //!
 //! What repeats is then in the model and not in the noise, so the noise is estimated anew with the groups in place, and
 //! with less noise more is seen: a few rounds. Nothing that the flexible model takes up is an explanation. Its

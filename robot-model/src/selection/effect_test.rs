@@ -186,9 +186,9 @@ pub(crate) fn test_effect(
         .collect();
     let implausible =
         values.iter().zip(&sigmas).zip(&limits).any(|((value, sigma), (low, high))| {
-            // Chance may carry a value past zero. What no robot has is no answer, however uncertain it is.
-            let by_chance = |limit: f64| if limit == 0.0 { 2.0 * sigma } else { 0.0 };
-            *value < low - by_chance(*low) || *value > high + by_chance(*high)
+            // By more than chance explains; a play or a threshold that no robot has is no answer, however uncertain.
+            let above = if *low == 0.0 { 0.0 } else { 2.0 * sigma };
+            *value < low - 2.0 * sigma || *value > high + above
         });
     // A shape is fitted as well, to whatever chance offers.
     let own = hypothesis.asked.len().max(hypothesis.effect.facts().parameters.len());

@@ -133,8 +133,7 @@ fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_p
         let three = fit(&fitted, &effects(THREE)).unwrap();
         let three_m = three.errors_on(&others).unwrap().position_rms_m;
         println!("{seen:?} to {unseen:?}: chosen {chosen_m:.4} m, three {three_m:.4} m");
-        // From squares, straights and spins to half circles 9.6 against 9.0 mm: the marker offset costs that.
-        assert!(chosen_m < 1.08 * three_m, "{seen:?}: {chosen_m} against {three_m}");
+        assert!(chosen_m < 1.02 * three_m, "{seen:?}: {chosen_m} against {three_m}");
         better += usize::from(chosen_m < 0.98 * three_m);
         // What is not named was refused for a reason, or is fitted along.
         let named: Vec<&String> = answer.steps.iter().flat_map(|step| &step.class).collect();
@@ -145,5 +144,5 @@ fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_p
             assert!(has, "{id} without a reason");
         }
     }
-    assert!(better >= 1, "better in {better} of 6");
+    assert!(better >= 4, "better in {better} of 6");
 }

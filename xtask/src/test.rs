@@ -49,6 +49,13 @@ fn all(steps: &mut Steps) -> Outcome {
             "fix what clippy says; `cargo clippy --fix` does some of it",
         )
     })?;
+    steps.run("doc", || {
+        cargo(
+            &["doc", "--workspace", "--no-deps"],
+            &[("RUSTDOCFLAGS", "-D warnings")],
+            "fix the documentation comments",
+        )
+    })?;
     // What is compiled for them and what they take are two figures: only one is the tests' own.
     steps
         .run("build tests", || cargo(&["test", "--workspace", "--no-run"], &[], "fix the build"))?;
@@ -64,14 +71,7 @@ fn all(steps: &mut Steps) -> Outcome {
     steps.run("images", || firmware::run(&[]))?;
     steps.run("images clippy", firmware::clippy)?;
     steps.run("build emulated", emulated::build_tests)?;
-    steps.run("emulated", emulated::test)?;
-    steps.run("doc", || {
-        cargo(
-            &["doc", "--workspace", "--no-deps"],
-            &[("RUSTDOCFLAGS", "-D warnings")],
-            "fix the documentation comments",
-        )
-    })
+    steps.run("emulated", emulated::test)
 }
 
 /// The tests of the executable on robots that move in real time.

@@ -215,6 +215,9 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
         Some([x_m, y_m]) if *regressor == Regressor::Place => {
             format!("{} (where a wheel passes x = {x_m:.2} m, y = {y_m:.2} m)", regressor.name())
         }
+        _ if *regressor == Regressor::Run => {
+            "which run it is (some are off by far more than others)".to_owned()
+        }
         _ => regressor.name().to_owned(),
     };
     match unexplained.depends_on.as_slice() {

@@ -65,8 +65,17 @@ struct Line {
     rate_sigma: f64,
 }
 
-/// Corrects the times of poses, in the prepared runs and in the campaign, and says of which runs. Of runs that were shifted already, all of the offset is taken
-/// out: how much of it is a camera's delay cannot be told.
+/// What is taken out of a run.
+#[derive(Clone, Copy, Debug)]
+struct Correction {
+    offset_s: f64,
+    offset_sigma_s: f64,
+    rate: f64,
+}
+
+/// Corrects the times of poses, in the prepared runs and in the campaign, and gives what was taken out of each run, nothing
+/// included. Of runs that were shifted already, all of the offset is taken out: how much of it is a camera's delay cannot
+/// be told.
 pub(super) fn align(
     prepared: &mut Prepared,
     campaign: &mut Campaign,
@@ -93,7 +102,7 @@ pub(super) fn align(
         for ((run, clock), (line, correction)) in
             prepared.runs.iter_mut().zip(&mut clocks).zip(lines.iter().zip(&corrections))
         {
-            let Some([offset_s, rate]) = *correction else { continue };
+            let Some(Correction { offset_s, offset_sigma_s, rate }) = *correction else { continue };
             let line = line.unwrap_or_default();
             let name = &run.recording.name;
             let recorded = campaign.runs.iter_mut().find(|recorded| recorded.name == *name);
@@ -102,19 +111,21 @@ pub(super) fn align(
                 pose.t_s -= offset_s + rate * (pose.t_s - line.middle_s);
             }
             clock.offset_s += offset_s;
-            clock.offset_sigma_s = line.offset_sigma_s.max(OFFSET_SIGMA_MIN_S);
+            clock.offset_sigma_s = offset_sigma_s.max(OFFSET_SIGMA_MIN_S);
             clock.rate += rate;
             clock.rate_sigma = line.rate_sigma;
         }
     }
-    clocks.retain(|clock| {
-        clock.offset_s.abs() > TOLD_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
-    });
     clocks
 }
 
+/// Whether a clock is worth a word: its offset is beyond chance, or it has a rate.
+pub(super) fn is_told(clock: &ClockFound) -> bool {
+    clock.offset_s.abs() > TOLD_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
+}
+
 /// The offset and rate to be taken out of each run.
-fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>> {
+fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<Correction>> {
     let mut offsets: Vec<f64> = lines.iter().flatten().map(|line| line.offset_s).collect();
     offsets.sort_by(f64::total_cmp);
     let Some(median_s) = offsets.get(offsets.len() / 2).copied() else {
@@ -135,8 +146,8 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
         .iter()
         .zip(shifted)
         .map(|(line, shifted)| {
-            if let (Some(mean_s), true) = (common, *shifted) {
-                return Some([mean_s, 0.0]);
+            if let (Some((offset_s, offset_sigma_s)), true) = (common, *shifted) {
+                return Some(Correction { offset_s, offset_sigma_s, rate: 0.0 });
             }
             let line = (*line)?;
             let sure = spread_s2 / (spread_s2 + line.offset_sigma_s.powi(2));
@@ -149,7 +160,9 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<[f64; 2]>
             let over_run_s = line.rate.abs() * line.span_s;
             let certain = line.rate_sigma > 0.0 && line.rate.abs() > SIGMAS * line.rate_sigma;
             let rate = if certain && over_run_s > RATE_MIN_S { line.rate } else { 0.0 };
-            (offset_s != 0.0 || rate != 0.0).then_some([offset_s, rate])
+            let offset_sigma_s = line.offset_sigma_s;
+            let found = Correction { offset_s, offset_sigma_s, rate };
+            (offset_s != 0.0 || rate != 0.0).then_some(found)
         })
         .collect()
 }
@@ -166,13 +179,14 @@ fn scatter(lines: &[Option<Line>]) -> (f64, f64) {
     (mean_s, (known.iter().map(excess).sum::<f64>() / n).max(1e-8))
 }
 
-/// The mean offset of these runs, by their standard errors \[s\].
-fn mean(lines: &[Option<Line>]) -> f64 {
+/// The mean offset of these runs, by their standard errors, and its own \[s\].
+fn mean(lines: &[Option<Line>]) -> (f64, f64) {
     let weight = |line: &Line| line.offset_sigma_s.max(1e-4).powi(-2);
     let (sum, weights) = lines.iter().flatten().fold((0.0, 0.0), |(sum, weights), line| {
         (sum + weight(line) * line.offset_s, weights + weight(line))
     });
-    sum / weights.max(f64::MIN_POSITIVE)
+    let weights = weights.max(f64::MIN_POSITIVE);
+    (sum / weights, weights.sqrt().recip())
 }
 
 /// Offset and rate of each run; `None` where its poses do not tell.

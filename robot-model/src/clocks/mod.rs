@@ -64,17 +64,14 @@ pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), Recordi
     let mut prepared = all.prepare_lighter()?;
     let is_shifted = |name: &str| coarse_s.iter().any(|(run, _)| run == name);
     let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted);
-    for (run, offset_s) in &coarse_s {
-        match clocks.iter_mut().find(|clock| clock.run == *run) {
-            Some(clock) => clock.offset_s += offset_s,
-            None => clocks.push(ClockFound {
-                run: run.clone(),
-                offset_s: *offset_s,
-                offset_sigma_s: coarse::GRID_S,
-                rate: 0.0,
-                rate_sigma: 0.0,
-            }),
+    for clock in &mut clocks {
+        if let Some((_, offset_s)) = coarse_s.iter().find(|(run, _)| *run == clock.run) {
+            clock.offset_s += offset_s;
+            if clock.offset_sigma_s == 0.0 {
+                clock.offset_sigma_s = coarse::GRID_S;
+            }
         }
     }
+    clocks.retain(fine::is_told);
     Ok((aligned, clocks))
 }

@@ -6,7 +6,7 @@ use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
-use crate::estimation::errors::{ErrorPair, cross_validated, errors_on_runs};
+use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
@@ -92,8 +92,9 @@ pub fn explain_observed(
         }
         steps.push(step);
     }
-    let after = steps.last().map_or(baseline.cross_validated, |step| step.cross_validated);
-    let (floor, unexplained) = left_over(&choice, &after);
+    let reached = steps.iter().map(|step| step.cross_validated);
+    let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
+    let (floor, unexplained) = left_over(&choice, &reached);
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);

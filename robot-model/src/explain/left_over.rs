@@ -7,12 +7,15 @@ use crate::residuals::expression::expression;
 use crate::residuals::flexible::displacement_m;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 
-/// The floor, and what is left above it by a model with these cross-validated errors.
-pub(super) fn left_over(choice: &Choice<'_>, after: &Errors) -> (Errors, Unexplained) {
+/// The floor, and what is left above it by the last of the models that have these cross-validated errors.
+///
+/// What one of them reaches, any model at all can reach.
+pub(super) fn left_over(choice: &Choice<'_>, reached: &[Errors]) -> (Errors, Unexplained) {
     let Choice { prepared, flexible, opinion, .. } = choice;
     let mut found = unexplained(prepared, &choice.selected);
     if flexible.excess(prepared.robot.track_width_m) > EXCESS_MAX {
-        if opinion.is_none() {
+        // Beside other weights of the same effects, an equation would be judged by the wrong ones.
+        if opinion.as_ref().is_none_or(|opinion| opinion.geometry_only) {
             found.expression = expression(prepared, &choice.selection.fitted, flexible);
         }
         found.structure = true;
@@ -22,10 +25,12 @@ pub(super) fn left_over(choice: &Choice<'_>, after: &Errors) -> (Errors, Unexpla
             }
         }
     }
-    let floor = match opinion {
-        Some(opinion) => lower(&flexible.floor, &opinion.errors, prepared),
-        None => flexible.floor,
-    };
+    let opinion = opinion.as_ref().map(|opinion| &opinion.errors);
+    let floor = opinion
+        .into_iter()
+        .chain(reached)
+        .fold(flexible.floor, |floor, other| lower(&floor, other, prepared));
+    let after = reached.last().unwrap_or(&floor);
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
     found.size_m = (square(after) - square(&floor)).max(0.0).sqrt();
     (floor, found)

@@ -33,6 +33,23 @@ fn late(step: &Step, memory: &mut Memory, now: f64) -> [f64; 2] {
     [follow(&mut memory.wheel.left, LATE_S[0]), follow(&mut memory.wheel.right, LATE_S[1])]
 }
 
+/// Lengths over which a tyre answers \[m\].
+const LATE_M: [f64; 2] = [0.04, 0.15];
+
+/// A quantity as it was, with two delays in time and two in the distance rolled; their states are the memory's.
+fn late_by_time_and_distance(step: &Step, memory: &mut Memory, now: f64) -> [f64; 4] {
+    let [soon, later] = late(step, memory, now);
+    let follow = |state: &mut Jet, length_m: f64| {
+        let after = now + (state.value - now) * (-step.rolled_m() / length_m).exp();
+        let middle = (state.value + after) / 2.0;
+        *state = Jet::constant(after);
+        middle
+    };
+    let near = follow(&mut memory.speed_mps.left, LATE_M[0]);
+    let far = follow(&mut memory.speed_mps.right, LATE_M[1]);
+    [soon, later, near, far]
+}
+
 /// Slower than this the robot stands \[m/s\].
 const STANDS_MPS: f64 = 2e-3;
 
@@ -62,6 +79,14 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             let [soon, later] = late(step, memory, force);
             let now = [force, force * step.speed_mps().signum(), soon, later];
             Change { sideways_m: sum(p, now.map(|x| x * step.dt_s)), ..Change::NONE }
+        },
+    },
+    Probe {
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| {
+            let ds_m = step.travel_m();
+            let angles = late_by_time_and_distance(step, memory, step.turn_rate_rad_s());
+            Change { sideways_m: sum(p, angles.map(|omega| omega * ds_m)), ..Change::NONE }
         },
     },
     Probe {
@@ -140,6 +165,16 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { travel: WheelPair::both(travel), ..Change::NONE }
         },
     },
+    // With the other groups, all products of v, |v|, omega and |omega| up to the third order.
+    Probe {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
+            let square = omega * omega;
+            let by = [v * square, v.abs() * square, v * v * omega.abs(), v.abs() * omega.abs()];
+            turns(p, by.map(|x| x * step.dt_s))
+        },
+    },
     Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
@@ -185,6 +220,15 @@ pub(super) static FUNCTIONS: &[Probe] = &[
                 sideways_m: p[3] * (load * v * omega * step.dt_s),
                 ..Change::NONE
             }
+        },
+    },
+    Probe {
+        regressor: Regressor::Load,
+        act: |p, step, _| {
+            let (load, chi) = (step.payload_kg, sharpness(step));
+            let travel = sum(p, [load * chi, load * step.speed_mps().abs(), 0.0, 0.0]);
+            let turning = p[2] * load + p[3] * (load * step.speed_mps().abs());
+            Change { travel: WheelPair::both(travel), turning, ..Change::NONE }
         },
     },
     Probe {

@@ -29,6 +29,10 @@ pub struct Expression {
 const NEAR_FLOOR: f64 = 1.15;
 /// Of equations that gain nearly as much, the first is taken: those of few factors come first.
 const NEAR_BEST: f64 = 0.97;
+/// Of the others, those that gain this share may still be the ones that reach the floor.
+const WORTH_TRYING: f64 = 0.8;
+/// How many are tried.
+const TRIED_MAX: usize = 6;
 
 /// What turns the robot, each as `dtheta = k * ...` per second.
 const TURNS: &[&str] = &[
@@ -139,8 +143,16 @@ pub(crate) fn expression(
         without - left_out(&equations, &both).iter().sum::<f64>()
     });
     let most = gains.iter().copied().fold(0.0, f64::max);
-    let best = gains.iter().position(|gain| *gain > 0.0 && *gain >= NEAR_BEST * most)?;
-    with(prepared, fitted, flexible, &effects[best])
+    let gains_at_least = |share: f64| {
+        let worth = move |gain: &f64| *gain > 0.0 && *gain >= share * most;
+        gains.iter().zip(&effects).filter(move |(gain, _)| worth(gain))
+    };
+    let mut others: Vec<_> = gains_at_least(WORTH_TRYING).collect();
+    others.sort_by(|a, b| b.0.total_cmp(a.0));
+    gains_at_least(NEAR_BEST)
+        .chain(others)
+        .take(TRIED_MAX)
+        .find_map(|(_, effect)| with(prepared, fitted, flexible, effect))
 }
 
 /// The model with this equation, fitted, if it comes near the floor.

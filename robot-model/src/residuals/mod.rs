@@ -11,6 +11,7 @@
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
+//! | `uneven_runs.rs` | a few runs that are off by far more than the others |
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
@@ -22,6 +23,7 @@ pub(crate) mod heavy_tails;
 pub(crate) mod probe;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
+mod uneven_runs;
 pub(crate) mod unexplained;
 
 pub use expression::Expression;

@@ -17,6 +17,7 @@ use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
 use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::ripple::ripple;
+use crate::residuals::uneven_runs::uneven_runs;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
 use super::expression::Expression;
@@ -68,7 +69,7 @@ impl Unexplained {
     }
 }
 
-/// Tests the residuals against every regressor, for ripples and for heavy tails.
+/// Tests the residuals against every regressor, for ripples, for runs unlike the others and for heavy tails.
 pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let mut found = of_regressors(prepared, fitted);
     let p_value = ripple(prepared, fitted);
@@ -77,6 +78,12 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
         // Whatever else is found may come from where the crests of the ripple happened to stop.
         found.depends_on.retain(|regressor| *regressor != Regressor::WheelAngle);
         found.depends_on.insert(0, Regressor::WheelAngle);
+    }
+    if let Some(uneven) = uneven_runs(prepared, fitted) {
+        found.note(uneven.p_value);
+        if !found.depends_on.contains(&uneven.regressor) {
+            found.depends_on.push(uneven.regressor);
+        }
     }
     let Some(tails) = heavy_tails(prepared, fitted) else { return found };
     found.note(tails.p_value);

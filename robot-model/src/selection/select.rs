@@ -19,11 +19,11 @@ const EFFECTS_MAX: usize = 8;
 const MODELS_MAX: usize = 16;
 /// How often the likelihood alone asks for an effect in a perfect robot. Cross-validation refuses most of these,
 /// so that fewer than 5 % of perfect robots get one.
-const FALSE_ALARM: f64 = 0.20;
+const FALSE_ALARM: f64 = 0.12;
 /// Stricter beside another effect: where an equation misses part of its own effect, the rest resembles one more.
-const FALSE_ALARM_BESIDE: f64 = 0.10;
+const FALSE_ALARM_BESIDE: f64 = 0.06;
 /// Strictest for an effect with a shape: cross-validation refuses fewer of these.
-const FALSE_ALARM_OF_SHAPES: f64 = 0.05;
+const FALSE_ALARM_OF_SHAPES: f64 = 0.04;
 /// Screening lets more pass: an effect that fails its test is removed in the end.
 const SCREENING_P_MAX: f64 = 0.03;
 /// This many of the effects that fail at first are tested again, with the noise that they leave.
@@ -309,7 +309,8 @@ pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool
 /// Whether each effect of the model stands: it passes its test, given all others.
 ///
 /// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
-/// evidence against them. Where one of these passes, the others stay with it, if the runs show them.
+/// evidence against them. Where one of these passes, the others stay with it, if the runs show them and tracks of other
+/// runs are no worse for it: beside an effect that resembles a track width, neither of the two is well known.
 fn stands(prepared: &Prepared, screening: &Screening<'_>, fitted: &Fitted<'_>) -> Vec<bool> {
     let kept = screening.kept();
     let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());

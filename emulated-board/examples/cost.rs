@@ -20,6 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         flash: None,
         cut_before: None,
         count: true,
+        revision: emulated_board::REVISION,
     };
     let ended = emulation.run(|mut bench: Bench| async move {
         bench.session.open().await.map_err(|error| error.to_string())?;

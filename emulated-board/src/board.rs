@@ -14,6 +14,7 @@ use rigless::soc::{Bus, Error, Region, Width};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
+use crate::chip::Revision;
 use crate::uart_peer::UartPeer;
 
 /// How long the emulated core takes for an instruction \[ns\].
@@ -51,14 +52,16 @@ static MEMORY: [Region; 6] = [
 /// A NUCLEO-F429ZI with the wiring of `docs/boards.md`.
 #[derive(Debug)]
 pub struct Nucleo {
-    mcu: Stm32f427,
+    pub(crate) mcu: Stm32f427,
+    /// What the chip says that it is.
+    pub(crate) revision: Revision,
     /// Only the memory map.
     memory: Bare,
 }
 
 impl Nucleo {
     /// The board out of reset.
-    pub fn new() -> Result<Self, Error> {
+    pub fn new(revision: Revision) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new()?;
         // The ST-LINK's clock output.
         mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);
@@ -69,7 +72,9 @@ impl Nucleo {
         }
         mcu.usart[USART3].attach(UartPeer::default());
         let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
-        let mut board = Self { mcu, memory };
+        let mut board = Self { mcu, revision, memory };
+        board.show_revision();
+        board.set_stop_line(VirtualNanos(0), false);
         // Not asserted before the first instruction: the fault line is pulled up, the button down.
         board.set_safety_inputs(VirtualNanos(0), false, false);
         Ok(board)
@@ -158,7 +163,7 @@ fn channel_of(number: u8) -> tim::Channel {
     tim::Channel::new(number).expect("a timer's channel")
 }
 
-store!(Nucleo { values: [], parts: [mcu], built: [memory] });
+store!(Nucleo { values: [revision], parts: [mcu], built: [memory] });
 
 impl Board for Nucleo {
     fn name(&self) -> &'static str {

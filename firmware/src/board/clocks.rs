@@ -6,15 +6,23 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::mhz;
 
+use super::power_on::external_clock_starts;
+
 /// 8 MHz / 4 x 168 / 2 = 168 MHz for the core, a quarter of it for APB1 and half of it for APB2. `usb` divides the
 /// loop's 336 MHz for the USB peripheral, where there is one.
 #[inline(always)] // An image has one call of it.
 pub(super) fn clocks_of_168_mhz(usb: Option<PllQDiv>) -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
-    config.rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Bypass });
-    config.rcc.pll_src = PllSource::HSE;
+    let external = external_clock_starts(true);
+    if external {
+        config.rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Bypass });
+        config.rcc.pll_src = PllSource::HSE;
+    } else {
+        config.rcc.pll_src = PllSource::HSI;
+        defmt::error!("the external clock does not start: times are 1 % exact");
+    }
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
+        prediv: if external { PllPreDiv::DIV4 } else { PllPreDiv::DIV8 },
         mul: PllMul::MUL168,
         divp: Some(PllPDiv::DIV2),
         divq: usb,

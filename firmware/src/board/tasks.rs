@@ -17,7 +17,7 @@ use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
 use static_cell::StaticCell;
 
-use super::bridge::Bridge;
+use super::bridge::{Bridge, StopLine};
 use super::control_timer::{CONTROL, Tim2ControlTimer};
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
@@ -105,8 +105,10 @@ pub fn spawn_safety_inputs(
     spawner: Spawner,
     shared: &'static BoardShared,
     stop: PolledInput,
+    line: StopLine,
     fault: PolledInput,
 ) {
+    spawner.spawn(once(stop_line(shared, line)));
     spawner.spawn(once(emergency_stop(shared, stop)));
     spawner.spawn(once(driver_fault(shared, fault)));
 }
@@ -154,6 +156,11 @@ async fn transmit(shared: &'static BoardShared, writer: UartTx<'static, Async>) 
 #[embassy_executor::task]
 async fn emergency_stop(shared: &'static BoardShared, pin: PolledInput) {
     task::safety_inputs::emergency_stop(shared, WaitPin(pin)).await;
+}
+
+#[embassy_executor::task]
+async fn stop_line(shared: &'static BoardShared, line: StopLine) {
+    task::safety_inputs::stop_line(shared, WaitPin(line)).await;
 }
 
 #[embassy_executor::task]

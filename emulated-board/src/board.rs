@@ -14,7 +14,6 @@ use rigless::soc::{Bus, Error, Region, Width};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
-use crate::chip::Revision;
 use crate::uart_peer::UartPeer;
 
 /// How long the emulated core takes for an instruction \[ns\].
@@ -54,14 +53,14 @@ static MEMORY: [Region; 6] = [
 pub struct Nucleo {
     pub(crate) mcu: Stm32f427,
     /// What the chip says that it is.
-    pub(crate) revision: Revision,
+    pub(crate) revision: u16,
     /// Only the memory map.
     memory: Bare,
 }
 
 impl Nucleo {
     /// The board out of reset.
-    pub fn new(revision: Revision) -> Result<Self, Error> {
+    pub fn new(revision: u16) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new()?;
         // The ST-LINK's clock output.
         mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);

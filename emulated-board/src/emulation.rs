@@ -16,6 +16,7 @@ use sim_target::{Chassis, Scenario, now_us};
 
 use crate::board::{self, Nucleo};
 use crate::bug::BugInjector;
+use crate::by_function::ByFunction;
 use crate::chip::{EarlyAccesses, RegisterAccess, Revision};
 use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
@@ -38,6 +39,8 @@ pub struct Emulation {
     pub cut_before: Option<u64>,
     /// Count the instructions of every control tick.
     pub count: bool,
+    /// Count the instructions of control ticks by function; slow.
+    pub by_function: bool,
     /// The chip's silicon.
     pub revision: Revision,
 }
@@ -55,6 +58,8 @@ pub struct RunResult<T> {
     pub flash_operations: u64,
     /// The same operations, one by one; none after a power cut.
     pub flash_journal: Vec<Operation>,
+    /// Instructions a tick by function, most first, if they were counted.
+    pub functions: Vec<(String, f64)>,
     /// The first accesses of peripherals.
     pub early: Vec<RegisterAccess>,
     /// The times of each control tick.
@@ -106,10 +111,17 @@ impl Emulation {
             watches.into_iter().for_each(|watch| machine.watch(watch));
             counter = Some(new);
         }
+        let mut by_function = None;
+        if self.by_function {
+            let (new, watches) = ByFunction::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            by_function = Some(new);
+        }
         let lockstep = Lockstep {
             begin: Some(begin),
             array,
             counter,
+            by_function,
             tick_recorder: TickRecorder::default(),
             early: EarlyAccesses::default(),
             bug_injector: BugInjector::new(&self.image)?,
@@ -126,6 +138,7 @@ impl Emulation {
             ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
             flash_operations: ended.driver.array.operations,
             flash_journal: ended.driver.array.journal,
+            functions: ended.driver.by_function.map_or_else(Vec::new, ByFunction::table),
             early: ended.driver.early.0,
             tick_times: ended.driver.tick_recorder.tick_times,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
@@ -169,6 +182,7 @@ struct Lockstep {
     begin: Option<Box<dyn FnOnce() -> PlantAndHost + Send>>,
     array: FlashArray,
     counter: Option<Counter>,
+    by_function: Option<ByFunction>,
     tick_recorder: TickRecorder,
     early: EarlyAccesses,
     bug_injector: BugInjector,
@@ -210,6 +224,9 @@ impl Driver<Nucleo> for Lockstep {
             Settled::Hit(hit) => {
                 if let Some(counter) = &mut self.counter {
                     counter.on_hit(&hit);
+                }
+                if let Some(by_function) = &mut self.by_function {
+                    by_function.on_hit(&hit);
                 }
             }
             _ => {}

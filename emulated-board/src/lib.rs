@@ -22,6 +22,7 @@
 
 mod board;
 mod bug;
+mod by_function;
 mod chip;
 mod control_ticks;
 mod cost;

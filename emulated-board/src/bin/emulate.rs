@@ -69,6 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         flash,
         cut_before: None,
         count: false,
+        by_function: false,
         revision: emulated_board::REVISION,
     };
     let (listen, camera) = (options.listen, options.camera);

@@ -36,6 +36,7 @@ fn emulation() -> Emulation {
         flash: None,
         cut_before: None,
         count: false,
+        by_function: false,
         revision: emulated_board::REVISION,
     }
 }

@@ -33,7 +33,7 @@ mod wiring {
 
     #[embassy_stm32::interrupt]
     unsafe fn TIM2() {
-        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        // SAFETY: this is the timer's interrupt.
         unsafe { control_timer::on_interrupt() };
         // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
         // not in a tail call, so that the emulated board can count its instructions.
@@ -79,7 +79,14 @@ mod wiring {
         let (transmitter, receiver) = link.split();
 
         let shared = tasks::shared();
-        tasks::spawn_control(shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
+        tasks::spawn_control(
+            spawner,
+            shared,
+            Tim2ControlTimer::new(p.TIM2),
+            encoders,
+            motors,
+            supply,
+        );
         tasks::spawn_safety_inputs(spawner, shared, stop, stop_line, driver_fault);
         tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
         tasks::spawn_others(spawner, shared, store, reset_cause, leds);

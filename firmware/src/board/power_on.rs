@@ -18,9 +18,6 @@ use super::guard;
 /// `BOR_LEV` of the option bytes: level 3, which resets the chip below 2.7 to 2.9 V.
 const BROWN_OUT_LEVEL: u8 = 0b00;
 
-/// Turns of a loop of four to ten cycles at 16 MHz: 4 to 9 ms. A crystal takes 2, and the watchdog waits for 21.
-const CRYSTAL_TURNS_MAX: u32 = 15_000;
-
 /// Starts the watchdog, then everything else that needs no clock. The first call of `main`.
 pub fn begin() {
     guard::start_watchdog();
@@ -43,14 +40,6 @@ pub fn finish() {
         w.set_icen(true);
         w.set_dcen(true);
     });
-}
-
-/// Whether the external clock starts. Without it the chip runs from its own oscillator, 1 % exact: times
-/// and speeds are off by that much, distances are not.
-pub(super) fn external_clock_starts(bypass: bool) -> bool {
-    RCC.cr().modify(|w| w.set_hsebyp(bypass));
-    RCC.cr().modify(|w| w.set_hseon(true));
-    (0..CRYSTAL_TURNS_MAX).any(|_| RCC.cr().read().hserdy())
 }
 
 /// Writes the option bytes, once in a chip's life: afterwards they have the level already.

@@ -209,7 +209,7 @@ impl Driver<Nucleo> for Lockstep {
                 self.array.on_access(&access, host);
                 self.tick_recorder.on_access(&access);
                 self.early.on_access(&access, value);
-                self.bug_injector.on_access(&access, host);
+                self.bug_injector.on_access(&access);
                 if let Some(counter) = &mut self.counter {
                     counter.on_access(&access);
                 }
@@ -251,6 +251,7 @@ impl Driver<Nucleo> for Lockstep {
                 return None;
             }
             around.hand_over(machine.board_mut());
+            self.bug_injector.on_stop(host);
             let mut outside = around.monitor.0.borrow_mut();
             for bug in std::mem::take(&mut outside.bugs) {
                 self.bug_injector.plant(bug, host);

@@ -51,14 +51,16 @@ static MEMORY: [Region; 6] = [
 /// A NUCLEO-F429ZI with the wiring of `docs/boards.md`.
 #[derive(Debug)]
 pub struct Nucleo {
-    mcu: Stm32f427,
+    pub(crate) mcu: Stm32f427,
+    /// What the chip says that it is.
+    pub(crate) revision: u16,
     /// Only the memory map.
     memory: Bare,
 }
 
 impl Nucleo {
     /// The board out of reset.
-    pub fn new() -> Result<Self, Error> {
+    pub fn new(revision: u16) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new()?;
         // The ST-LINK's clock output.
         mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);
@@ -69,7 +71,9 @@ impl Nucleo {
         }
         mcu.usart[USART3].attach(UartPeer::default());
         let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
-        let mut board = Self { mcu, memory };
+        let mut board = Self { mcu, revision, memory };
+        board.show_revision();
+        board.set_stop_line(VirtualNanos(0), false);
         // Not asserted before the first instruction: the fault line is pulled up, the button down.
         board.set_safety_inputs(VirtualNanos(0), false, false);
         Ok(board)
@@ -158,7 +162,7 @@ fn channel_of(number: u8) -> tim::Channel {
     tim::Channel::new(number).expect("a timer's channel")
 }
 
-store!(Nucleo { values: [], parts: [mcu], built: [memory] });
+store!(Nucleo { values: [revision], parts: [mcu], built: [memory] });
 
 impl Board for Nucleo {
     fn name(&self) -> &'static str {

@@ -45,6 +45,8 @@ pub(crate) struct BugInjector {
     functions: Vec<(String, u64)>,
     /// Bugs that wait for an access to their register.
     waiting: Vec<(u64, Effect)>,
+    /// Instructions to replace at the next stop.
+    found: Vec<(u64, Effect)>,
     /// The replaced instructions, by address.
     replaced: Vec<(u64, u64)>,
 }
@@ -57,7 +59,12 @@ impl BugInjector {
             // The lowest bit marks Thumb code.
             Some((symbol.name().ok()?.to_string(), symbol.address() & !1))
         });
-        Ok(Self { functions: functions.collect(), waiting: Vec::new(), replaced: Vec::new() })
+        Ok(Self {
+            functions: functions.collect(),
+            waiting: Vec::new(),
+            found: Vec::new(),
+            replaced: Vec::new(),
+        })
     }
 
     pub fn plant(&mut self, bug: Bug, host: &mut dyn Host) {
@@ -70,13 +77,21 @@ impl BugInjector {
         }
     }
 
-    pub fn on_access(&mut self, access: &Access, host: &mut dyn Host) {
+    pub fn on_access(&mut self, access: &Access) {
         if self.waiting.is_empty() {
             return;
         }
         let at = self.waiting.iter().position(|(address, _)| *address == access.address);
         if let (Some(at), Some(instruction)) = (at, access.program_counter) {
             let (_, effect) = self.waiting.swap_remove(at);
+            self.found.push((instruction, effect));
+        }
+    }
+
+    /// Replaces instructions that were found. Not at once: the program is about to execute the next one, which may
+    /// be replaced too.
+    pub fn on_stop(&mut self, host: &mut dyn Host) {
+        for (instruction, effect) in std::mem::take(&mut self.found) {
             self.replace(instruction, effect, host);
         }
     }
@@ -91,6 +106,7 @@ impl BugInjector {
             host.write(address, Width::W16, half).expect("the address is in flash");
         }
         self.waiting.clear();
+        self.found.clear();
     }
 
     fn replace(&mut self, at: u64, effect: Effect, host: &mut dyn Host) {

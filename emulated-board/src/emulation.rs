@@ -7,19 +7,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Wake, Waker};
 
-use host_link::session::Session;
 use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
 use rigless::time::VirtualNanos;
-use shared_proto::{Wheel, WheelPair};
-use sim_target::{Chassis, HostWire, Lab, Scenario, now_us};
+use shared_proto::Wheel;
+use sim_target::{Chassis, Scenario, now_us};
 
 use crate::board::{self, Nucleo};
-use crate::bug::{Bug, BugInjector};
+use crate::bug::BugInjector;
+use crate::by_function::ByFunction;
+use crate::chip::{EarlyAccesses, RegisterAccess, Revision};
 use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
+use crate::monitor::{Bench, BoardMonitor};
 
 /// How often plant and chip are synchronised \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -37,82 +39,10 @@ pub struct Emulation {
     pub cut_before: Option<u64>,
     /// Count the instructions of every control tick.
     pub count: bool,
-}
-
-/// What a procedure on the emulated board works with.
-pub struct Bench {
-    /// The laboratory around the robot.
-    pub lab: Lab,
-    /// The host's session; not opened yet.
-    pub session: Session,
-    /// The host's end of the serial line, for further sessions, or to use without a session.
-    pub wire: HostWire,
-    /// Observes the board, and acts on it.
-    pub monitor: BoardMonitor,
-}
-
-impl Bench {
-    /// Another session on the same line, not opened yet: after a restart, or of another host.
-    pub fn session(&self, number: u32) -> Session {
-        sim_link::session(&self.wire, number, "emulated")
-    }
-}
-
-/// Observes the board from outside, and acts on it.
-#[derive(Clone, Default)]
-pub struct BoardMonitor(std::rc::Rc<RefCell<BoardState>>);
-
-#[derive(Default)]
-struct BoardState {
-    duty: WheelPair<f64>,
-    enabled: bool,
-    last_powered_us: Option<u64>,
-    resets_us: Vec<u64>,
-    /// Bytes that wait for their turn on the line to the robot.
-    waiting: usize,
-    bugs: Vec<Bug>,
-    flash_operations: u64,
-    power_on: Option<Flash>,
-}
-
-impl BoardMonitor {
-    /// The motors' present voltages, as shares of the supply; zero while the bridge is disabled.
-    pub fn duty(&self) -> WheelPair<f64> {
-        let outside = self.0.borrow();
-        if outside.enabled { outside.duty } else { WheelPair::both(0.0) }
-    }
-
-    /// When a motor last had a duty other than zero, to within a period of the PWM \[us\].
-    pub fn last_powered_us(&self) -> Option<u64> {
-        self.0.borrow().last_powered_us
-    }
-
-    /// When the board restarted \[us\].
-    pub fn resets_us(&self) -> Vec<u64> {
-        self.0.borrow().resets_us.clone()
-    }
-
-    /// Bytes that wait for their turn on the line to the robot, within a period of the PWM.
-    pub fn waiting(&self) -> usize {
-        self.0.borrow().waiting
-    }
-
-    /// Erasures and programmed words so far.
-    pub fn flash_operations(&self) -> u64 {
-        self.0.borrow().flash_operations
-    }
-
-    /// Switches the board off and on again, with this content in its flash; RAM loses its content.
-    ///
-    /// The chip sees a reset by its pin, and reports that as the cause.
-    pub fn power_cycle(&self, flash: Flash) {
-        self.0.borrow_mut().power_on = Some(flash);
-    }
-
-    /// Injects a bug into the running program; a restart removes the bug.
-    pub fn plant(&self, bug: Bug) {
-        self.0.borrow_mut().bugs.push(bug);
-    }
+    /// Count the instructions of control ticks by function; slow.
+    pub by_function: bool,
+    /// The chip's silicon.
+    pub revision: Revision,
 }
 
 /// The results of a run.
@@ -128,6 +58,10 @@ pub struct RunResult<T> {
     pub flash_operations: u64,
     /// The same operations, one by one; none after a power cut.
     pub flash_journal: Vec<Operation>,
+    /// Instructions a tick by function, most first, if they were counted.
+    pub functions: Vec<(String, f64)>,
+    /// The first accesses of peripherals.
+    pub early: Vec<RegisterAccess>,
     /// The times of each control tick.
     pub tick_times: Vec<TickTimes>,
     /// Instructions that the core has executed.
@@ -152,7 +86,7 @@ impl Emulation {
     {
         let images = [Image::read(&self.image, None)?];
         // The first stop comes before the first instruction: the flash is there from power-on.
-        let mut machine = Machine::new(Box::new(Nucleo::new()?), 0, VirtualNanos(1))?;
+        let mut machine = Machine::new(Box::new(Nucleo::new(self.revision)?), 0, VirtualNanos(1))?;
         machine.watch(FlashArray::watch());
         machine.watch(board::PROGRAM);
         let found = Arc::new(Mutex::new(None));
@@ -177,11 +111,19 @@ impl Emulation {
             watches.into_iter().for_each(|watch| machine.watch(watch));
             counter = Some(new);
         }
+        let mut by_function = None;
+        if self.by_function {
+            let (new, watches) = ByFunction::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            by_function = Some(new);
+        }
         let lockstep = Lockstep {
             begin: Some(begin),
             array,
             counter,
+            by_function,
             tick_recorder: TickRecorder::default(),
+            early: EarlyAccesses::default(),
             bug_injector: BugInjector::new(&self.image)?,
             program_stores: 0,
             resets: 0,
@@ -196,6 +138,8 @@ impl Emulation {
             ticks: ended.driver.counter.map_or_else(Vec::new, |counter| counter.ticks),
             flash_operations: ended.driver.array.operations,
             flash_journal: ended.driver.array.journal,
+            functions: ended.driver.by_function.map_or_else(Vec::new, ByFunction::table),
+            early: ended.driver.early.0,
             tick_times: ended.driver.tick_recorder.tick_times,
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
@@ -238,7 +182,9 @@ struct Lockstep {
     begin: Option<Box<dyn FnOnce() -> PlantAndHost + Send>>,
     array: FlashArray,
     counter: Option<Counter>,
+    by_function: Option<ByFunction>,
     tick_recorder: TickRecorder,
+    early: EarlyAccesses,
     bug_injector: BugInjector,
     /// Stores of the program into itself.
     program_stores: u64,
@@ -248,20 +194,22 @@ struct Lockstep {
 
 impl Driver<Nucleo> for Lockstep {
     fn on_settled(&mut self, machine: &mut Machine<Nucleo>, host: &mut dyn Host, settled: Settled) {
-        if let Some(reset) = machine.resets().get(self.resets) {
+        if let Some(reset_us) = machine.resets().get(self.resets).map(|reset| reset.at.0 / 1000) {
             self.resets += 1;
             self.bug_injector.clean_up(host);
+            machine.board_mut().show_revision();
             PLANT_AND_HOST.with_borrow(|slot| {
                 if let Some(around) = slot {
-                    around.monitor.0.borrow_mut().resets_us.push(reset.at.0 / 1000);
+                    around.monitor.0.borrow_mut().resets_us.push(reset_us);
                 }
             });
         }
         match settled {
-            Settled::Access { access, .. } => {
+            Settled::Access { access, value } => {
                 self.array.on_access(&access, host);
                 self.tick_recorder.on_access(&access);
-                self.bug_injector.on_access(&access, host);
+                self.early.on_access(&access, value);
+                self.bug_injector.on_access(&access);
                 if let Some(counter) = &mut self.counter {
                     counter.on_access(&access);
                 }
@@ -276,6 +224,9 @@ impl Driver<Nucleo> for Lockstep {
             Settled::Hit(hit) => {
                 if let Some(counter) = &mut self.counter {
                     counter.on_hit(&hit);
+                }
+                if let Some(by_function) = &mut self.by_function {
+                    by_function.on_hit(&hit);
                 }
             }
             _ => {}
@@ -300,6 +251,7 @@ impl Driver<Nucleo> for Lockstep {
                 return None;
             }
             around.hand_over(machine.board_mut());
+            self.bug_injector.on_stop(host);
             let mut outside = around.monitor.0.borrow_mut();
             for bug in std::mem::take(&mut outside.bugs) {
                 self.bug_injector.plant(bug, host);
@@ -336,6 +288,7 @@ impl PlantAndHost {
             }
         }
         self.chassis.drive(duty, enabled);
+        self.act_on_chip(board, at);
         board.set_supply_v(self.chassis.supply_v());
         let (button, fault) =
             self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
@@ -343,6 +296,20 @@ impl PlantAndHost {
         let bytes = board.line().take();
         if !bytes.is_empty() {
             self.chassis.give_to_host(&bytes);
+        }
+    }
+
+    /// What the procedure does to the chip itself.
+    fn act_on_chip(&mut self, board: &mut Nucleo, at: VirtualNanos) {
+        let mut outside = self.monitor.0.borrow_mut();
+        board.set_stop_line(at, outside.stop_line_open);
+        if std::mem::take(&mut outside.clock_fails) {
+            board.fail_clock(at);
+        }
+        let asked = std::mem::take(&mut outside.asked);
+        if !asked.is_empty() {
+            let read = |address| (address, board.register(at, address));
+            outside.registers = asked.into_iter().map(read).collect();
         }
     }
 

@@ -22,15 +22,20 @@
 
 mod board;
 mod bug;
+mod by_function;
+mod chip;
 mod control_ticks;
 mod cost;
 mod emulation;
 mod flash_array;
+mod monitor;
 mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
 pub use bug::{Bug, Effect, Place};
+pub use chip::{REVISION, RegisterAccess, Revision};
 pub use control_ticks::TickTimes;
 pub use cost::{Spread, TickCost};
-pub use emulation::{Bench, BoardMonitor, Emulation, RunResult};
+pub use emulation::{Emulation, RunResult};
 pub use flash_array::{Flash, Operation, blank};
+pub use monitor::{Bench, BoardMonitor};

@@ -9,13 +9,13 @@
 //! | --- | --- |
 //! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, safety inputs |
 //! | [`hal`] | the hardware interface: what a board, or the simulator, implements |
-//! | `board` | that interface on STM32 boards; only in an image |
+//! | `board` | that interface on STM32 boards; only in an image, behind the feature `stm32` |
 //! | [`store`] | the configuration in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "stm32"))]
 pub mod board;
 pub mod hal;
 pub mod probe;

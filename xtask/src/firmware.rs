@@ -37,21 +37,21 @@ pub const BOARDS: [Board; 3] = [
         name: "nucleo-f429zi",
         bin: "nucleo_f429zi",
         features: "board-nucleo-f429zi",
-        flash_kib_max: 64,
+        flash_kib_max: 96,
         ram_kib_max: 24,
     },
     Board {
         name: "nucleo-f429zi-usb",
         bin: "nucleo_f429zi",
         features: "board-nucleo-f429zi,usb",
-        flash_kib_max: 75,
+        flash_kib_max: 112,
         ram_kib_max: 24,
     },
     Board {
         name: "nucleo-f446re",
         bin: "nucleo_f446re",
         features: "board-nucleo-f446re",
-        flash_kib_max: 64,
+        flash_kib_max: 96,
         ram_kib_max: 24,
     },
 ];
@@ -89,6 +89,9 @@ pub fn run(args: &[&str]) -> Outcome {
         return Err(usage());
     }
     let compiler = compiler.map_or_else(find_compiler, Ok)?;
+    if chosen.len() == BOARDS.len() {
+        check_library(compiler)?;
+    }
     for board in chosen {
         let image = build(board, compiler)?;
         board.weigh(&image)?;
@@ -146,7 +149,15 @@ fn has_target() -> bool {
     })
 }
 
-fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
+/// The library for a chip without a board of ours: it needs nothing of the STM32's.
+fn check_library(compiler: Compiler) -> Outcome {
+    let (mut command, _) = firmware_cargo("check", compiler)?;
+    command.arg("--lib");
+    run_command(&mut command, "the library must build without the feature `stm32`")
+}
+
+/// Cargo in `firmware/`, without features, and the build folder.
+fn firmware_cargo(what: &str, compiler: Compiler) -> Result<(Command, PathBuf), String> {
     let mut target = target_folder();
     let mut command = match compiler {
         Compiler::Pinned => Command::new("cargo"),
@@ -156,8 +167,7 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
         }
     };
     command
-        .args(["build", "--release", "--locked", "--no-default-features"])
-        .args(["--features", board.features, "--bin", board.bin, "--target", TARGET])
+        .args([what, "--release", "--locked", "--no-default-features", "--target", TARGET])
         .arg("--target-dir")
         .arg(&target)
         .current_dir(root().join("firmware"))
@@ -166,6 +176,12 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
     if let Compiler::Distribution = compiler {
         command.arg("-Zbuild-std=core,alloc");
     }
+    Ok((command, target))
+}
+
+fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
+    let (mut command, target) = firmware_cargo("build", compiler)?;
+    command.args(["--features", board.features, "--bin", board.bin]);
     run_command(&mut command, "fix the build; firmware/ builds with `cargo build --release` too")?;
     Ok(target.join(TARGET).join("release").join(board.bin))
 }

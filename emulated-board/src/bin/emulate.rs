@@ -63,8 +63,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cancel = Cancel::default();
     let asked = cancel.clone();
     ctrlc::set_handler(move || asked.request())?;
-    let emulation =
-        Emulation { image: image.into(), scenario, flash, cut_before: None, count: false };
+    let emulation = Emulation {
+        image: image.into(),
+        scenario,
+        flash,
+        cut_before: None,
+        count: false,
+        by_function: false,
+        revision: emulated_board::REVISION,
+    };
     let (listen, camera) = (options.listen, options.camera);
     let ended = emulation.run(move |mut bench: Bench| async move {
         bench.session.cancel_by(&cancel);

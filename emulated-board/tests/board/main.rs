@@ -1,6 +1,7 @@
 //! What the flashed image does, and how it bears what goes wrong.
 
 mod attack;
+mod chip;
 mod faults;
 mod hang;
 mod network;
@@ -35,6 +36,8 @@ fn emulation() -> Emulation {
         flash: None,
         cut_before: None,
         count: false,
+        by_function: false,
+        revision: emulated_board::REVISION,
     }
 }
 

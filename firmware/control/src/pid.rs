@@ -23,8 +23,9 @@
 //! | kv, kd | 1000 s/m | 2^-20 s/m |
 //! | ka | 100 s^2/m | 2^-24 s^2/m |
 //!
-//! Products are 32 by 32 bits into 64; each term keeps 30 fractional bits and its full range, so
-//! that large terms of opposite sign cancel correctly.
+//! Products are 32 by 32 bits into 64. They are added with 44 fractional bits, which the speeds' have by
+//! themselves. The sum is below 2^19, whatever the gains, so that large terms of opposite sign cancel correctly.
+//! Telemetry's units are made outside the tick.
 
 use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, WheelPair};
@@ -33,12 +34,15 @@ use crate::profile::Setpoint;
 use crate::soft_float::nearest;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
+/// Fractional bits of the terms' sum. 10^4 /m x 2 m + 1000 s/m x (128 + 256) m/s +
+/// 100 s^2/m x 128 m/s^2 + 2 is below 2^19, which leaves 44 bits of 63.
+const TERM_BITS: u32 = 44;
 /// Fractional bits of kp.
 const KP_BITS: u32 = 17;
 /// Fractional bits of ki dt.
 const KI_BITS: u32 = 27;
 /// Fractional bits of kv and kd.
-const KV_BITS: u32 = 20;
+const KV_BITS: u32 = TERM_BITS - SPEED_BITS;
 /// Fractional bits of ka.
 const KA_BITS: u32 = 24;
 /// Fractional bits of a duty.
@@ -88,14 +92,15 @@ fn scaled(value: f64, fractional_bits: u32) -> i32 {
     saturate_i32(nearest(value, fractional_bits))
 }
 
-/// The controller's state, each term kept separately for telemetry.
+/// The controller's state, each term kept separately for telemetry, in steps of 2^-44 where nothing else stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PidState {
     feedforward: i64,
+    /// In steps of 2^-47.
     proportional: i64,
     /// In steps of 2^-57.
     integral: i64,
-    /// The integral that the last tick used.
+    /// The integral that the last tick used, in steps of 2^-57.
     integral_used: i64,
     derivative: i64,
     duty: i32,
@@ -115,11 +120,12 @@ impl PidState {
     /// The terms of the last tick.
     #[inline]
     pub fn terms(&self) -> PidTerms {
+        let term = |bits: i64| duty_bits_to_i16(bits >> (TERM_BITS - DUTY_BITS));
         PidTerms {
-            feedforward: duty_bits_to_i16(self.feedforward),
-            proportional: duty_bits_to_i16(self.proportional),
-            integral: duty_bits_to_i16(self.integral_used),
-            derivative: duty_bits_to_i16(self.derivative),
+            feedforward: term(self.feedforward),
+            proportional: duty_bits_to_i16(self.proportional >> (KP_BITS + ERROR_BITS - DUTY_BITS)),
+            integral: duty_bits_to_i16(self.integral_used >> (INTEGRAL_BITS - DUTY_BITS)),
+            derivative: term(self.derivative),
         }
     }
 
@@ -145,7 +151,7 @@ pub fn step_both(
 }
 
 /// One tick of a wheel's controller.
-#[inline(never)]
+#[inline(always)]
 pub fn step(
     gains: &Gains,
     state: &mut PidState,
@@ -158,20 +164,24 @@ pub fn step(
     let speed_error = v.saturating_sub(v_measured);
 
     // (1)
-    state.feedforward = i64::from(gains.ks * v.signum())
-        + (product(gains.kv, v) >> (KV_BITS + SPEED_BITS - DUTY_BITS))
+    let feedforward = product(gains.ks, v.signum() << (TERM_BITS - DUTY_BITS))
+        + product(gains.kv, v)
         + (product(gains.ka, setpoint.acceleration.0.to_bits())
-            >> (KA_BITS + SPEED_BITS - DUTY_BITS));
+            >> (KA_BITS + SPEED_BITS - TERM_BITS));
     // (2)
-    state.proportional = product(gains.kp, error) >> (KP_BITS + ERROR_BITS - DUTY_BITS);
+    let proportional = product(gains.kp, error);
     // (4)
-    state.derivative = product(gains.kd, speed_error) >> (KV_BITS + SPEED_BITS - DUTY_BITS);
-    state.integral_used = state.integral >> (INTEGRAL_BITS - DUTY_BITS);
+    let derivative = product(gains.kd, speed_error);
+    let integral = state.integral;
+    (state.feedforward, state.proportional) = (feedforward, proportional);
+    (state.derivative, state.integral_used) = (derivative, integral);
 
     // (5)
-    let wanted = saturate_i32(
-        state.feedforward + state.proportional + state.integral_used + state.derivative,
-    );
+    let sum = feedforward
+        + (proportional >> (KP_BITS + ERROR_BITS - TERM_BITS))
+        + derivative
+        + (integral >> (INTEGRAL_BITS - TERM_BITS));
+    let wanted = saturate_i32(sum >> (TERM_BITS - DUTY_BITS));
     let lowest = state.duty.saturating_sub(gains.duty_slew_dt).max(-gains.duty_max);
     let highest = state.duty.saturating_add(gains.duty_slew_dt).min(gains.duty_max);
     state.duty = wanted.max(lowest).min(highest);
@@ -180,7 +190,7 @@ pub fn step(
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
     if !into_limit {
         let bound = i64::from(gains.duty_max) << (INTEGRAL_BITS - DUTY_BITS);
-        let integral = state.integral + product(gains.ki_dt, error);
+        let integral = integral + product(gains.ki_dt, error);
         state.integral = if integral > bound {
             bound
         } else if integral < -bound {

@@ -22,7 +22,7 @@ mod wiring {
     #[cfg(not(feature = "usb"))]
     use firmware::board::tasks::LINK_BUFFER_LEN;
     use firmware::board::tasks::{self, SERVICE_PRIORITY};
-    use firmware::board::{clocks, guard, reset};
+    use firmware::board::{clocks, guard, power_on, reset};
     use firmware::store::FlashStore;
     #[cfg(not(feature = "usb"))]
     use static_cell::ConstStaticCell;
@@ -46,7 +46,7 @@ mod wiring {
 
     #[embassy_stm32::interrupt]
     unsafe fn TIM2() {
-        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        // SAFETY: this is the timer's interrupt.
         unsafe { control_timer::on_interrupt() };
         // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
         // not in a tail call, so that the emulated board can count its instructions.
@@ -56,14 +56,16 @@ mod wiring {
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
         let reset_cause = reset::cause();
+        power_on::begin();
         let p = embassy_stm32::init(clocks());
+        power_on::finish();
         let core = cortex_m::Peripherals::take().expect("taken once");
         for irq in
             [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::OTG_FS]
         {
             irq.set_priority(SERVICE_PRIORITY);
         }
-        guard::start(p.IWDG, core.SYST);
+        guard::start(core.SYST);
 
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PD12, p.PD13));
         let pins = Pins {
@@ -72,8 +74,9 @@ mod wiring {
             right_a: p.PE13,
             right_b: p.PE14,
             enable: p.PF15,
+            stop: p.PE15,
         };
-        let motors = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
+        let (motors, stop_line) = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA3, 3, divider);
 
@@ -88,8 +91,15 @@ mod wiring {
         let store = FlashStore::new(StoreFlash::new(p.FLASH));
 
         let shared = tasks::shared();
-        tasks::spawn_control(shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
-        tasks::spawn_safety_inputs(spawner, shared, stop, driver_fault);
+        tasks::spawn_control(
+            spawner,
+            shared,
+            Tim2ControlTimer::new(p.TIM2),
+            encoders,
+            motors,
+            supply,
+        );
+        tasks::spawn_safety_inputs(spawner, shared, stop, stop_line, driver_fault);
         #[cfg(not(feature = "usb"))]
         {
             let mut line = usart::Config::default();

@@ -17,7 +17,7 @@ mod wiring {
     use firmware::board::leds::Leds;
     use firmware::board::supply::{DividedSupply, Divider};
     use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
-    use firmware::board::{clocks, guard, reset};
+    use firmware::board::{clocks, guard, power_on, reset};
     use firmware::store::FlashStore;
     use static_cell::ConstStaticCell;
 
@@ -33,7 +33,7 @@ mod wiring {
 
     #[embassy_stm32::interrupt]
     unsafe fn TIM2() {
-        // SAFETY: this is the interrupt that `spawn_control` starts the executor in.
+        // SAFETY: this is the timer's interrupt.
         unsafe { control_timer::on_interrupt() };
         // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
         // not in a tail call, so that the emulated board can count its instructions.
@@ -43,17 +43,25 @@ mod wiring {
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
         let reset_cause = reset::cause();
+        power_on::begin();
         let p = embassy_stm32::init(clocks());
+        power_on::finish();
         let core = cortex_m::Peripherals::take().expect("taken once");
         for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5] {
             irq.set_priority(SERVICE_PRIORITY);
         }
-        guard::start(p.IWDG, core.SYST);
+        guard::start(core.SYST);
 
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PB6, p.PB7));
-        let pins =
-            Pins { left_a: p.PA8, left_b: p.PA9, right_a: p.PA10, right_b: p.PA11, enable: p.PB10 };
-        let motors = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
+        let pins = Pins {
+            left_a: p.PA8,
+            left_b: p.PA9,
+            right_a: p.PA10,
+            right_b: p.PA11,
+            enable: p.PB10,
+            stop: p.PB12,
+        };
+        let (motors, stop_line) = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
 
@@ -71,8 +79,15 @@ mod wiring {
         let (transmitter, receiver) = link.split();
 
         let shared = tasks::shared();
-        tasks::spawn_control(shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
-        tasks::spawn_safety_inputs(spawner, shared, stop, driver_fault);
+        tasks::spawn_control(
+            spawner,
+            shared,
+            Tim2ControlTimer::new(p.TIM2),
+            encoders,
+            motors,
+            supply,
+        );
+        tasks::spawn_safety_inputs(spawner, shared, stop, stop_line, driver_fault);
         tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
         tasks::spawn_others(spawner, shared, store, reset_cause, leds);
     }

@@ -7,18 +7,24 @@
 //! ```
 //!
 //! Both modes use the same pins. The driver's data sheet says which mode it needs.
+//!
+//! The stop line is TIM1's break input: while the line is open, the timer itself holds every PWM line low,
+//! whatever the program does (RM0090, 17.3.12). The line is high when open, so a cut wire stops the robot. The
+//! outputs stay off until the motors are enabled anew, which takes a reset of the fault and an arming.
+//! A debugger's halt has the same effect ([`super::power_on`]).
 
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Level, Output, OutputType, Pin, Speed};
+use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pin, Pull, Speed};
 use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ossi};
 use embassy_stm32::peripherals::TIM1;
 use embassy_stm32::timer::low_level::{OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
+use embassy_stm32::timer::{BkIn1, BreakInputPin, Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
 use shared_proto::WheelPair;
 
 use super::guard;
-use crate::hal::Motors;
+use crate::hal::{self, Motors};
 use crate::units::Duty;
 
 /// Above the audible range, within what common drivers can switch.
@@ -48,13 +54,14 @@ pub struct Bridge {
 }
 
 /// The left wheel's lines are TIM1's channels 1 and 2, the right wheel's 3 and 4.
-pub struct Pins<A1, A2, A3, A4, E>
+pub struct Pins<A1, A2, A3, A4, E, S>
 where
     A1: TimerPin<TIM1, Ch1>,
     A2: TimerPin<TIM1, Ch2> + Pin,
     A3: TimerPin<TIM1, Ch3>,
     A4: TimerPin<TIM1, Ch4> + Pin,
     E: Pin,
+    S: BreakInputPin<TIM1, BkIn1> + Pin,
 {
     /// The left wheel's line A.
     pub left_a: Peri<'static, A1>,
@@ -66,6 +73,8 @@ where
     pub right_b: Peri<'static, A4>,
     /// The driver's enable, active high. Add a pull-down: during a reset every pin floats.
     pub enable: Peri<'static, E>,
+    /// The stop line: a switch to ground that opens when pressed. Pulled up.
+    pub stop: Peri<'static, S>,
 }
 
 /// What the driver's data sheet asks of the two lines of a wheel.
@@ -81,18 +90,23 @@ impl Bridge {
     /// Both motors stand still and the driver is disabled.
     // Inlined, so that an image holds one mode only.
     #[inline(always)]
-    pub fn new<A1, A2, A3, A4, E>(
+    pub fn new<A1, A2, A3, A4, E, S>(
         timer: Peri<'static, TIM1>,
-        pins: Pins<A1, A2, A3, A4, E>,
+        pins: Pins<A1, A2, A3, A4, E, S>,
         mode: Mode,
-    ) -> Self
+    ) -> (Self, StopLine)
     where
         A1: TimerPin<TIM1, Ch1>,
         A2: TimerPin<TIM1, Ch2> + Pin,
         A3: TimerPin<TIM1, Ch3>,
         A4: TimerPin<TIM1, Ch4> + Pin,
         E: Pin,
+        S: BreakInputPin<TIM1, BkIn1> + Pin,
     {
+        let function = AfType::input(Pull::Up);
+        let number = pins.stop.af_num();
+        let mut stop = Flex::new(pins.stop);
+        stop.set_as_af_unchecked(number, function);
         let enable = Output::new(pins.enable, Level::Low, Speed::Low);
         // Dropping the pins would reconfigure them.
         core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
@@ -116,7 +130,8 @@ impl Bridge {
             Mode::SignMagnitude => &[Channel::Ch1, Channel::Ch3],
             Mode::In1In2 => &[Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4],
         };
-        Self { wheels, enable, enabled: false, period: start(timer, channels) }
+        let bridge = Self { wheels, enable, enabled: false, period: start(timer, channels) };
+        (bridge, StopLine(stop))
     }
 }
 
@@ -133,11 +148,46 @@ fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
     }
     timer.set_autoreload_preload(true);
     timer.generate_update_event();
-    timer.enable_outputs();
+    // No automatic restart after a break, and off means low. Locked until a reset of the chip (17.4.18).
+    pac::TIM1.bdtr().write(|w| {
+        w.set_bke(0, true);
+        w.set_bkp(0, Bkp::ACTIVE_HIGH);
+        w.set_ossi(Ossi::IDLE_LEVEL);
+        w.set_lock(Lock::LEVEL1);
+    });
     timer.start();
     // Dropping the timer would stop it.
     core::mem::forget(timer);
     period
+}
+
+/// Lets the PWM out to the pins; while the stop line is open, the timer refuses.
+fn outputs_on() {
+    pac::TIM1.bdtr().modify(|w| w.set_moe(true));
+}
+
+/// The stop line, for the task that names what the timer has done already.
+pub struct StopLine(Flex<'static>);
+
+impl hal::Level for StopLine {
+    /// Low stands for pressed, as with the other inputs: the line is open, or was since the last call.
+    fn is_low(&self) -> bool {
+        let broken = pac::TIM1.sr().read().bif(0);
+        if broken {
+            // The flags are cleared by writing 0; all others are written as 1, which changes nothing. The
+            // timer keeps the flag while the line is open.
+            let mut flags = pac::timer::regs::SrAdv(u32::MAX);
+            flags.set_bif(0, false);
+            pac::TIM1.sr().write_value(flags);
+        }
+        broken || self.0.is_high()
+    }
+
+    async fn wait_until(&self, low: bool) {
+        while self.is_low() != low {
+            embassy_time::Timer::after_millis(super::input::POLL_MS).await;
+        }
+    }
 }
 
 fn set_pulse(channel: Channel, ticks: u32) {
@@ -180,6 +230,9 @@ impl Motors for Bridge {
         let on = on && !guard::tripped();
         if self.enabled != on {
             self.enabled = on;
+            if on {
+                outputs_on();
+            }
             self.enable.set_level(if on { Level::High } else { Level::Low });
         }
     }

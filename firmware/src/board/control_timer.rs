@@ -1,19 +1,21 @@
 //! The control timer: the control tasks run in its interrupt.
 //!
-//! TIM2 counts microseconds and interrupts at every control period. The handler wakes the capture task and
-//! runs the control tasks' executor at once. Neither embassy's clock nor a second interrupt delays the
+//! TIM2 counts microseconds and interrupts at every control period. The handler polls capture, profile and PID
+//! once each, in this order: each finds what the one before it left, so that a tick is one entry of the
+//! interrupt, without an executor, wakers or a queue. Neither embassy's clock nor a second interrupt delays the
 //! reading of the encoders.
 
+use core::cell::UnsafeCell;
 use core::future::poll_fn;
+use core::pin::Pin;
 use core::sync::atomic::{AtomicBool, Ordering};
-use core::task::Poll;
+use core::task::{Context, Poll, Waker};
 
-use embassy_executor::InterruptExecutor;
 use embassy_stm32::Peri;
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::TIM2;
 use embassy_stm32::timer::low_level::Timer;
-use embassy_sync::waitqueue::AtomicWaker;
 
 use crate::hal::ControlTimer;
 use crate::units::CONTROL_PERIOD_US;
@@ -21,20 +23,24 @@ use crate::units::CONTROL_PERIOD_US;
 /// A tick is due and capture has not taken it yet.
 static DUE: AtomicBool = AtomicBool::new(false);
 
-/// Wakes the capture task.
-static WAKER: AtomicWaker = AtomicWaker::new();
+/// What a tick is: one poll of the three control tasks.
+type Tick = Pin<&'static mut dyn Future<Output = ()>>;
 
-/// The executor of the control tasks. It runs in this timer's interrupt.
-pub(super) static CONTROL: InterruptExecutor = InterruptExecutor::new();
+/// The tick, once [`run`] has handed it over.
+struct TickCell(UnsafeCell<Option<Tick>>);
 
-/// TIM2.
+// SAFETY: `run` writes while the interrupt is off; afterwards only the interrupt touches it.
+unsafe impl Sync for TickCell {}
+
+static TICK: TickCell = TickCell(UnsafeCell::new(None));
+
+/// TIM2, running.
 pub struct Tim2ControlTimer {
-    timer: Timer<'static, TIM2>,
-    started: bool,
+    _timer: Timer<'static, TIM2>,
 }
 
 impl Tim2ControlTimer {
-    /// Sets the timer up. Counting starts when the capture task first waits for a tick.
+    /// Starts the timer. Its interrupt begins with [`run`].
     pub fn new(timer: Peri<'static, TIM2>) -> Self {
         let timer = Timer::new(timer);
         let microseconds = timer.get_clock_frequency().0 / 1_000_000;
@@ -44,21 +50,22 @@ impl Tim2ControlTimer {
         pac::TIM2.egr().write(|w| w.set_ug(true));
         timer.clear_update_interrupt();
         timer.enable_update_interrupt(true);
-        Self { timer, started: false }
+        // Embassy's clock (TIM5, at the same rate) takes over every 32768 us, and reads wrongly in an interrupt that
+        // begins in that very microsecond. Both are multiples of 8 us: 4 us between them never meet.
+        while pac::TIM5.cnt().read() % 8 != 4 {}
+        timer.start();
+        Self { _timer: timer }
     }
 }
 
 impl ControlTimer for Tim2ControlTimer {
     async fn next(&mut self) {
-        if !self.started {
-            self.started = true;
-            self.timer.start();
-        }
-        poll_fn(|context| {
-            if DUE.swap(false, Ordering::Relaxed) {
+        // No waker: the interrupt polls whoever waits here.
+        poll_fn(|_| {
+            if DUE.load(Ordering::Relaxed) {
+                DUE.store(false, Ordering::Relaxed);
                 Poll::Ready(())
             } else {
-                WAKER.register(context.waker());
                 Poll::Pending
             }
         })
@@ -66,18 +73,29 @@ impl ControlTimer for Tim2ControlTimer {
     }
 }
 
+/// Polls `tick` in the timer's interrupt from now on.
+///
+/// # Safety
+/// Call once. What `tick` points to must stay where it is, and nobody else may poll it, for ever.
+pub(super) unsafe fn run(tick: Pin<&mut dyn Future<Output = ()>>) {
+    // SAFETY: the caller guarantees that it lives for ever.
+    let tick = unsafe { core::mem::transmute::<Pin<&mut dyn Future<Output = ()>>, Tick>(tick) };
+    // SAFETY: the interrupt is still off.
+    unsafe { *TICK.0.get() = Some(tick) };
+    // SAFETY: the handler may run from here on; all that it uses is there.
+    unsafe { interrupt::TIM2.enable() };
+}
+
 /// Call this in TIM2's interrupt, and nowhere else.
 ///
 /// # Safety
-/// Call only after [`super::tasks::spawn_control`].
+/// Not from anywhere else: it would interrupt itself.
 #[inline(always)]
 pub unsafe fn on_interrupt() {
-    // The executor also sets this interrupt pending when one task wakes another.
-    if pac::TIM2.sr().read().uif() {
-        pac::TIM2.sr().write(|w| w.set_uif(false));
-        DUE.store(true, Ordering::Relaxed);
-        WAKER.wake();
+    pac::TIM2.sr().write(|w| w.set_uif(false));
+    DUE.store(true, Ordering::Relaxed);
+    // SAFETY: only this interrupt uses the cell once it is enabled.
+    if let Some(tick) = unsafe { &mut *TICK.0.get() } {
+        let _ = tick.as_mut().poll(&mut Context::from_waker(Waker::noop()));
     }
-    // SAFETY: the caller guarantees that the executor has been started.
-    unsafe { CONTROL.on_interrupt() };
 }

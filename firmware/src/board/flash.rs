@@ -7,6 +7,7 @@ use core::ops::Range;
 use embassy_stm32::Peri;
 use embassy_stm32::pac::flash::regs::Cr;
 use embassy_stm32::pac::flash::vals::Psize;
+use embassy_stm32::pac::gpio::vals::{Moder, Odr, Pupdr};
 use embassy_stm32::pac::{self, FLASH as REGISTERS};
 use embassy_stm32::peripherals::FLASH;
 use embassy_time::Timer;
@@ -26,7 +27,8 @@ pub struct StoreFlash(());
 
 impl StoreFlash {
     /// Takes the chip's flash.
-    pub const fn new(_: Peri<'static, FLASH>) -> Self {
+    pub fn new(_: Peri<'static, FLASH>) -> Self {
+        hold_pa12_low();
         Self(())
     }
 }
@@ -51,7 +53,9 @@ impl ReadNorFlash for StoreFlash {
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
         // Reading takes no time, but a caller that reads a whole sector must let the other tasks run.
         embassy_futures::yield_now().await;
-        assert_readable();
+        if !readable() {
+            return Err(Refused);
+        }
         let from = (FLASH_BASE + STORE.start + offset) as *const u8;
         // SAFETY: flash can always be read, and nothing writes to this part while `self` is borrowed.
         bytes.copy_from_slice(unsafe { core::slice::from_raw_parts(from, bytes.len()) });
@@ -153,17 +157,30 @@ impl Unlocked {
     }
 }
 
+const PA12: usize = 12;
+
 /// Before revision 3, the chip's second bank reads wrongly unless PA12 is held low (ES0206, 2.2.14).
-///
-/// # Panics
-/// If the chip is that old and PA12 is not held low.
-fn assert_readable() {
+fn needs_pa12_low() -> bool {
     const REVISION_3: u16 = 0x2001;
-    const PA12: usize = 12;
-    if STORE.start >= 0x10_0000 && pac::DBGMCU.idcode().read().rev_id() < REVISION_3 {
-        let low = pac::GPIOA.moder().read().moder(PA12) == pac::gpio::vals::Moder::OUTPUT
-            && pac::GPIOA.pupdr().read().pupdr(PA12) == pac::gpio::vals::Pupdr::PULL_DOWN
-            && pac::GPIOA.odr().read().odr(PA12) == pac::gpio::vals::Odr::LOW;
-        assert!(low, "this chip's store cannot be read");
+    STORE.start >= 0x10_0000 && pac::DBGMCU.idcode().read().rev_id() < REVISION_3
+}
+
+/// Holds PA12 low on a chip that needs it. With USB, PA12 carries D+ instead, and such a chip has no store.
+fn hold_pa12_low() {
+    if cfg!(feature = "usb") || !needs_pa12_low() {
+        return;
     }
+    critical_section::with(|_| {
+        pac::GPIOA.odr().modify(|w| w.set_odr(PA12, Odr::LOW));
+        pac::GPIOA.pupdr().modify(|w| w.set_pupdr(PA12, Pupdr::PULL_DOWN));
+        pac::GPIOA.moder().modify(|w| w.set_moder(PA12, Moder::OUTPUT));
+    });
+}
+
+/// Whether what is read is what is stored.
+fn readable() -> bool {
+    !needs_pa12_low()
+        || (pac::GPIOA.moder().read().moder(PA12) == Moder::OUTPUT
+            && pac::GPIOA.pupdr().read().pupdr(PA12) == Pupdr::PULL_DOWN
+            && pac::GPIOA.odr().read().odr(PA12) == Odr::LOW)
 }

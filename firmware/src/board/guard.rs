@@ -19,17 +19,24 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
-use embassy_stm32::Peri;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac;
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
 /// How often the guard checks the parts \[Hz\].
 const CHECK_HZ: u32 = 100;
 
-/// The watchdog's nominal timeout \[us\].
-const WATCHDOG_US: u32 = 31_000;
+/// A timeout of the watchdog, which counts cycles of an oscillator of nominally 32 kHz.
+struct Timeout {
+    divider: Pr,
+    reload: u16,
+}
+
+/// 31 ms: 248 steps of 125 us.
+const USUAL: Timeout = Timeout { divider: Pr::DIVIDE_BY4, reload: 247 };
+
+/// 4 s: 4000 steps of 1 ms.
+const STRETCHED: Timeout = Timeout { divider: Pr::DIVIDE_BY32, reload: 3999 };
 
 /// Checks until every part must have checked in once: the store may need repair before it can be read.
 const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
@@ -70,12 +77,16 @@ pub fn tripped() -> bool {
     TRIPPED.load(Ordering::Relaxed)
 }
 
-/// Starts the watchdog and the guard's own timer.
-pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
+/// Starts the watchdog. It needs no clock but its own.
+pub(super) fn start_watchdog() {
     // The watchdog must not reset a core that a debugger has stopped.
     pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
-    let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
-    watchdog.unleash();
+    pac::IWDG.kr().write(|w| w.set_key(Key::START));
+    set_watchdog(&USUAL);
+}
+
+/// Starts the guard's own timer.
+pub fn start(mut systick: SYST) {
     // The clock's interrupt gets a lower priority than the guard's: the clock may hang as well.
     interrupt::TIM5.set_priority(Priority::P1);
     systick.set_clock_source(SystClkSource::Core);
@@ -88,23 +99,36 @@ pub fn start(iwdg: Peri<'static, IWDG>, mut systick: SYST) {
 /// Runs work that stops the core for up to two seconds, such as erasing the flash that the program runs
 /// from. Only with the motors off.
 pub async fn stretched<T>(work: impl Future<Output = T>) -> T {
-    const STRETCHED_US: u32 = 4_000_000;
-    set_watchdog(STRETCHED_US);
+    stretch();
     let result = work.await;
-    set_watchdog(WATCHDOG_US);
+    unstretch();
     result
 }
 
+/// Gives the watchdog four seconds.
+pub(super) fn stretch() {
+    set_watchdog(&STRETCHED);
+}
+
+/// Gives the watchdog its usual timeout again.
+pub(super) fn unstretch() {
+    set_watchdog(&USUAL);
+}
+
 /// Gives the running watchdog another timeout.
-fn set_watchdog(us: u32) {
-    // SAFETY: nobody else uses the watchdog's registers, apart from the guard, which only feeds the
-    // watchdog.
-    let _ = IndependentWatchdog::new(unsafe { IWDG::steal() }, us);
+fn set_watchdog(timeout: &Timeout) {
+    let iwdg = pac::IWDG;
+    iwdg.kr().write(|w| w.set_key(Key::ENABLE));
+    iwdg.pr().write(|w| w.set_pr(timeout.divider));
+    iwdg.rlr().write(|w| w.set_rl(timeout.reload));
+    // Both cross into the oscillator's domain, which takes up to five of its cycles (RM0090, 21.4.4). Fed
+    // before that, the counter would restart from the old value, which may be shorter than an erasure.
+    while iwdg.sr().read().0 != 0 {}
     feed();
 }
 
 fn feed() {
-    pac::IWDG.kr().write(|w| w.set_key(pac::iwdg::vals::Key::RESET));
+    pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
 }
 
 #[exception]

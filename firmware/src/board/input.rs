@@ -8,7 +8,7 @@ use embassy_time::Timer;
 use crate::hal;
 
 /// Polling period \[ms\].
-const POLL_MS: u64 = 2;
+pub(super) const POLL_MS: u64 = 2;
 
 /// Reads low while the pin is at its active level: the tasks expect active-low inputs.
 pub struct PolledInput {

@@ -14,6 +14,7 @@
 //! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
 //! | [`leds`] | the state on the LEDs |
 //! | `memory` | small routines that copy and clear memory |
+//! | [`power_on`] | watchdog, flash accelerator, brown-out level, clock security, debugger |
 //! | [`flash`] | the flash sectors that hold the configuration |
 //! | [`reset`] | why the board started; what happens at a panic |
 //! | `usb` | the link on the board's own USB connector |
@@ -28,6 +29,7 @@ pub mod guard;
 pub mod input;
 pub mod leds;
 mod memory;
+pub mod power_on;
 pub mod reset;
 pub mod supply;
 pub mod tasks;

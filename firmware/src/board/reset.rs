@@ -66,6 +66,15 @@ unsafe fn HardFault() -> ! {
     SCB::sys_reset()
 }
 
+/// The external clock has stopped, and the chip runs on its own oscillator at a tenth of its speed (RM0090,
+/// 6.2.7). TIM1's outputs are off already; the restart reports a panic, as the watchdog would be too late.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() -> ! {
+    super::motors_off();
+    remember();
+    SCB::sys_reset()
+}
+
 /// Tells the next start of the panic.
 fn remember() {
     // SAFETY: no task or other interrupt runs any more, and nothing returns from here.

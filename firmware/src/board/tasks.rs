@@ -8,7 +8,11 @@
 //! none                 supervisor, link, telemetry, safety inputs, LEDs
 //! ```
 
-use embassy_executor::{SendSpawner, Spawner};
+use core::future::{pending, poll_fn};
+use core::pin::pin;
+use core::task::Poll;
+
+use embassy_executor::Spawner;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
@@ -17,8 +21,8 @@ use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
 use static_cell::StaticCell;
 
-use super::bridge::Bridge;
-use super::control_timer::{CONTROL, Tim2ControlTimer};
+use super::bridge::{Bridge, StopLine};
+use super::control_timer::{self, Tim2ControlTimer};
 use super::encoders::TimerEncoders;
 use super::flash::StoreFlash;
 use super::input::PolledInput;
@@ -54,6 +58,7 @@ pub const LINK_BUFFER_LEN: usize = 512;
 
 /// Starts the three control tasks in the interrupt of their timer.
 pub fn spawn_control(
+    spawner: Spawner,
     shared: &'static BoardShared,
     timer: Tim2ControlTimer,
     encoders: TimerEncoders,
@@ -63,10 +68,7 @@ pub fn spawn_control(
     // Control does not use embassy's clock, so the clock's timer queue can wait.
     interrupt::TIM5.set_priority(SERVICE_PRIORITY);
     interrupt::TIM2.set_priority(CONTROL_PRIORITY);
-    let spawner: SendSpawner = CONTROL.start(interrupt::TIM2);
-    spawner.spawn(once(capture(shared, timer, encoders)));
-    spawner.spawn(once(profile(shared)));
-    spawner.spawn(once(pid(shared, motors, supply)));
+    spawner.spawn(once(control(shared, timer, encoders, motors, supply)));
 }
 
 /// Starts the tasks beside control: supervisor, telemetry, LEDs.
@@ -105,8 +107,10 @@ pub fn spawn_safety_inputs(
     spawner: Spawner,
     shared: &'static BoardShared,
     stop: PolledInput,
+    line: StopLine,
     fault: PolledInput,
 ) {
+    spawner.spawn(once(stop_line(shared, line)));
     spawner.spawn(once(emergency_stop(shared, stop)));
     spawner.spawn(once(driver_fault(shared, fault)));
 }
@@ -116,19 +120,27 @@ pub(super) fn once<T, E: core::fmt::Debug>(token: Result<T, E>) -> T {
     token.expect("a task is started once")
 }
 
+/// Holds the three control tasks and hands them to the timer's interrupt, which polls one after another.
 #[embassy_executor::task]
-async fn capture(shared: &'static BoardShared, timer: Tim2ControlTimer, encoders: TimerEncoders) {
-    task::capture::run(shared, timer, encoders).await;
-}
-
-#[embassy_executor::task]
-async fn profile(shared: &'static BoardShared) {
-    task::profile::run(shared).await;
-}
-
-#[embassy_executor::task]
-async fn pid(shared: &'static BoardShared, motors: Bridge, supply: DividedSupply) {
-    task::pid::run(shared, motors, supply).await;
+async fn control(
+    shared: &'static BoardShared,
+    timer: Tim2ControlTimer,
+    encoders: TimerEncoders,
+    motors: Bridge,
+    supply: DividedSupply,
+) {
+    let mut capture = pin!(task::capture::run(shared, timer, encoders));
+    let mut profile = pin!(task::profile::run(shared));
+    let mut pid = pin!(task::pid::run(shared, motors, supply));
+    let tick = pin!(poll_fn(move |context| {
+        let _ = capture.as_mut().poll(context);
+        let _ = profile.as_mut().poll(context);
+        let _ = pid.as_mut().poll(context);
+        Poll::<()>::Pending
+    }));
+    // SAFETY: called once. A task's futures are in a static, this one never ends, and it polls none of them.
+    unsafe { control_timer::run(tick) };
+    pending().await
 }
 
 #[embassy_executor::task]
@@ -154,6 +166,11 @@ async fn transmit(shared: &'static BoardShared, writer: UartTx<'static, Async>) 
 #[embassy_executor::task]
 async fn emergency_stop(shared: &'static BoardShared, pin: PolledInput) {
     task::safety_inputs::emergency_stop(shared, WaitPin(pin)).await;
+}
+
+#[embassy_executor::task]
+async fn stop_line(shared: &'static BoardShared, line: StopLine) {
+    task::safety_inputs::stop_line(shared, WaitPin(line)).await;
 }
 
 #[embassy_executor::task]

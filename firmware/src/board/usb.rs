@@ -4,8 +4,8 @@
 //! the supervisor does not wait until a reply is sent.
 //!
 //! On chips before revision 3 (`DBGMCU_IDCODE` below 0x2000) the second flash bank, where the
-//! configuration lives, cannot be read while PA12 carries D+ (ES0206, 2.2.14). There the firmware panics
-//! rather than read wrong bytes.
+//! configuration lives, cannot be read while PA12 carries D+ (ES0206, 2.2.14). There the robot has its factory
+//! configuration, and `beeline config save` is refused.
 
 use core::fmt::Write as _;
 

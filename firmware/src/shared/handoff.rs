@@ -2,8 +2,8 @@
 
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
-use core::sync::atomic::{AtomicBool, Ordering};
-use core::task::Poll;
+use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
+use core::task::{Poll, Waker};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::waitqueue::WakerRegistration;
@@ -11,6 +11,8 @@ use embassy_sync::waitqueue::WakerRegistration;
 /// Wakes the one task that waits for it. Two notifications before that task runs count as one.
 pub struct Notify<M: RawMutex> {
     pending: AtomicBool,
+    /// A waker is registered.
+    waiting: AtomicBool,
     waiter: Mutex<M, RefCell<WakerRegistration>>,
 }
 
@@ -19,15 +21,38 @@ impl<M: RawMutex> Notify<M> {
     pub const fn new() -> Self {
         Self {
             pending: AtomicBool::new(false),
+            waiting: AtomicBool::new(false),
             waiter: Mutex::new(RefCell::new(WakerRegistration::new())),
         }
     }
 
     /// Wakes the waiting task, or lets its next wait end at once.
+    #[inline(always)]
     pub fn notify(&self) {
         self.pending.store(true, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        // A task that is polled at every tick, as control is on a board, leaves no waker.
+        if self.waiting.load(Ordering::Relaxed) {
+            self.wake();
+        }
+    }
+
+    #[inline(never)]
+    fn wake(&self) {
         // Waking removes the waker: a task that only polls now and then is not woken for nothing.
-        self.waiter.lock(|waiter| waiter.borrow_mut().wake());
+        self.waiter.lock(|waiter| {
+            self.waiting.store(false, Ordering::Relaxed);
+            waiter.borrow_mut().wake();
+        });
+    }
+
+    #[inline(never)]
+    fn register(&self, waker: &Waker) {
+        self.waiter.lock(|waiter| {
+            waiter.borrow_mut().register(waker);
+            self.waiting.store(true, Ordering::Relaxed);
+        });
+        compiler_fence(Ordering::SeqCst);
     }
 
     /// Takes a pending notification; true if there was one.
@@ -46,7 +71,11 @@ impl<M: RawMutex> Notify<M> {
             if self.take() {
                 return Poll::Ready(());
             }
-            self.waiter.lock(|waiter| waiter.borrow_mut().register(context.waker()));
+            // As `Waker::noop()` has it, of which there may be several.
+            if context.waker().data().is_null() {
+                return Poll::Pending;
+            }
+            self.register(context.waker());
             // A notification may have come in between, with no waker to wake.
             if self.take() { Poll::Ready(()) } else { Poll::Pending }
         })

@@ -116,6 +116,7 @@ impl<M: RawMutex> Shared<M> {
             }),
             safety_inputs: SharedCell::new(SafetyInputs {
                 emergency_stop: false,
+                stop_line: false,
                 driver_fault: false,
             }),
         }
@@ -216,6 +217,8 @@ pub enum Outgoing {
 pub struct SafetyInputs {
     /// The emergency stop is pressed.
     pub emergency_stop: bool,
+    /// The stop line is open.
+    pub stop_line: bool,
     /// The motor driver reports a fault.
     pub driver_fault: bool,
 }

@@ -7,7 +7,10 @@
 //! The press that latched the fault never clears it, however long it lasts: a stop that is pressed for an
 //! hour and then released stays latched. Nothing moves until a host arms the robot again.
 //!
-//! Both are active low: a driver's fault output is an open drain, and an emergency stop that pulls to
+//! A board may have a stop line besides: a switch that opens when pressed and stops the motors in hardware.
+//! Its fault is the same, but closing the line clears nothing.
+//!
+//! All are active low: a driver's fault output is an open drain, and an emergency stop that pulls to
 //! ground needs a pull-up. A board whose button is active high inverts the input.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -42,6 +45,12 @@ pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait)
             let _ = shared.control_events.try_send(ControlEvent::ClearRequested);
         }
     }
+}
+
+/// Watches the stop line, for ever. The hardware has stopped the motors already; this names it, and keeps the
+/// fault until the line is closed and somebody clears it by another way than this switch.
+pub async fn stop_line<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
+    watch(shared, pin, Fault::EmergencyStop, |inputs, on| inputs.stop_line = on).await
 }
 
 /// Watches the motor driver's fault line, for ever.

@@ -110,7 +110,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             let now_us = Instant::now().as_micros();
             let inputs = self.shared.safety_inputs.get();
             let supply_mv = self.shared.snapshot.get().supply_mv;
-            if inputs.emergency_stop {
+            if inputs.emergency_stop || inputs.stop_line {
                 self.shared.raise(Fault::EmergencyStop, now_us);
             } else if inputs.driver_fault {
                 self.shared.raise(Fault::Driver, now_us);
@@ -191,6 +191,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 let inputs = self.shared.safety_inputs.get();
                 let supply_low = self.shared.snapshot.get().supply_mv < self.supply_mv_min();
                 if inputs.emergency_stop
+                    || inputs.stop_line
                     || inputs.driver_fault
                     || (supply_low && report.fault == Fault::SupplyLow)
                 {

@@ -1,0 +1,112 @@
+//! What a procedure sees of the board from outside, and does to it.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use host_link::session::Session;
+use shared_proto::WheelPair;
+use sim_target::{HostWire, Lab};
+
+use crate::bug::Bug;
+use crate::flash_array::Flash;
+
+/// What a procedure on the emulated board works with.
+pub struct Bench {
+    /// The laboratory around the robot.
+    pub lab: Lab,
+    /// The host's session; not opened yet.
+    pub session: Session,
+    /// The host's end of the serial line, for further sessions, or to use without a session.
+    pub wire: HostWire,
+    /// Observes the board, and acts on it.
+    pub monitor: BoardMonitor,
+}
+
+impl Bench {
+    /// Another session on the same line, not opened yet: after a restart, or of another host.
+    pub fn session(&self, number: u32) -> Session {
+        sim_link::session(&self.wire, number, "emulated")
+    }
+}
+
+/// Observes the board from outside, and acts on it.
+#[derive(Clone, Default)]
+pub struct BoardMonitor(pub(crate) Rc<RefCell<BoardState>>);
+
+#[derive(Default)]
+pub(crate) struct BoardState {
+    pub duty: WheelPair<f64>,
+    pub enabled: bool,
+    pub last_powered_us: Option<u64>,
+    pub resets_us: Vec<u64>,
+    /// Bytes that wait for their turn on the line to the robot.
+    pub waiting: usize,
+    pub bugs: Vec<Bug>,
+    pub flash_operations: u64,
+    pub power_on: Option<Flash>,
+    pub stop_line_open: bool,
+    pub clock_fails: bool,
+    /// Registers to read, and what was in them.
+    pub asked: Vec<u64>,
+    pub registers: Vec<(u64, u32)>,
+}
+
+impl BoardMonitor {
+    /// The motors' present voltages, as shares of the supply; zero while the bridge is disabled.
+    pub fn duty(&self) -> WheelPair<f64> {
+        let outside = self.0.borrow();
+        if outside.enabled { outside.duty } else { WheelPair::both(0.0) }
+    }
+
+    /// When a motor last had a duty other than zero, to within a period of the PWM \[us\].
+    pub fn last_powered_us(&self) -> Option<u64> {
+        self.0.borrow().last_powered_us
+    }
+
+    /// When the board restarted \[us\].
+    pub fn resets_us(&self) -> Vec<u64> {
+        self.0.borrow().resets_us.clone()
+    }
+
+    /// Bytes that wait for their turn on the line to the robot, within a period of the PWM.
+    pub fn waiting(&self) -> usize {
+        self.0.borrow().waiting
+    }
+
+    /// Erasures and programmed words so far.
+    pub fn flash_operations(&self) -> u64 {
+        self.0.borrow().flash_operations
+    }
+
+    /// Switches the board off and on again, with this content in its flash; RAM loses its content.
+    ///
+    /// The chip sees a reset by its pin, and reports that as the cause.
+    pub fn power_cycle(&self, flash: Flash) {
+        self.0.borrow_mut().power_on = Some(flash);
+    }
+
+    /// Opens the stop line, as its switch or a cut wire does, or closes it.
+    pub fn open_stop_line(&self, open: bool) {
+        self.0.borrow_mut().stop_line_open = open;
+    }
+
+    /// Stops the clock that the chip gets from outside.
+    pub fn fail_clock(&self) {
+        self.0.borrow_mut().clock_fails = true;
+    }
+
+    /// Reads these registers at the next step of the run, without an effect on the chip.
+    pub fn ask_registers(&self, addresses: &[u64]) {
+        self.0.borrow_mut().asked = addresses.to_vec();
+    }
+
+    /// What was in the registers asked for, in their order.
+    pub fn registers(&self) -> Vec<u32> {
+        self.0.borrow().registers.iter().map(|(_, value)| *value).collect()
+    }
+
+    /// Injects a bug into the running program; a restart removes the bug.
+    pub fn plant(&self, bug: Bug) {
+        self.0.borrow_mut().bugs.push(bug);
+    }
+}

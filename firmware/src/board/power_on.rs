@@ -1,0 +1,60 @@
+//! What must hold before a motor may move: the watchdog before the clocks, the flash accelerator, the
+//! brown-out level, the clock security system, and what a debugger's halt does.
+//!
+//! Sections are those of RM0090; RM0390 (F446) and RM0383 (F411) have the same registers.
+//!
+//! | what | why | section |
+//! | --- | --- | --- |
+//! | watchdog before the clocks | a crystal that does not start must not hang the chip unguarded | 21.3 |
+//! | TIM1 stops with the core | otherwise a debugger's halt leaves the last duty on the motors | 38.16.5, 17.3.21 |
+//! | prefetch and both caches | at five wait states the core waits for most of its instructions otherwise | 3.5.2 |
+//! | brown-out level 3 | below 2.7 V flash and core are out of range at this clock | 3.9.10, 6.1.2 |
+//! | clock security system | a crystal that stops ends in an interrupt and stops TIM1's outputs | 6.2.7 |
+
+use embassy_stm32::pac::{self, FLASH, RCC};
+
+use super::guard;
+
+/// `BOR_LEV` of the option bytes: level 3, which resets the chip below 2.7 to 2.9 V.
+const BROWN_OUT_LEVEL: u8 = 0b00;
+
+/// Starts the watchdog, then everything else that needs no clock. The first call of `main`.
+pub fn begin() {
+    guard::start_watchdog();
+    pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+    set_brown_out_level();
+}
+
+/// What needs the clocks; call it right after they run.
+pub fn finish() {
+    RCC.cr().modify(|w| w.set_csson(RCC.cr().read().hserdy()));
+    // Caches are reset while they are off: they are, after a reset of the chip.
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+        w.set_prften(true);
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
+}
+
+/// Writes the option bytes, once in a chip's life: afterwards they have the level already.
+fn set_brown_out_level() {
+    if FLASH.optcr().read().bor_lev() == BROWN_OUT_LEVEL {
+        return;
+    }
+    // The core may stand still as long as for the erasure of a sector.
+    guard::stretch();
+    FLASH.optkeyr().write_value(0x0819_2A3B);
+    FLASH.optkeyr().write_value(0x4C5D_6E7F);
+    while FLASH.sr().read().bsy() {}
+    FLASH.optcr().modify(|w| w.set_bor_lev(BROWN_OUT_LEVEL));
+    FLASH.optcr().modify(|w| w.set_optstrt(true));
+    while FLASH.sr().read().bsy() {}
+    FLASH.optcr().modify(|w| w.set_optlock(true));
+    guard::unstretch();
+}

@@ -11,3 +11,4 @@ mod retry;
 mod safety;
 mod stall;
 mod stopped_task;
+mod wiring;

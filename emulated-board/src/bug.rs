@@ -7,8 +7,16 @@ use object::{Object, ObjectSymbol};
 use rigless::emulator::{Access, Host};
 use rigless::soc::Width;
 
+use crate::board::INSTRUCTION_NS;
+
 /// Flash after the image, for instructions that do not fit at the bug's place.
 const SPARE: u64 = 0x080F_0000;
+
+/// The same for what stands in for a task.
+const TASK_SPARE: u64 = SPARE + 0x100;
+
+/// A task's storage begins with a header of less than this length \[bytes\].
+const TASK_HEADER_LEN: u64 = 64;
 
 /// A bug in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +32,8 @@ pub struct Bug {
 pub enum Place {
     /// At the beginning of a function.
     Function(&'static str),
+    /// In this task, as `firmware/src/board/tasks.rs` names it; for [`Effect::Stop`] and [`Effect::Stall`].
+    Task(&'static str),
     /// At the next instruction that accesses this register; takes effect the second time the program gets there.
     Register(u64),
 }
@@ -37,6 +47,14 @@ pub enum Effect {
     Panic,
     /// The core executes an invalid instruction.
     HardFault,
+    /// The task never runs again, and everything else does: as if it waited for what never comes.
+    Stop,
+    /// The core stands still for this long, once, before the task runs: no interrupt is taken, and the
+    /// beats of the control timer merge.
+    Stall {
+        /// How long \[ms\].
+        ms: u16,
+    },
 }
 
 /// Injects bugs; knows the addresses of the image's functions.
@@ -73,6 +91,7 @@ impl BugInjector {
                 let address = self.function(|function| function == name);
                 self.replace(address.expect("the image has this function"), bug.effect, host);
             }
+            Place::Task(name) => self.plant_in_task(name, bug.effect, host),
             Place::Register(address) => self.waiting.push((address, bug.effect)),
         }
     }
@@ -119,6 +138,9 @@ impl BugInjector {
             Effect::Hang => write(host, at, &[0xE7FE]),
             // udf #0
             Effect::HardFault => write(host, at, &[0xDE00]),
+            Effect::Stop | Effect::Stall { .. } => {
+                panic!("a task stops or stalls, not an instruction")
+            }
             Effect::Panic => {
                 let panics = self.function(|name| name.ends_with("option13unwrap_failed"));
                 let panics = panics.expect("somewhere in the image an option is unwrapped");
@@ -126,6 +148,31 @@ impl BugInjector {
                 write(host, at, &branch(at, SPARE));
             }
         }
+    }
+
+    /// Puts a routine of a few instructions in the place of a task's own: embassy keeps its address in RAM,
+    /// in the task's storage.
+    fn plant_in_task(&self, task: &str, effect: Effect, host: &mut dyn Host) {
+        let pool = format!("5tasks{}{task}4POOL", task.len());
+        let pool = self.function(|name| name.contains(&pool)).expect("the image has this task");
+        let polls = |word: u64| {
+            let is = |name: &str| name.contains("TaskStorage") && name.contains("4poll");
+            self.functions.iter().any(|(name, at)| is(name) && at | 1 == word)
+        };
+        let (field, poll) = (pool..pool + TASK_HEADER_LEN)
+            .step_by(4)
+            .filter_map(|at| Some((at, host.read(at, Width::W32).ok()?)))
+            .find(|(_, word)| polls(*word))
+            .expect(
+                "a task's storage begins with its header, which has the address of its routine",
+            );
+        match effect {
+            // bx lr
+            Effect::Stop => write(host, TASK_SPARE, &[0x4770]),
+            Effect::Stall { ms } => write_stall(u64::from(ms), field, poll, host),
+            other => panic!("{other:?} has a function or a register as its place"),
+        }
+        host.write(field, Width::W32, TASK_SPARE | 1).expect("the task's storage is in RAM");
     }
 
     /// Writes to [`SPARE`] a call of a function that takes a `core::panic::Location`.
@@ -140,6 +187,22 @@ impl BugInjector {
             host.write(SPARE + 12 + 4 * index as u64, Width::W32, word)
                 .expect("the address is in flash");
         }
+    }
+}
+
+/// Writes a routine that masks interrupts, counts down, puts the task's own routine back, and goes there.
+fn write_stall(ms: u64, field: u64, poll: u64, host: &mut dyn Host) {
+    // push {r0, lr}; cpsid i; ldr r1, count; 1: subs r1, #1; bne 1b; ldr r2, field; ldr r3, poll;
+    // str r3, [r2]; cpsie i; pop {r0, r1}; mov lr, r1; bx r3
+    const ROUTINE: [u16; 12] = [
+        0xB501, 0xB672, 0x4904, 0x3901, 0xD1FD, 0x4A04, 0x4B04, 0x6013, 0xB662, 0xBC03, 0x468E,
+        0x4718,
+    ];
+    write(host, TASK_SPARE, &ROUTINE);
+    let count = ms * 1_000_000 / (2 * INSTRUCTION_NS);
+    for (index, word) in [count, field, poll].into_iter().enumerate() {
+        host.write(TASK_SPARE + 24 + 4 * index as u64, Width::W32, word)
+            .expect("the address is in flash");
     }
 }
 

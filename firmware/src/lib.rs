@@ -10,6 +10,7 @@
 //! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, safety inputs |
 //! | [`hal`] | the hardware interface: what a board, or the simulator, implements |
 //! | `board` | that interface on STM32 boards; only in an image, behind the feature `stm32` |
+//! | [`liveness`] | signs of life of the safety tasks |
 //! | [`store`] | the configuration in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`units`] | physical quantities in fixed point, the control period |
@@ -18,9 +19,10 @@
 #[cfg(all(target_os = "none", feature = "stm32"))]
 pub mod board;
 pub mod hal;
+pub mod liveness;
 pub mod probe;
 pub mod shared;
 pub mod store;
 pub mod task;
 
-pub use control::{capture, encoder, odometry, pid, profile, protection, soft_float, units};
+pub use control::{beats, capture, encoder, odometry, pid, profile, protection, soft_float, units};

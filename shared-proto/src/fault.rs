@@ -35,6 +35,10 @@ pub enum Fault {
     Driver,
     /// The emergency stop was pressed, or commanded.
     EmergencyStop,
+    /// The supervisor did not act on a silent host in time: the control tick did.
+    Unsupervised,
+    /// Pushing this wheel's motor moves the other wheel's count: encoders, or motors, are exchanged.
+    EncodersExchanged(Wheel),
 }
 
 impl Fault {
@@ -52,6 +56,8 @@ impl Fault {
             Fault::DeadlineMissed => "deadline_missed",
             Fault::Driver => "driver",
             Fault::EmergencyStop => "emergency_stop",
+            Fault::Unsupervised => "unsupervised",
+            Fault::EncodersExchanged(_) => "encoders_exchanged",
         }
     }
 
@@ -62,7 +68,8 @@ impl Fault {
             | Fault::Stall(w)
             | Fault::EncoderDead(w)
             | Fault::EncoderReversed(w)
-            | Fault::CountRate(w) => Some(w),
+            | Fault::CountRate(w)
+            | Fault::EncodersExchanged(w) => Some(w),
             _ => None,
         }
     }
@@ -91,6 +98,10 @@ impl Fault {
                 "check the motor driver: over-current, over-temperature, or its supply"
             }
             Fault::EmergencyStop => "release the emergency stop if it is pressed",
+            Fault::Unsupervised => "please report this: the supervisor task stopped",
+            Fault::EncodersExchanged(_) => {
+                "turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires"
+            }
         }
     }
 

@@ -234,6 +234,8 @@ pub struct Status {
     pub ticks: u32,
     /// Longest delay of a control tick \[us\].
     pub tick_delay_us_max: u32,
+    /// Control ticks that were lost, because the core stood still.
+    pub ticks_lost: u32,
 }
 
 /// How a motion ended.

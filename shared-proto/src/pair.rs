@@ -50,6 +50,19 @@ impl<T> WheelPair<T> {
         }
     }
 
+    /// The value of one wheel, to change it.
+    pub const fn get_mut(&mut self, wheel: Wheel) -> &mut T {
+        match wheel {
+            Wheel::Left => &mut self.left,
+            Wheel::Right => &mut self.right,
+        }
+    }
+
+    /// The pair with left and right exchanged.
+    pub fn swapped(self) -> Self {
+        Self { left: self.right, right: self.left }
+    }
+
     /// True if `f` holds for both wheels.
     pub fn all(self, mut f: impl FnMut(T) -> bool) -> bool {
         f(self.left) && f(self.right)
@@ -100,6 +113,14 @@ pub enum Wheel {
 impl Wheel {
     /// Both wheels, left first.
     pub const BOTH: [Wheel; 2] = [Wheel::Left, Wheel::Right];
+
+    /// The other wheel.
+    pub const fn other(self) -> Self {
+        match self {
+            Wheel::Left => Wheel::Right,
+            Wheel::Right => Wheel::Left,
+        }
+    }
 
     /// `"left"` or `"right"`.
     pub const fn name(self) -> &'static str {

@@ -14,6 +14,7 @@ use crate::flash::Flash;
 use crate::lab::Lab;
 use crate::pin::Pin;
 use crate::plant::EncoderStep;
+use crate::robot_task::StoppedTasks;
 use crate::scenario::Scenario;
 use crate::wire::{HostWire, Wire, WireParameters};
 use crate::world::World;
@@ -38,7 +39,11 @@ impl Chassis {
         let flash = Flash::new(None).expect("no file is read");
         let line = WireParameters { baud: 0, frame_loss: 0.0, bit_error: 0.0 };
         Self {
-            lab: Lab { world: Rc::new(RefCell::new(world)), flash },
+            lab: Lab {
+                world: Rc::new(RefCell::new(world)),
+                flash,
+                stopped: StoppedTasks::default(),
+            },
             to_robot: Wire::new(line, 0),
             to_host: Wire::new(line, 0),
         }

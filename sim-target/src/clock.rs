@@ -84,6 +84,13 @@ pub(crate) fn claim() {
     });
 }
 
+/// Forgets every alarm: the tasks that set them are about to end, and whoever else waits must be polled
+/// again.
+pub(crate) fn forget_alarms() {
+    // When a thread ends by a panic, its time may be dropped before its robot.
+    let _ = TIME.try_with(|time| time.borrow_mut().alarms.clear());
+}
+
 /// Releases the clock.
 pub(crate) fn release() {
     // When a thread ends by a panic, its time may be dropped before its robot.

@@ -8,6 +8,8 @@ use std::rc::Rc;
 
 use embassy_executor::raw;
 
+use crate::robot_task::{RobotTask, StoppedTasks};
+
 /// Embassy calls this when a task becomes ready. `context` is the executor's `pending` flag.
 #[unsafe(export_name = "__pender")]
 fn pender(context: *mut ()) {
@@ -24,6 +26,7 @@ pub(crate) struct Executor {
     /// Frees a task's storage. Called when its future has ended.
     storages: Vec<Box<dyn FnOnce()>>,
     ending: Rc<Ending>,
+    stopped: StoppedTasks,
 }
 
 /// Asks every task to end.
@@ -34,10 +37,11 @@ struct Ending {
 }
 
 impl Executor {
-    pub(crate) fn new() -> Self {
+    /// An executor that leaves out the tasks that are stopped.
+    pub(crate) fn new(stopped: StoppedTasks) -> Self {
         let pending = Box::into_raw(Box::new(Cell::new(false)));
         let raw = Box::into_raw(Box::new(raw::Executor::new(pending.cast())));
-        Self { raw, pending, storages: Vec::new(), ending: Rc::default() }
+        Self { raw, pending, storages: Vec::new(), ending: Rc::default(), stopped }
     }
 
     fn raw(&self) -> &'static raw::Executor {
@@ -46,8 +50,8 @@ impl Executor {
     }
 
     /// Adds a task. It ends when the executor is dropped.
-    pub(crate) fn spawn<F: Future + 'static>(&mut self, task: F) {
-        let ending = self.ending.clone();
+    pub(crate) fn spawn<F: Future + 'static>(&mut self, name: RobotTask, task: F) {
+        let (ending, stopped) = (self.ending.clone(), self.stopped.clone());
         self.spawn_raw(async move {
             let mut task = pin!(task);
             let mut known = false;
@@ -58,6 +62,9 @@ impl Executor {
                 if !known {
                     known = true;
                     ending.wakers.borrow_mut().push(context.waker().clone());
+                }
+                if stopped.contains(name) {
+                    return Poll::Pending;
                 }
                 task.as_mut().poll(context).map(|_| ())
             })

@@ -3,26 +3,33 @@
 use core::cell::RefCell;
 use std::rc::Rc;
 
-use embassy_time::{Duration, Ticker};
+use embassy_time::{Instant, Timer};
 use firmware::hal::{ControlTimer, Encoders, Motors, Supply};
 use firmware::units::{CONTROL_PERIOD_US, Duty};
 use shared_proto::WheelPair;
 
+use crate::guard::{Guard, Part};
 use crate::world::World;
 
-/// The control timer, on the virtual clock.
-pub(crate) struct VirtualControlTimer(Ticker);
+/// The control timer, on the virtual clock. It has one flag, as a chip's has: the beats of a stall merge.
+pub(crate) struct VirtualControlTimer {
+    /// The beat on the timer's grid that was taken last \[us\].
+    taken_us: u64,
+}
 
 impl VirtualControlTimer {
     /// A timer whose first tick is one period from now.
     pub(crate) fn new() -> Self {
-        Self(Ticker::every(Duration::from_micros(CONTROL_PERIOD_US.into())))
+        Self { taken_us: Instant::now().as_micros() }
     }
 }
 
 impl ControlTimer for VirtualControlTimer {
     async fn next(&mut self) {
-        self.0.next().await;
+        let period_us = u64::from(CONTROL_PERIOD_US);
+        Timer::at(Instant::from_micros(self.taken_us + period_us)).await;
+        let since_us = Instant::now().as_micros() - self.taken_us;
+        self.taken_us += since_us - since_us % period_us;
     }
 }
 
@@ -32,17 +39,23 @@ pub(crate) struct Hardware(pub(crate) Rc<RefCell<World>>);
 
 impl Encoders for Hardware {
     fn counts(&mut self) -> WheelPair<i64> {
-        self.0.borrow_mut().plant_now().counts()
+        let mut world = self.0.borrow_mut();
+        world.check_in(Part::Capture);
+        world.plant_now().counts()
     }
 }
 
 impl Motors for Hardware {
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
-        self.0.borrow_mut().plant_now().set_duty(duty.map(Duty::to_si));
+        let mut world = self.0.borrow_mut();
+        world.check_in(Part::Pid);
+        world.plant_now().set_duty(duty.map(Duty::to_si));
     }
 
     fn enable(&mut self, on: bool) {
-        self.0.borrow_mut().plant_now().set_enabled(on);
+        let mut world = self.0.borrow_mut();
+        let tripped = world.guard.as_ref().is_some_and(Guard::tripped);
+        world.plant_now().set_enabled(on && !tripped);
     }
 }
 

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use crate::flash::Flash;
 use crate::instruments::{CameraParameters, CameraSample, EndReading, GyroSample};
 use crate::plant::{Plant, PlantFault, Pose};
+use crate::robot_task::{RobotTask, StoppedTasks};
 use crate::world::World;
 
 /// The laboratory around the robot: knows the true pose, measures, and injects faults.
@@ -13,6 +14,7 @@ use crate::world::World;
 pub struct Lab {
     pub(crate) world: Rc<RefCell<World>>,
     pub(crate) flash: Flash,
+    pub(crate) stopped: StoppedTasks,
 }
 
 impl Lab {
@@ -111,6 +113,22 @@ impl Lab {
     /// Delays the next control tick by this much, as a stalled CPU does.
     pub fn stall_cpu(&self, delay_us: u64) {
         self.world.borrow_mut().stall_us = delay_us;
+    }
+
+    /// Stops one of the firmware's tasks alone, as a task that waits for what never comes. A simulated robot
+    /// only: what runs on an emulated chip is stopped there.
+    pub fn stop_task(&self, task: RobotTask) {
+        self.stopped.stop(task);
+    }
+
+    /// Lets the stopped tasks run again, as if they had slept. They must be woken by something.
+    pub fn resume_tasks(&self) {
+        self.stopped.clear();
+    }
+
+    /// Takes the guard and its watchdog out of the robot, to see what the control tick does alone.
+    pub fn remove_guard(&self) {
+        self.world.borrow_mut().guard = None;
     }
 
     /// Makes every write to the flash fail, or ends that.

@@ -19,9 +19,11 @@ use shared_proto::{Config, Name, ResetCause};
 use crate::clock;
 use crate::executor::Executor;
 use crate::flash::Flash;
+use crate::guard::{Guard, Part};
 use crate::hardware::{Hardware, VirtualControlTimer};
 use crate::lab::Lab;
 use crate::pin::Pin;
+use crate::robot_task::{RobotTask, StoppedTasks};
 use crate::scenario::Scenario;
 use crate::uid::uid;
 use crate::wire::{HostWire, Wire};
@@ -38,7 +40,9 @@ pub struct Options {
 
 /// A robot on this thread's virtual clock. One at a time per thread.
 pub struct SimTarget {
-    executor: Executor,
+    /// None only while the robot restarts.
+    executor: Option<Executor>,
+    board: BoardInfo,
     lab: Lab,
     to_robot: Wire,
     to_host: Wire,
@@ -60,48 +64,93 @@ impl SimTarget {
             flash.put(config);
         }
         clock::claim();
-        let emergency_stop = Pin::default();
-        let driver_fault = Pin::default();
         let setup = scenario.set_up();
         let seed = setup.seed;
         let to_robot = Wire::new(setup.to_robot, seed ^ 0x746f_726f_626f_7400);
         let to_host = Wire::new(setup.to_host, seed ^ 0x746f_686f_7374_0000);
-        let world = World::new(scenario, setup, emergency_stop.clone(), driver_fault.clone());
+        let world = World::new(scenario, setup, Pin::default(), Pin::default());
         let world = Rc::new(RefCell::new(world));
-
-        let shared: Rc<Shared<NoopRawMutex>> = Rc::new(Shared::new());
         let board = BoardInfo {
             board: Name::new("simulator").unwrap_or_default(),
             uid: uid(scenario),
             reset_cause: ResetCause::PowerOn,
         };
-        let hardware = Hardware(world.clone());
-        let mut executor = Executor::new();
-        let s = shared.clone();
-        let h = hardware.clone();
-        executor.spawn(async move { task::capture::run(&s, VirtualControlTimer::new(), h).await });
-        let s = shared.clone();
-        executor.spawn(async move { task::profile::run(&s).await });
-        let s = shared.clone();
-        executor.spawn(async move { task::pid::run(&s, hardware.clone(), hardware).await });
-        let s = shared.clone();
-        executor.spawn(async move { task::telemetry::run(&s).await });
-        let (s, wire) = (shared.clone(), to_host.clone());
-        executor.spawn(async move { task::link::transmit(&s, wire).await });
-        let (s, wire) = (shared.clone(), to_robot.clone());
-        executor.spawn(async move { task::link::receive(&s, wire).await });
-        let s = shared.clone();
-        executor.spawn(async move {
-            task::safety_inputs::emergency_stop(&s, WaitPin(emergency_stop)).await
-        });
-        let s = shared.clone();
-        executor.spawn(async move {
-            task::safety_inputs::driver_fault(&s, WaitPin(driver_fault)).await
-        });
-        let store = flash.clone();
-        executor.spawn(async move { task::supervisor::run(&shared, store, board).await });
+        let lab = Lab { world, flash, stopped: StoppedTasks::default() };
+        let mut target = Self { executor: None, board, lab, to_robot, to_host };
+        target.boot();
+        Ok(target)
+    }
 
-        Ok(Self { executor, lab: Lab { world, flash }, to_robot, to_host })
+    /// Starts guard and tasks.
+    fn boot(&mut self) {
+        let world = self.lab.world.clone();
+        world.borrow_mut().guard = Some(Guard::new(clock::now_us()));
+        let shared: SimShared = Rc::new(Shared::new());
+        let mut executor = Executor::new(self.lab.stopped.clone());
+        Self::spawn_control(&mut executor, &shared, Hardware(world.clone()));
+        self.spawn_others(&mut executor, &shared);
+        self.executor = Some(executor);
+    }
+
+    fn spawn_control(executor: &mut Executor, shared: &SimShared, hardware: Hardware) {
+        let (s, h) = (shared.clone(), hardware.clone());
+        executor.spawn(RobotTask::Capture, async move {
+            task::capture::run(&s, VirtualControlTimer::new(), h).await
+        });
+        let s = shared.clone();
+        executor.spawn(RobotTask::Profile, async move { task::profile::run(&s).await });
+        let s = shared.clone();
+        executor.spawn(RobotTask::Pid, async move {
+            task::pid::run(&s, hardware.clone(), hardware).await
+        });
+    }
+
+    fn spawn_others(&self, executor: &mut Executor, shared: &SimShared) {
+        let s = shared.clone();
+        executor.spawn(RobotTask::Telemetry, async move { task::telemetry::run(&s).await });
+        let (s, wire) = (shared.clone(), self.to_host.clone());
+        executor.spawn(RobotTask::Transmit, async move { task::link::transmit(&s, wire).await });
+        let (s, wire) = (shared.clone(), self.to_robot.clone());
+        executor.spawn(RobotTask::Receive, async move { task::link::receive(&s, wire).await });
+        let (stop, fault) = {
+            let world = self.lab.world.borrow();
+            (WaitPin(world.emergency_stop.clone()), WaitPin(world.driver_fault.clone()))
+        };
+        let s = shared.clone();
+        executor.spawn(RobotTask::EmergencyStop, async move {
+            task::safety_inputs::emergency_stop(&s, stop).await
+        });
+        let s = shared.clone();
+        executor.spawn(RobotTask::DriverFault, async move {
+            task::safety_inputs::driver_fault(&s, fault).await
+        });
+        let (s, store, board) = (shared.clone(), self.lab.flash.clone(), self.board.clone());
+        executor.spawn(RobotTask::Supervisor, async move {
+            task::supervisor::run(&s, store, board).await
+        });
+        let (s, world) = (shared.clone(), self.lab.world.clone());
+        executor.spawn(RobotTask::Heartbeat, async move {
+            task::heartbeat::run(&s, || world.borrow_mut().check_in(Part::Others)).await
+        });
+    }
+
+    /// The watchdog's restart: the tasks end and begin again. The plant rolls on.
+    fn restart(&mut self) {
+        self.end_tasks();
+        self.lab.stopped.clear();
+        self.lab.world.borrow_mut().restart = false;
+        self.board.reset_cause = ResetCause::Watchdog;
+        self.boot();
+    }
+
+    /// Ends all tasks, and what would wake them.
+    fn end_tasks(&mut self) {
+        self.to_robot.forget_reader();
+        self.to_host.forget_reader();
+        self.lab.world.borrow().emergency_stop.forget_waiter();
+        self.lab.world.borrow().driver_fault.forget_waiter();
+        self.executor = None;
+        clock::forget_alarms();
     }
 
     /// The host's end of the serial line.
@@ -127,9 +176,10 @@ impl SimTarget {
             {
                 return output;
             }
-            self.executor.poll();
-            if !flag.0.load(Ordering::Relaxed) {
-                self.advance(u64::MAX);
+            self.poll_tasks();
+            if !flag.0.load(Ordering::Relaxed) && self.advance(u64::MAX) {
+                // The restart has forgotten the host's alarms too: the host sets them again.
+                flag.0.store(true, Ordering::Relaxed);
             }
         }
     }
@@ -137,7 +187,7 @@ impl SimTarget {
     /// Runs the robot alone until this time.
     pub fn run_until_us(&mut self, t_us: u64) {
         loop {
-            self.executor.poll();
+            self.poll_tasks();
             if clock::now_us() >= t_us {
                 return;
             }
@@ -145,27 +195,39 @@ impl SimTarget {
         }
     }
 
-    /// Advances the clock to the next event or alarm, at most to `limit_us`.
-    fn advance(&mut self, limit_us: u64) {
+    fn poll_tasks(&mut self) {
+        if let Some(executor) = &mut self.executor {
+            executor.poll();
+        }
+    }
+
+    /// Advances the clock to the next event or alarm, at most to `limit_us`; true if the robot restarted.
+    fn advance(&mut self, limit_us: u64) -> bool {
         let mut world = self.lab.world.borrow_mut();
         let next =
             world.next_event_us().min(clock::next_alarm_us().unwrap_or(u64::MAX)).min(limit_us);
         let next = next.max(clock::now_us()) + core::mem::take(&mut world.stall_us);
         clock::advance_to(next);
         world.act();
+        let restart = world.restart;
+        drop(world);
+        if restart {
+            self.restart();
+        }
+        restart
     }
 }
 
 impl Drop for SimTarget {
     fn drop(&mut self) {
         // Laboratory and wires may outlive the robot, but the tasks that wait for them end now.
-        self.to_robot.forget_reader();
-        self.to_host.forget_reader();
-        self.lab.world.borrow().emergency_stop.forget_waiter();
-        self.lab.world.borrow().driver_fault.forget_waiter();
+        self.end_tasks();
         clock::release();
     }
 }
+
+/// What a simulated robot's tasks share.
+type SimShared = Rc<Shared<NoopRawMutex>>;
 
 /// Waits until the virtual clock shows this time.
 pub async fn sleep_until_us(t_us: u64) {

@@ -1,6 +1,7 @@
 //! The physical world of a simulated robot: plant, instruments, and scheduled faults.
 
 use crate::clock;
+use crate::guard::{Guard, Part};
 use crate::instruments::{Camera, CameraSample, Gyro, GyroSample, Ruler};
 use crate::pin::Pin;
 use crate::plant::{Plant, PlantFault};
@@ -25,6 +26,10 @@ pub(crate) struct World {
     pub(crate) driver_fault: Pin,
     /// How late the next control tick will be \[us\].
     pub(crate) stall_us: u64,
+    /// The robot's guard; none if the controller runs elsewhere, or a test has taken the guard out.
+    pub(crate) guard: Option<Guard>,
+    /// The watchdog has restarted the controller, and its tasks must begin again.
+    pub(crate) restart: bool,
 }
 
 /// A fault that begins or ends at a known time.
@@ -73,6 +78,8 @@ impl World {
             emergency_stop,
             driver_fault,
             stall_us: 0,
+            guard: None,
+            restart: false,
         }
     }
 
@@ -95,12 +102,14 @@ impl World {
     pub(crate) fn next_event_us(&self) -> u64 {
         let scheduled = self.schedule.first().map_or(u64::MAX, |event| event.at_us);
         let gyro = self.gyro.as_ref().map_or(u64::MAX, Gyro::next_t_us);
-        scheduled.min(self.camera.next_t_us()).min(gyro)
+        let guard = self.guard.as_ref().map_or(u64::MAX, Guard::next_us);
+        scheduled.min(self.camera.next_t_us()).min(gyro).min(guard)
     }
 
-    /// Carries out what is due now: faults, pictures, gyro readings.
+    /// Carries out what is due now: faults, pictures, gyro readings, the guard.
     pub(crate) fn act(&mut self) {
         let now = clock::now_us();
+        self.act_guard(now);
         if !self.motion_faults.is_empty()
             && let Some(origin_us) = self.plant.first_driven_us()
         {
@@ -124,6 +133,25 @@ impl World {
             if let Some(gyro) = &mut self.gyro {
                 self.gyro_samples.extend(gyro.observe(&plant));
             }
+        }
+    }
+
+    /// A part of the controller shows the guard that it runs.
+    pub(crate) fn check_in(&mut self, part: Part) {
+        if let Some(guard) = &mut self.guard {
+            guard.alive(part);
+        }
+    }
+
+    /// Lets the guard check. A tripped guard takes the motors off, and so does a restart.
+    fn act_guard(&mut self, now_us: u64) {
+        let Some(guard) = &mut self.guard else { return };
+        if now_us < guard.next_us() {
+            return;
+        }
+        self.restart = guard.act(now_us);
+        if guard.tripped() || self.restart {
+            self.plant_now().set_enabled(false);
         }
     }
 

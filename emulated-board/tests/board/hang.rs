@@ -56,7 +56,9 @@ async fn bear(robot: &mut Robot, case: &Case, number: u32) -> Survived {
     let &(what, place, effect, ..) = case;
     let motion = robot.cruise(&AHEAD, 1500).await;
     let monitor = robot.0.monitor.clone();
-    assert!(monitor.duty().all(|duty| duty > 0.05), "{what}: it drives");
+    if !monitor.duty().all(|duty| duty > 0.05) {
+        panic!("{what}: it does not drive, {:?}", robot.fault().await);
+    }
     let (event_us, resets) = (now_us(), monitor.resets_us().len());
     monitor.plant(Bug { place, effect });
     robot.renew(motion, 200).await;

@@ -8,6 +8,7 @@ mod network;
 mod paper;
 mod power_cut;
 mod robot;
+mod stopped_task;
 mod storage;
 mod telemetry;
 

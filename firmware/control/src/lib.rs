@@ -7,6 +7,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
+//! | [`beats`] | the control timer's beats: late ones, and lost ones |
 //! | [`capture`] | from both counters to counts, travel and speed |
 //! | [`encoder`] | 64-bit counts, and speed from counts |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
@@ -17,6 +18,7 @@
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
+pub mod beats;
 pub mod capture;
 pub mod encoder;
 pub mod odometry;

@@ -8,7 +8,7 @@
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
-//! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm |
+//! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
 //! | `Stall` | the setpoint rests, and the wheel has stood for 10 stall times, 4 counts off, at a duty of 0.1 and more above ks |
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
@@ -297,10 +297,17 @@ impl WheelMonitor {
 
     /// The count stands still while the setpoint advances.
     ///
+    /// A setpoint that only catches up with the wheel tells nothing: after the encoder check the wheel is
+    /// ahead of its motion.
+    ///
     /// `too_far`: the error is above its limit already, so there is no time to wait.
     fn stands(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
-        let advance = positions.since(self.last.positions).setpoint.abs();
-        (advance >= limits.standing_advance && self.standing_ticks() >= limits.stall_ticks)
+        let since = positions.since(self.last.positions).setpoint;
+        let advance = since.abs();
+        let error = positions.setpoint.wrapping_sub(positions.travel);
+        let ahead = if since < 0 { error.wrapping_neg() } else { error };
+        (advance.min(ahead) >= limits.standing_advance
+            && self.standing_ticks() >= limits.stall_ticks)
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 

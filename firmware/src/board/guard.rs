@@ -5,7 +5,7 @@
 //! part      checks in                        deadline
 //! capture   when the encoders are read       20 ms
 //! pid       when the motors are written      20 ms    (profile stands between the two)
-//! others    their executor's heartbeat       40 ms
+//! others    all safety tasks have            40 ms
 //!                                      then: motors off, the watchdog is not fed again
 //! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz)
 //! ```
@@ -48,7 +48,7 @@ pub enum Part {
     Capture = 1,
     /// The motors were written.
     Pid = 2,
-    /// The other tasks' executor runs.
+    /// Every safety task has checked in ([`crate::liveness`]).
     Others = 4,
 }
 

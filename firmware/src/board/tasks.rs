@@ -17,7 +17,6 @@ use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_time::{Duration, Ticker};
 use shared_proto::{Name, ResetCause};
 use static_cell::StaticCell;
 
@@ -88,7 +87,7 @@ pub fn spawn_others(
     spawner.spawn(once(supervisor(shared, store, board)));
     spawner.spawn(once(telemetry(shared)));
     spawner.spawn(once(show(shared, leds)));
-    spawner.spawn(once(heartbeat()));
+    spawner.spawn(once(heartbeat(shared)));
 }
 
 /// Starts the link on a UART.
@@ -183,12 +182,8 @@ async fn show(shared: &'static BoardShared, leds: Leds) {
     leds::run(shared, leds).await;
 }
 
-/// Shows the guard that the executor of the tasks beside control runs.
+/// Shows the guard that every safety task runs, and with them the executor of the tasks beside control.
 #[embassy_executor::task]
-async fn heartbeat() {
-    let mut ticker = Ticker::every(Duration::from_millis(5));
-    loop {
-        guard::alive(guard::Part::Others);
-        ticker.next().await;
-    }
+async fn heartbeat(shared: &'static BoardShared) {
+    task::heartbeat::run(shared, || guard::alive(guard::Part::Others)).await;
 }

@@ -16,6 +16,7 @@
 //! Generic over the mutex: a board's control tasks preempt the others, so it needs critical sections;
 //! the simulator needs none.
 
+mod dead_man;
 mod fault_latch;
 mod handoff;
 mod tick;
@@ -28,11 +29,13 @@ use shared_proto::{
     Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
 };
 
+pub use dead_man::DeadMan;
 pub use fault_latch::FaultLatch;
 pub use handoff::{Mailbox, Notify, SharedCell};
 pub use tick::{Action, Snapshot, TelemetryHistory, Tick, TickCell};
 
 use crate::capture::CaptureSettings;
+use crate::liveness::Liveness;
 use crate::pid::Gains;
 use crate::probe::Probe;
 use crate::profile::{Plan, Profile};
@@ -78,6 +81,12 @@ pub struct Shared<M: RawMutex> {
     pub heard_us: SharedCell<M, u64>,
     /// Longest delay of a control tick so far \[us\].
     pub tick_delay_us_max: SharedCell<M, u32>,
+    /// Beats of the control timer that were lost so far.
+    pub ticks_lost: SharedCell<M, u32>,
+    /// Supervisor to PID: how long the motors may be driven.
+    pub dead_man: DeadMan,
+    /// The safety tasks' signs of life.
+    pub liveness: Liveness,
     /// Counters of the link.
     pub link: SharedCell<M, LinkStatistics>,
     /// Emergency stop and motor driver fault.
@@ -107,6 +116,9 @@ impl<M: RawMutex> Shared<M> {
             state: SharedCell::new(State::Boot),
             heard_us: SharedCell::new(0),
             tick_delay_us_max: SharedCell::new(0),
+            ticks_lost: SharedCell::new(0),
+            dead_man: DeadMan::new(),
+            liveness: Liveness::new(),
             link: SharedCell::new(LinkStatistics {
                 frames_received: 0,
                 frames_damaged: 0,

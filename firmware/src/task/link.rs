@@ -14,6 +14,7 @@ use shared_proto::{
     Channel, Decoder, Encoder, Frame, FrameError, Hello, Received, Refusal, Reply, Request,
 };
 
+use crate::liveness::SafetyTask;
 use crate::shared::{Outgoing, Shared};
 
 /// Receives frames, for ever.
@@ -22,7 +23,8 @@ pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> 
     let mut handshake = Handshake { agreed: false };
     let mut buffer = [0; 64];
     loop {
-        let len = match reader.read(&mut buffer).await {
+        let read = reader.read(&mut buffer);
+        let len = match shared.liveness.while_waiting(SafetyTask::Receive, read).await {
             Ok(len) => len,
             // An overrun or a line break: the present frame will fail its checksum.
             Err(_) => {
@@ -58,7 +60,8 @@ impl Handshake {
             }
             Channel::Request => {
                 let refusal = if self.agreed {
-                    room(&shared.requests).await;
+                    let room = room(&shared.requests);
+                    shared.liveness.while_waiting(SafetyTask::Receive, room).await;
                     if pass_on(shared, &frame) {
                         return;
                     }
@@ -72,7 +75,7 @@ impl Handshake {
             // Only robots send these: another robot is on the line, or an echo.
             Channel::Reply | Channel::Telemetry | Channel::Event => return,
         };
-        room(&shared.outgoing).await;
+        shared.liveness.while_waiting(SafetyTask::Receive, room(&shared.outgoing)).await;
         let _ = shared.outgoing.try_send(answer);
     }
 }
@@ -112,11 +115,12 @@ fn pass_on<M: RawMutex>(shared: &Shared<M>, frame: &Received<'_>) -> bool {
 pub async fn transmit<M: RawMutex>(shared: &Shared<M>, mut writer: impl Write) -> ! {
     let mut encoder = Encoder::new();
     loop {
-        let _ =
-            select(shared.outgoing.ready_to_receive(), shared.telemetry.ready_to_receive()).await;
+        let ready = select(shared.outgoing.ready_to_receive(), shared.telemetry.ready_to_receive());
+        shared.liveness.while_waiting(SafetyTask::Transmit, ready).await;
         let Some(frame) = next_frame(shared, &mut encoder) else { continue };
         // If the line fails, the frame is lost and the host asks again.
-        let sent = writer.write_all(&frame).await.is_ok() && writer.flush().await.is_ok();
+        let send = async { writer.write_all(&frame).await.is_ok() && writer.flush().await.is_ok() };
+        let sent = shared.liveness.while_waiting(SafetyTask::Transmit, send).await;
         if sent {
             shared.link.update(|link| link.frames_sent = link.frames_sent.wrapping_add(1));
         }

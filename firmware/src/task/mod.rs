@@ -4,6 +4,7 @@
 //! concrete types; the simulator spawns `run` directly.
 
 pub mod capture;
+pub mod heartbeat;
 pub mod link;
 pub mod pid;
 pub mod profile;

@@ -1,7 +1,8 @@
 //! PID: makes the wheels follow the profile task's setpoints.
 //!
 //! The only task that writes to the motors. Whichever task latches a fault, this one sets zero duty, at the
-//! next control tick at the latest.
+//! next control tick at the latest. It also counts down the dead-man itself: without the supervisor's
+//! word no motion goes on.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use shared_proto::{Fault, WheelPair};
@@ -114,6 +115,9 @@ impl Control {
             && let Some(fault) = self.watch_supply(*supply_mv)
         {
             shared.raise(fault, measured.t_us);
+        }
+        if matches!(action, Action::Probe { .. } | Action::Track(_)) && !shared.dead_man.spend() {
+            shared.raise(Fault::Unsupervised, measured.t_us);
         }
         let output = self.act(shared, measured, action, loops);
         // Checked last, so that a fault of this very tick counts.

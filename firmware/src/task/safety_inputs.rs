@@ -18,7 +18,8 @@ use embassy_time::{Duration, Instant};
 use embedded_hal_async::digital::Wait;
 use shared_proto::Fault;
 
-use crate::shared::{ControlEvent, SafetyInputs, Shared};
+use crate::liveness::SafetyTask;
+use crate::shared::{ControlEvent, Shared};
 
 /// Holding the emergency stop's button for this long clears its own fault.
 const HOLD: Duration = Duration::from_secs(2);
@@ -29,15 +30,16 @@ const BOUNCE: Duration = Duration::from_millis(200);
 /// Watches the emergency stop, for ever.
 pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
     let mut released = None;
+    let alive = SafetyTask::EmergencyStop;
     loop {
-        let _ = pin.wait_for_low().await;
+        let _ = shared.liveness.while_waiting(alive, pin.wait_for_low()).await;
         let pressed = Instant::now();
         let latched_before =
             shared.fault.report().is_some_and(|report| report.fault == Fault::EmergencyStop);
         let anew = released.is_none_or(|released| pressed > released + BOUNCE);
         shared.safety_inputs.update(|inputs| inputs.emergency_stop = true);
         shared.raise(Fault::EmergencyStop, pressed.as_micros());
-        wait_until_released(&mut pin).await;
+        shared.liveness.while_waiting(alive, wait_until_released(&mut pin)).await;
         shared.safety_inputs.update(|inputs| inputs.emergency_stop = false);
         released = Some(Instant::now());
         if latched_before && anew && pressed.elapsed() >= HOLD {
@@ -54,23 +56,15 @@ pub async fn stop_line<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
 }
 
 /// Watches the motor driver's fault line, for ever.
-pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
-    watch(shared, pin, Fault::Driver, |inputs, on| inputs.driver_fault = on).await
-}
-
-async fn watch<M: RawMutex>(
-    shared: &Shared<M>,
-    mut pin: impl Wait,
-    fault: Fault,
-    mark: fn(&mut SafetyInputs, bool),
-) -> ! {
+pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
+    let alive = SafetyTask::DriverFault;
     loop {
         // A pin that cannot be read is treated as asserted: the robot does not drive blind.
-        let _ = pin.wait_for_low().await;
-        shared.safety_inputs.update(|inputs| mark(inputs, true));
-        shared.raise(fault, Instant::now().as_micros());
-        wait_until_released(&mut pin).await;
-        shared.safety_inputs.update(|inputs| mark(inputs, false));
+        let _ = shared.liveness.while_waiting(alive, pin.wait_for_low()).await;
+        shared.safety_inputs.update(|inputs| inputs.driver_fault = true);
+        shared.raise(Fault::Driver, Instant::now().as_micros());
+        shared.liveness.while_waiting(alive, wait_until_released(&mut pin)).await;
+        shared.safety_inputs.update(|inputs| inputs.driver_fault = false);
     }
 }
 

@@ -77,7 +77,8 @@ fn show(identity: &Identity, status: &Status) {
         row("", format!("{}; then `beeline clear`", report.fault.remedy()));
     }
     row("supply", format!("{:.2} V", f64::from(status.supply_mv) * 1e-3));
-    row("control", format!("{} ticks, latest {} us late", status.ticks, status.tick_delay_us_max));
+    let Status { ticks, ticks_lost, tick_delay_us_max, .. } = status;
+    row("control", format!("{ticks} ticks, {ticks_lost} lost, latest {tick_delay_us_max} us late"));
     let link = &status.link;
     row(
         "link",

@@ -109,6 +109,7 @@ fn status(state: State, motion_end: Option<MotionEnd>, fault: Option<Fault>) -> 
         },
         ticks: 20_475,
         tick_delay_us_max: 12,
+        ticks_lost: 7,
     }
 }
 
@@ -284,6 +285,8 @@ pub fn faults(one: Wheel, other: Wheel) -> Vec<Fault> {
         Fault::DeadlineMissed,
         Fault::Driver,
         Fault::EmergencyStop,
+        Fault::Unsupervised,
+        Fault::EncodersExchanged(other),
     ]
 }
 

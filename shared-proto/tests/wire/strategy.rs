@@ -189,7 +189,7 @@ fn status() -> BoxedStrategy<Status> {
     let motion = proptest::option::of(any::<u32>().prop_map(MotionId));
     let motion_end = proptest::option::of(motion_end());
     let fault = proptest::option::of(fault_report());
-    (any::<u64>(), state(), motion, motion_end, fault, any::<u16>(), any::<[u32; 7]>())
+    (any::<u64>(), state(), motion, motion_end, fault, any::<u16>(), any::<[u32; 8]>())
         .prop_map(|(t_us, state, motion, motion_end, fault, supply_mv, n)| Status {
             t_us,
             state,
@@ -206,6 +206,7 @@ fn status() -> BoxedStrategy<Status> {
             },
             ticks: n[5],
             tick_delay_us_max: n[6],
+            ticks_lost: n[7],
         })
         .boxed()
 }

@@ -19,6 +19,10 @@ pub enum PlantFault {
     MotorUnplugged(Wheel),
     /// The motor's leads are swapped.
     MotorReversed(Wheel),
+    /// The encoders' plugs are exchanged: each counter counts the other wheel.
+    EncodersExchanged,
+    /// The motors' connectors are exchanged: each duty drives the other wheel.
+    MotorsExchanged,
     /// The motor driver shuts both bridges off and pulls its fault line.
     DriverFault,
     /// The battery's voltage falls.
@@ -64,6 +68,8 @@ impl WheelFaults {
 pub(super) struct Faults {
     pub wheel: WheelPair<WheelFaults>,
     pub driver: bool,
+    pub encoders_exchanged: bool,
+    pub motors_exchanged: bool,
     pub estop: bool,
     pub dip_v: f64,
 }

@@ -252,13 +252,15 @@ impl Plant {
         self.body.twist()
     }
 
-    /// The encoders' counts.
+    /// The encoders' counts, by the connector that each is plugged into.
     pub fn counts(&self) -> WheelPair<i64> {
-        self.encoder.as_ref().map(Encoder::count)
+        let counts = self.encoder.as_ref().map(Encoder::count);
+        if self.faults.encoders_exchanged { counts.swapped() } else { counts }
     }
 
     /// What an encoder did during the last [`advance_to`](Self::advance_to), edge by edge.
     pub fn encoder_step(&self, wheel: Wheel) -> EncoderStep {
+        let wheel = if self.faults.encoders_exchanged { wheel.other() } else { wheel };
         self.encoder.get(wheel).step()
     }
 
@@ -358,6 +360,8 @@ impl Plant {
             PlantFault::WheelJammed(w) => pick(wheels, w).jammed = on,
             PlantFault::MotorUnplugged(w) => pick(wheels, w).motor_unplugged = on,
             PlantFault::MotorReversed(w) => pick(wheels, w).motor_reversed = on,
+            PlantFault::EncodersExchanged => self.faults.encoders_exchanged = on,
+            PlantFault::MotorsExchanged => self.faults.motors_exchanged = on,
             PlantFault::DriverFault => self.faults.driver = on,
             PlantFault::SupplyDip { volts } => self.faults.dip_v = if on { volts } else { 0.0 },
             PlantFault::EmergencyStop => self.faults.estop = on,

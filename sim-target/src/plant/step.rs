@@ -40,8 +40,10 @@ impl Plant {
             Terminals::Driven(duty * swap)
         };
         let (wheel, faults) = (&self.wheel, &self.faults.wheel);
-        let left = terminals(&wheel.left.motor, &faults.left, self.duty.left);
-        let right = terminals(&wheel.right.motor, &faults.right, self.duty.right);
+        let exchanged = self.faults.motors_exchanged;
+        let duty = if exchanged { self.duty.swapped() } else { self.duty };
+        let left = terminals(&wheel.left.motor, &faults.left, duty.left);
+        let right = terminals(&wheel.right.motor, &faults.right, duty.right);
         let load_left = wheel.left.motor.bus_load(left, wheel.left.spin_rad_s);
         let load_right = wheel.right.motor.bus_load(right, wheel.right.spin_rad_s);
         let bus_v = self.parameters.supply.bus_v(

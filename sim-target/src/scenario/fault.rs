@@ -80,6 +80,8 @@ enum Kind {
     WheelJammed,
     MotorUnplugged,
     MotorReversed,
+    EncodersExchanged,
+    MotorsExchanged,
     SupplyDip,
     DriverFault,
     #[default]
@@ -104,7 +106,14 @@ impl Raw {
     /// The fault; refuses a field that its kind needs and lacks, or has no use for.
     fn fault(&self) -> Result<PlantFault, String> {
         let Self { kind, wheel, counts_per_s, volts, .. } = *self;
-        let of_wheel = !matches!(kind, Kind::DriverFault | Kind::SupplyDip | Kind::EmergencyStop);
+        let of_wheel = !matches!(
+            kind,
+            Kind::EncodersExchanged
+                | Kind::MotorsExchanged
+                | Kind::DriverFault
+                | Kind::SupplyDip
+                | Kind::EmergencyStop
+        );
         check_presence("wheel", wheel.is_some(), of_wheel, kind)?;
         check_presence("counts_per_s", counts_per_s.is_some(), kind == Kind::EncoderNoise, kind)?;
         check_presence("volts", volts.is_some(), kind == Kind::SupplyDip, kind)?;
@@ -117,6 +126,8 @@ impl Raw {
             Kind::WheelJammed => PlantFault::WheelJammed(wheel),
             Kind::MotorUnplugged => PlantFault::MotorUnplugged(wheel),
             Kind::MotorReversed => PlantFault::MotorReversed(wheel),
+            Kind::EncodersExchanged => PlantFault::EncodersExchanged,
+            Kind::MotorsExchanged => PlantFault::MotorsExchanged,
             Kind::DriverFault => PlantFault::DriverFault,
             Kind::SupplyDip => PlantFault::SupplyDip { volts: volts.unwrap_or(0.0) },
             Kind::EmergencyStop => PlantFault::EmergencyStop,
@@ -147,6 +158,8 @@ impl From<ScheduledFault> for Raw {
             PlantFault::WheelJammed(w) => (Kind::WheelJammed, Some(w)),
             PlantFault::MotorUnplugged(w) => (Kind::MotorUnplugged, Some(w)),
             PlantFault::MotorReversed(w) => (Kind::MotorReversed, Some(w)),
+            PlantFault::EncodersExchanged => (Kind::EncodersExchanged, None),
+            PlantFault::MotorsExchanged => (Kind::MotorsExchanged, None),
             PlantFault::DriverFault => (Kind::DriverFault, None),
             PlantFault::SupplyDip { .. } => (Kind::SupplyDip, None),
             PlantFault::EmergencyStop => (Kind::EmergencyStop, None),

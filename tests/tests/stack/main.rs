@@ -9,3 +9,6 @@ mod hello;
 mod motion;
 mod retry;
 mod safety;
+mod stall;
+mod stopped_task;
+mod wiring;

@@ -25,6 +25,7 @@ use shared_proto::{
 
 use crate::capture::CaptureSettings;
 use crate::hal::{BoardInfo, Store};
+use crate::liveness::SafetyTask;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
@@ -38,6 +39,12 @@ const PLAN_AHEAD_TICKS: u32 = 10;
 /// An armed robot that stands still and receives nothing for this long switches its motors off.
 const ARMED_SILENCE: Duration = Duration::from_secs(60);
 
+/// This late the supervisor may act on a host's silence before the control tick does.
+const SUPERVISOR_DELAY_MAX: Duration = Duration::from_millis(20);
+
+/// Zero duty at the latest after this silence, if the supervisor does not act: two ticks before 250 ms.
+const SILENCE_MAX: Duration = Duration::from_millis(248);
+
 /// How many motions before the last one are remembered; a power of two, so that the index can wrap.
 const EARLIER_MOTIONS: usize = 8;
 
@@ -46,14 +53,14 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: Boar
     let mut supervisor = Supervisor::new(shared, store, board);
     supervisor.boot().await;
     loop {
+        supervisor.grant();
         let deadline = supervisor.deadline();
-        match select3(
+        let news = select3(
             shared.control_events.receive(),
             shared.requests.ready_to_receive(),
             Timer::at(deadline.unwrap_or(Instant::MAX)),
-        )
-        .await
-        {
+        );
+        match shared.liveness.while_waiting(SafetyTask::Supervisor, news).await {
             Either3::First(event) => supervisor.on_control(event),
             Either3::Second(()) => {
                 if let Ok(request) = shared.requests.try_receive() {
@@ -131,7 +138,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
 
     /// Power-on to idle.
     async fn boot(&mut self) {
-        match self.store.load().await {
+        let load = self.store.load();
+        match self.shared.liveness.while_waiting(SafetyTask::Supervisor, load).await {
             Ok(None) => {}
             Ok(Some(saved)) if saved.validate().is_ok() => {
                 self.saved = saved;
@@ -196,12 +204,31 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn deadline(&self) -> Option<Instant> {
         match self.state {
             State::Driving => {
-                let silence = self.alive_until.min(self.last_heard() + self.link_timeout());
+                let silence = self.silence();
                 Some(self.start_at.map_or(silence, |start_at| start_at.min(silence)))
             }
             State::Armed => Some(self.last_heard() + ARMED_SILENCE),
             _ => None,
         }
+    }
+
+    /// When the host has been silent for too long, unless more is heard.
+    fn silence(&self) -> Instant {
+        self.alive_until.min(self.last_heard() + self.link_timeout())
+    }
+
+    /// Tells the control tick how long the motors may be driven. This task acts on a silent host first,
+    /// along a ramp; the control tick acts a little later, at once, if this task did not.
+    fn grant(&self) {
+        if self.state != State::Driving {
+            self.shared.dead_man.rest();
+            return;
+        }
+        let latest = self.last_heard() + SILENCE_MAX;
+        let until = (self.silence() + SUPERVISOR_DELAY_MAX).min(latest);
+        let left_us = until.saturating_duration_since(Instant::now()).as_micros();
+        let ticks = left_us / u64::from(CONTROL_PERIOD_US);
+        self.shared.dead_man.grant(u32::try_from(ticks).unwrap_or(u32::MAX));
     }
 
     fn on_fault(&mut self) {

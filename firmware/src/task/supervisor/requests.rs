@@ -9,6 +9,7 @@ use shared_proto::{
 
 use super::{EARLIER_MOTIONS, Supervisor};
 use crate::hal::Store;
+use crate::liveness::SafetyTask;
 use crate::profile::Plan;
 use crate::shared::Outgoing;
 use crate::units::CONTROL_PERIOD_US;
@@ -230,7 +231,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.is_saved && self.saved == self.config {
             return Ok(());
         }
-        self.store.save(&self.config).await.map_err(|_| Refusal::Store)?;
+        let save = self.store.save(&self.config);
+        let saved = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
+        saved.map_err(|_| Refusal::Store)?;
         self.saved.clone_from(&self.config);
         self.is_saved = true;
         self.store_damaged = false;
@@ -284,6 +287,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             link: self.shared.link.get(),
             ticks: snapshot.measured.tick,
             tick_delay_us_max: self.shared.tick_delay_us_max.get(),
+            ticks_lost: self.shared.ticks_lost.get(),
         }
     }
 }

@@ -1,0 +1,145 @@
+//! The control timer's beats: how late each one is taken, and how many were lost.
+//!
+//! The timer has one flag. A core that stands still for several periods, as while its flash is erased or
+//! a debugger holds it, finds that flag set once: all beats of the stall but one are lost. The next beat
+//! then comes on the timer's own grid again.
+//!
+//! ```text
+//! timer    |     |     |     |     |     |
+//! taken    x     x..............x  x     x
+//!                       2 lost  ^ late by a part of a period
+//! ```
+//!
+//! A clock can lose time in a stall too, so after lost beats nothing is concluded from the old due time:
+//! the next beat sets it anew.
+
+use crate::units::CONTROL_PERIOD_US;
+
+const PERIOD_US: u64 = CONTROL_PERIOD_US as u64;
+
+/// When the next beat is due.
+#[derive(Clone, Copy, Debug)]
+pub struct Beats {
+    due_us: u64,
+    /// Beats were lost just now: the next one sets the due time.
+    resynchronise: bool,
+}
+
+/// One beat, as it was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Beat {
+    /// How late \[us\].
+    pub delay_us: u64,
+    /// Beats that were lost before this one.
+    pub lost: u32,
+}
+
+impl Beats {
+    /// Begins with a beat that is taken at this time \[us\].
+    pub const fn new(t_us: u64) -> Self {
+        Self { due_us: t_us, resynchronise: false }
+    }
+
+    /// Takes the next beat; tells when the beat was late.
+    #[inline(always)]
+    pub fn take(&mut self, t_us: u64) -> Option<Beat> {
+        if t_us > self.due_us {
+            return self.take_late(t_us);
+        }
+        // No beat comes early: the beat that set the due time was late itself.
+        self.due_us = t_us + PERIOD_US;
+        self.resynchronise = false;
+        None
+    }
+
+    #[inline(never)]
+    fn take_late(&mut self, t_us: u64) -> Option<Beat> {
+        let delay_us = t_us - self.due_us;
+        if delay_us >= PERIOD_US {
+            self.due_us = t_us + PERIOD_US;
+            self.resynchronise = true;
+            let lost = u32::try_from(delay_us / PERIOD_US).unwrap_or(u32::MAX);
+            return Some(Beat { delay_us, lost });
+        }
+        if self.resynchronise {
+            self.resynchronise = false;
+            self.due_us = t_us + PERIOD_US;
+            return None;
+        }
+        self.due_us += PERIOD_US;
+        Some(Beat { delay_us, lost: 0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The beats that a timer with one flag gives to a core that stands still from `from` to `to` \[us\].
+    fn taken(from_us: u64, to_us: u64, end_us: u64) -> Vec<u64> {
+        let mut times = Vec::new();
+        let mut grid = 1000;
+        while grid <= end_us {
+            if (from_us..to_us).contains(&grid) {
+                times.push(to_us);
+                grid = to_us / 1000 * 1000 + 1000;
+            } else {
+                times.push(grid + 3);
+                grid += 1000;
+            }
+        }
+        times
+    }
+
+    #[test]
+    fn after_a_stall_of_any_length_and_phase_the_next_beats_are_on_time() {
+        for stall_us in [1_500, 2_000, 2_750, 20_000, 250_000, 5_000_000] {
+            for phase_us in [0, 100, 499, 900] {
+                let (from_us, to_us) = (10_000 - phase_us, 10_000 - phase_us + stall_us);
+                let mut beats = Beats::new(3);
+                let mut lost = 0;
+                for t_us in taken(from_us, to_us, to_us + 50_000) {
+                    let beat = beats.take(t_us.max(1003));
+                    if t_us > to_us {
+                        assert_eq!(beat, None, "{stall_us} {phase_us} at {t_us}");
+                    }
+                    lost += beat.map_or(0, |beat| u64::from(beat.lost));
+                }
+                // To one beat: the due time is a little later than the timer's grid.
+                assert!(lost.abs_diff(stall_us / 1000) <= 1, "{lost} of {stall_us} us");
+            }
+        }
+    }
+
+    #[test]
+    fn a_clock_that_loses_time_in_a_stall_does_not_make_later_beats_late() {
+        // 131.072 ms: the period of a clock that counts overflows of 16 bits.
+        for skipped_us in [65_536, 131_072] {
+            let mut beats = Beats::new(0);
+            for t_us in taken(10_000, 260_300, 300_000) {
+                let seen_us = if t_us >= 260_300 { t_us - skipped_us } else { t_us };
+                let beat = beats.take(seen_us);
+                assert!(t_us <= 260_300 || beat.is_none(), "{t_us}: {beat:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_beat_that_is_late_by_less_than_a_period_moves_no_later_one() {
+        let mut beats = Beats::new(0);
+        assert_eq!(beats.take(0), None);
+        assert_eq!(beats.take(1_700), Some(Beat { delay_us: 700, lost: 0 }));
+        assert_eq!(beats.take(2_000), None);
+        assert_eq!(beats.take(3_001), Some(Beat { delay_us: 1, lost: 0 }));
+        assert_eq!(beats.take(4_999), Some(Beat { delay_us: 999, lost: 0 }));
+    }
+
+    #[test]
+    fn two_stalls_in_a_row_are_both_counted() {
+        let mut beats = Beats::new(0);
+        beats.take(0);
+        assert_eq!(beats.take(6_200).map(|beat| beat.lost), Some(5));
+        assert_eq!(beats.take(11_200).map(|beat| beat.lost), Some(4));
+        assert_eq!(beats.take(12_000), None);
+    }
+}

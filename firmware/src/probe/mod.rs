@@ -1,0 +1,190 @@
+//! The encoder check: wiring and signs, tested at low power before the loop closes.
+//!
+//! With a reversed, exchanged or dead encoder, a closed loop runs away. So before a motion the check pushes
+//! each wheel that is about to turn, one after the other, in the direction of the motion and with the loop
+//! open. The duty rises slowly from half of ks. A wheel passes when its count has moved the right way by
+//! 3 counts and 0.2 mm, in at least two changes; its duty then goes to zero, and when both wheels have
+//! come to rest the other one is pushed.
+//!
+//! # When the check fails
+//!
+//! The distance that a wheel should have rolled follows from the feedforward model,
+//!
+//! ```text
+//! s = sum of max(0, duty - ks) / kv dt                                    (1)
+//! ```
+//!
+//! At s = 1.4 mm a robot with the friction of the model has passed. One with more friction may not have
+//! moved at all, so the duty now rises fast to `protection.probe_duty_max`. The push ends at s = 7 mm, or
+//! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all means a
+//! dead encoder, too few a stall, counts the wrong way a reversed encoder, and counts of the other wheel
+//! exchanged encoders (or motors: electrically that is the same).
+//!
+//! What the check cannot see: a wheel whose motor and encoder are both reversed, and left and right
+//! exchanged together with their motors. Each wheel then follows its own count, so nothing runs away, but
+//! the robot drives in mirror image.
+
+mod wheel;
+
+#[cfg(test)]
+mod tests;
+
+use shared_proto::{Config, Fault, Wheel, WheelPair};
+
+use crate::odometry::Odometry;
+use crate::soft_float::is_above;
+use crate::units::Duty;
+use wheel::{Push, PushLimits, WheelProbe};
+
+/// Which way a wheel is about to turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Direction {
+    /// Backwards.
+    Backward,
+    /// Not at all; the wheel is not probed.
+    #[default]
+    Still,
+    /// Forwards.
+    Forward,
+}
+
+impl Direction {
+    /// 1, -1, or 0.
+    fn sign(self) -> i32 {
+        match self {
+            Direction::Backward => -1,
+            Direction::Still => 0,
+            Direction::Forward => 1,
+        }
+    }
+
+    /// The sign of a distance.
+    pub fn of(distance: f64) -> Self {
+        if !is_above(distance.abs(), 0.0) {
+            Direction::Still
+        } else if distance.is_sign_negative() {
+            Direction::Backward
+        } else {
+            Direction::Forward
+        }
+    }
+}
+
+/// What the check found at one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ProbeOutcome {
+    /// Under way; apply these duties.
+    Running(WheelPair<Duty>),
+    /// Every wheel that is about to turn counts the way its motor pushes. Duty is zero.
+    Done,
+    /// Something is wrong; go to zero duty.
+    Failed(Fault),
+}
+
+/// After a wheel has passed, both counts must stand still this long before the other one is pushed \[ticks\].
+const QUIET_TICKS: u32 = 20;
+
+/// A wheel that rolls on without a brake is waited for this long \[ticks\].
+const ROLL_OUT_TICKS_MAX: u32 = 300;
+
+/// The probe of both wheels.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    limits: WheelPair<PushLimits>,
+    directions: WheelPair<Direction>,
+    stage: Stage,
+}
+
+#[derive(Clone, Debug)]
+enum Stage {
+    /// This wheel is next, once both counts stand still.
+    Before { wheel: Wheel, last: WheelPair<i64>, quiet_ticks: u32, ticks_left: u32 },
+    /// This wheel is pushed.
+    Pushing { wheel: Wheel, probe: WheelProbe },
+    /// Both wheels have passed.
+    Done,
+}
+
+impl Probe {
+    /// A probe that begins with the wheels at rest at `counts`.
+    pub fn new(config: &Config, counts: WheelPair<i64>, directions: WheelPair<Direction>) -> Self {
+        let limits = Odometry::new(config).meters_per_count().map(|q| PushLimits::new(config, q));
+        let stage = Stage::Before {
+            wheel: Wheel::Left,
+            last: counts,
+            quiet_ticks: QUIET_TICKS,
+            ticks_left: 0,
+        };
+        Self { limits, directions, stage }
+    }
+
+    /// One tick, with the counts as they are now.
+    pub fn step(&mut self, counts: WheelPair<i64>) -> ProbeOutcome {
+        loop {
+            match &mut self.stage {
+                Stage::Done => return ProbeOutcome::Done,
+                Stage::Before { wheel, last, quiet_ticks, ticks_left } => {
+                    if *quiet_ticks < QUIET_TICKS && *ticks_left > 0 {
+                        *ticks_left -= 1;
+                        *quiet_ticks = if counts == *last { *quiet_ticks + 1 } else { 0 };
+                        *last = counts;
+                        return ProbeOutcome::Running(WheelPair::both(Duty::ZERO));
+                    }
+                    let (wheel, start) = (*wheel, *last);
+                    self.begin(wheel, start);
+                }
+                Stage::Pushing { wheel, probe } => {
+                    let wheel = *wheel;
+                    match probe.step(*counts.get(wheel), *counts.get(wheel.other())) {
+                        Push::Running(duty) => {
+                            let mut duties = WheelPair::both(Duty::ZERO);
+                            *duties.get_mut(wheel) = duty;
+                            return ProbeOutcome::Running(duties);
+                        }
+                        Push::Failed(fault) => return ProbeOutcome::Failed(fault(wheel)),
+                        Push::Passed => self.stage = self.after(wheel, counts),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pushes a wheel, unless it is to stand still.
+    fn begin(&mut self, wheel: Wheel, counts: WheelPair<i64>) {
+        self.stage = match self.directions.get(wheel).sign() {
+            0 => match wheel {
+                Wheel::Left => Stage::Before {
+                    wheel: Wheel::Right,
+                    last: counts,
+                    quiet_ticks: QUIET_TICKS,
+                    ticks_left: 0,
+                },
+                Wheel::Right => Stage::Done,
+            },
+            sign => {
+                let (own, other) = (*counts.get(wheel), *counts.get(wheel.other()));
+                let limits = *self.limits.get(wheel);
+                let other_counts = self.limits.get(wheel.other()).counts();
+                Stage::Pushing {
+                    wheel,
+                    probe: WheelProbe::new(limits, sign, own, other, other_counts),
+                }
+            }
+        };
+    }
+
+    /// What follows when a wheel has passed.
+    fn after(&self, wheel: Wheel, counts: WheelPair<i64>) -> Stage {
+        if wheel == Wheel::Right || self.directions.right == Direction::Still {
+            return Stage::Done;
+        }
+        Stage::Before {
+            wheel: Wheel::Right,
+            last: counts,
+            quiet_ticks: 0,
+            ticks_left: ROLL_OUT_TICKS_MAX,
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The check of one wheel: a push that ends as soon as the count tells enough.
+
+use fixed::types::I2F30;
+use shared_proto::{Config, Fault, Wheel};
+
+use crate::soft_float::{max, min, nearest, truncate};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
+
+/// Time for the duty to rise from zero to the largest, at first.
+const RISE_TICKS: i32 = 8 * CONTROL_HZ as i32 / 10;
+/// The same once a robot with the model's friction would have passed.
+const FAST_RISE_TICKS: i32 = CONTROL_HZ as i32 / 50;
+/// The largest duty is held for this many stall times before the probe gives up.
+const HOLD_STALL_TIMES: f64 = 7.0;
+/// Expected travel (1) at which the push ends \[m\]: of the 10 mm that a robot with an unplugged encoder
+/// may move, the rest being for rolling out and a weak model.
+const EXPECTED_M_MAX: f64 = 0.007;
+/// A coarse encoder is allowed the distance of this many counts, if that is longer.
+const EXPECTED_COUNTS_MAX: f64 = 6.0;
+/// The share of that travel which is pushed slowly.
+const SLOW_SHARE: i64 = 5;
+/// Counts that tell a direction.
+const COUNTS_MIN: f64 = 3.0;
+/// Travel that tells a direction, against the backlash and shiver that fine encoders see \[m\].
+const TRAVEL_M_MIN: f64 = 0.0002;
+/// Changes of the count that tell a movement from one loose edge.
+const CHANGES_MIN: u32 = 2;
+/// The other wheel's count moves at most this many times [`COUNTS_MIN`] before it is looked at; more is
+/// interference.
+const OTHER_TIMES_MAX: i64 = 4;
+/// After the push the wheel may roll this long before the verdict \[ticks\].
+const ROLL_TICKS: u32 = 40;
+/// No wheel of a robot rolls faster at full duty \[m/s\]; bounds (1) where kv is not configured.
+const FULL_SPEED_MPS_MAX: f64 = 20.0;
+
+/// The limits of one wheel's check.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PushLimits {
+    duty_max: i32,
+    ks: i32,
+    /// Of (1), as a sum of duties over ticks [2^-30].
+    push_max: i64,
+    hold_ticks: u32,
+    counts: i64,
+}
+
+impl PushLimits {
+    pub fn new(config: &Config, q: MetersPerCount) -> Self {
+        let q_m = q.metres();
+        let hz = f64::from(CONTROL_HZ);
+        let bits = |duty: f64| nearest(duty, I2F30::FRAC_NBITS) as i32;
+        let kv_s_per_m = max(config.feedforward.kv_s_per_m, 1.0 / FULL_SPEED_MPS_MAX);
+        let expected_m = max(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
+        Self {
+            duty_max: bits(min(config.protection.probe_duty_max, config.limits.duty_max)),
+            ks: bits(config.feedforward.ks),
+            push_max: truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
+            hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
+            counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
+        }
+    }
+
+    /// Counts that tell a direction.
+    pub fn counts(&self) -> i64 {
+        self.counts
+    }
+}
+
+/// A count that is watched from a start.
+#[derive(Clone, Copy, Debug)]
+struct Watched {
+    start: i64,
+    last: i64,
+    changes: u32,
+}
+
+impl Watched {
+    fn new(count: i64) -> Self {
+        Self { start: count, last: count, changes: 0 }
+    }
+
+    /// How far the count has moved, once it has changed often enough.
+    fn moved(&mut self, count: i64) -> i64 {
+        if count != self.last {
+            self.last = count;
+            self.changes = self.changes.saturating_add(1);
+        }
+        if self.changes < CHANGES_MIN { 0 } else { count.wrapping_sub(self.start) }
+    }
+}
+
+/// What one tick of a push told.
+pub(super) enum Push {
+    /// Not enough; apply this duty.
+    Running(Duty),
+    /// The count moves the way the motor pushes.
+    Passed,
+    /// The fault, for this wheel.
+    Failed(fn(Wheel) -> Fault),
+}
+
+/// The state of one wheel's check.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WheelProbe {
+    limits: PushLimits,
+    /// 1 or -1.
+    sign: i32,
+    own: Watched,
+    other: Watched,
+    /// Counts that tell that the other wheel's count moves.
+    other_counts: i64,
+    duty: i32,
+    /// The sum in (1) so far.
+    push: i64,
+    held_ticks: u32,
+    /// The push is over, and the wheel rolls for this many ticks more.
+    rolling: Option<u32>,
+}
+
+impl WheelProbe {
+    pub fn new(limits: PushLimits, sign: i32, own: i64, other: i64, other_counts: i64) -> Self {
+        Self {
+            limits,
+            sign,
+            own: Watched::new(own),
+            other: Watched::new(other),
+            other_counts,
+            // Below the model's friction nothing moves.
+            duty: (limits.ks / 2).min(limits.duty_max),
+            push: 0,
+            held_ticks: 0,
+            rolling: None,
+        }
+    }
+
+    /// One tick, with the wheel's own count and the other wheel's.
+    pub fn step(&mut self, own: i64, other: i64) -> Push {
+        let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
+        if moved >= self.limits.counts {
+            return Push::Passed;
+        }
+        if moved <= -self.limits.counts {
+            return Push::Failed(Fault::EncoderReversed);
+        }
+        if self.push == 0 {
+            // Whatever the other wheel does before the push is not its effect.
+            self.other = Watched::new(other);
+        }
+        let others = self.other.moved(other).saturating_abs();
+        let range = self.other_counts..=OTHER_TIMES_MAX * self.other_counts;
+        if self.own.changes < CHANGES_MIN && range.contains(&others) {
+            return Push::Failed(Fault::EncodersExchanged);
+        }
+        match &mut self.rolling {
+            Some(0) if self.own.changes == 0 => Push::Failed(Fault::EncoderDead),
+            Some(0) => Push::Failed(Fault::Stall),
+            Some(left) => {
+                *left -= 1;
+                Push::Running(Duty::ZERO)
+            }
+            None => Push::Running(self.push_on()),
+        }
+    }
+
+    /// The duty of this tick.
+    fn push_on(&mut self) -> Duty {
+        let limits = &self.limits;
+        // (1), with the duty of the tick before
+        self.push += i64::from((self.duty - limits.ks).max(0));
+        if self.duty < limits.duty_max {
+            let slow = self.push < limits.push_max / SLOW_SHARE;
+            let rise_ticks = if slow { RISE_TICKS } else { FAST_RISE_TICKS };
+            let rise = (limits.duty_max / rise_ticks).max(1);
+            self.duty = (self.duty + rise).min(limits.duty_max);
+        } else {
+            self.held_ticks += 1;
+        }
+        let next = i64::from((self.duty - limits.ks).max(0));
+        if self.push + next > limits.push_max || self.held_ticks >= limits.hold_ticks {
+            self.rolling = Some(ROLL_TICKS);
+            return Duty::ZERO;
+        }
+        Duty(I2F30::from_bits(self.duty * self.sign))
+    }
+}

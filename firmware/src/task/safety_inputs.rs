@@ -50,9 +50,16 @@ pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait)
 }
 
 /// Watches the stop line, for ever. The hardware has stopped the motors already; this names it, and keeps the
-/// fault until the line is closed and somebody clears it by another way than this switch.
-pub async fn stop_line<M: RawMutex>(shared: &Shared<M>, pin: impl Wait) -> ! {
-    watch(shared, pin, Fault::EmergencyStop, |inputs, on| inputs.stop_line = on).await
+/// fault until the line is closed and somebody clears it by another way than this switch. Nobody has to watch this task:
+/// without it the motors stop all the same.
+pub async fn stop_line<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
+    loop {
+        let _ = pin.wait_for_low().await;
+        shared.safety_inputs.update(|inputs| inputs.stop_line = true);
+        shared.raise(Fault::EmergencyStop, Instant::now().as_micros());
+        wait_until_released(&mut pin).await;
+        shared.safety_inputs.update(|inputs| inputs.stop_line = false);
+    }
 }
 
 /// Watches the motor driver's fault line, for ever.

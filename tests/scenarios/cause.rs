@@ -15,8 +15,6 @@ pub enum Cause {
     Fault(&'static str),
     /// These effects of the catalogue.
     Effects(&'static [&'static str]),
-    /// These, which the usual campaign shows in most robots of the kind, not in all.
-    Often(&'static [&'static str]),
     /// Something that is no effect of the catalogue, or nothing.
     NoEffect,
 }
@@ -34,8 +32,7 @@ impl Cause {
                 Self::Effects(&["wheel_radius_ratio"])
             }
             "crooked_caster" => Self::Effects(&["caster_kick"]),
-            "hanging_caster" => Self::Often(&["caster_friction"]),
-            "unequal_motors" => Self::NoEffect,
+            "hanging_caster" | "unequal_motors" => Self::NoEffect,
             "worn_gears" => {
                 Self::Effects(&["backlash", "carpet_drift", "marker_offset", "wheel_radius_ratio"])
             }
@@ -46,7 +43,7 @@ impl Cause {
 
     fn effects(self) -> &'static [&'static str] {
         match self {
-            Self::Effects(effects) | Self::Often(effects) => effects,
+            Self::Effects(effects) => effects,
             Self::Fault(_) | Self::NoEffect => &[],
         }
     }
@@ -94,10 +91,9 @@ pub fn named(scenario: &Scenario, cause: Cause) -> Result<Named, String> {
     let besides = others.iter().filter(|step| !is_of(step, causes));
     let in_mm = |step: &StepFound| (step.class.join("|"), 1e3 * step.effect_size_m);
     let said = matter.iter().map(|step| in_mm(step)).map(|(id, mm)| format!("{id} {mm:.2}"));
-    let none = !matches!(cause, Cause::Effects(_));
-    let required = if none { &[][..] } else { causes };
+    let none = causes.is_empty();
     Ok(Named {
-        missing: required.iter().filter(names).map(|id| id.to_string()).collect(),
+        missing: causes.iter().filter(names).map(|id| id.to_string()).collect(),
         besides: besides.map(|step| in_mm(step)).collect(),
         is_first: others.first().map_or(none, |step| is_of(step, causes)),
         is_largest: largest.map_or(none, |step| is_of(step, causes)),

@@ -49,7 +49,7 @@ pub(crate) fn term(id: &str, values: &[f64]) -> Term<'static> {
 }
 
 /// Every effect at a size of thirty sigmas or more on the full plan.
-pub(crate) const ALONE: [(&str, &[f64]); 24] = [
+pub(crate) const ALONE: [(&str, &[f64]); 23] = [
     ("wheel_radius_ratio", &[0.005]),
     ("wheel_radius_scale", &[0.005]),
     ("track_width", &[0.01]),
@@ -63,7 +63,6 @@ pub(crate) const ALONE: [(&str, &[f64]); 24] = [
     ("lost_counts", &[0.02, 5.0]),
     ("backlash", &[0.06, 0.07, 0.12]),
     ("caster_kick", &[0.03, 0.06]),
-    ("caster_friction", &[0.01, 0.2]),
     ("heading_pull", &[0.006]),
     ("turn_asymmetry", &[0.004]),
     ("slope", &[0.004, 0.003, 0.5]),

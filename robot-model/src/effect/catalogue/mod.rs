@@ -31,7 +31,6 @@ catalogue! {
     lost_counts::LostCounts,
     backlash::Backlash,
     caster_kick::CasterKick,
-    caster_friction::CasterFriction,
     heading_pull::HeadingPull,
     turn_asymmetry::TurnAsymmetry,
     slope::Slope,

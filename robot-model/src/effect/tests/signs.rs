@@ -137,7 +137,6 @@ fn of_drive_and_caster(id: &str) -> Option<bool> {
             let [left, right] = [ahead(id, &[0.05, 0.01]), back(id, &[0.05, 0.01])];
             left.heading_rad > 0.0 && same(right.heading_rad, -left.heading_rad) && whole_swing(id)
         }
-        "caster_friction" => caster_friction_opposes_a_turn_and_outlasts_it(),
         // The same way both ways, by c times the path.
         "heading_pull" => {
             same(ahead(id, &[0.01]).heading_rad, 0.002)
@@ -191,29 +190,6 @@ fn signs_and_sizes_are_those_that_the_descriptions_state() {
     let ids = CATALOGUE.iter().map(|effect| effect.facts().id);
     let broken: Vec<&str> = ids.filter(|id| !matches_its_description(id)).collect();
     assert_eq!(broken, [""; 0]);
-}
-
-/// On a straight, in an arc to the left, and on a straight again, for a hundred steps of 4 mm each: nothing, then against
-/// the turn, then with it. The fork swings by 0.4 rad, four times w.
-fn caster_friction_opposes_a_turn_and_outlasts_it() -> bool {
-    let terms = [Term::new(find("caster_friction").unwrap(), vec![0.05, 0.1])];
-    let mut composer = Composer::new(Terms::Fixed(&terms));
-    let mut added = |left_mps: f64, right_mps: f64| -> Vec<f64> {
-        let speed = WheelPair::new(left_mps, right_mps);
-        let step = Step {
-            dt_s: 0.02,
-            dphi_rad: speed.map(|speed| 0.02 * speed / ROBOT.wheel_radius_m),
-            wheel_speed_mps: speed,
-            wheel_radius_m: ROBOT.wheel_radius_m,
-            track_width_m: ROBOT.track_width_m,
-            gear_reduction: 1.0,
-            ..Step::default()
-        };
-        (0..100).map(|_| composer.step(&step).turn_rad - step.turn_rad()).collect()
-    };
-    let all = |added: &[f64], rad: f64| added.iter().all(|turn| same(*turn, rad));
-    let (before, arc, after) = (added(0.2, 0.2), added(0.16, 0.24), added(0.2, 0.2));
-    all(&before, 0.0) && all(&arc[50..], -2e-4) && all(&after[50..], 2e-4)
 }
 
 /// Twenty centimetres after a reversal all of the swing has been made.

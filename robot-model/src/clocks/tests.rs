@@ -10,7 +10,8 @@ fn found(campaign: &Campaign) -> Vec<ClockFound> {
 
 #[test]
 fn a_constant_offset_is_found_from_a_third_of_a_second_to_half_a_minute() {
-    for (seed, late_s) in [(1, 0.5), (2, -0.5), (3, 3.72), (4, -8.0), (5, 25.0)] {
+    let offsets_s = [0.5, -0.5, 3.72, -8.0, 25.0, -1.335, 0.762, 2.26];
+    for (seed, late_s) in (1..).zip(offsets_s) {
         let mut runs = campaign(&full_plan(), &[], seed);
         for pose in runs.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
             pose.t_s += late_s;
@@ -18,7 +19,8 @@ fn a_constant_offset_is_found_from_a_third_of_a_second_to_half_a_minute() {
         let clocks = found(&runs);
         assert_eq!(clocks.len(), runs.runs.len(), "{late_s} s: {clocks:?}");
         for clock in &clocks {
-            assert!((clock.offset_s - late_s).abs() < 0.03, "{late_s} s: {clock:?}");
+            // Also of a run that alone would hardly tell.
+            assert!((clock.offset_s - late_s).abs() < 0.01, "{late_s} s: {clock:?}");
         }
     }
 }

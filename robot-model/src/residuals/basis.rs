@@ -165,7 +165,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { travel: WheelPair::both(travel), ..Change::NONE }
         },
     },
-    // With the other groups, all products of v, |v|, omega and |omega| up to the third order.
+    // Products of speed and turn rate that the groups above lack.
     Probe {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {

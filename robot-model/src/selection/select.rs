@@ -309,8 +309,7 @@ pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool
 /// Whether each effect of the model stands: it passes its test, given all others.
 ///
 /// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
-/// evidence against them. Where one of these passes, the others stay with it, if the runs show them and tracks of other
-/// runs are no worse for it: beside an effect that resembles a track width, neither of the two is well known.
+/// evidence against them. Where one of these passes, the others stay with it, if the runs show them.
 fn stands(prepared: &Prepared, screening: &Screening<'_>, fitted: &Fitted<'_>) -> Vec<bool> {
     let kept = screening.kept();
     let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());

@@ -17,11 +17,15 @@ use crate::units::CONTROL_PERIOD_US;
 
 const PERIOD_US: u64 = CONTROL_PERIOD_US as u64;
 
+/// The due time is later than the timer's grid by as much as a beat usually waits to be taken: less than
+/// this \[us\]. Whether a beat that is late by a period less this much hid another one, only the next tells.
+const DUE_TIME_ERROR_US: u64 = PERIOD_US / 20;
+
 /// When the next beat is due.
 #[derive(Clone, Copy, Debug)]
 pub struct Beats {
     due_us: u64,
-    /// Beats were lost just now: the next one sets the due time.
+    /// Beats were lost just now, or may have been: the next one sets the due time.
     resynchronise: bool,
 }
 
@@ -55,7 +59,7 @@ impl Beats {
     #[inline(never)]
     fn take_late(&mut self, t_us: u64) -> Option<Beat> {
         let delay_us = t_us - self.due_us;
-        if delay_us >= PERIOD_US {
+        if delay_us + DUE_TIME_ERROR_US >= PERIOD_US {
             self.due_us = t_us + PERIOD_US;
             self.resynchronise = true;
             let lost = u32::try_from(delay_us / PERIOD_US).unwrap_or(u32::MAX);
@@ -132,6 +136,26 @@ mod tests {
         assert_eq!(beats.take(2_000), None);
         assert_eq!(beats.take(3_001), Some(Beat { delay_us: 1, lost: 0 }));
         assert_eq!(beats.take(4_999), Some(Beat { delay_us: 999, lost: 0 }));
+    }
+
+    #[test]
+    fn a_beat_that_is_late_by_almost_a_period_makes_no_later_one_late() {
+        // The beat of 2000 is taken just after that of 3000 came, and was lost: the next is that of 4000.
+        // With a due time that only counts on, each of them would be late by almost a period, for ever.
+        for jitter_us in [0, 1, 2] {
+            let mut beats = Beats::new(1_003);
+            beats.take(1_003);
+            assert_eq!(beats.take(3_001), Some(Beat { delay_us: 998, lost: 0 }));
+            for ms in 4..20 {
+                assert_eq!(beats.take(ms * 1000 + 3 - jitter_us), None, "{jitter_us} at {ms} ms");
+            }
+        }
+        // It is taken just before that of 3000 comes, which is not lost.
+        let mut beats = Beats::new(1_003);
+        beats.take(1_003);
+        assert_eq!(beats.take(2_998), Some(Beat { delay_us: 995, lost: 0 }));
+        assert_eq!(beats.take(3_003), None);
+        assert_eq!(beats.take(4_053), Some(Beat { delay_us: 50, lost: 0 }));
     }
 
     #[test]

@@ -57,8 +57,7 @@ mod wiring {
     async fn main(spawner: Spawner) {
         let reset_cause = reset::cause();
         power_on::begin();
-        let p = embassy_stm32::init(clocks());
-        power_on::finish();
+        let p = power_on::start_clocks(clocks());
         let core = cortex_m::Peripherals::take().expect("taken once");
         for irq in
             [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::OTG_FS]

@@ -50,9 +50,6 @@ impl Tim2ControlTimer {
         pac::TIM2.egr().write(|w| w.set_ug(true));
         timer.clear_update_interrupt();
         timer.enable_update_interrupt(true);
-        // Embassy's clock (TIM5, at the same rate) takes over every 32768 us, and reads wrongly in an interrupt that
-        // begins in that very microsecond. Both are multiples of 8 us: 4 us between them never meet.
-        while pac::TIM5.cnt().read() % 8 != 4 {}
         timer.start();
         Self { _timer: timer }
     }

@@ -11,7 +11,9 @@
 //! | brown-out level 3 | below 2.7 V flash and core are out of range at this clock | 3.9.10, 6.1.2 |
 //! | clock security system | a crystal that stops ends in an interrupt and stops TIM1's outputs | 6.2.7 |
 
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::{self, FLASH, RCC};
+use embassy_stm32::{Config, Peripherals};
 
 use super::guard;
 
@@ -25,8 +27,23 @@ pub fn begin() {
     set_brown_out_level();
 }
 
-/// What needs the clocks; call it right after they run.
-pub fn finish() {
+/// Starts the clocks, and then what needs them.
+pub fn start_clocks(clocks: Config) -> Peripherals {
+    let peripherals = critical_section::with(|_| {
+        let peripherals = embassy_stm32::init(clocks);
+        // Embassy's clock counts half periods of its timer. The timer is reset with a compare value of 0, equal to
+        // its counter, which sets the flag of the half period: counted, it would put the clock 65.5 ms ahead, and
+        // have it read 65.5 ms less in any interrupt that comes before the next half period is counted.
+        pac::TIM5.sr().write(|w| w.0 = 0);
+        interrupt::TIM5.unpend();
+        peripherals
+    });
+    finish();
+    peripherals
+}
+
+/// What needs the clocks.
+fn finish() {
     RCC.cr().modify(|w| w.set_csson(RCC.cr().read().hserdy()));
     // Caches are reset while they are off: they are, after a reset of the chip.
     FLASH.acr().modify(|w| {

@@ -1,10 +1,11 @@
 //! The watch over the wheels: every fault named in time, and none in normal driving.
 
+use firmware::capture::Measured;
 use firmware::encoder::SpeedEstimator;
 use firmware::odometry::Odometry;
 use firmware::pid::{self, Gains, PidState};
 use firmware::profile::{Plan, Profile};
-use firmware::protection::{Protection, WheelSample};
+use firmware::protection::Protection;
 use proptest::prelude::*;
 use shared_proto::{Config, Drive, Fault, MotionId, TravelUnit, Wheel, WheelPair};
 
@@ -120,20 +121,27 @@ fn run(
         let counts = WheelPair::new(benches.left.counts, benches.right.counts);
         let travel = odometry.travel(counts);
         let q = odometry.meters_per_count();
-        let view = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
+        let duty_of = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
             let speed = bench.estimator.step(tick, bench.counts);
             let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed);
-            let view = WheelSample { setpoint, travel, counts: bench.counts, speed, duty };
             bench.physics(duty.to_si(), mishap);
             bench.read(q_m, mishap, tick == mishap_ms);
-            view
+            duty
         };
         let now = if tick >= mishap_ms { mishap } else { Mishap::None };
-        let views = WheelPair::new(
-            view(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now),
-            view(&mut benches.right, setpoints.right, travel.right, q.right.to_si(), Mishap::None),
+        let duty = WheelPair::new(
+            duty_of(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now),
+            duty_of(
+                &mut benches.right,
+                setpoints.right,
+                travel.right,
+                q.right.to_si(),
+                Mishap::None,
+            ),
         );
-        if let Some(fault) = protection.step(&views) {
+        let speed = WheelPair::default();
+        let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
+        if let Some(fault) = protection.step(&setpoints, &measured, duty) {
             return Some((fault, tick.wrapping_sub(mishap_ms)));
         }
     }

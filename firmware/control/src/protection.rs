@@ -24,24 +24,29 @@ use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use fixed::types::I2F30;
 
+use crate::capture::Measured;
 use crate::odometry::Odometry;
 use crate::profile::Setpoint;
 use crate::soft_float::{max, nearest, truncate};
-use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Speed, Travel};
+use crate::units::{CONTROL_HZ, Duty, MetersPerCount, Travel};
 
 /// One wheel at one tick.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct WheelSample {
-    /// The setpoint.
-    pub setpoint: Setpoint,
-    /// The measured travel.
-    pub travel: Travel,
-    /// The absolute count.
-    pub counts: i64,
-    /// The measured speed.
-    pub speed: Speed,
-    /// The motor's duty.
-    pub duty: Duty,
+#[derive(Clone, Copy)]
+struct WheelSample {
+    positions: Positions,
+    counts: i64,
+    /// The setpoint rests.
+    rests: bool,
+    duty: Duty,
+}
+
+impl WheelSample {
+    #[inline(always)]
+    fn new(setpoint: &Setpoint, travel: Travel, counts: i64, duty: Duty) -> Self {
+        let positions =
+            Positions { setpoint: setpoint.travel.0.to_bits(), travel: travel.0.to_bits() };
+        Self { positions, counts, rests: setpoint.speed.0 == 0, duty }
+    }
 }
 
 /// Both wheels' thresholds.
@@ -89,19 +94,42 @@ impl Protection {
     }
 
     /// One tick; returns the first fault found, the left wheel's before the right wheel's.
-    pub fn step(&mut self, wheels: &WheelPair<WheelSample>) -> Option<Fault> {
+    #[inline(never)]
+    pub fn step(
+        &mut self,
+        setpoints: &WheelPair<Setpoint>,
+        measured: &Measured,
+        duty: WheelPair<Duty>,
+    ) -> Option<Fault> {
+        let left = WheelSample::new(
+            &setpoints.left,
+            measured.travel.left,
+            measured.counts.left,
+            duty.left,
+        );
+        let right = WheelSample::new(
+            &setpoints.right,
+            measured.travel.right,
+            measured.counts.right,
+            duty.right,
+        );
         if !self.watching {
             self.watching = true;
-            self.monitors.left.begin(&wheels.left);
-            self.monitors.right.begin(&wheels.right);
+            self.monitors.left.begin(&left);
+            self.monitors.right.begin(&right);
             return None;
         }
-        let (wheel, fault) = WheelPair::new(
-            self.monitors.left.step(&self.thresholds.0.left, &wheels.left),
-            self.monitors.right.step(&self.thresholds.0.right, &wheels.right),
-        )
-        .first_some()?;
-        Some(fault(wheel))
+        let found = (
+            self.monitors.left.step(&self.thresholds.0.left, &left),
+            self.monitors.right.step(&self.thresholds.0.right, &right),
+        );
+        match found {
+            (None, None) => None,
+            (left, right) => {
+                let (wheel, fault) = WheelPair::new(left, right).first_some()?;
+                Some(fault(wheel))
+            }
+        }
     }
 }
 
@@ -158,10 +186,6 @@ struct Positions {
 }
 
 impl Positions {
-    fn of(view: &WheelSample) -> Self {
-        Self { setpoint: view.setpoint.travel.0.to_bits(), travel: view.travel.0.to_bits() }
-    }
-
     /// Both distances since an earlier instant.
     fn since(self, earlier: Positions) -> Positions {
         Positions {
@@ -231,7 +255,7 @@ impl WheelMonitor {
     /// Resets only what will be read: this runs within a control tick.
     fn begin(&mut self, view: &WheelSample) {
         self.tick = 0;
-        self.start = Positions::of(view);
+        self.start = view.positions;
         self.last = Change { tick: 0, counts: view.counts, positions: self.start };
         self.changes[0] = self.last;
         self.changed = 1;
@@ -241,22 +265,41 @@ impl WheelMonitor {
         self.checkpoint_tick = 0;
     }
 
+    #[inline(always)]
     fn step(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
-        let positions = Positions::of(view);
         self.tick = self.tick.wrapping_add(1);
         let moved = view.counts.wrapping_sub(self.last.counts);
-        if moved.unsigned_abs() > limits.counts_per_tick_max {
-            return Some(Fault::CountRate);
-        }
         if moved != 0 {
-            self.record(view, positions, moved > 0);
+            if moved.unsigned_abs() > limits.counts_per_tick_max {
+                return Some(Fault::CountRate);
+            }
+            self.record(view, moved > 0);
         }
+        if self.is_quiet(limits, view) { None } else { self.examine(limits, view) }
+    }
+
+    /// A shorter question than the rules, and none of them applies if the answer is yes.
+    #[inline(always)]
+    fn is_quiet(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let Positions { setpoint, travel } = view.positions;
+        let advance = setpoint.abs_diff(self.last.positions.setpoint);
+        !view.rests
+            && self.run.is_none()
+            && !self.checkpoint_is_due(limits)
+            && setpoint.abs_diff(travel) <= limits.error_max as u64
+            && advance < limits.standing_advance as u64
+    }
+
+    /// All rules.
+    #[inline(never)]
+    fn examine(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+        let positions = view.positions;
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
         if self.runs_backward(limits, positions) {
             Some(Fault::EncoderReversed)
         } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
-        } else if self.presses(limits, view, positions) {
+        } else if self.presses(limits, view) {
             Some(Fault::Stall)
         } else if too_far {
             Some(Fault::FollowingError)
@@ -265,7 +308,8 @@ impl WheelMonitor {
         }
     }
 
-    fn record(&mut self, view: &WheelSample, positions: Positions, forward: bool) {
+    fn record(&mut self, view: &WheelSample, forward: bool) {
+        let positions = view.positions;
         let advanced = positions.since(self.last.positions).setpoint;
         if advanced == 0 || (advanced > 0) == forward {
             self.run = None;
@@ -312,16 +356,22 @@ impl WheelMonitor {
     }
 
     /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
-    fn presses(&self, limits: &WheelThresholds, view: &WheelSample, positions: Positions) -> bool {
-        view.setpoint.speed.0 == 0
+    fn presses(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let positions = view.positions;
+        view.rests
             && self.standing_ticks() >= 10 * limits.stall_ticks
             && view.duty.0.to_bits().unsigned_abs() >= limits.resting_duty
             && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
     }
 
+    #[inline(always)]
+    fn checkpoint_is_due(&self, limits: &WheelThresholds) -> bool {
+        self.tick.wrapping_sub(self.checkpoint_tick) >= limits.checkpoint_ticks
+    }
+
     /// The wheel falls far behind although its count still changes now and then.
     fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
-        if self.tick.wrapping_sub(self.checkpoint_tick) < limits.checkpoint_ticks {
+        if !self.checkpoint_is_due(limits) {
             return false;
         }
         self.checkpoint_tick = self.tick;

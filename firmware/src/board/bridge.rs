@@ -195,6 +195,7 @@ fn set_pulse(channel: Channel, ticks: u32) {
 }
 
 impl Wheel {
+    #[inline(always)]
     fn set(&mut self, Duty(duty): Duty, period: u32) {
         let bits = duty.to_bits();
         // Steps of 2^-30 to timer ticks, to the nearest; a duty is 1 at most.

@@ -12,7 +12,7 @@ use crate::hal::{Motors, Supply};
 use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
-use crate::protection::{Protection, WheelSample};
+use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
 use crate::units::Duty;
 
@@ -187,25 +187,8 @@ impl Control {
             self.reset(loops);
             self.tracking = true;
         }
-        let Measured { counts, travel, speed, .. } = measured;
-        let duty = step_both(&self.gains, loops, setpoints, travel, speed);
-        let views = WheelPair {
-            left: WheelSample {
-                setpoint: setpoints.left,
-                travel: travel.left,
-                counts: counts.left,
-                speed: speed.left,
-                duty: duty.left,
-            },
-            right: WheelSample {
-                setpoint: setpoints.right,
-                travel: travel.right,
-                counts: counts.right,
-                speed: speed.right,
-                duty: duty.right,
-            },
-        };
-        if let Some(fault) = self.protection.step(&views) {
+        let duty = step_both(&self.gains, loops, setpoints, &measured.travel, &measured.speed);
+        if let Some(fault) = self.protection.step(setpoints, measured, duty) {
             shared.raise(fault, measured.t_us);
         }
         Output { enabled: true, probing: false, duty }

@@ -133,8 +133,12 @@ impl Trajectory {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cursor {
     phase: usize,
+    /// The first tick of the next phase.
+    ends: u32,
     elapsed: u32,
     point: Point,
+    /// The phase's own; here so that a tick need not look the phase up.
+    half: i64,
     acceleration: Acceleration,
 }
 
@@ -142,34 +146,54 @@ impl Cursor {
     /// At the origin.
     pub const ORIGIN: Self = Self {
         phase: 0,
+        ends: 0,
         elapsed: 0,
         point: Point { position: 0, velocity: 0 },
+        half: 0,
         acceleration: Acceleration(I8F24::ZERO),
     };
 
     /// At the start of a trajectory.
     pub fn new(trajectory: &Trajectory) -> Self {
-        let phase = trajectory.phase_at(0, 0);
-        let Phase { position, velocity, acceleration, .. } = trajectory.phases[phase];
-        Self { phase, elapsed: 0, point: Point { position, velocity }, acceleration }
+        let mut cursor = Self::ORIGIN;
+        cursor.enter(trajectory, trajectory.phase_at(0, 0));
+        let Phase { position, velocity, .. } = trajectory.phases[cursor.phase];
+        cursor.point = Point { position, velocity };
+        cursor
+    }
+
+    fn enter(&mut self, trajectory: &Trajectory, phase: usize) {
+        self.phase = phase;
+        self.ends = trajectory.phases.get(phase + 1).map_or(u32::MAX, |next| next.first_tick);
+        let Phase { half, acceleration, .. } = trajectory.phases[phase];
+        (self.half, self.acceleration) = (half, acceleration);
     }
 
     /// Moves on to `elapsed`, which never decreases.
     #[inline(always)]
     pub fn advance_to(&mut self, trajectory: &Trajectory, elapsed: u32) {
-        let phase = trajectory.phase_at(elapsed, self.phase);
-        let Some(at) = trajectory.phases.get(phase) else { return };
-        if phase == self.phase && elapsed.wrapping_sub(self.elapsed) == 1 {
+        let ticks = elapsed.wrapping_sub(self.elapsed);
+        if ticks == 1 && elapsed < self.ends {
             // (2) of `profile`
-            self.point.position += i128::from(self.point.velocity + at.half);
-            self.point.velocity += 2 * at.half;
-        } else if elapsed == at.first_tick {
-            self.point = Point { position: at.position, velocity: at.velocity };
-        } else if phase != self.phase || elapsed != self.elapsed {
-            self.point = at.at(elapsed);
+            self.point.position += i128::from(self.point.velocity + self.half);
+            self.point.velocity += 2 * self.half;
+            self.elapsed = elapsed;
+        } else if ticks != 0 {
+            self.jump_to(trajectory, elapsed);
         }
-        self.phase = phase;
-        self.acceleration = at.acceleration;
+    }
+
+    /// Moves on into another phase, or over ticks that were missed.
+    #[cold]
+    #[inline(never)]
+    fn jump_to(&mut self, trajectory: &Trajectory, elapsed: u32) {
+        self.enter(trajectory, trajectory.phase_at(elapsed, self.phase));
+        let phase = &trajectory.phases[self.phase];
+        self.point = if elapsed == phase.first_tick {
+            Point { position: phase.position, velocity: phase.velocity }
+        } else {
+            phase.at(elapsed)
+        };
         self.elapsed = elapsed;
     }
 

@@ -1,0 +1,63 @@
+//! What the rules compare with, from the configuration.
+
+use fixed::types::I2F30;
+use shared_proto::{Config, WheelPair};
+
+use super::CHECKPOINTS_LEN;
+use crate::odometry::Odometry;
+use crate::soft_float::{max, nearest, truncate};
+use crate::units::{CONTROL_HZ, MetersPerCount};
+
+/// Fractional bits of a [`Travel`].
+const TRAVEL_BITS: u32 = 32;
+
+/// Both wheels' thresholds.
+#[derive(Clone, Debug)]
+pub struct Thresholds(pub(super) WheelPair<WheelThresholds>);
+
+impl Thresholds {
+    /// The thresholds of a valid configuration.
+    #[inline]
+    pub fn new(config: &Config) -> Self {
+        Self(Odometry::new(config).meters_per_count().map(|q| WheelThresholds::new(config, q)))
+    }
+}
+
+/// One wheel's thresholds; travel in steps of 2^-32 m, time in ticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WheelThresholds {
+    pub error_max: i64,
+    pub counts_per_tick_max: u64,
+    pub stall_ticks: u32,
+    /// Between two checkpoints of the creep rule.
+    pub checkpoint_ticks: u32,
+    pub standing_advance: i64,
+    pub creeping_advance: i64,
+    pub reversed_run: i64,
+    pub resting_error: i64,
+    pub resting_duty: u32,
+}
+
+impl WheelThresholds {
+    #[inline]
+    fn new(config: &Config, q: MetersPerCount) -> Self {
+        let q_m = q.metres();
+        let hz = f64::from(CONTROL_HZ);
+        let steps = |m: f64| truncate(m, TRAVEL_BITS);
+        let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
+        let error_m_max = config.protection.following_error_m_max;
+        let speed_mps_max = max(config.limits.speed_mps_max, 0.1);
+        let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
+        Self {
+            error_max: steps(error_m_max),
+            counts_per_tick_max: truncate(4.0 + 4.0 * speed_mps_max / (hz * q_m), 0) as u64,
+            stall_ticks,
+            checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
+            standing_advance: at_least(4.0, 0.002),
+            creeping_advance: at_least(8.0, 0.004),
+            reversed_run: at_least(6.0, 0.15 * error_m_max),
+            resting_error: steps(4.0 * q_m),
+            resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
+        }
+    }
+}

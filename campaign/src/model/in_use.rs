@@ -39,8 +39,8 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
         let of = facts.parameters.first().filter(|_| value.abs() > NOTHING)?;
         let (name, unit) = (of.name.to_string(), of.unit.to_string());
         let found = ParameterFound { name, unit, value, sigma: 0.0, low95: value, high95: value };
-        let effect = KnownEffect::BuiltIn(effect);
-        Some(EffectEntry { effect, parameters: vec![found], in_use: true })
+        let entry = EffectEntry::unfitted(KnownEffect::BuiltIn(effect));
+        Some(EffectEntry { parameters: vec![found], in_use: true, ..entry })
     };
     CATALOGUE.into_iter().filter_map(entry).collect()
 }

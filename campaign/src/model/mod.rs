@@ -59,12 +59,15 @@ pub struct EffectEntry {
     /// The values are those that the robot compensated while the runs were recorded; nothing was
     /// fitted.
     pub in_use: bool,
+    /// Faster than this it does what it does at this speed of the faster wheel \[m/s\]: that was the mean speed of the
+    /// runs that it was found in, which cannot tell it from other effects.
+    pub up_to_mps: Option<f64>,
 }
 
 impl EffectEntry {
     /// An entry without values yet.
     pub fn unfitted(effect: KnownEffect) -> Self {
-        Self { effect, parameters: Vec::new(), in_use: false }
+        Self { effect, parameters: Vec::new(), in_use: false, up_to_mps: None }
     }
 
     /// The effect's id.
@@ -130,7 +133,10 @@ impl ModelFile {
                 .map(|known| entry.parameters.iter().find(|found| found.name == known.name))
                 .map(|found| found.map(|parameter| parameter.value))
                 .collect();
-            values.map(|values| Assumed { effect: &*entry.effect, values }).ok_or(facts.id)
+            let up_to_mps = entry.up_to_mps;
+            values
+                .map(|values| Assumed { effect: &*entry.effect, values, up_to_mps })
+                .ok_or(facts.id)
         }
         self.effects.iter().map(assumed).collect()
     }

@@ -22,6 +22,7 @@ pub(super) struct RawEffect {
     pub(super) id: Spanned<String>,
     #[serde(default)]
     pub(super) in_use: bool,
+    pub(super) up_to_mps: Option<Spanned<f64>>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, Spanned<RawParameter>>,
 }

@@ -152,7 +152,9 @@ fn effect_entry(
             validate::parameter(id, parameter, raw).map_err(|invalid| invalid.at(file, text))
         })
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(EffectEntry { effect, parameters, in_use: entry.in_use })
+    let up_to_mps = entry.up_to_mps.as_ref().map(validate::speed_limit).transpose();
+    let up_to_mps = up_to_mps.map_err(|invalid| invalid.at(file, text))?;
+    Ok(EffectEntry { effect, parameters, in_use: entry.in_use, up_to_mps })
 }
 
 fn map<A, B>(from: &BTreeMap<String, Spanned<A>>, of: impl Fn(&A) -> B) -> BTreeMap<String, B> {

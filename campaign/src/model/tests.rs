@@ -56,6 +56,21 @@ fn what_was_written_is_read_again() {
 }
 
 #[test]
+fn the_speed_up_to_which_an_effect_is_known_is_kept_and_must_be_a_speed() {
+    let limited = |limit: &str| {
+        GOOD.replace("id = \"side_slip\"", &format!("id = \"side_slip\"\nup_to_mps = {limit}"))
+    };
+    let model = parse(&limited("0.11")).unwrap();
+    let again = parse(&model.to_text("robot")).unwrap();
+    let limits: Vec<_> = again.assumed().unwrap().iter().map(|one| one.up_to_mps).collect();
+    assert_eq!(limits, [Some(0.11), None]);
+    for wrong in ["0", "-1.0", "nan", "inf"] {
+        let error = parse(&limited(wrong)).map(|_| ()).unwrap_err();
+        assert!(error.contains("line 4") && error.contains("up_to_mps"), "{error}");
+    }
+}
+
+#[test]
 fn whatever_a_fit_may_come_to_is_read_again() {
     for effect in CATALOGUE {
         let facts = effect.facts();

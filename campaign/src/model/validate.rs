@@ -101,6 +101,16 @@ fn impossible(id: &str, known: &Parameter, value: f64) -> Option<String> {
     }
 }
 
+/// The speed up to which an effect is known.
+pub(super) fn speed_limit(limit: &Spanned<f64>) -> Result<f64, Invalid> {
+    let value = *limit.get_ref();
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    let problem = format!("up_to_mps = {value} is invalid");
+    Err(Invalid::new(limit, problem, "it must be a speed above zero, in m/s; or remove this line"))
+}
+
 /// A number that is finite and not negative.
 fn size(number: &Spanned<f64>, name: &str) -> Result<f64, Invalid> {
     let value = *number.get_ref();

@@ -10,6 +10,7 @@ use super::{FitEntry, ModelFile};
 use crate::file::{write_new, write_whole};
 use crate::{CampaignError, Place};
 
+const UP_TO: &str = "# The runs cannot tell it from other effects. Above their mean speed it acts as at that speed.\n";
 const IN_USE: &str = "\
     # From the robot's configuration when these runs were recorded, not fitted to them.\n\
     in_use = true\n";
@@ -51,6 +52,9 @@ impl ModelFile {
             );
             if entry.in_use {
                 text.push_str(IN_USE);
+            }
+            if let Some(up_to_mps) = entry.up_to_mps {
+                let _ = write!(text, "{UP_TO}up_to_mps = {}\n", digits(up_to_mps));
             }
             for parameter in &entry.parameters {
                 let _ = writeln!(

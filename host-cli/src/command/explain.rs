@@ -56,7 +56,8 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
 fn found(answer: &Answer, model: &ModelFile, runs: usize) -> ModelFile {
     let entry = |found: &Averaged| {
         let entry = EffectEntry::unfitted(model.find(&found.effect)?);
-        Some(EffectEntry { parameters: found.parameters.clone(), ..entry })
+        let (parameters, up_to_mps) = (found.parameters.clone(), found.up_to_mps);
+        Some(EffectEntry { parameters, up_to_mps, ..entry })
     };
     let errors = answer.steps.last().map_or(answer.baseline, |step| ErrorPair {
         fitted: step.fitted,

@@ -13,7 +13,7 @@ pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Ass
     let step = |step: &StepFound| {
         let values = step.parameters.iter().map(|parameter| parameter.value).collect();
         let effect = catalogue.iter().find(|effect| effect.facts().id == step.effect)?;
-        Some(Assumed { effect: *effect, values })
+        Some(Assumed { effect: *effect, values, up_to_mps: None })
     };
     steps.iter().filter_map(step).collect()
 }

@@ -12,12 +12,16 @@ use crate::estimation::fit::fit_parameters;
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
+use crate::recording::run::{PoseMeasurement, Recording};
 
 /// Length of a window \[s\].
 const WINDOW_S: f64 = 12.0;
 /// Fewest poses in a window.
 const POSES_MIN: usize = 8;
+/// A window has the wheels from so long before its first pose to so long after its last \[s\].
+const MARGIN_S: f64 = 1.0;
 /// From this many windows on, a run tells a rate.
 const WINDOWS_FOR_RATE: usize = 5;
 /// What all runs share, up to this, is the delay of a camera and left to the effects, as long as no clock is wrong \[s\].
@@ -214,13 +218,14 @@ fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
             windows(run).into_iter().map(move |(middle_s, window)| (index, middle_s, window))
         })
         .collect();
-    let runs = windows.iter().map(|(_, _, run)| run.clone()).collect();
-    let cut = Prepared { runs, held_out: Vec::new(), ..prepared.clone() };
+    let (places, runs): (Vec<(usize, f64)>, Vec<PreparedRun>) =
+        windows.into_iter().map(|(index, middle_s, window)| ((index, middle_s), window)).unzip();
+    let cut = Prepared { runs, held_out: Vec::new(), dense: None, ..*prepared };
     let equations = CampaignEquations::gather(&cut, &terms, &noise);
     let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
     for unit in &equations.units {
         let (gram, right) = (unit.sums.gram[(column, column)], unit.sums.right[column]);
-        let (index, middle_s, _) = &windows[unit.run];
+        let (index, middle_s) = &places[unit.run];
         if gram > 0.0 {
             points[*index].push([*middle_s, right / gram, gram]);
         }
@@ -241,13 +246,28 @@ fn windows(run: &PreparedRun) -> Vec<(f64, PreparedRun)> {
         let within = poses.iter().filter(|pose| (from_s..=to_s).contains(&pose.t_s));
         let within: Vec<_> = within.copied().collect();
         if within.len() >= POSES_MIN {
-            let mut window = run.clone();
-            window.recording.measured_poses = within;
-            window.recording.gyro.clear();
-            windows.push(((from_s + to_s) / 2.0, window));
+            windows.push(((from_s + to_s) / 2.0, window(run, within)));
         }
     }
     windows
+}
+
+/// A run as long as these poses of it.
+fn window(run: &PreparedRun, poses: Vec<PoseMeasurement>) -> PreparedRun {
+    let wheels = &run.recording.wheels;
+    let (from_s, to_s) = (poses[0].t_s - MARGIN_S, poses[poses.len() - 1].t_s + MARGIN_S);
+    let last = wheels.len() - 1;
+    let first = wheels.partition_point(|sample| sample.t_s < from_s).min(last - 1);
+    let last = wheels.partition_point(|sample| sample.t_s < to_s).clamp(first + 1, last);
+    let recording = Recording {
+        name: run.recording.name.clone(),
+        wheels: wheels[first..=last].to_vec(),
+        measured_poses: poses,
+        ..Recording::default()
+    };
+    let steps = run.motion.steps[first..last].to_vec();
+    let motion = Motion { start_s: recording.wheels[0].t_s, steps };
+    PreparedRun { recording, motion, kind: run.kind }
 }
 
 /// The straight line through points of time, offset and weight.

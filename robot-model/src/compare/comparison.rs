@@ -26,6 +26,8 @@ pub struct Assumed<'a> {
     pub effect: &'a dyn Effect,
     /// Its parameters' values.
     pub values: Vec<f64>,
+    /// Faster than this it does what it does at this speed of the faster wheel \[m/s\].
+    pub up_to_mps: Option<f64>,
 }
 
 /// The whole comparison.
@@ -134,6 +136,9 @@ fn set_headings(run: &mut PreparedRun) {
 }
 
 fn terms<'a>(model: &[Assumed<'a>]) -> Vec<Term<'a>> {
-    let term = |assumed: &Assumed<'a>| Term::new(assumed.effect, assumed.values.clone());
+    let term = |assumed: &Assumed<'a>| Term {
+        up_to_mps: assumed.up_to_mps,
+        ..Term::new(assumed.effect, assumed.values.clone())
+    };
     model.iter().map(term).collect()
 }

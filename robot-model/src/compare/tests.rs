@@ -12,7 +12,7 @@ fn compared(truth: &[Term<'static>], model: &[Assumed<'_>], seed: u64) -> Compar
 }
 
 fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
-    Assumed { effect: crate::effect::find(id).unwrap(), values: values.into() }
+    Assumed { effect: crate::effect::find(id).unwrap(), values: values.into(), up_to_mps: None }
 }
 
 fn group(comparison: &Comparison, regime: Regime, label: Label) -> &RegimeError {

@@ -7,7 +7,7 @@ use core::ops::{Deref, Range};
 
 use crate::effect::definition::{Change, Effect, Memory, Role, View};
 use crate::kinematics::wheel_pair::WheelPair;
-use crate::numeric::jet::Jet;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
 /// One effect at certain parameter values.
@@ -17,11 +17,47 @@ pub(crate) struct Term<'a> {
     pub effect: &'a dyn Effect,
     /// Its parameters' values.
     pub values: Vec<f64>,
+    /// Faster than this it acts as it does on the same curve at this speed of the faster wheel \[m/s\].
+    pub up_to_mps: Option<f64>,
 }
 
 impl<'a> Term<'a> {
     pub fn new(effect: &'a dyn Effect, values: Vec<f64>) -> Self {
-        Self { effect, values }
+        Self { effect, values, up_to_mps: None }
+    }
+
+    /// What it changes in a step.
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+        let up_to_mps = self.up_to_mps.unwrap_or(f64::INFINITY);
+        let speeds_mps = step.wheel_speed_mps.map(f64::abs);
+        let faster_mps = speeds_mps.left.max(speeds_mps.right);
+        if faster_mps <= up_to_mps {
+            return self.effect.act(p, step, memory);
+        }
+        let share = up_to_mps / faster_mps;
+        let wheel_speed_mps = step.wheel_speed_mps.map(|v| share * v);
+        self.effect.act(p, &Step { wheel_speed_mps, ..*step }, memory)
+    }
+
+    /// Whether it does something else at another speed, up to twice this one \[m/s\].
+    pub fn depends_on_speed(&self, speed_mps: f64) -> bool {
+        let p = Jet::parameters(&self.values);
+        let change = |times: f64| {
+            // A gentle curve, in the middle of a run.
+            let step = Step {
+                dt_s: 0.01,
+                dphi_rad: WheelPair::new(0.08, 0.1),
+                wheel_speed_mps: WheelPair::new(0.8, 1.0).map(|v| v * times * speed_mps),
+                path_m: 1.0,
+                since_reversal_m: Some(1.0),
+                wheel_radius_m: 0.03,
+                track_width_m: 0.2,
+                gear_reduction: 1.0,
+                ..Step::default()
+            };
+            self.effect.act(&p, &step, &mut Memory::default())
+        };
+        [0.25, 0.5, 2.0].into_iter().any(|times| change(times) != change(1.0))
     }
 }
 
@@ -113,7 +149,7 @@ pub(crate) struct Increment {
 /// The terms of a model in one run, with their memories.
 pub(crate) struct Composer<'a> {
     terms: Vec<(&'a Term<'a>, Option<usize>)>,
-    parameters: Vec<[Jet; crate::numeric::jet::PARAMETERS_MAX]>,
+    parameters: Vec<[Jet; PARAMETERS_MAX]>,
     memories: Vec<Memory>,
     changes: Vec<Change>,
     /// The derivative of the last step's increment by each column.
@@ -165,7 +201,7 @@ impl<'a> Composer<'a> {
         let mut turning = 1.0;
         let mut sum = Increment::default();
         for (i, (term, _)) in self.terms.iter().enumerate() {
-            let change = term.effect.act(&self.parameters[i], step, &mut self.memories[i]);
+            let change = term.act(&self.parameters[i], step, &mut self.memories[i]);
             angle = angle.zip(change.angle_rad).map(|(sum, change)| sum + change.value);
             travel =
                 travel.zip(change.travel).map(|(product, change)| product * (1.0 + change.value));

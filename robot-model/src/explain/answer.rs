@@ -52,6 +52,9 @@ pub struct Averaged {
     /// Its parameters; where the runs cannot tell effects apart, amplitudes are shares of what the effect alone would
     /// be, and their intervals reach from nothing to all of it.
     pub parameters: Vec<ParameterFound>,
+    /// Where the runs cannot tell effects apart, and this one depends on speed: the mean speed of these runs. Faster, it does
+    /// what it does at that speed \[m/s\].
+    pub up_to_mps: Option<f64>,
 }
 
 impl Answer {

@@ -5,10 +5,11 @@
 //! amplitudes, so the mean of predictions is the prediction of mean amplitudes:
 //!
 //! ```text
-//! w_r ~ exp(-(-2 log L_r + 2 log L) / (2 phi)),  p = p_chosen + sum over classes of sum over r of w_r (p_r - p_chosen)  (1)
+//! w_r ~ min(1, exp(-(-2 log L_r + 2 log L) / (2 phi))),  p = p_chosen + sum over classes of sum over r of w_r (p_r - p_chosen)  (1)
 //! ```
 //!
-//! with phi the variance among runs over what their noise explains.
+//! with phi the variance among runs over what their noise explains. A member that is likelier than the chosen one was refused in
+//! its place, as tracks of other runs get worse: it weighs no more.
 //!
 //! The weights are those of the estimated noise, whatever the second opinion: what predicts like runs better may count too
 //! much on them.
@@ -17,6 +18,9 @@
 //! on every robot, and a ruler does not measure them. (The mean radius it does, and `robot.toml` may be right about it.)
 //! So no member takes their place, nor moves them by half and more than three standard errors. What belongs to the floor is not
 //! averaged either: other runs may be on another floor.
+//!
+//! At other speeds members go apart that agree in these runs: `1 + s` and `1 + k v^2`. Which is right there nothing shows, so
+//! above the mean speed of these runs, at which they agree, each does what it does at that speed.
 
 use crate::effect::composition::Term;
 use crate::effect::definition::{FirmwareTerm, Group, Role};
@@ -25,6 +29,7 @@ use crate::explain::answer::{Averaged, ParameterFound};
 use crate::explain::choice::Choice;
 use crate::explain::parameters::parameters;
 use crate::numeric::distributions::SIGMAS_95;
+use crate::recording::campaign::Prepared;
 use crate::selection::candidates::penalty;
 
 /// The members of a class that count besides the chosen one: the most likely ones.
@@ -60,7 +65,7 @@ pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
                 terms[index] = rival.term.fixed();
                 let fitted = fit_parameters(prepared, terms, weights);
                 let cost = fitted.chi_squared + penalty(&fitted.terms[index]);
-                let weight = (-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp();
+                let weight = (-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp().min(1.0);
                 (weight, fitted.terms)
             })
             .filter(|(_, terms)| keeps_what_umbmark_measures(&own, terms))
@@ -70,6 +75,13 @@ pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
             alone.push(terms[index].clone());
             add(&mut mean, terms, weight / total);
             add(&mut mean, chosen, -weight / total);
+        }
+    }
+    let usual_mps = usual_speed_mps(prepared);
+    for (index, term) in mean.iter_mut().enumerate() {
+        let in_class = classes.get(index).is_none_or(|class| !class.rivals.is_empty());
+        if in_class && !is_of_umbmark(term) && term.depends_on_speed(usual_mps) {
+            term.up_to_mps = Some(usual_mps);
         }
     }
     Mean { terms: mean, alone }
@@ -90,6 +102,19 @@ fn keeps_what_umbmark_measures(fitted: &Fitted<'_>, terms: &[Term<'_>]) -> bool 
         let (was_it, is_it) = (was.values[0], is.values[0]);
         !is_of_umbmark(was) || (is_it - was_it).abs() < (3.0 * sigma).max(0.5 * was_it.abs())
     })
+}
+
+/// The mean speed of the faster wheel, by its path \[m/s\].
+fn usual_speed_mps(prepared: &Prepared) -> f64 {
+    let steps = prepared.runs.iter().flat_map(|run| &run.motion.steps);
+    let (mut path_m, mut sum) = (0.0, 0.0);
+    for step in steps {
+        let speeds_mps = step.wheel_speed_mps.map(f64::abs);
+        let faster_mps = speeds_mps.left.max(speeds_mps.right);
+        path_m += faster_mps * step.dt_s;
+        sum += faster_mps * faster_mps * step.dt_s;
+    }
+    sum / path_m
 }
 
 /// Adds a share of the amplitudes of these terms. A term that is not there yet comes with its shapes.
@@ -143,7 +168,8 @@ pub(super) fn averaged(choice: &Choice<'_>, mean: &Mean<'_>) -> Vec<Averaged> {
                 high95: high95.max(*value),
             }
         });
-        Averaged { effect: facts.id.to_owned(), parameters: parameters.collect() }
+        let (effect, up_to_mps) = (facts.id.to_owned(), term.up_to_mps);
+        Averaged { effect, parameters: parameters.collect(), up_to_mps }
     };
     mean.terms.iter().enumerate().map(entry).collect()
 }

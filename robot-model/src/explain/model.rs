@@ -9,7 +9,7 @@ use crate::effect::definition::{Effect, Need};
 use crate::estimation::errors::{ErrorPair, Errors, errors_on_runs};
 use crate::estimation::fit::{self, Fitted, fit_afresh};
 use crate::estimation::normal_equations::CampaignEquations;
-use crate::explain::answer::{Answer, HeldOut, ParameterFound};
+use crate::explain::answer::{Answer, Averaged, HeldOut, ParameterFound};
 use crate::explain::explanation::{errors, errors_as_fitted, lacking};
 use crate::explain::held_out;
 use crate::explain::parameters::parameters;
@@ -159,7 +159,8 @@ impl Model {
     /// Errors of this model, as it is, on other runs than those that it was fitted to, held-out ones
     /// included. Only effects of the catalogue count: the id alone does not give one of the user's own.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
-        let effects = self.effects.iter().map(|one| (one.effect.as_str(), &one.parameters[..]));
+        let of = |one: &ModelEffect| (one.effect.clone(), one.parameters.clone(), None);
+        let effects = self.effects.iter().map(of);
         errors_on(campaign, effects, &self.noise)
     }
 }
@@ -168,24 +169,24 @@ impl Answer {
     /// Errors of what is found, as it predicts other runs, on such runs, held-out ones included. Only effects of the
     /// catalogue count.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
-        let effects = self.predicts_with.iter();
-        let effects = effects.map(|one| (one.effect.as_str(), &one.parameters[..]));
+        let of = |one: &Averaged| (one.effect.clone(), one.parameters.clone(), one.up_to_mps);
+        let effects = self.predicts_with.iter().map(of);
         errors_on(campaign, effects, &self.noise)
     }
 }
 
-fn errors_on<'m>(
+fn errors_on(
     campaign: &Campaign,
-    effects: impl Iterator<Item = (&'m str, &'m [ParameterFound])>,
+    effects: impl Iterator<Item = (String, Vec<ParameterFound>, Option<f64>)>,
     noise: &OdometryNoise,
 ) -> Result<Errors, RecordingError> {
     let mut all = campaign.clone();
     all.runs.iter_mut().for_each(|run| run.held_out = false);
     let prepared = clocks::prepare(&all)?.0;
     let terms: Vec<Term<'_>> = effects
-        .filter_map(|(id, parameters)| {
+        .filter_map(|(id, parameters, up_to_mps)| {
             let values = parameters.iter().map(|parameter| parameter.value).collect();
-            Some(Term::new(find(id)?, values))
+            Some(Term { up_to_mps, ..Term::new(find(&id)?, values) })
         })
         .collect();
     let terms = PlacedTerm::place(&terms);

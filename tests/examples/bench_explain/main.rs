@@ -39,7 +39,9 @@ fn main() -> ExitCode {
     println!("{:>14} {:>10} {:>10} {:>12}", "samples a run", "seconds", "to 1x", "peak memory");
     let mut first = None;
     let mut good = true;
-    for times in [1, 4, 16] {
+    let chosen: Vec<usize> = std::env::args().skip(1).filter_map(|arg| arg.parse().ok()).collect();
+    let sizes = if chosen.is_empty() { vec![1, 4, 16] } else { chosen };
+    for times in sizes {
         let campaign = campaign(SAMPLES * times);
         let began = Instant::now();
         let answer = explain(&campaign).expect("a sound campaign");

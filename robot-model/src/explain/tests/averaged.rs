@@ -28,6 +28,27 @@ fn a_sound_robot_has_nothing_fitted_along() {
 }
 
 #[test]
+fn faster_than_its_runs_a_class_predicts_what_it_did_at_their_speed() {
+    // At one speed a radius that grows with the speed looks like a wrong radius.
+    let plan = part_of_plan(&["out_and_back_1"]);
+    let answer = explain(&campaign(&plan, &[term("wheel_radius_scale", &[0.01])], 0)).unwrap();
+    let limited: Vec<&Averaged> =
+        answer.predicts_with.iter().filter(|one| one.up_to_mps.is_some()).collect();
+    assert!(limited.iter().any(|one| one.effect == "speed_growth"), "{:?}", answer.predicts_with);
+    let geometry = ["wheel_radius_scale", "wheel_radius_ratio", "track_width"];
+    assert!(!limited.iter().any(|one| geometry.contains(&one.effect.as_str())));
+    // From 0.3 to 0.6 m/s, four times the growth would be carried over.
+    let mut faster = plan.clone();
+    faster[0].2 = vec![Piece::Straight { travel_m: 3.0, speed_mps: 0.6 }];
+    let faster = campaign(&faster, &[term("wheel_radius_scale", &[0.01])], 1);
+    let mut unlimited = answer.clone();
+    unlimited.predicts_with.iter_mut().for_each(|one| one.up_to_mps = None);
+    let off = |answer: &Answer| answer.errors_on(&faster).unwrap().position_rms_m;
+    let (limited_m, unlimited_m) = (off(&answer), off(&unlimited));
+    assert!(limited_m < 0.5 * unlimited_m, "{limited_m} against {unlimited_m}");
+}
+
+#[test]
 fn what_runs_cannot_tell_apart_predicts_other_runs_by_shares_that_make_one() {
     // At one speed and without turns, counts that are lost at speed look like a radius.
     let plan: Vec<(String, f64, Vec<Piece>)> = part_of_plan(&["out_and_back_0"]);

@@ -64,7 +64,11 @@ fn no_model_is_fitted_to_held_out_runs_whatever_they_contain() {
 #[test]
 fn a_comparison_shows_held_out_runs_separately_and_counts_them_nowhere_else() {
     let marked = marked();
-    let model = [Assumed { effect: find("wheel_radius_ratio").unwrap(), values: vec![0.005] }];
+    let model = [Assumed {
+        effect: find("wheel_radius_ratio").unwrap(),
+        values: vec![0.005],
+        up_to_mps: None,
+    }];
     let all = Comparer::new(&marked, &[]).unwrap().compare(&model);
     let bare = Comparer::new(&without(&marked), &[]).unwrap().compare(&model);
     assert_eq!((all.position_m, &all.regimes), (bare.position_m, &bare.regimes));

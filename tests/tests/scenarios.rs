@@ -17,12 +17,17 @@ fn every_shipped_scenario_says_what_is_wrong_with_it() {
 #[test]
 fn the_cause_of_every_shipped_scenario_is_named() {
     let began = Instant::now();
-    let cases: Vec<String> = names();
-    let results = in_order(&cases, |name| {
+    // In arcs, which this caster leaves alone, seed 3 differs by its geometry only.
+    let seeds = |name: &str| if name == "crooked_caster" { vec![1, 3] } else { vec![1] };
+    let cases: Vec<(String, u64)> = names()
+        .into_iter()
+        .flat_map(|name| seeds(&name).into_iter().map(move |seed| (name.clone(), seed)))
+        .collect();
+    let results = in_order(&cases, |(name, seed)| {
         let cause = Cause::of(name).expect("the test above");
-        named(&shipped(name, 1), cause)
+        named(&shipped(name, *seed), cause)
     });
-    for (name, result) in cases.iter().zip(results) {
+    for ((name, _), result) in cases.iter().zip(results) {
         let found = result.unwrap_or_else(|why| panic!("{name}: {why}"));
         println!("{name}: {}", found.said);
         assert_eq!(found.missing, [""; 0], "{name}: {}", found.said);

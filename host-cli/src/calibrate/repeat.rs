@@ -7,14 +7,16 @@
 //!
 //! ```text
 //! s^2 = (sum (W_i - mean)^2 + 2 s_0^2) / (n - 1 + 2),   s_0 = 2 b y_0 / L^2,  y_0 = 1 mm in L = 2 m    (1)
-//! saved if |W - W_0| > 6 s                                                                      (2)
+//! saved if |W - W_0| > 2 t s,   t: Student's t with n - 1 + 2 degrees of freedom, two-sided 1 in 50  (2)
 //! ```
 //!
-//! s_0 is how well an ordinary robot repeats, and counts as two drives. A next drive whose W differs by 3 s is then
-//! still not worse off with the correction than without.
+//! s_0 is how well an ordinary robot repeats, and counts as two drives. A next drive whose W differs by t s is then
+//! still not worse off with the correction than without: three drives that happen to agree do not prove that the next
+//! one does.
 
 use robot_model::calibration::{Source, WheelWeight};
 use robot_model::kinematics::Geometry;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::decide::is_straight_within;
 
@@ -22,8 +24,8 @@ use super::decide::is_straight_within;
 const USUAL_M: (f64, f64) = (0.001, 2.0);
 /// How many drives s_0 counts for.
 const USUAL_DRIVES: f64 = 2.0;
-/// Corrections are larger than this many s.
-const SIGMAS: f64 = 6.0;
+/// The next drive may be worse off with the correction once in so many times.
+const WORSE_ONCE_IN: f64 = 50.0;
 /// Two drives contradict each other beyond this many of their sigmas: one in a hundred by chance.
 const CONTRADICT_SIGMAS: f64 = 2.58;
 
@@ -42,17 +44,28 @@ pub(super) fn is_third_needed(
 
 /// Whether these drives repeat well enough for this correction (2).
 pub(super) fn repeats(correction: f64, drives: &[f64], geometry: &Geometry) -> bool {
-    correction.abs() > SIGMAS * scatter(drives, geometry)
+    correction.abs() > 2.0 * next_drive(freedom(drives)) * scatter(drives, geometry)
+}
+
+/// Degrees of freedom of s.
+fn freedom(drives: &[f64]) -> f64 {
+    drives.len() as f64 - 1.0 + USUAL_DRIVES
+}
+
+/// t of (2).
+fn next_drive(freedom: f64) -> f64 {
+    // It never fails: the degrees of freedom are above zero.
+    let student = StudentsT::new(0.0, 1.0, freedom);
+    student.map_or(f64::INFINITY, |student| student.inverse_cdf(1.0 - 0.5 / WORSE_ONCE_IN))
 }
 
 /// s (1).
 fn scatter(drives: &[f64], geometry: &Geometry) -> f64 {
     let (offset_m, length_m) = USUAL_M;
     let usual = 2.0 * geometry.track_width_m * offset_m / (length_m * length_m);
-    let n = drives.len() as f64;
-    let mean = drives.iter().sum::<f64>() / n;
+    let mean = drives.iter().sum::<f64>() / drives.len() as f64;
     let squares: f64 = drives.iter().map(|value| (value - mean).powi(2)).sum();
-    ((squares + USUAL_DRIVES * usual * usual) / (n - 1.0 + USUAL_DRIVES)).sqrt()
+    ((squares + USUAL_DRIVES * usual * usual) / freedom(drives)).sqrt()
 }
 
 /// The sigma of one drive without the tolerances of the nominal robot, which all drives share.
@@ -72,10 +85,19 @@ mod tests {
     fn a_small_correction_needs_drives_that_repeat() {
         // Equal wheels, a caster that hangs aside until it swings round before the third drive.
         assert!(!repeats(0.0009, &[0.9991, 0.9993, 1.0], &PAPER));
-        // Unequal wheels by as much.
-        assert!(repeats(0.0009, &[0.9991, 0.9991, 0.9991], &PAPER));
-        // Four millimetres in two metres are within what robots repeat, of three drives; of eight, two.
-        assert!(!repeats(0.0007, &[0.9993; 3], &PAPER) && repeats(0.0007, &[0.9993; 8], &PAPER));
+        // Unequal wheels, 5 mm off in two metres.
+        assert!(repeats(0.0011, &[0.9989, 0.9989, 0.9989], &PAPER));
+        // Four millimetres are within what robots repeat, of three drives; of five, three.
+        assert!(!repeats(0.0009, &[0.9991; 3], &PAPER) && repeats(0.0009, &[0.9991; 5], &PAPER));
+        assert!(!repeats(0.0007, &[0.9993; 4], &PAPER) && repeats(0.0007, &[0.9993; 8], &PAPER));
+    }
+
+    #[test]
+    fn few_drives_that_agree_ask_for_a_larger_correction_than_many() {
+        // Tables of Student's t: 4 and 12 degrees of freedom, 0.99.
+        assert!(
+            (next_drive(4.0) - 3.7469).abs() < 1e-4 && (next_drive(12.0) - 2.6810).abs() < 1e-4
+        );
     }
 
     #[test]

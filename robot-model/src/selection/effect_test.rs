@@ -28,6 +28,9 @@ const KIND_CONTRADICTS_SIGMAS: f64 = 3.5;
 /// Runs of other kinds excite an effect if they alone determine it to within this share of its value.
 const EXCITED_SHARE: f64 = 0.5;
 
+/// An effect does not act on a kind that holds no more than this share of the information about it.
+const ACTS_SHARE: f64 = 1e-3;
+
 /// Which columns are tested, given which.
 pub(crate) struct Hypothesis<'q> {
     pub model: &'q [usize],
@@ -213,7 +216,9 @@ pub(crate) fn test_effect(
 
 /// The kind of run that an effect fitted to the other kinds makes worst, if there is one.
 ///
-/// Where the other kinds do not excite the effect, half of the kind's own units join them.
+/// Where the other kinds do not excite the effect, half of the kind's own units join them. A kind on which it does not act
+/// says nothing about it: there only the geometry fitted with it differs, and kinds disagree about that whenever anything
+/// else is missing.
 fn worse_kind(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -225,6 +230,8 @@ fn worse_kind(
     kinds.dedup();
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
     let first = hypothesis.model.len();
+    let on_all: f64 =
+        hypothesis.asked.iter().map(|column| equations.total.gram[(*column, *column)]).sum();
     let mut worst = None;
     for kind in kinds {
         let left_out: Vec<usize> = equations
@@ -234,6 +241,16 @@ fn worse_kind(
             .filter(|(_, unit)| unit.kind == kind)
             .map(|(index, _)| index)
             .collect();
+        let on_kind: f64 = left_out
+            .iter()
+            .flat_map(|unit| {
+                let gram = &equations.units[*unit].sums.gram;
+                hypothesis.asked.iter().map(|column| gram[(*column, *column)])
+            })
+            .sum();
+        if on_kind <= ACTS_SHARE * on_all {
+            continue;
+        }
         let score = |left_out: &dyn Fn(usize) -> bool| {
             let rest = equations.without(|index, _| left_out(index));
             let mut on = equations.total.clone();

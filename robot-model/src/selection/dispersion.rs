@@ -58,7 +58,13 @@ const MEDIAN_PER_DEGREE: f64 = 0.79;
 pub(crate) fn run_scatter(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> f64 {
     let mut shares = run_shares(equations, model, own);
     shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).map_or(1.0, |median| (median / MEDIAN_PER_DEGREE).max(1.0))
+    if shares.is_empty() {
+        return 1.0;
+    }
+    // Of two runs the mean: one that differs is no scatter yet.
+    let (below, above) = ((shares.len() - 1) / 2, shares.len() / 2);
+    let median = f64::midpoint(shares[below], shares[above]);
+    (median / MEDIAN_PER_DEGREE).max(1.0)
 }
 
 /// The same in the mean: a trend over runs has to stand out from the few runs that differ much, too.

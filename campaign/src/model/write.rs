@@ -54,7 +54,7 @@ impl ModelFile {
                 text.push_str(IN_USE);
             }
             if let Some(up_to_mps) = entry.up_to_mps {
-                let _ = write!(text, "{UP_TO}up_to_mps = {}\n", digits(up_to_mps));
+                let _ = writeln!(text, "{UP_TO}up_to_mps = {}", digits(up_to_mps));
             }
             for parameter in &entry.parameters {
                 let _ = writeln!(

@@ -165,6 +165,11 @@ impl Parameter {
         self
     }
 
+    /// Whether it is an amplitude of one sign.
+    pub fn is_never_negative(&self) -> bool {
+        self.role == Role::Amplitude && self.low == 0.0
+    }
+
     /// The spread of values before any data: the usual one, or half the plausible range.
     pub fn spread(&self) -> f64 {
         if let Some(spread) = self.usual {

@@ -118,14 +118,44 @@ pub(crate) fn fit_noise(
 
 /// Fits the parameters of these terms, with the noise as given.
 ///
+/// Amplitudes that are never negative are first fitted as if they could be, for on the way to its shape an effect may
+/// need them to; where that ends below zero, the fit goes on from zero and stays there or above.
+///
 /// Where a full step raises the cost, as it may behind a kink, half of it is taken. A fit that does not converge stays
 /// at its best point. An effect that ends at zero in this way is not accepted
 /// ([`crate::selection::candidates::Screening::is_unsettled`]).
 pub(crate) fn fit_parameters<'a>(
     prepared: &Prepared,
-    mut terms: Vec<Term<'a>>,
+    terms: Vec<Term<'a>>,
     noise: OdometryNoise,
 ) -> Fitted<'a> {
+    let fitted = descend(prepared, terms, noise, Signs::Any);
+    let mut terms = fitted.terms.clone();
+    raise_to_zero(&mut terms);
+    let same = terms.iter().zip(&fitted.terms).all(|(a, b)| a.values == b.values);
+    if same { fitted } else { descend(prepared, terms, noise, Signs::Kept) }
+}
+
+/// Whether amplitudes that are never negative may become so on the way.
+#[derive(Clone, Copy, PartialEq)]
+enum Signs {
+    Any,
+    Kept,
+}
+
+/// Gauss-Newton from these terms on.
+fn descend<'a>(
+    prepared: &Prepared,
+    mut terms: Vec<Term<'a>>,
+    noise: OdometryNoise,
+    signs: Signs,
+) -> Fitted<'a> {
+    let moved = |terms: &mut [Term<'a>], step: &[f64]| {
+        moved_within_range(prepared, terms, step);
+        if signs == Signs::Kept {
+            raise_to_zero(terms);
+        }
+    };
     let mut best: Option<(f64, Vec<Term<'a>>, DVector<f64>)> = None;
     let mut round = 0;
     loop {
@@ -137,11 +167,14 @@ pub(crate) fn fit_parameters<'a>(
         {
             *step *= if round > ROUNDS_MAX { 0.0 } else { 0.5 };
             terms.clone_from(there);
-            moved_within_range(prepared, &mut terms, step.as_slice());
+            moved(&mut terms, step.as_slice());
             continue;
         }
         let columns: Vec<usize> = (0..equations.priors.len()).collect();
-        let solution = equations.solve(&equations.total, &columns);
+        let mut solution = equations.solve(&equations.total, &columns);
+        if signs == Signs::Kept {
+            solution.delta = within_signs(&equations, &terms, &columns);
+        }
         let distance = (0..columns.len())
             .map(|i| solution.delta[i].abs() / solution.covariance[(i, i)].sqrt())
             .fold(0.0, f64::max);
@@ -155,8 +188,45 @@ pub(crate) fn fit_parameters<'a>(
             };
         }
         let before = terms.clone();
-        moved_within_range(prepared, &mut terms, solution.delta.as_slice());
+        moved(&mut terms, solution.delta.as_slice());
         best = Some((cost, before, solution.delta));
+    }
+}
+
+/// Amplitudes that are never negative, at zero where they were.
+pub(crate) fn raise_to_zero(terms: &mut [Term<'_>]) {
+    for term in terms {
+        for (value, of) in term.values.iter_mut().zip(term.effect.facts().parameters) {
+            if of.is_never_negative() {
+                *value = value.max(0.0);
+            }
+        }
+    }
+}
+
+/// The step of Gauss-Newton in these columns, none for an amplitude at zero that would fall below it.
+pub(crate) fn within_signs(
+    equations: &CampaignEquations,
+    terms: &[Term<'_>],
+    columns: &[usize],
+) -> DVector<f64> {
+    let values = terms.iter().flat_map(|term| {
+        let parameters = term.effect.facts().parameters;
+        term.values.iter().zip(parameters).map(|(value, of)| (*value, of.is_never_negative()))
+    });
+    let at_zero: Vec<bool> = values.map(|(value, never)| never && value <= 0.0).collect();
+    let mut free = columns.to_vec();
+    loop {
+        let delta = equations.solve(&equations.total, &free).delta;
+        let falls = |(column, delta): (&usize, &f64)| at_zero[*column] && *delta < 0.0;
+        let pairs = free.iter().zip(delta.iter());
+        let rest: Vec<usize> = pairs.filter(|pair| !falls(*pair)).map(|pair| *pair.0).collect();
+        if rest.len() == free.len() {
+            let of = |column: &usize| free.iter().position(|other| other == column);
+            let step = columns.iter().map(|column| of(column).map_or(0.0, |index| delta[index]));
+            return DVector::from_iterator(columns.len(), step);
+        }
+        free = rest;
     }
 }
 

@@ -10,7 +10,7 @@
 //! noise explains ([`crate::selection::effect_test`]). If the fit is quadratic, this is 1.96 standard errors.
 
 use crate::effect::composition::{PlacedTerm, Term};
-use crate::estimation::fit::{Fitted, moved_within_range};
+use crate::estimation::fit::{Fitted, moved_within_range, raise_to_zero, within_signs};
 use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
@@ -71,11 +71,12 @@ fn cost_at(prepared: &Prepared, fitted: &Fitted<'_>, terms: &mut [Term<'_>], hel
             CampaignEquations::gather(prepared, &PlacedTerm::place(terms), &fitted.noise);
         let columns: Vec<usize> =
             (0..equations.priors.len()).filter(|column| *column != held).collect();
-        let delta = equations.solve(&equations.total, &columns).delta;
+        let delta = within_signs(&equations, terms, &columns);
         cost = equations.total.chi_squared(&columns, &delta);
         let mut step = vec![0.0; equations.priors.len()];
         columns.iter().zip(&delta).for_each(|(column, delta)| step[*column] = *delta);
         moved_within_range(prepared, terms, &step);
+        raise_to_zero(terms);
     }
     cost
 }

@@ -13,7 +13,7 @@
 
 use nalgebra::DVector;
 
-use crate::effect::definition::{Effect, Role};
+use crate::effect::definition::{Effect, Parameter, Role};
 use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::run_kind::RunKind;
@@ -150,10 +150,39 @@ fn gain_on(
     }
 }
 
-/// Tests the hypothesis.
+/// Tests the hypothesis, with amplitudes that are never negative at zero where they would be.
 pub(crate) fn test_effect(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
+) -> EffectTest {
+    let parameters = hypothesis.effect.facts().parameters;
+    let amplitudes: Vec<&Parameter> =
+        parameters.iter().filter(|of| of.role == Role::Amplitude).collect();
+    let free = test_amplitudes(equations, hypothesis, &amplitudes);
+    let values = amplitudes.iter().zip(&free.values);
+    let at_zero: Vec<bool> =
+        values.map(|(of, value)| of.is_never_negative() && *value < 0.0).collect();
+    if at_zero.iter().all(|at_zero| *at_zero) || !at_zero.contains(&true) {
+        return free;
+    }
+    let others = hypothesis.asked.iter().zip(amplitudes).zip(&at_zero);
+    let others = others.filter(|(_, at_zero)| !**at_zero).map(|((column, of), _)| (*column, of));
+    let (asked, amplitudes): (Vec<usize>, Vec<&Parameter>) = others.unzip();
+    let pinned = Hypothesis { asked: &asked, ..*hypothesis };
+    let mut test = test_amplitudes(equations, &pinned, &amplitudes);
+    let mut values = test.values.into_iter();
+    test.values = at_zero
+        .iter()
+        .map(|at_zero| if *at_zero { 0.0 } else { values.next().unwrap_or(0.0) })
+        .collect();
+    test
+}
+
+/// Tests the hypothesis, for the amplitudes in the columns that it asks for, whatever their signs.
+fn test_amplitudes(
+    equations: &CampaignEquations,
+    hypothesis: &Hypothesis<'_>,
+    amplitudes: &[&Parameter],
 ) -> EffectTest {
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
     let solution = equations.solve(&equations.total, &both);
@@ -178,21 +207,15 @@ pub(crate) fn test_effect(
     } else {
         cross_validated_gain
     };
-    let parameters = hypothesis.effect.facts().parameters.iter();
-    let limits: Vec<(f64, f64)> = parameters
-        .filter(|parameter| parameter.role == Role::Amplitude)
-        .map(|parameter| (parameter.low, parameter.high))
-        .collect();
     let values: Vec<f64> = (0..hypothesis.asked.len()).map(|j| solution.delta[first + j]).collect();
     let sigmas: Vec<f64> = (0..hypothesis.asked.len())
         .map(|j| (dispersion * solution.covariance[(first + j, first + j)]).sqrt())
         .collect();
-    let implausible =
-        values.iter().zip(&sigmas).zip(&limits).any(|((value, sigma), (low, high))| {
-            // By more than chance explains; a play or a threshold that no robot has is no answer, however uncertain.
-            let above = if *low == 0.0 { 0.0 } else { 2.0 * sigma };
-            *value < low - 2.0 * sigma || *value > high + above
-        });
+    let implausible = values.iter().zip(&sigmas).zip(amplitudes).any(|((value, sigma), of)| {
+        // By more than chance explains; a play or a threshold that no robot has is no answer, however uncertain.
+        let above = if of.is_never_negative() { 0.0 } else { 2.0 * sigma };
+        *value < of.low - 2.0 * sigma || *value > of.high + above
+    });
     // A shape is fitted as well, to whatever chance offers.
     let own = hypothesis.asked.len().max(hypothesis.effect.facts().parameters.len());
     let p_value_of_many = chi_squared(own, gain / dispersion);

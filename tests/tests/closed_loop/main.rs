@@ -97,7 +97,8 @@ fn close(user: &mut User, case: &Case<'_>) -> Closed {
         let next = next.unwrap_or_else(|| {
             panic!("{truth}, seed {}: {way:?}, no run for {}", scenario.seed, refused(&answer))
         });
-        let promised = next.separates.iter().filter(|id| class.contains(&id.as_str()));
+        let expected = |id: &str| class.contains(&id) || case.or.contains(&id);
+        let promised = next.separates.iter().filter(|id| expected(id));
         assert!(!way.is_empty() || promised.count() > 1, "{truth}: {next:?}");
         user.follow(next.kind.name());
         answer = user.explain();
@@ -213,13 +214,33 @@ fn umbmark_end_poses_only_then_a_radius_is_not_mistaken_for_uneven_turns_or_a_pu
 #[test]
 fn one_out_and_back_only_then_play_is_not_mistaken_for_a_kick() {
     let class = &["backlash", "caster_kick"];
+    // One run does not tell a turn at its reversal from one of its way back.
+    let or = &["carpet_drift", "heading_pull", "slope", "turn_asymmetry"];
     let mut intervals = Intervals::default();
-    for seed in 1..=6 {
+    // By how many suggestions these robots were resolved; how many need none.
+    let (mut by_suggestions, mut at_once) = (Vec::new(), 0);
+    for seed in 1..=20 {
         let scenario = &robot::with_one_worn_gear(seed);
-        let case = Case { scenario, truth: "backlash", class, or: &[], besides: &[] };
-        one_suggestion_does(&case, |user| user.record(&kind("out-and-back")), &mut intervals);
+        let mut user = User::with(scenario);
+        user.record(&kind("out-and-back"));
+        let answer = user.explain();
+        match &classes(&answer)[..] {
+            // Two thirds of a degree turn it by as much as the camera's noise: not every run shows that.
+            [] => {}
+            [only] if only[..] == ["backlash"] => at_once += 1,
+            _ => {
+                let case = Case { scenario, truth: "backlash", class, or, besides: &[] };
+                let closed = close(&mut user, &case);
+                by_suggestions.push(closed.suggestions);
+                intervals.compare(scenario, &closed.step);
+            }
+        }
     }
-    intervals.hold(12);
+    println!("{at_once} at once, {by_suggestions:?}");
+    assert!(at_once + by_suggestions.len() >= 12, "{at_once} {by_suggestions:?}");
+    let by_one = by_suggestions.iter().filter(|suggestions| **suggestions == 1).count();
+    assert!(5 * by_one >= 4 * by_suggestions.len(), "{by_suggestions:?}");
+    intervals.hold(2 * by_suggestions.len());
 }
 
 #[test]

@@ -9,7 +9,8 @@ use crate::tests::synthetic::{ALONE, NOISE, campaign, full_plan, term};
 fn a_fit_converges_and_one_that_ended_at_zero_is_recognised() {
     for (id, values) in [("wheel_radius_ratio", &[0.01][..]), ("backlash", &[0.06, 0.07, 10.0])] {
         let prepared = campaign(&full_plan(), &[term(id, values)], 8).prepare().unwrap();
-        let start = Term::new(find(id).unwrap(), vec![0.0; values.len()]);
+        let effect = find(id).unwrap();
+        let start = Term::new(effect, effect.starts(&prepared.excitation).swap_remove(0));
         let fitted = fit_afresh(&prepared, vec![start]);
         assert_eq!(Screening::new(&prepared, &fitted, &CATALOGUE).is_unsettled(), [false], "{id}");
         let mut elsewhere = fitted.clone();
@@ -47,4 +48,24 @@ fn no_fit_ends_worse_than_it_began() {
         }
     }
     assert!(2 * better > all, "{better} of {all} got better");
+}
+
+#[test]
+fn an_amplitude_of_one_sign_stays_at_zero_where_noise_would_have_it_negative() {
+    // Play in the left gear alone: by noise, every other fit would have that of the right one negative.
+    let mut at_zero = 0;
+    for seed in 1..=6 {
+        let truth = [term("backlash", &[0.05, 0.0, 10.0])];
+        let prepared = campaign(&full_plan(), &truth, seed).prepare().unwrap();
+        let fitted = fit_parameters(
+            &prepared,
+            vec![Term::new(find("backlash").unwrap(), vec![0.0, 0.0, 10.0])],
+            NOISE,
+        );
+        let [left, right, _] = fitted.terms[0].values[..] else { unreachable!() };
+        assert!((left - 0.05).abs() < 4.0 * fitted.covariance[(0, 0)].sqrt(), "{left}");
+        assert!((0.0..4.0 * fitted.covariance[(1, 1)].sqrt()).contains(&right), "{right}");
+        at_zero += usize::from(right == 0.0);
+    }
+    assert!((1..6).contains(&at_zero), "{at_zero}");
 }

@@ -25,4 +25,6 @@ pub mod shared;
 pub mod store;
 pub mod task;
 
-pub use control::{beats, capture, encoder, odometry, pid, profile, protection, soft_float, units};
+pub use control::{
+    beats, capture, encoder, odometry, pid, profile, protection, soft_float, supply, units,
+};

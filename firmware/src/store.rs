@@ -5,10 +5,11 @@
 //! 1       layout u16 | CRC-32 of the configuration u32            | configuration, postcard
 //! 2       layout u16 | CRC-32 of layout and configuration u32     | configuration, postcard
 //! 3       as 2, with geometry.heading_pull_rad_per_m in the configuration
+//! 4       as 3, with feedforward.supply_v and protection.supply_v_max
 //! ```
 //!
-//! Layout 3 is written. The older ones are still read, with a pull of 0 (`decode_without_pull`), and
-//! become layout 3 at the next save. Should a layout ever differ in more than an added number, a frozen
+//! Layout 4 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`):
+//! no pull, no scaling by the supply, no upper limit of it. They become layout 4 at the next save. Should a layout ever differ in more than an added number, a frozen
 //! copy of its type and a conversion belong here.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
@@ -25,7 +26,7 @@ use shared_proto::{Config, Crc32};
 use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
-pub const LAYOUT: u16 = 3;
+pub const LAYOUT: u16 = 4;
 
 /// The one record's key.
 const CONFIGURATION: u8 = 1;
@@ -189,28 +190,38 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
     let layout = u16::from_le_bytes([low, high]);
     let expected = match layout {
         1 => checksum(&[body]),
-        2 | LAYOUT => checksum(&[&[low, high], body]),
+        2..=LAYOUT => checksum(&[&[low, high], body]),
         _ => return Err(StoreError::Damaged),
     };
     if u32::from_le_bytes([a, b, c, d]) != expected {
         return Err(StoreError::Damaged);
     }
     let config =
-        if layout == LAYOUT { postcard::from_bytes(body).ok() } else { decode_without_pull(body) };
+        if layout == LAYOUT { postcard::from_bytes(body).ok() } else { decode_older(body, layout) };
     config.ok_or(StoreError::Damaged)
 }
 
-/// Decodes a configuration of layout 1 or 2. They had no pull, so eight zero bytes are inserted after W_T.
-fn decode_without_pull(body: &[u8]) -> Option<Config> {
-    const PULL: usize = size_of::<f64>();
-    // The name's length, in one byte; the name; radius, track and W_T.
-    let at = 1 + usize::from(*body.first()?) + 3 * size_of::<f64>();
-    let (before, behind) = body.split_at_checked(at)?;
+/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks.
+fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
+    const NUMBER: usize = size_of::<f64>();
+    /// Numbers and flags before the pull, `feedforward.supply_v` and `protection.supply_v_max`.
+    const PULL: (usize, usize) = (3, 0);
+    const LATER: [(usize, usize); 2] = [(14, 4), (24, 4)];
     let mut whole = [0; RECORD_LEN_MAX];
-    whole.get_mut(..at)?.copy_from_slice(before);
-    let end = body.len() + PULL;
-    whole.get_mut(at + PULL..end)?.copy_from_slice(behind);
-    postcard::from_bytes(&whole[..end]).ok()
+    whole.get_mut(..body.len())?.copy_from_slice(body);
+    let mut len = body.len();
+    // The name's length, in one byte, and the name.
+    let name = 1 + usize::from(*body.first()?);
+    for (numbers, flags) in Some(PULL).filter(|_| layout < 3).into_iter().chain(LATER) {
+        let at = name + numbers * NUMBER + flags;
+        if at > len || len + NUMBER > whole.len() {
+            return None;
+        }
+        whole.copy_within(at..len, at + NUMBER);
+        whole.get_mut(at..at + NUMBER)?.fill(0);
+        len += NUMBER;
+    }
+    postcard::from_bytes(&whole[..len]).ok()
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

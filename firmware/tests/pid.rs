@@ -2,6 +2,7 @@
 
 use firmware::pid::{self, Gains, PidState};
 use firmware::profile::Setpoint;
+use firmware::supply::UNSCALED;
 use firmware::units::{Acceleration, Speed, Travel};
 use fixed::types::{I8F24, I32F32};
 use proptest::prelude::*;
@@ -93,7 +94,7 @@ proptest! {
         let (gains, mut state) = (Gains::new(&config), PidState::default());
         let mut last = 0.0;
         for (setpoint, travel, speed) in inputs {
-            let duty = pid::step(&gains, &mut state, &setpoint, travel, speed).to_si();
+            let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED).to_si();
             state.terms();
             // To the step of a duty, 2^-30.
             prop_assert!(duty.abs() <= config.limits.duty_max + 1e-9);
@@ -111,7 +112,7 @@ proptest! {
         unlimited.limits.duty_slew_per_s = 1000.0;
         let (gains, mut state) = (Gains::new(&unlimited), PidState::default());
         let mut reference = Reference::default();
-        let duty = pid::step(&gains, &mut state, &setpoint, travel, speed);
+        let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED);
         reference.step(&unlimited, &setpoint, travel, speed);
         // Half a step of kp times 1 m, of kv and kd times 21 m/s together, of ka times 100 m/s^2;
         // a step of the error times kp.
@@ -134,7 +135,7 @@ proptest! {
                 acceleration: Acceleration::from_si(a),
             };
             let (travel, speed) = (Travel::from_si(1000.0 - e), Speed::from_si(v - v_e));
-            let duty = pid::step(&gains, &mut state, &setpoint, travel, speed);
+            let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED);
             reference.step(&config, &setpoint, travel, speed);
             // As above, for 1 mm, 0.65 m/s, 1 m/s^2; the integral over 100 ticks; and where a limit
             // is just met, one tick's increment of ki = 10^4 goes in or not.
@@ -154,13 +155,13 @@ fn the_integral_does_not_wind_up_while_the_output_is_limited() {
     let setpoint = Setpoint { travel: Travel::from_si(0.5), ..Setpoint::default() };
     // Held back by 0.5 m for 10 s: kp e alone is 20 times full duty.
     for _ in 0..10_000 {
-        pid::step(&gains, &mut state, &setpoint, Travel::default(), Speed::default());
+        pid::step(&gains, &mut state, &setpoint, Travel::default(), Speed::default(), UNSCALED);
     }
     assert_eq!(state.duty().to_si(), 1.0);
     assert_eq!(state.terms().integral, 0);
     // Once released and there, the drive is gone as fast as the slew limit allows: 1 / 20 s.
     for _ in 0..50 {
-        pid::step(&gains, &mut state, &setpoint, setpoint.travel, Speed::default());
+        pid::step(&gains, &mut state, &setpoint, setpoint.travel, Speed::default(), UNSCALED);
     }
     // 50 roundings of the slew limit to 2^-30.
     assert!(state.duty().to_si().abs() < 50.0 * 0.5f64.powi(30));
@@ -173,7 +174,7 @@ fn friction_is_fed_forward_with_the_sign_of_the_speed_and_not_at_standstill() {
         let mut state = PidState::default();
         let speed = Speed::from_si(speed);
         let setpoint = Setpoint { speed, ..Setpoint::default() };
-        pid::step(&gains, &mut state, &setpoint, Travel::default(), speed);
+        pid::step(&gains, &mut state, &setpoint, Travel::default(), speed, UNSCALED);
         assert!((f64::from(state.terms().feedforward) / 32767.0 - expected).abs() < 2e-5);
     }
 }
@@ -186,7 +187,7 @@ fn each_term_shows_in_telemetry_by_itself() {
     let (gains, mut state) = (Gains::new(&config), PidState::default());
     let setpoint = Setpoint { travel: Travel::from_si(0.001), ..Setpoint::default() };
     for _ in 0..101 {
-        pid::step(&gains, &mut state, &setpoint, Travel::default(), Speed::from_si(0.01));
+        pid::step(&gains, &mut state, &setpoint, Travel::default(), Speed::from_si(0.01), UNSCALED);
     }
     let terms = state.terms();
     // 40/m x 1 mm, 60/(m s) x 1 mm x 0.1 s, 1 s/m x -0.01 m/s

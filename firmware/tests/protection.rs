@@ -6,6 +6,7 @@ use firmware::odometry::Odometry;
 use firmware::pid::{self, Gains, PidState};
 use firmware::profile::{Plan, Profile};
 use firmware::protection::Protection;
+use firmware::supply::UNSCALED;
 use proptest::prelude::*;
 use shared_proto::{Config, Drive, Fault, MotionId, TravelUnit, Wheel, WheelPair};
 
@@ -123,7 +124,7 @@ fn run(
         let q = odometry.meters_per_count();
         let duty_of = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
             let speed = bench.estimator.step(tick, bench.counts);
-            let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed);
+            let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed, UNSCALED);
             bench.physics(duty.to_si(), mishap);
             bench.read(q_m, mishap, tick == mishap_ms);
             duty

@@ -96,6 +96,10 @@ pub struct FeedforwardConfig {
     pub kv_s_per_m: f64,
     /// Duty per acceleration \[s^2/m\].
     pub ka_s2_per_m: f64,
+    /// The supply at which these and the gains of `pid` hold \[V\]: the duty is scaled by it over the measured
+    /// supply. 0: the duty is not scaled.
+    #[serde(default)]
+    pub supply_v: f64,
 }
 
 /// What no motion may exceed.
@@ -128,6 +132,9 @@ pub struct ProtectionConfig {
     pub probe_duty_max: f64,
     /// Supply below this is a fault \[V\].
     pub supply_v_min: f64,
+    /// Supply above this is a fault \[V\]; 0: no supply is.
+    #[serde(default)]
+    pub supply_v_max: f64,
     /// Silence on the link for this long, while driving, is a fault \[s\].
     pub link_timeout_s: f64,
 }
@@ -191,6 +198,7 @@ fields![
     "feedforward.ks"                    ""        0.0   ..= 0.5     feedforward.ks;
     "feedforward.kv_s_per_m"            "s/m"     0.0   ..= 1000.0  feedforward.kv_s_per_m;
     "feedforward.ka_s2_per_m"           "s^2/m"   0.0   ..= 100.0   feedforward.ka_s2_per_m;
+    "feedforward.supply_v"              "V"       0.0   ..= 60.0    feedforward.supply_v;
     "limits.speed_mps_max"              "m/s"     0.001 ..= 20.0    limits.speed_mps_max;
     "limits.acceleration_mps2_max"      "m/s^2"   0.001 ..= 100.0   limits.acceleration_mps2_max;
     "limits.stop_deceleration_mps2"     "m/s^2"   0.05  ..= 100.0   limits.stop_deceleration_mps2;
@@ -200,6 +208,7 @@ fields![
     "protection.stall_time_s"           "s"       0.01  ..= 0.09    protection.stall_time_s;
     "protection.probe_duty_max"         ""        0.02  ..= 0.5     protection.probe_duty_max;
     "protection.supply_v_min"           "V"       0.0   ..= 60.0    protection.supply_v_min;
+    "protection.supply_v_max"           "V"       0.0   ..= 60.0    protection.supply_v_max;
     "protection.link_timeout_s"         "s"       0.05  ..= 0.24    protection.link_timeout_s;
 ];
 
@@ -310,7 +319,12 @@ impl Default for Config {
             encoder: WheelPair::both(encoder),
             motor: WheelPair::both(MotorConfig { reversed: false }),
             pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
-            feedforward: FeedforwardConfig { ks: 0.04, kv_s_per_m: 2.0, ka_s2_per_m: 0.064 },
+            feedforward: FeedforwardConfig {
+                ks: 0.04,
+                kv_s_per_m: 2.0,
+                ka_s2_per_m: 0.064,
+                supply_v: 12.0,
+            },
             limits: LimitsConfig {
                 speed_mps_max: 0.4,
                 acceleration_mps2_max: 1.0,
@@ -323,6 +337,7 @@ impl Default for Config {
                 stall_time_s: 0.06,
                 probe_duty_max: 0.25,
                 supply_v_min: 9.0,
+                supply_v_max: 16.0,
                 link_timeout_s: 0.2,
             },
         }

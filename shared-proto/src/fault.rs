@@ -39,6 +39,8 @@ pub enum Fault {
     Unsupervised,
     /// Pushing this wheel's motor moves the other wheel's count: encoders, or motors, are exchanged.
     EncodersExchanged(Wheel),
+    /// The supply is above `protection.supply_v_max`.
+    SupplyHigh,
 }
 
 impl Fault {
@@ -58,6 +60,7 @@ impl Fault {
             Fault::EmergencyStop => "emergency_stop",
             Fault::Unsupervised => "unsupervised",
             Fault::EncodersExchanged(_) => "encoders_exchanged",
+            Fault::SupplyHigh => "supply_high",
         }
     }
 
@@ -101,6 +104,9 @@ impl Fault {
             Fault::Unsupervised => "please report this: the supervisor task stopped",
             Fault::EncodersExchanged(_) => {
                 "turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires"
+            }
+            Fault::SupplyHigh => {
+                "braking motors charge the supply: brake more slowly, use a battery instead of a mains adapter, or raise protection.supply_v_max"
             }
         }
     }

@@ -15,6 +15,7 @@
 //! | [`pid`] | feedforward and PID on travel |
 //! | [`protection`] | detects faults while the loop is closed |
 //! | [`soft_float`] | small double-precision routines for planning and configuration |
+//! | [`supply`] | duty for the supply at hand |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
@@ -26,4 +27,5 @@ pub mod pid;
 pub mod profile;
 pub mod protection;
 pub mod soft_float;
+pub mod supply;
 pub mod units;

@@ -9,10 +9,11 @@
 //! u_p  = kp e                                                                   (2)
 //! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit     (3)
 //! u_d  = kd (v - v_m)                                                           (4)
-//! u    = u_ff + u_p + u_i + u_d, within +-duty_max, changing by duty_slew dt at most    (5)
+//! u    = g (u_ff + u_p + u_i + u_d), within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
 //!
-//! Duty is a share of the supply; forward is positive everywhere. A tick uses the sum (3)
+//! The terms are shares of the nominal supply, and g is the nominal over the measured supply
+//! ([`crate::supply`]); u is a share of the supply at hand. Forward is positive everywhere. A tick uses the sum (3)
 //! up to the tick before. Ranges and steps:
 //!
 //! | quantity | range | step |
@@ -32,6 +33,7 @@ use shared_proto::{Config, PidTerms, WheelPair};
 
 use crate::profile::Setpoint;
 use crate::soft_float::nearest;
+use crate::supply::SCALE_BITS;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
 /// Fractional bits of the terms' sum. 10^4 /m x 2 m + 1000 s/m x (128 + 256) m/s +
@@ -135,7 +137,7 @@ impl PidState {
     }
 }
 
-/// One tick of both wheels' controllers.
+/// One tick of both wheels' controllers; `supply_scale` is g, with [`SCALE_BITS`] fractional bits.
 #[inline(never)]
 pub fn step_both(
     gains: &Gains,
@@ -143,10 +145,18 @@ pub fn step_both(
     setpoints: &WheelPair<Setpoint>,
     travel: &WheelPair<Travel>,
     speed: &WheelPair<Speed>,
+    supply_scale: i32,
 ) -> WheelPair<Duty> {
     WheelPair {
-        left: step(gains, &mut states.left, &setpoints.left, travel.left, speed.left),
-        right: step(gains, &mut states.right, &setpoints.right, travel.right, speed.right),
+        left: step(gains, &mut states.left, &setpoints.left, travel.left, speed.left, supply_scale),
+        right: step(
+            gains,
+            &mut states.right,
+            &setpoints.right,
+            travel.right,
+            speed.right,
+            supply_scale,
+        ),
     }
 }
 
@@ -158,6 +168,7 @@ pub fn step(
     setpoint: &Setpoint,
     travel: Travel,
     speed: Speed,
+    supply_scale: i32,
 ) -> Duty {
     let error = setpoint.travel.error_from(travel).to_bits();
     let (v, v_measured) = (setpoint.speed.0.to_bits(), speed.0.to_bits());
@@ -181,7 +192,8 @@ pub fn step(
         + (proportional >> (KP_BITS + ERROR_BITS - TERM_BITS))
         + derivative
         + (integral >> (INTEGRAL_BITS - TERM_BITS));
-    let wanted = saturate_i32(sum >> (TERM_BITS - DUTY_BITS));
+    let nominal = saturate_i32(sum >> (TERM_BITS - DUTY_BITS));
+    let wanted = saturate_i32(product(nominal, supply_scale) >> SCALE_BITS);
     let lowest = state.duty.saturating_sub(gains.duty_slew_dt).max(-gains.duty_max);
     let highest = state.duty.saturating_add(gains.duty_slew_dt).min(gains.duty_max);
     state.duty = wanted.max(lowest).min(highest);

@@ -26,7 +26,7 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
+    Config, Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -40,6 +40,7 @@ use crate::pid::Gains;
 use crate::probe::Probe;
 use crate::profile::{Plan, Profile};
 use crate::protection::Thresholds;
+use crate::soft_float::truncate;
 
 /// Everything that passes from one task to another.
 pub struct Shared<M: RawMutex> {
@@ -209,8 +210,38 @@ pub struct LoopSettings {
     pub thresholds: Thresholds,
     /// Whether positive duty turns a wheel backwards.
     pub reversed: WheelPair<bool>,
-    /// Lowest supply with the motors on \[mV\].
-    pub supply_mv_min: u16,
+    /// The supply \[mV\].
+    pub supply_mv: SupplyLimits,
+}
+
+/// Which supply the motors may have, and at which one the gains hold \[mV\].
+#[derive(Clone, Copy, Debug)]
+pub struct SupplyLimits {
+    /// The lowest.
+    pub min: u16,
+    /// The highest.
+    pub max: u16,
+    /// Where the gains hold; 0 for any.
+    pub nominal: u16,
+}
+
+impl SupplyLimits {
+    /// Those of a configuration.
+    pub fn new(config: &Config) -> Self {
+        let millivolts = |volts: f64| truncate(volts * 1000.0, 0) as u16;
+        let max = millivolts(config.protection.supply_v_max);
+        Self {
+            min: millivolts(config.protection.supply_v_min),
+            max: if max == 0 { u16::MAX } else { max },
+            nominal: millivolts(config.feedforward.supply_v),
+        }
+    }
+
+    /// Whether the motors may have this supply.
+    #[inline(always)]
+    pub fn admits(self, supply_mv: u16) -> bool {
+        self.min <= supply_mv && supply_mv <= self.max
+    }
 }
 
 /// A message for the link to send, in order. Telemetry has its own queue, of lower priority.

@@ -13,7 +13,8 @@ use crate::pid::{Gains, PidState, step_both};
 use crate::probe::{Probe, ProbeOutcome};
 use crate::profile::Setpoint;
 use crate::protection::Protection;
-use crate::shared::{Action, ControlEvent, LoopSettings, Shared, Tick};
+use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
+use crate::supply::SupplyScale;
 use crate::units::Duty;
 
 /// The supply may stay below its limit this long \[ticks\]: a starting motor makes the voltage dip.
@@ -66,18 +67,23 @@ impl Output {
     const OFF: Self = Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO) };
 }
 
+/// The supply may stay above its limit this long \[ticks\]: noise, but no longer than the bridge and its capacitors stand.
+const SUPPLY_HIGH_TICKS_MAX: u32 = 4;
+
 /// Both wheels' control loops and their protection.
 struct Control {
     gains: Gains,
     /// Whether positive duty turns a wheel backwards.
     reversed: WheelPair<bool>,
-    supply_mv_min: u16,
+    supply_mv: SupplyLimits,
+    supply_scale: SupplyScale,
     protection: Protection,
     probe: Option<Probe>,
     /// The last encoder check that was started.
     probe_id: Option<u32>,
     tracking: bool,
     supply_low_ticks: u32,
+    supply_high_ticks: u32,
 }
 
 impl Control {
@@ -85,12 +91,14 @@ impl Control {
         Self {
             gains: settings.gains,
             reversed: settings.reversed,
-            supply_mv_min: settings.supply_mv_min,
+            supply_mv: settings.supply_mv,
+            supply_scale: SupplyScale::new(settings.supply_mv.nominal),
             protection: Protection::with(settings.thresholds),
             probe: None,
             probe_id: None,
             tracking: false,
             supply_low_ticks: 0,
+            supply_high_ticks: 0,
         }
     }
 
@@ -98,11 +106,12 @@ impl Control {
     fn adopt(&mut self, settings: LoopSettings) {
         self.gains = settings.gains;
         self.reversed = settings.reversed;
-        self.supply_mv_min = settings.supply_mv_min;
+        self.supply_mv = settings.supply_mv;
+        self.supply_scale = SupplyScale::new(settings.supply_mv.nominal);
         self.protection.adopt(settings.thresholds);
         self.probe = None;
         self.tracking = false;
-        self.supply_low_ticks = 0;
+        (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
     }
 
     fn as_wired(&self, duty: WheelPair<Duty>) -> WheelPair<Duty> {
@@ -119,7 +128,8 @@ impl Control {
         if matches!(action, Action::Probe { .. } | Action::Track(_)) && !shared.dead_man.spend() {
             shared.raise(Fault::Unsupervised, measured.t_us);
         }
-        let output = self.act(shared, measured, action, loops);
+        let supply_scale = self.supply_scale.step(*supply_mv);
+        let output = self.act(shared, measured, action, (loops, supply_scale));
         // Checked last, so that a fault of this very tick counts.
         if shared.fault.forces_motors_off() {
             self.reset(loops);
@@ -133,7 +143,7 @@ impl Control {
         shared: &Shared<M>,
         measured: &Measured,
         action: &Action,
-        loops: &mut WheelPair<PidState>,
+        (loops, supply_scale): (&mut WheelPair<PidState>, i32),
     ) -> Output {
         match action {
             Action::Off => {
@@ -152,7 +162,9 @@ impl Control {
                 }
                 self.step_probe(shared, measured, *id)
             }
-            Action::Track(setpoints) => self.track(shared, measured, setpoints, loops),
+            Action::Track(setpoints) => {
+                self.track(shared, measured, setpoints, (loops, supply_scale))
+            }
         }
     }
 
@@ -181,13 +193,14 @@ impl Control {
         shared: &Shared<M>,
         measured: &Measured,
         setpoints: &WheelPair<Setpoint>,
-        loops: &mut WheelPair<PidState>,
+        (loops, supply_scale): (&mut WheelPair<PidState>, i32),
     ) -> Output {
         if !self.tracking {
             self.reset(loops);
             self.tracking = true;
         }
-        let duty = step_both(&self.gains, loops, setpoints, &measured.travel, &measured.speed);
+        let Measured { travel, speed, .. } = measured;
+        let duty = step_both(&self.gains, loops, setpoints, travel, speed, supply_scale);
         if let Some(fault) = self.protection.step(setpoints, measured, duty) {
             shared.raise(fault, measured.t_us);
         }
@@ -204,11 +217,15 @@ impl Control {
 
     #[inline(always)]
     fn watch_supply(&mut self, supply_mv: u16) -> Option<Fault> {
-        if supply_mv >= self.supply_mv_min {
-            self.supply_low_ticks = 0;
+        if self.supply_mv.admits(supply_mv) {
+            (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
             return None;
         }
-        self.supply_low_ticks += 1;
-        (self.supply_low_ticks > SUPPLY_LOW_TICKS_MAX).then_some(Fault::SupplyLow)
+        if supply_mv < self.supply_mv.min {
+            self.supply_low_ticks += 1;
+            return (self.supply_low_ticks > SUPPLY_LOW_TICKS_MAX).then_some(Fault::SupplyLow);
+        }
+        self.supply_high_ticks += 1;
+        (self.supply_high_ticks > SUPPLY_HIGH_TICKS_MAX).then_some(Fault::SupplyHigh)
     }
 }

@@ -54,7 +54,12 @@ pub fn config() -> Config {
             right: MotorConfig { reversed: false },
         },
         pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
-        feedforward: FeedforwardConfig { ks: 0.04, kv_s_per_m: 2.0, ka_s2_per_m: 0.1 },
+        feedforward: FeedforwardConfig {
+            ks: 0.04,
+            kv_s_per_m: 2.0,
+            ka_s2_per_m: 0.1,
+            supply_v: 12.6,
+        },
         limits: LimitsConfig {
             speed_mps_max: 0.6,
             acceleration_mps2_max: 1.1,
@@ -67,6 +72,7 @@ pub fn config() -> Config {
             stall_time_s: 0.06,
             probe_duty_max: 0.25,
             supply_v_min: 9.0,
+            supply_v_max: 16.8,
             link_timeout_s: 0.2,
         },
     }

@@ -42,7 +42,7 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 20), pair(encoder), pair(motor))
+    (name(), vec(number(), 22), pair(encoder), pair(motor))
         .prop_map(|(name, n, encoder, motor)| Config {
             name,
             geometry: GeometryConfig {
@@ -54,7 +54,12 @@ fn config() -> BoxedStrategy<Config> {
             encoder,
             motor,
             pid: PidConfig { kp_per_m: n[3], ki_per_m_s: n[4], kd_s_per_m: n[5] },
-            feedforward: FeedforwardConfig { ks: n[6], kv_s_per_m: n[7], ka_s2_per_m: n[8] },
+            feedforward: FeedforwardConfig {
+                ks: n[6],
+                kv_s_per_m: n[7],
+                ka_s2_per_m: n[8],
+                supply_v: n[20],
+            },
             limits: LimitsConfig {
                 speed_mps_max: n[9],
                 acceleration_mps2_max: n[10],
@@ -67,6 +72,7 @@ fn config() -> BoxedStrategy<Config> {
                 stall_time_s: n[15],
                 probe_duty_max: n[16],
                 supply_v_min: n[17],
+                supply_v_max: n[21],
                 link_timeout_s: n[18],
             },
         })

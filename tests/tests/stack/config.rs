@@ -173,6 +173,7 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "feedforward.ks" => &mut config.feedforward.ks,
         "feedforward.kv_s_per_m" => &mut config.feedforward.kv_s_per_m,
         "feedforward.ka_s2_per_m" => &mut config.feedforward.ka_s2_per_m,
+        "feedforward.supply_v" => &mut config.feedforward.supply_v,
         "limits.speed_mps_max" => &mut config.limits.speed_mps_max,
         "limits.acceleration_mps2_max" => &mut config.limits.acceleration_mps2_max,
         "limits.stop_deceleration_mps2" => &mut config.limits.stop_deceleration_mps2,
@@ -182,6 +183,7 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "protection.stall_time_s" => &mut config.protection.stall_time_s,
         "protection.probe_duty_max" => &mut config.protection.probe_duty_max,
         "protection.supply_v_min" => &mut config.protection.supply_v_min,
+        "protection.supply_v_max" => &mut config.protection.supply_v_max,
         "protection.link_timeout_s" => &mut config.protection.link_timeout_s,
         _ => panic!("{path} is new: add it here"),
     }

@@ -29,7 +29,7 @@ use crate::liveness::SafetyTask;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
-use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared};
+use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared, SupplyLimits};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
 
@@ -286,8 +286,15 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         Duration::from_micros(truncate(self.config.protection.link_timeout_s * 1e6, 0) as u64)
     }
 
-    fn supply_mv_min(&self) -> u16 {
-        truncate(self.config.protection.supply_v_min * 1000.0, 0) as u16
+    /// What is wrong with the supply as it was at the last tick.
+    fn supply_fault(&self) -> Option<Fault> {
+        let (limits, supply_mv) =
+            (SupplyLimits::new(&self.config), self.shared.snapshot.get().supply_mv);
+        match limits.admits(supply_mv) {
+            true => None,
+            false if supply_mv < limits.min => Some(Fault::SupplyLow),
+            false => Some(Fault::SupplyHigh),
+        }
     }
 
     /// Hands the configuration to the control tasks and waits for their first measurement with it. So the
@@ -310,7 +317,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             gains: Gains::new(config),
             thresholds: Thresholds::new(config),
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
-            supply_mv_min: self.supply_mv_min(),
+            supply_mv: SupplyLimits::new(config),
         });
     }
 }

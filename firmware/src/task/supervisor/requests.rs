@@ -110,13 +110,12 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.state == State::Idle {
             let now_us = Instant::now().as_micros();
             let inputs = self.shared.safety_inputs.get();
-            let supply_mv = self.shared.snapshot.get().supply_mv;
             if inputs.emergency_stop || inputs.stop_line {
                 self.shared.raise(Fault::EmergencyStop, now_us);
             } else if inputs.driver_fault {
                 self.shared.raise(Fault::Driver, now_us);
-            } else if supply_mv < self.supply_mv_min() {
-                self.shared.raise(Fault::SupplyLow, now_us);
+            } else if let Some(fault) = self.supply_fault() {
+                self.shared.raise(fault, now_us);
             }
             self.not_faulted()?;
             self.arm();
@@ -190,11 +189,10 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Some(_) if self.state != State::Faulted => Err(Refusal::State(self.state)),
             Some(report) => {
                 let inputs = self.shared.safety_inputs.get();
-                let supply_low = self.shared.snapshot.get().supply_mv < self.supply_mv_min();
                 if inputs.emergency_stop
                     || inputs.stop_line
                     || inputs.driver_fault
-                    || (supply_low && report.fault == Fault::SupplyLow)
+                    || self.supply_fault() == Some(report.fault)
                 {
                     return Err(Refusal::CauseRemains);
                 }

@@ -2,7 +2,6 @@
 
 use crate::recording::condense::condensed;
 use crate::recording::excitation::Excitation;
-use crate::recording::first_motion::leave_out_standing;
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
@@ -70,9 +69,7 @@ impl Campaign {
             let clock_s = began_s.zip(recording.started_s).map(|(first, own_s)| own_s - first);
             let motion = Motion::new(&self.robot, recording, clock_s);
             let kind = kind_of(&motion);
-            let mut recording = recording.clone();
-            leave_out_standing(&motion, &mut recording.measured_poses);
-            PreparedRun { recording, motion, kind }
+            PreparedRun { recording: recording.clone(), motion, kind }
         };
         let runs: Vec<PreparedRun> = self.fitted_runs().map(&prepared).collect();
         let held_out = self.runs.iter().filter(|run| run.held_out).map(prepared).collect();

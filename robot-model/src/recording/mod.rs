@@ -5,7 +5,6 @@
 //! | `run.rs` | [`Recording`]: one run as measured; [`Robot`], the data sheet that goes with it |
 //! | `campaign.rs` | [`Campaign`]: all runs of one robot; prepared once, for every question that follows |
 //! | `condense.rs` | dense recordings, made lighter before a fit |
-//! | `first_motion.rs` | which poses were measured before the robot rolled, and why a track is not judged by them |
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
 //! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
 //! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
@@ -18,7 +17,6 @@
 pub(crate) mod campaign;
 pub(crate) mod condense;
 pub(crate) mod excitation;
-mod first_motion;
 pub(crate) mod motion;
 pub(crate) mod nominal_run;
 pub(crate) mod odometry_noise;

@@ -217,8 +217,8 @@ fn one_out_and_back_only_then_play_is_not_mistaken_for_a_kick() {
     // One run does not tell a turn at its reversal from one of its way back.
     let or = &["carpet_drift", "heading_pull", "slope", "turn_asymmetry"];
     let mut intervals = Intervals::default();
-    // By how many suggestions these robots were resolved; how many need none.
-    let (mut by_suggestions, mut at_once) = (Vec::new(), 0);
+    // By how many suggestions these robots were resolved; how many need none, and how many are told something else.
+    let (mut by_suggestions, mut at_once, mut otherwise) = (Vec::new(), 0, Vec::new());
     for seed in 1..=20 {
         let scenario = &robot::with_one_worn_gear(seed);
         let mut user = User::with(scenario);
@@ -228,6 +228,10 @@ fn one_out_and_back_only_then_play_is_not_mistaken_for_a_kick() {
             // Two thirds of a degree turn it by as much as the camera's noise: not every run shows that.
             [] => {}
             [only] if only[..] == ["backlash"] => at_once += 1,
+            [first, ..] if !first.contains(&"backlash") => {
+                assert!(!first.contains(&"caster_kick"), "seed {seed}: {:?}", answer.steps);
+                otherwise.push(format!("seed {seed}: {first:?}"));
+            }
             _ => {
                 let case = Case { scenario, truth: "backlash", class, or, besides: &[] };
                 let closed = close(&mut user, &case);
@@ -236,7 +240,9 @@ fn one_out_and_back_only_then_play_is_not_mistaken_for_a_kick() {
             }
         }
     }
-    println!("{at_once} at once, {by_suggestions:?}");
+    println!("{at_once} at once, {by_suggestions:?}, {otherwise:?}");
+    // One answer in twenty is a false alarm.
+    assert!(otherwise.len() <= 1, "{otherwise:?}");
     assert!(at_once + by_suggestions.len() >= 12, "{at_once} {by_suggestions:?}");
     let by_one = by_suggestions.iter().filter(|suggestions| **suggestions == 1).count();
     assert!(5 * by_one >= 4 * by_suggestions.len(), "{by_suggestions:?}");

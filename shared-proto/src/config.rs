@@ -97,7 +97,7 @@ pub struct FeedforwardConfig {
     /// Duty per acceleration \[s^2/m\].
     pub ka_s2_per_m: f64,
     /// The supply at which these and the gains of `pid` hold \[V\]: the duty is scaled by it over the measured
-    /// supply. 0: the duty is not scaled.
+    /// supply, by a half to two. 0: the duty is not scaled.
     #[serde(default)]
     pub supply_v: f64,
 }
@@ -130,7 +130,7 @@ pub struct ProtectionConfig {
     pub stall_time_s: f64,
     /// Largest duty while the encoders' signs are checked, before the loop closes.
     pub probe_duty_max: f64,
-    /// Supply below this is a fault \[V\].
+    /// Supply below this is a fault \[V\]; 0: the supply is not measured, and duty is not scaled by it.
     pub supply_v_min: f64,
     /// Supply above this is a fault \[V\]; 0: no supply is.
     #[serde(default)]
@@ -337,7 +337,7 @@ impl Default for Config {
                 stall_time_s: 0.06,
                 probe_duty_max: 0.25,
                 supply_v_min: 9.0,
-                supply_v_max: 16.0,
+                supply_v_max: 18.5,
                 link_timeout_s: 0.2,
             },
         }

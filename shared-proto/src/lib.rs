@@ -27,8 +27,8 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 18 | 27 |
-//! | 1 `Request` | 227 | 236 |
-//! | 2 `Reply` | 228 | 237 |
+//! | 1 `Request` | 243 | 252 |
+//! | 2 `Reply` | 244 | 253 |
 //! | 3 `Telemetry` | 110 | 119 |
 //! | 4 `Event` | 21 | 30 |
 //!

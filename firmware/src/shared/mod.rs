@@ -221,7 +221,7 @@ pub struct SupplyLimits {
     pub min: u16,
     /// The highest.
     pub max: u16,
-    /// Where the gains hold; 0 for any.
+    /// Where the gains hold; 0 for any, and where the supply is not measured.
     pub nominal: u16,
 }
 
@@ -229,11 +229,13 @@ impl SupplyLimits {
     /// Those of a configuration.
     pub fn new(config: &Config) -> Self {
         let millivolts = |volts: f64| truncate(volts * 1000.0, 0) as u16;
+        let min = millivolts(config.protection.supply_v_min);
         let max = millivolts(config.protection.supply_v_max);
         Self {
-            min: millivolts(config.protection.supply_v_min),
+            min,
             max: if max == 0 { u16::MAX } else { max },
-            nominal: millivolts(config.feedforward.supply_v),
+            // Without a divider there is nothing to scale by.
+            nominal: if min == 0 { 0 } else { millivolts(config.feedforward.supply_v) },
         }
     }
 

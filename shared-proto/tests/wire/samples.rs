@@ -293,6 +293,7 @@ pub fn faults(one: Wheel, other: Wheel) -> Vec<Fault> {
         Fault::EmergencyStop,
         Fault::Unsupervised,
         Fault::EncodersExchanged(other),
+        Fault::SupplyHigh,
     ]
 }
 

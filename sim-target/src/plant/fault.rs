@@ -25,7 +25,7 @@ pub enum PlantFault {
     MotorsExchanged,
     /// The motor driver shuts both bridges off and pulls its fault line.
     DriverFault,
-    /// The battery's voltage falls.
+    /// The battery's voltage falls; or rises, if negative, as a full one does under braking motors.
     SupplyDip {
         /// By how much \[V\].
         volts: f64,

@@ -42,7 +42,7 @@ impl ScheduledFault {
         }
         match self.fault {
             PlantFault::EncoderNoise(_, rate) => check.within("counts_per_s", rate, -1e6, 1e6),
-            PlantFault::SupplyDip { volts } => check.within("volts", volts, 0.0, 100.0),
+            PlantFault::SupplyDip { volts } => check.within("volts", volts, -100.0, 100.0),
             _ => Ok(()),
         }
     }

@@ -11,4 +11,5 @@ mod retry;
 mod safety;
 mod stall;
 mod stopped_task;
+mod supply;
 mod wiring;

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Layout 4 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`):
-//! no pull, no scaling by the supply, no upper limit of it. They become layout 4 at the next save. Should a layout ever differ in more than an added number, a frozen
-//! copy of its type and a conversion belong here.
+//! no pull, no scaling by the supply, no upper limit of it. They become layout 4 at the next save. Should a
+//! layout ever differ in more than an added number, a frozen copy of its type and a conversion belong here.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
 //! new one is complete: a power cut leaves one of the two. A power cut during an erasure leaves a sector

@@ -67,7 +67,7 @@ impl Output {
     const OFF: Self = Self { enabled: false, probing: false, duty: WheelPair::both(Duty::ZERO) };
 }
 
-/// The supply may stay above its limit this long \[ticks\]: noise, but no longer than the bridge and its capacitors stand.
+/// The supply may stay above its limit this long \[ticks\]: noise passes, and a bridge is not kept waiting.
 const SUPPLY_HIGH_TICKS_MAX: u32 = 4;
 
 /// Both wheels' control loops and their protection.

@@ -128,7 +128,7 @@ pub struct ProtectionConfig {
     pub following_error_m_max: f64,
     /// A driven wheel that does not turn for this long is a fault \[s\].
     pub stall_time_s: f64,
-    /// Largest duty while the encoders' signs are checked, before the loop closes.
+    /// Largest duty while the encoders' signs are checked, before the loop closes, at the nominal supply.
     pub probe_duty_max: f64,
     /// Supply below this is a fault \[V\]; 0: the supply is not measured, and duty is not scaled by it.
     pub supply_v_min: f64,

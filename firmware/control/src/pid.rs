@@ -86,6 +86,14 @@ impl Gains {
             duty_slew_dt: scaled(limits.duty_slew_per_s * dt_s, DUTY_BITS),
         }
     }
+
+    /// A duty for the nominal supply at the supply at hand, within +-duty_max; `supply_scale` as in [`step_both`].
+    #[inline(never)]
+    pub fn at_supply(&self, duty: Duty, supply_scale: i32) -> Duty {
+        let wanted =
+            saturate_i32((i64::from(duty.0.to_bits()) * i64::from(supply_scale)) >> SCALE_BITS);
+        Duty(I2F30::from_bits(wanted.max(-self.duty_max).min(self.duty_max)))
+    }
 }
 
 /// A gain, not negative, to the nearest step; saturates.

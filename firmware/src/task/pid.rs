@@ -160,7 +160,7 @@ impl Control {
                     self.probe = shared.probe.try_take();
                     self.probe_id = Some(*id);
                 }
-                self.step_probe(shared, measured, *id)
+                self.step_probe(shared, measured, *id, supply_scale)
             }
             Action::Track(setpoints) => {
                 self.track(shared, measured, setpoints, (loops, supply_scale))
@@ -173,10 +173,14 @@ impl Control {
         shared: &Shared<M>,
         measured: &Measured,
         id: u32,
+        supply_scale: i32,
     ) -> Output {
         let mut output = Output { enabled: true, probing: true, ..Output::OFF };
         match self.probe.as_mut().map(|probe| probe.step(measured.counts)) {
-            Some(ProbeOutcome::Running(duty)) => output.duty = duty,
+            Some(ProbeOutcome::Running(duty)) => {
+                // On a full battery, too, an unplugged encoder is found before the robot has rolled far.
+                output.duty = duty.map(|duty| self.gains.at_supply(duty, supply_scale));
+            }
             Some(ProbeOutcome::Done) => {
                 self.probe = None;
                 let _ = shared.control_events.try_send(ControlEvent::Probed(id));

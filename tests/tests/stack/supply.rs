@@ -77,3 +77,22 @@ fn a_supply_that_is_too_high_stops_the_motors_within_10_ms_and_refuses_to_arm() 
         assert_eq!(report.fault, Fault::SupplyHigh);
     });
 }
+
+#[test]
+fn the_check_of_an_unplugged_encoder_ends_within_10_mm_at_any_supply() {
+    for supply_v in [9.5, 12.0, 18.0] {
+        on_robot(&on_supply(supply_v), async |robot| {
+            robot.lab.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+            robot.listen(0.05).await;
+            let start = robot.snapshot();
+            robot.cruise(&meters(0.1, 0.1, 0.1, 0.5), 1.5).await;
+            robot.listen(1.0).await;
+            let report = robot.fault().await.expect("a fault");
+            assert_eq!(report.fault, Fault::EncoderDead(Wheel::Left), "{supply_v} V");
+            let snapshots = robot.snapshots_from(start.t_us);
+            let moved_m = snapshots.iter().map(|at| at.moved_since_m(&start)).fold(0.0, f64::max);
+            println!("{supply_v} V: {:.1} mm", moved_m * 1e3);
+            assert!(moved_m <= 0.01, "{supply_v} V: {moved_m} m");
+        });
+    }
+}

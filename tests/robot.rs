@@ -11,8 +11,6 @@ use shared_proto::{Answer, Command, FaultReport, MotionId, Refusal, State, Trave
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
-pub use host_link::motion::TTL_MS;
-
 /// Time between two snapshots: a control period \[us\].
 const SNAPSHOT_EVERY_US: u64 = 1000;
 
@@ -161,7 +159,7 @@ impl Robot {
         self.session.status().await.expect("the robot answers").fault
     }
 
-    /// Starts a motion with the motors on; it lives for [`TTL_MS`].
+    /// Starts a motion with the motors on; it lives for [`LEASE`](host_link::session::LEASE).
     pub async fn drive(&mut self, motion: &Motion) -> Result<MotionId, Refusal> {
         let id = self.session.new_motion();
         self.ask(Command::Drive(motion.drive_now(id))).await.map(|_| id)
@@ -169,7 +167,7 @@ impl Robot {
 
     /// Arms, starts a motion and renews it for this long \[s\].
     pub async fn cruise(&mut self, motion: &Motion, s: f64) -> MotionId {
-        self.tell(Command::Arm).await;
+        self.tell(Command::Arm { take: false }).await;
         let id = self.drive(motion).await.expect("the robot drives");
         self.renew(id, s).await;
         id
@@ -180,7 +178,7 @@ impl Robot {
         let until_us = now_us() + (s * 1e6).round() as u64;
         while now_us() < until_us {
             // It is for the caller to notice a motion that has ended by itself or by a fault.
-            let _ = self.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await;
+            let _ = self.ask(Command::Renew { motion }).await;
             // To the microsecond: what follows has to happen at exactly that time.
             let pause_us = until_us.saturating_sub(now_us()).min(50_000);
             self.session.listen(Duration::from_micros(pause_us)).await.expect("the line is there");
@@ -196,8 +194,14 @@ impl Robot {
 
     /// A new host on the same line, after the last one was killed.
     pub async fn reconnect(&mut self, number: u32) {
-        self.session = new_session(&self.wire, number);
-        self.session.open().await.expect("the robot answers again");
+        let _killed = self.another_host(number).await;
+    }
+
+    /// Another host on the same line takes the place of this one, which is returned.
+    pub async fn another_host(&mut self, number: u32) -> Session {
+        let before = std::mem::replace(&mut self.session, new_session(&self.wire, number));
+        self.session.open().await.expect("the robot answers");
+        before
     }
 }
 

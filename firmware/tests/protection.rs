@@ -152,7 +152,6 @@ fn run(
 fn metres(left: f64, right: f64, cruise: f64, acceleration: f64) -> Drive {
     Drive {
         motion: MotionId(1),
-        ttl_ms: 1000,
         unit: TravelUnit::Meter,
         distance: WheelPair::new(left, right),
         cruise,

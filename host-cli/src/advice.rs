@@ -5,7 +5,7 @@
 use campaign::plan::{PlanError, run_kinds};
 use host_link::Error;
 use host_link::error::Left;
-use host_link::motion::TTL_MS;
+use host_link::session::LEASE;
 use shared_proto::{FaultReport, MotionError, Refusal, State};
 
 /// What to try after an error of the link.
@@ -25,7 +25,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         }
         Error::StoppedAnswering { .. } => "is it still powered and plugged in?",
         Error::ConnectionLost { .. } => {
-            "it was unplugged, or another host took over (a robot has one at a time); without its host it stops by itself"
+            "it was unplugged, or the program at the other end ended; without its host a robot stops by itself"
         }
         Error::Restarted { .. } => "check its supply; what was not saved is lost",
         Error::ReadBackDiffers => "nothing was saved; try again, and report it if it happens twice",
@@ -66,9 +66,15 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         Refusal::NoSuchFault => "`beeline identify` shows the latched fault",
         Refusal::CauseRemains => "release the emergency stop, check the driver and the battery",
         Refusal::Store => "try again; with --flash FILE, check whether the disk is full",
-        Refusal::Period | Refusal::Forgotten | Refusal::HelloFirst | Refusal::Unreadable => {
-            return None;
+        Refusal::Late => {
+            "the line holds frames up: check the cable, the baud rate, and what is between"
         }
+        Refusal::Driven => "wait until the other host is done; `beeline stop` ends its motion",
+        Refusal::Period
+        | Refusal::Lease
+        | Refusal::Forgotten
+        | Refusal::HelloFirst
+        | Refusal::Unreadable => return None,
     };
     Some(advice.into())
 }
@@ -86,7 +92,8 @@ fn on_left(left: &Left) -> Option<String> {
         }
         Left::In(_) => Some("`beeline stop --now`, or its stop button".into()),
         Left::Unknown(_) => Some(format!(
-            "it stops by itself {TTL_MS} ms after its host falls silent; if it does not, press its stop button"
+            "it stops by itself {} ms after its host falls silent; if it does not, press its stop button",
+            LEASE.as_millis()
         )),
     }
 }

@@ -6,7 +6,7 @@
 use std::fmt;
 use std::io;
 
-use shared_proto::{Answer, Command, FaultReport, Hello, Refusal, State};
+use shared_proto::{Answer, Command, Fault, FaultReport, Hello, Refusal, State};
 
 /// A result of the link.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -156,7 +156,7 @@ impl fmt::Display for Error {
                 f.write_str("the configuration read back differs from the one written")
             }
             Self::Faulted(report) => {
-                write!(f, "the robot stopped with a fault: {}", At(report))?;
+                write!(f, "the robot stopped with a fault: {}", FaultInWords(report))?;
                 match report.followed_by {
                     0 => Ok(()),
                     1 => f.write_str(", and one more fault after it"),
@@ -208,12 +208,30 @@ impl fmt::Display for Left {
     }
 }
 
-/// A fault and its time.
-struct At<'a>(&'a FaultReport);
+/// A fault in words: its name, its time, and the numbers that tell about it.
+pub struct FaultInWords<'a>(pub &'a FaultReport);
 
-impl fmt::Display for At<'_> {
+impl fmt::Display for FaultInWords<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} at {:.3} s", self.0.fault, self.0.t_us as f64 * 1e-6)
+        let FaultReport { fault, t_us, wheels, supply_mv, .. } = self.0;
+        write!(f, "{fault} at {:.3} s", *t_us as f64 * 1e-6)?;
+        let supply_v = f64::from(*supply_mv) * 1e-3;
+        match (fault, fault.wheel()) {
+            (_, Some(wheel)) => {
+                let wheel = wheels.get(wheel);
+                write!(
+                    f,
+                    " ({:.1} mm from its setpoint, at {:.3} m/s, duty {:.2}, supply {supply_v:.1} V)",
+                    f64::from(wheel.error_um.unsigned_abs()) * 1e-3,
+                    f64::from(wheel.speed_um_s) * 1e-6,
+                    f64::from(wheel.duty) / f64::from(i16::MAX),
+                )
+            }
+            (Fault::SupplyLow | Fault::SupplyHigh | Fault::Driver, None) => {
+                write!(f, " (supply {supply_v:.1} V)")
+            }
+            (_, None) => Ok(()),
+        }
     }
 }
 
@@ -221,7 +239,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
     write!(f, "the robot refused to {request}: ")?;
     match refusal {
         Refusal::State(state) => write!(f, "it is {}", state.name()),
-        Refusal::Faulted(report) => write!(f, "a fault is latched, {}", At(report)),
+        Refusal::Faulted(report) => write!(f, "a fault is latched, {}", FaultInWords(report)),
         Refusal::Config(error) => write!(f, "{error}"),
         Refusal::Motion(error) => write!(f, "{error}"),
         Refusal::NoSuchMotion => f.write_str("no such motion is under way"),
@@ -231,6 +249,9 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Store => {
             f.write_str("its flash could not be written; the saved configuration is as it was")
         }
+        Refusal::Late => f.write_str("the request arrived too late"),
+        Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
+        Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
@@ -246,9 +267,9 @@ pub(crate) fn name_of(command: &Command) -> &'static str {
         Command::WriteConfig(_) => "use the configuration",
         Command::SaveConfig => "save the configuration",
         Command::RestoreConfig(_) => "restore the configuration",
-        Command::Arm => "arm",
+        Command::Arm { .. } => "arm",
         Command::Disarm => "disarm",
-        Command::Drive(_) => "drive",
+        Command::Drive(_) | Command::Velocity(_) => "drive",
         Command::Renew { .. } => "renew the motion",
         Command::Stop => "stop",
         Command::EmergencyStop => "stop at once",

@@ -20,7 +20,7 @@
 //! | [`motion`] | drives a motion to its end, safely |
 //! | [`limits`] | whether the robot would refuse a motion |
 //! | [`address`] | serial ports and TCP addresses |
-//! | [`listen`] | the other end: one client at a time, on TCP or a pseudo-terminal |
+//! | [`listen`] | the other end, on TCP for several clients or on a pseudo-terminal |
 //! | [`wire`], [`clock`] | bytes and time of a session |
 //! | [`cancel`] | a request to end a procedure in good order |
 //! | [`stream`] | telemetry in order, without gaps |
@@ -37,7 +37,9 @@ pub mod error;
 pub mod limits;
 pub mod listen;
 pub mod motion;
+mod robot_clock;
 pub mod session;
+mod statistics;
 pub mod stream;
 pub mod wire;
 

@@ -1,12 +1,21 @@
-//! The robot's end of a link: one client at a time, as on a cable, on TCP or a pseudo-terminal.
+//! The robot's end of a link, on TCP or a pseudo-terminal.
+//!
+//! On TCP several clients share the robot's line. Whole frames of theirs take turns on it, and everything that the
+//! robot says goes to all of them; requests and replies carry their session. Nothing is read from a client for which
+//! the line has no room, so whatever waits does so at the client, and ages: a lease tells the robot what is late.
 
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
+mod client;
+
+use std::net::{SocketAddr, TcpListener};
 use std::str::FromStr;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use shared_proto::Encoder;
 
 use crate::address::Address;
 use crate::error::{Error, Result};
+
+use self::client::Client;
 
 /// Where a robot listens for a host.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,8 +38,33 @@ impl FromStr for Listen {
     }
 }
 
-/// The robot's end of a line, with one client at a time. No method blocks, except while a client is
-/// slow to read.
+impl Listen {
+    /// Whether only programs on this machine reach it.
+    pub fn is_local(&self) -> bool {
+        match self {
+            Listen::Pty => true,
+            Listen::Tcp(address) => match address.parse::<SocketAddr>() {
+                Ok(address) => address.ip().is_loopback(),
+                Err(_) => address.rsplit_once(':').is_some_and(|(host, _)| host == "localhost"),
+            },
+        }
+    }
+}
+
+/// What has become of the clients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// A client has said hello.
+    Connected,
+    /// A client that had said hello went away.
+    Disconnected,
+    /// A program that does not speak the protocol was cut off.
+    Stranger,
+    /// A client that did not read was cut off.
+    Deaf,
+}
+
+/// The robot's end of a line. No method blocks.
 pub struct Line {
     address: String,
     end: End,
@@ -39,7 +73,9 @@ pub struct Line {
 enum End {
     Tcp {
         listener: TcpListener,
-        client: Option<TcpStream>,
+        clients: Vec<Client>,
+        /// Counts the frames of all clients together, as those of one.
+        encoder: Encoder,
     },
     #[cfg(unix)]
     Pty {
@@ -48,6 +84,9 @@ enum End {
         _slave: serialport::TTYPort,
     },
 }
+
+/// So many clients at once, those that have not said hello yet included.
+const CLIENTS_MAX: usize = 16;
 
 impl Line {
     /// Opens the robot's end.
@@ -60,7 +99,7 @@ impl Line {
                 let bound = listener.local_addr().map_err(failed)?;
                 Ok(Self {
                     address: format!("tcp:{bound}"),
-                    end: End::Tcp { listener, client: None },
+                    end: End::Tcp { listener, clients: Vec::new(), encoder: Encoder::new() },
                 })
             }
             #[cfg(unix)]
@@ -82,61 +121,57 @@ impl Line {
         &self.address
     }
 
-    /// Accepts a new client, which replaces the one before; true if there was one.
-    pub fn accept(&mut self) -> bool {
+    /// Accepts clients, and passes on to the robot what they have sent, while `room` says that the line takes more bytes.
+    pub fn pass_on(
+        &mut self,
+        room: &dyn Fn() -> bool,
+        to_robot: &mut dyn FnMut(&[u8]),
+        tell: &mut dyn FnMut(News),
+    ) {
         match &mut self.end {
-            End::Tcp { listener, client } => match listener.accept() {
-                Ok((stream, _)) => {
-                    if stream.set_nonblocking(true).is_err() || stream.set_nodelay(true).is_err() {
-                        return false;
-                    }
-                    *client = Some(stream);
-                    true
+            End::Tcp { listener, clients, encoder } => {
+                while clients.len() < CLIENTS_MAX
+                    && let Ok((stream, _)) = listener.accept()
+                {
+                    clients.extend(Client::new(stream));
                 }
-                Err(_) => false,
-            },
-            #[cfg(unix)]
-            End::Pty { .. } => false,
-        }
-    }
-
-    /// Bytes from the client, if there are any now; one error when the client has disconnected.
-    pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match &mut self.end {
-            End::Tcp { client, .. } => {
-                let Some(stream) = client else { return Ok(0) };
-                let gone = match stream.read(buffer) {
-                    Ok(0) => ErrorKind::UnexpectedEof.into(),
-                    Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(0),
-                    Err(error) => error,
-                    Ok(len) => return Ok(len),
-                };
-                *client = None;
-                Err(gone)
+                clients.retain_mut(|client| client.receive(tell));
+                // One frame of each in turn: nobody's stop waits for anybody's queue.
+                while room() {
+                    let mut any = false;
+                    for client in &mut *clients {
+                        if let Some(frame) = client.next_frame(encoder) {
+                            to_robot(&frame);
+                            any = true;
+                        }
+                    }
+                    if !any {
+                        break;
+                    }
+                }
             }
             #[cfg(unix)]
             End::Pty { master, .. } => {
                 use serialport::SerialPort;
-                match master.bytes_to_read() {
-                    Ok(0) | Err(_) => Ok(0),
-                    Ok(_) => Ok(master.read(buffer).unwrap_or(0)),
+                use std::io::Read;
+                let mut buffer = [0; 64];
+                while room()
+                    && master.bytes_to_read().is_ok_and(|waiting| waiting > 0)
+                    && let Ok(len @ 1..) = master.read(&mut buffer)
+                {
+                    to_robot(&buffer[..len]);
                 }
             }
         }
     }
 
-    /// Sends bytes to the client; without a client they are lost, as on a cable.
-    pub fn write(&mut self, bytes: &[u8]) {
+    /// Sends bytes to all clients; without any they are lost, as on a cable.
+    pub fn write(&mut self, bytes: &[u8], tell: &mut dyn FnMut(News)) {
         match &mut self.end {
-            End::Tcp { client, .. } => {
-                if let Some(stream) = client
-                    && write_all_patiently(stream, bytes).is_err()
-                {
-                    *client = None;
-                }
-            }
+            End::Tcp { clients, .. } => clients.retain_mut(|client| client.send(bytes, tell)),
             #[cfg(unix)]
             End::Pty { master, .. } => {
+                use std::io::Write;
                 // The terminal's buffer is full: nobody reads.
                 let _ = master.write_all(bytes);
             }
@@ -144,18 +179,25 @@ impl Line {
     }
 }
 
-/// Writes to a non-blocking socket; gives up on a client that does not read for a second.
-fn write_all_patiently(stream: &mut TcpStream, mut bytes: &[u8]) -> io::Result<()> {
-    const TRY_EVERY: Duration = Duration::from_millis(1);
-    let give_up = Instant::now() + Duration::from_secs(1);
-    while !bytes.is_empty() {
-        match stream.write(bytes) {
-            Ok(len) => bytes = &bytes[len..],
-            Err(error) if error.kind() == ErrorKind::WouldBlock && Instant::now() < give_up => {
-                std::thread::sleep(TRY_EVERY);
-            }
-            Err(error) => return Err(error),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_this_machine_reaches_a_loopback_address_and_a_terminal() {
+        for (text, local) in [
+            ("tcp:127.0.0.1:7700", true),
+            ("tcp:127.9.9.9:0", true),
+            ("tcp:[::1]:7700", true),
+            ("tcp:localhost:7700", true),
+            ("pty", true),
+            ("tcp:0.0.0.0:7700", false),
+            ("tcp:[::]:7700", false),
+            ("tcp:192.168.1.7:7700", false),
+            ("tcp:robot.example:7700", false),
+            ("tcp:localhost.example:7700", false),
+        ] {
+            assert_eq!(text.parse::<Listen>().map(|listen| listen.is_local()), Ok(local), "{text}");
         }
     }
-    Ok(())
 }

@@ -16,6 +16,8 @@ use shared_proto::{
 use crate::cancel::Cancel;
 use crate::clock::Clock;
 use crate::error::{Error, Result, name_of};
+use crate::robot_clock::RobotClock;
+pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
 use crate::wire::Wire;
 
@@ -28,6 +30,9 @@ const GIVE_UP_AFTER: Duration = Duration::from_millis(1500);
 /// A save may have to erase all of the store first: four sectors of half a second.
 const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
 
+/// What the host wants is void after this long, and a motion that is not renewed ends.
+pub const LEASE: Duration = Duration::from_millis(200);
+
 /// A session with one robot.
 pub struct Session {
     wire: Box<dyn Wire>,
@@ -35,6 +40,8 @@ pub struct Session {
     cancel: Cancel,
     port: String,
     number: u32,
+    robot_clock: RobotClock,
+    lease: Duration,
     encoder: Encoder,
     decoder: Decoder,
     next_id: u32,
@@ -42,25 +49,9 @@ pub struct Session {
     replies: VecDeque<Reply>,
     hello: Option<Hello>,
     telemetry: Stream,
+    subscribed: bool,
     events: VecDeque<Event>,
     statistics: HostStatistics,
-}
-
-/// What the host received, and what it had to repeat.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HostStatistics {
-    /// Intact frames.
-    pub frames_received: u64,
-    /// Frames that were damaged.
-    pub frames_damaged: u64,
-    /// Frames that the sequence numbers show to be missing.
-    pub frames_lost: u64,
-    /// Requests sent again.
-    pub retries: u64,
-    /// Telemetry frames that were lost, requested again, and received.
-    pub telemetry_recalled: u64,
-    /// Telemetry frames that were lost for good.
-    pub telemetry_lost: u64,
 }
 
 impl Session {
@@ -75,6 +66,8 @@ impl Session {
             cancel: Cancel::default(),
             port,
             number,
+            robot_clock: RobotClock::default(),
+            lease: LEASE,
             encoder: Encoder::new(),
             decoder: Decoder::new(),
             next_id: 1,
@@ -82,6 +75,7 @@ impl Session {
             replies: VecDeque::new(),
             hello: None,
             telemetry: Stream::default(),
+            subscribed: false,
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
         }
@@ -102,6 +96,16 @@ impl Session {
         self.cancel.is_requested()
     }
 
+    /// Gives this lease from now on, instead of [`LEASE`]; a robot accepts up to 10 s.
+    pub fn set_lease(&mut self, lease: Duration) {
+        self.lease = lease;
+    }
+
+    /// When a lease that is given now ends, on the robot's clock \[ms\].
+    pub fn lease_end_ms(&self) -> u64 {
+        self.robot_clock.lease_end_ms(self.lease, self.clock.now_us())
+    }
+
     /// A number for the next motion, different from that of the last.
     pub fn new_motion(&mut self) -> MotionId {
         self.motions += 1;
@@ -120,6 +124,8 @@ impl Session {
     /// Shakes hands: both ends must speak the same version with the same message layouts.
     pub async fn open(&mut self) -> Result<()> {
         let ours = Hello::of_this_build(self.number);
+        // The robot may have restarted since.
+        self.robot_clock = RobotClock::default();
         let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
         while self.clock.now_us() < give_up {
             // A zero first ends whatever noise the robot has received so far, so that it is not
@@ -155,29 +161,43 @@ impl Session {
         }
     }
 
-    /// Sends a request, and repeats it until the robot answers.
+    /// Sends a request, and repeats it until the robot answers. Each copy has a lease from when it is sent.
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
-        let subscribes = matches!(command, Command::Subscribe { .. });
+        let subscribes = match command {
+            Command::Subscribe { period_ms } => Some(period_ms),
+            _ => None,
+        };
         let id = self.next_id;
         self.next_id += 1;
         let patience = match command {
             Command::SaveConfig => GIVE_UP_SAVING_AFTER,
             _ => GIVE_UP_AFTER,
         };
-        let request = Request { id, command };
+        let mut request = Request { session: self.number, id, until_ms: 0, command };
         let give_up = self.clock.now_us() + patience.as_micros() as u64;
         let mut first = true;
+        let mut late = false;
         while self.clock.now_us() < give_up {
             if !std::mem::take(&mut first) {
                 self.statistics.retries += 1;
             }
+            if request.command.changes_something() {
+                request.until_ms = self.lease_end_ms();
+            }
             let frame = self.encoder.message(&request);
+            self.robot_clock.send(id, self.clock.now_us());
             self.write(&frame).await?;
             let until = self.clock.now_us() + RETRY_AFTER.as_micros() as u64;
             loop {
                 if let Some(reply) = self.take_reply(id) {
-                    if subscribes {
+                    if reply.outcome == Err(Refusal::Late) {
+                        // The line held it up, or this is the first that we hear of the robot's clock.
+                        late = true;
+                        break;
+                    }
+                    if let (Some(period_ms), Ok(_)) = (subscribes, &reply.outcome) {
                         self.telemetry.restart();
+                        self.subscribed = period_ms > 0;
                     }
                     return Ok(reply.outcome);
                 }
@@ -186,18 +206,25 @@ impl Session {
                 }
             }
         }
+        if late {
+            return Ok(Err(Refusal::Late));
+        }
         Err(Error::StoppedAnswering { port: self.port.clone() })
     }
 
     /// Sends a request without waiting for the answer: for what is soon repeated anyway.
     pub async fn post(&mut self, command: Command) -> Result<()> {
-        self.post_request(command).await.map(drop)
+        let until_ms = if command.changes_something() { self.lease_end_ms() } else { 0 };
+        self.post_until(command, until_ms).await.map(drop)
     }
 
-    async fn post_request(&mut self, command: Command) -> Result<u32> {
+    /// As [`post`](Self::post), with a lease that ends at this time of the robot's clock \[ms\]. Returns the id.
+    pub async fn post_until(&mut self, command: Command, until_ms: u64) -> Result<u32> {
         let id = self.next_id;
         self.next_id += 1;
-        let frame = self.encoder.message(&Request { id, command });
+        let request = Request { session: self.number, id, until_ms, command };
+        let frame = self.encoder.message(&request);
+        self.robot_clock.send(id, self.clock.now_us());
         self.write(&frame).await?;
         Ok(id)
     }
@@ -284,6 +311,11 @@ impl Session {
         Ok(())
     }
 
+    /// The answer to what was [posted](Self::post_until), once it has been received.
+    pub fn answer_to(&mut self, id: u32) -> Option<std::result::Result<Answer, Refusal>> {
+        self.take_reply(id).map(|reply| reply.outcome)
+    }
+
     fn take_reply(&mut self, id: u32) -> Option<Reply> {
         let at = self.replies.iter().position(|reply| reply.id == id)?;
         let reply = self.replies.remove(at);
@@ -315,7 +347,7 @@ impl Session {
             self.take_byte(byte)?;
         }
         if let Some(number) = self.telemetry.missing(clock.now_us()) {
-            let id = self.post_request(Command::Recall { number }).await?;
+            let id = self.post_until(Command::Recall { number }, 0).await?;
             self.telemetry.mark_requested(number, id, clock.now_us());
         }
         Ok(true)
@@ -340,11 +372,16 @@ impl Session {
             Channel::Hello => self.hello = frame.hello(),
             Channel::Reply => {
                 let Some(reply) = frame.message::<Reply>() else { return Ok(()) };
+                if reply.session != self.number && reply.session != 0 {
+                    // For another host on the same line.
+                    return Ok(());
+                }
+                self.robot_clock.hear(reply.t_us, Some(reply.id), self.clock.now_us());
                 match reply {
-                    Reply { id: 0, outcome: Err(Refusal::HelloFirst) } => {
+                    Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
                         return Err(Error::Restarted { port: self.port.clone() });
                     }
-                    Reply { id, outcome } if self.telemetry.is_request(id) => match outcome {
+                    Reply { id, outcome, .. } if self.telemetry.is_request(id) => match outcome {
                         Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                         _ => self.telemetry.unavailable(id),
                     },
@@ -353,7 +390,11 @@ impl Session {
             }
             Channel::Telemetry => {
                 if let Some(telemetry) = frame.message::<Telemetry>() {
-                    self.telemetry.push(telemetry);
+                    self.robot_clock.hear(telemetry.t_us, None, self.clock.now_us());
+                    // Without a subscription it is another host's.
+                    if self.subscribed {
+                        self.telemetry.push(telemetry);
+                    }
                 }
             }
             Channel::Event => self.events.extend(frame.message::<Event>()),

@@ -3,7 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::pair::Wheel;
+use crate::pair::{Wheel, WheelPair};
 
 /// A condition under which the robot does not drive.
 ///
@@ -23,9 +23,9 @@ pub enum Fault {
     EncoderReversed(Wheel),
     /// The count changed faster than the wheel can turn: interference, or a loose wire.
     CountRate(Wheel),
-    /// Nothing was heard from the host for `protection.link_timeout_s`.
+    /// Nothing was heard from the host for `protection.link_timeout_s`, or since the lease that has ended.
     LinkLost,
-    /// The host did not renew the motion within its time to live.
+    /// The host talks, but did not renew the motion before its lease ended.
     TimeToLive,
     /// The supply is below `protection.supply_v_min`.
     SupplyLow,
@@ -128,7 +128,7 @@ impl core::fmt::Display for Fault {
     }
 }
 
-/// A fault, and when it happened.
+/// A fault, when it happened, and how the wheels were then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultReport {
@@ -140,4 +140,20 @@ pub struct FaultReport {
     pub t_us: u64,
     /// How many more followed while this one was latched.
     pub followed_by: u16,
+    /// Each wheel as it was, with the duty until then.
+    pub wheels: WheelPair<WheelAtFault>,
+    /// Supply \[mV\].
+    pub supply_mv: u16,
+}
+
+/// A wheel as it was when a fault was latched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelAtFault {
+    /// Setpoint minus measured travel \[um\].
+    pub error_um: i32,
+    /// Measured speed \[um/s\].
+    pub speed_um_s: i32,
+    /// Duty, forward positive \[1/32767\].
+    pub duty: i16,
 }

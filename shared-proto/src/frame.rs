@@ -106,6 +106,14 @@ impl Encoder {
         self.frame(Channel::Hello, raw, Hello::LEN)
     }
 
+    /// The frame of a message that came in another frame, counted anew: for whoever passes frames on.
+    pub fn relay(&mut self, received: &Received<'_>) -> Frame {
+        let mut raw = Raw::BLANK;
+        let len = received.payload.len().min(PAYLOAD_LEN_MAX);
+        raw.room()[..len].copy_from_slice(&received.payload[..len]);
+        self.frame(received.channel, raw, len)
+    }
+
     /// Adds header and checksum to a payload of this length, and encodes the frame.
     #[inline(never)]
     fn frame(&mut self, channel: Channel, Raw(mut raw): Raw, payload_len: usize) -> Frame {
@@ -117,7 +125,8 @@ impl Encoder {
         raw[body_len..body_len + CRC_LEN].copy_from_slice(&crc);
         let mut frame = Frame { bytes: [0; FRAME_LEN_MAX], len: 0 };
         let encoded = cobs::encode(&raw[..body_len + CRC_LEN], &mut frame.bytes);
-        // The byte after the COBS data is still zero: the end of the frame.
+        // The end of the frame. `cobs` may have written there: after a whole block it begins a next one.
+        frame.bytes[encoded] = 0;
         frame.len = encoded + 1;
         frame
     }

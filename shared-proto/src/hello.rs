@@ -7,7 +7,7 @@ use crate::message::{Event, Reply, Request, Telemetry};
 use crate::name::NAME_LEN_MAX;
 
 /// The version of the protocol that this crate speaks; raised when the meaning of a message changes.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// A hash of the layout of every message: field names, types and order, the length of a name, and
 /// the numbers of the configuration's fields.

@@ -27,10 +27,10 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 18 | 27 |
-//! | 1 `Request` | 243 | 252 |
-//! | 2 `Reply` | 244 | 253 |
+//! | 1 `Request` | 258 | 268 |
+//! | 2 `Reply` | 259 | 269 |
 //! | 3 `Telemetry` | 110 | 119 |
-//! | 4 `Event` | 21 | 30 |
+//! | 4 `Event` | 50 | 59 |
 //!
 //! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, which leaves room for later messages.
 //!
@@ -45,6 +45,12 @@
 //! Every command is idempotent. A motion carries its [`MotionId`], the clearing of a fault the
 //! fault's number, and everything else sets a state rather than changes one. A host that hears no
 //! reply sends the same request again.
+//!
+//! # Leases
+//!
+//! What changes something carries the end of its lease on the robot's clock, [`Request::until_ms`], and is
+//! refused after it: whatever held a frame up on its way, what arrives late moves nothing. Every reply tells
+//! the robot's clock.
 //!
 //! `docs/protocol.md` describes the protocol for hosts in other languages.
 #![cfg_attr(not(test), no_std)]

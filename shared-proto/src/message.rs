@@ -5,24 +5,40 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, ConfigError, LimitsConfig};
 use crate::fault::FaultReport;
-use crate::motion::{Drive, MotionError, MotionId};
+use crate::motion::{Drive, MotionError, MotionId, Velocity};
 use crate::name::Name;
 use crate::pair::WheelPair;
 
 /// A command from the host. Every command may be repeated without further effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Request {
+    /// The sender's session, from its [`Hello`](crate::Hello).
+    pub session: u32,
     /// Returned in the [`Reply`]; a retry carries the same one.
     pub id: u32,
+    /// The lease: when this ends to be the host's wish, on the robot's clock \[ms since power-on\].
+    ///
+    /// Later than that, a command that [changes something](Command::changes_something) is refused, however it
+    /// was held up; a motion lives until then, unless it is renewed. Other commands have 0.
+    pub until_ms: u64,
     /// What to do.
     pub command: Command,
+}
+
+impl Request {
+    /// [`Request::until_ms`] may lie this far ahead \[ms\].
+    pub const LEASE_MS_MAX: u64 = 10_000;
 }
 
 /// The robot's answer to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Reply {
+    /// The request's session; 0 for a request that could not be read.
+    pub session: u32,
     /// The request's id; 0 with [`Refusal::HelloFirst`] and [`Refusal::Unreadable`].
     pub id: u32,
+    /// The robot's clock as it replied \[us since power-on\].
+    pub t_us: u64,
     /// The answer, or why the robot refused.
     pub outcome: Result<Answer, Refusal>,
 }
@@ -43,18 +59,23 @@ pub enum Command {
     SaveConfig,
     /// Use an earlier configuration. Answered by [`Answer::Config`]. Refused while driving.
     RestoreConfig(ConfigOrigin),
-    /// Idle to armed: motors on, standing still.
-    Arm,
+    /// Idle to armed: motors on, standing still. The session becomes the driver: until the motors are off
+    /// again, no other session may change anything. Every session may stop the robot.
+    Arm {
+        /// Take over from another driver. Its motion ends with its lease.
+        take: bool,
+    },
     /// Armed to idle: motors off. Stops first, where needed.
     Disarm,
     /// Drive. A motion that is under way changes into the new one without a jump.
     Drive(Drive),
-    /// The host is alive and still wants this motion.
+    /// Drive at this velocity until the lease ends, then brake along a ramp. A motion that is under way changes
+    /// into the new one without a jump.
+    Velocity(Velocity),
+    /// The host is alive and still wants this motion, until the end of this request's lease.
     Renew {
         /// The motion to renew.
         motion: MotionId,
-        /// Its time to live from now \[ms\].
-        ttl_ms: u16,
     },
     /// Brake along a ramp, stay armed.
     Stop,
@@ -75,6 +96,31 @@ pub enum Command {
         /// [`Telemetry::number`].
         number: u32,
     },
+}
+
+impl Command {
+    /// Whether the robot is not as before: such a command needs a [lease](Request::until_ms), and the driver's
+    /// session while there is a driver.
+    pub const fn changes_something(&self) -> bool {
+        match self {
+            Command::WriteConfig(_)
+            | Command::SaveConfig
+            | Command::RestoreConfig(_)
+            | Command::Arm { .. }
+            | Command::Drive(_)
+            | Command::Velocity(_)
+            | Command::Renew { .. }
+            | Command::ClearFault { .. }
+            | Command::Subscribe { .. } => true,
+            Command::Identify
+            | Command::Status
+            | Command::ReadConfig
+            | Command::Disarm
+            | Command::Stop
+            | Command::EmergencyStop
+            | Command::Recall { .. } => false,
+        }
+    }
 }
 
 /// Where a configuration comes from.
@@ -126,10 +172,16 @@ pub enum Refusal {
     Period,
     /// The store could not be written; the configuration in use is unchanged and unsaved.
     Store,
-    /// Say hello first. The reply's id is 0, for the request was not read.
+    /// Say hello first: the robot does not know this session. The reply's id is 0.
     HelloFirst,
     /// The request could not be read. The reply's id is 0.
     Unreadable,
+    /// The request arrived after the end of its lease.
+    Late,
+    /// The lease ends more than [`Request::LEASE_MS_MAX`] ahead.
+    Lease,
+    /// Another session drives the robot.
+    Driven,
     /// The robot no longer has the telemetry frame with this number: it keeps the last [`Telemetry::KEPT`].
     Forgotten,
 }
@@ -244,7 +296,7 @@ pub struct Status {
 pub enum MotionEnd {
     /// At its target.
     Completed,
-    /// By a stop command.
+    /// By a stop command, or a [`Velocity`] at the end of its lease.
     Stopped,
     /// By a fault.
     Faulted,

@@ -24,8 +24,6 @@ pub struct MotionId(pub u32);
 pub struct Drive {
     /// Names this motion.
     pub motion: MotionId,
-    /// The robot stops by itself unless [`Command::Renew`](crate::Command::Renew) comes within this time \[ms\].
-    pub ttl_ms: u16,
     /// The unit of the three quantities below.
     pub unit: TravelUnit,
     /// How far each wheel travels from where it is now, backwards if negative \[unit\].
@@ -41,8 +39,6 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Permitted [`Drive::ttl_ms`].
-    pub const TTL_MS: core::ops::RangeInclusive<u16> = 20..=10_000;
     /// Farthest that one command goes \[m\].
     pub const DISTANCE_M_MAX: f64 = 20_000.0;
     /// Longest that one command takes \[s\].
@@ -64,9 +60,6 @@ impl Drive {
             || !self.distance.all(f64::is_finite)
         {
             return Err(MotionError::NotPositive);
-        }
-        if !Drive::TTL_MS.contains(&self.ttl_ms) {
-            return Err(MotionError::TimeToLive);
         }
         let unit_m = match self.unit {
             TravelUnit::Meter => 1.0,
@@ -101,6 +94,48 @@ pub struct DriveSi {
     pub acceleration_mps2: f64,
 }
 
+/// A velocity of the robot, for as long as the lease lasts: for joysticks and path followers.
+///
+/// The same motion may be commanded again with other numbers; the command with the later lease counts. When the
+/// lease ends the robot brakes along a ramp and stays armed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Velocity {
+    /// Names this motion.
+    pub motion: MotionId,
+    /// Speed of the middle between the wheels, forward positive \[m/s\].
+    pub forward_mps: f64,
+    /// Turn rate, to the left positive \[rad/s\].
+    pub turn_rad_s: f64,
+    /// Acceleration of the wheel whose speed changes most, above zero \[m/s^2\].
+    pub acceleration_mps2: f64,
+}
+
+impl Velocity {
+    /// The wheels' speeds \[m/s\], v -+ omega b / 2 with the track width b, if they keep to the limits of a valid
+    /// configuration. Robot and host both check with this.
+    #[inline]
+    pub fn wheels_mps(&self, config: &Config) -> Result<WheelPair<f64>, MotionError> {
+        let Self { forward_mps, turn_rad_s, acceleration_mps2, .. } = *self;
+        if !forward_mps.is_finite()
+            || !turn_rad_s.is_finite()
+            || !acceleration_mps2.is_finite()
+            || !is_above(acceleration_mps2, 0.0)
+        {
+            return Err(MotionError::NotPositive);
+        }
+        let sideways = 0.5 * turn_rad_s * config.geometry.track_width_m;
+        let wheels = WheelPair::new(forward_mps - sideways, forward_mps + sideways);
+        if wheels.any(|speed| is_above(speed.abs(), config.limits.speed_mps_max)) {
+            return Err(MotionError::TooFast);
+        }
+        if is_above(acceleration_mps2, config.limits.acceleration_mps2_max) {
+            return Err(MotionError::TooSteep);
+        }
+        Ok(wheels)
+    }
+}
+
 /// The unit of a [`Drive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -115,7 +150,7 @@ pub enum TravelUnit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MotionError {
-    /// A quantity is NaN or infinite, or speed or acceleration is not above zero.
+    /// A quantity is NaN or infinite, or acceleration or cruise is not above zero.
     NotPositive,
     /// Both distances are zero.
     NoDistance,
@@ -127,8 +162,6 @@ pub enum MotionError {
     TooSteep,
     /// A ramp above [`Drive::RAMP_S_MAX`], or a motion above [`Drive::DURATION_S_MAX`].
     TooLong,
-    /// Time to live outside [`Drive::TTL_MS`].
-    TimeToLive,
     /// [`Drive::start_us`] has passed, or is more than [`Drive::START_AHEAD_US_MAX`] ahead.
     Start,
 }
@@ -137,7 +170,7 @@ impl core::fmt::Display for MotionError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             MotionError::NotPositive => {
-                "speed and acceleration must be numbers above zero, distances must be numbers"
+                "cruise and acceleration must be numbers above zero, all others must be numbers"
             }
             MotionError::NoDistance => "both wheels' distances are zero",
             MotionError::TooFar => "farther than 20 km",
@@ -146,7 +179,6 @@ impl core::fmt::Display for MotionError {
             MotionError::TooLong => {
                 "a ramp would take more than 1000 s, or the whole motion more than 2,000,000 s"
             }
-            MotionError::TimeToLive => "time to live must be from 20 to 10000 ms",
             MotionError::Start => "the start time must lie ahead, by at most 10 s",
         })
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use host_link::cancel::Cancel;
-use host_link::listen::{Line, Listen};
+use host_link::listen::{Line, Listen, News};
 use sim_target::{HostWire, Lab, SimTarget};
 
 /// The simulation catches up with real time this often.
@@ -33,12 +33,10 @@ pub struct ServeOptions<'a> {
 pub enum ServeEvent {
     /// The robot can be reached by this port.
     Listening(String),
-    /// A client connected.
-    Connected,
+    /// What has become of a client.
+    Client(News),
     /// The robot was not put back at its line, because it moves.
     NotPutBack,
-    /// The client went away.
-    Disconnected,
 }
 
 /// Why a robot cannot be served.
@@ -138,26 +136,25 @@ impl Server {
 
     /// Passes on what client and robot have sent since the last call.
     pub fn exchange(&mut self, tell: &mut dyn FnMut(ServeEvent)) -> Result<(), ServeError> {
-        if self.line.accept() {
-            tell(ServeEvent::Connected);
-            if self.reset_on_connect {
-                if stands_still(&self.lab) {
-                    self.lab.place_at_start();
+        let Self { line, wire, lab, reset_on_connect, .. } = self;
+        let mut news = |news| {
+            tell(ServeEvent::Client(news));
+            if *reset_on_connect && news == News::Connected {
+                if stands_still(lab) {
+                    lab.place_at_start();
                 } else {
                     tell(ServeEvent::NotPutBack);
                 }
             }
-        }
+        };
+        line.pass_on(&|| wire.has_room(), &mut |bytes| wire.write_now(bytes), &mut news);
         let mut buffer = [0; 1024];
-        match self.line.read(&mut buffer) {
-            Ok(0) => {}
-            Ok(len) => self.wire.write_now(&buffer[..len]),
-            Err(_) => tell(ServeEvent::Disconnected),
-        }
         loop {
-            match self.wire.read_now(&mut buffer) {
-                0 => break,
-                len => self.line.write(&buffer[..len]),
+            let len = wire.read_now(&mut buffer);
+            // Without news, too: what a client did not take before may go out now.
+            line.write(&buffer[..len], &mut news);
+            if len == 0 {
+                break;
             }
         }
         match &mut self.camera {

@@ -97,6 +97,13 @@ impl Wire {
         }
     }
 
+    /// Whether the transmit buffer has room.
+    pub fn has_room(&self) -> bool {
+        let state = self.0.borrow();
+        let waiting_us = state.idle_us.saturating_sub(crate::clock::now_us());
+        waiting_us * u64::from(state.parameters.baud) < BACKLOG_BYTES_MAX * 10_000_000
+    }
+
     /// Takes the bytes that have arrived, without waiting. Returns how many.
     pub fn read_now(&self, buffer: &mut [u8]) -> usize {
         let mut state = self.0.borrow_mut();
@@ -176,6 +183,11 @@ impl HostWire {
     /// Sends bytes to the robot without waiting for room on the line.
     pub fn write_now(&self, bytes: &[u8]) {
         self.to_robot.write_now(bytes);
+    }
+
+    /// Whether the transmit buffer to the robot has room.
+    pub fn has_room(&self) -> bool {
+        self.to_robot.has_room()
     }
 
     /// Takes the bytes that have arrived from the robot, without waiting.

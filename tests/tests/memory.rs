@@ -14,7 +14,7 @@ fn two_hundred_robots_one_after_the_other_leave_no_memory_behind() {
     }
     let one = || {
         on_robot(&Scenario::default(), async |robot| {
-            robot.tell(Command::Arm).await;
+            robot.tell(Command::Arm { take: false }).await;
             robot.tell(Command::Drive(meters(1.0, 1.0, 0.2, 0.5).drive_now(MotionId(1)))).await;
             // Taken down in the middle of everything.
             robot.listen(0.1).await;

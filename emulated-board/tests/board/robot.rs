@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use emulated_board::Bench;
-use host_link::motion::{Motion, TTL_MS};
+use host_link::motion::Motion;
 use shared_proto::{Answer, Command, FaultReport, MotionId, Refusal, State, Status, WheelPair};
 use sim_target::{now_us, sleep_until_us};
 
@@ -56,7 +56,7 @@ impl Robot {
 
     /// Arms, starts a motion and renews it for this long.
     pub async fn cruise(&mut self, motion: &Motion, ms: u64) -> MotionId {
-        self.tell(Command::Arm).await;
+        self.tell(Command::Arm { take: false }).await;
         let id = self.0.session.new_motion();
         self.tell(Command::Drive(motion.drive_now(id))).await;
         self.renew(id, ms).await;
@@ -67,7 +67,7 @@ impl Robot {
     pub async fn renew(&mut self, motion: MotionId, ms: u64) {
         let until_us = now_us() + ms * 1000;
         while now_us() < until_us {
-            self.0.session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await.unwrap();
+            self.0.session.post(Command::Renew { motion }).await.unwrap();
             let pause_us = (until_us - now_us()).min(30_000);
             // A robot that has restarted says so, which ends the listening, not the life.
             let _ = self.0.session.listen(Duration::from_micros(pause_us)).await;

@@ -1,7 +1,6 @@
 //! One safety task stops alone, or the core stands still for a while: on the flashed image.
 
 use emulated_board::{Bench, Bug, Effect, Place};
-use host_link::motion::TTL_MS;
 use shared_proto::{Command, ResetCause, State, WheelPair};
 use sim_target::{now_us, sleep_until_us};
 
@@ -18,7 +17,7 @@ const SILENT_MS_MAX: f64 = 250.0;
 /// Stops a task just after the host's last word; returns when the motors were off and the board restarted.
 async fn stop_alone(robot: &mut Robot, task: &'static str, number: u32) -> (f64, f64, ResetCause) {
     let motion = robot.cruise(&AHEAD, 1500).await;
-    robot.0.session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await.unwrap();
+    robot.0.session.post(Command::Renew { motion }).await.unwrap();
     robot.listen(2).await;
     let monitor = robot.0.monitor.clone();
     assert!(monitor.duty().all(|duty| duty > 0.05), "{task}: it drives");

@@ -56,7 +56,7 @@ fn the_flash_is_left_alone_while_the_robot_is_armed_or_moves() {
     let ended = emulation()
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;
-            robot.tell(Command::Arm).await;
+            robot.tell(Command::Arm { take: false }).await;
             let armed = robot.ask(Command::SaveConfig).await;
             let motion = robot.cruise(&AHEAD, 1000).await;
             let driving = robot.ask(Command::SaveConfig).await;

@@ -3,9 +3,10 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use shared_proto::{Fault, FaultReport};
+use shared_proto::{Fault, FaultReport, Wheel, WheelAtFault, WheelPair};
 
 use super::handoff::SharedCell;
+use super::tick::Tick;
 
 /// The first fault since the last clearing, and whether it forces the motors off.
 pub struct FaultLatch<M: RawMutex> {
@@ -17,13 +18,15 @@ pub struct FaultLatch<M: RawMutex> {
 #[derive(Clone, Copy)]
 struct Latched {
     report: Option<FaultReport>,
+    /// The report says how the wheels were.
+    noted: bool,
     last_number: u32,
 }
 
 impl<M: RawMutex> FaultLatch<M> {
     pub(super) const fn new() -> Self {
         Self {
-            latched: SharedCell::new(Latched { report: None, last_number: 0 }),
+            latched: SharedCell::new(Latched { report: None, noted: false, last_number: 0 }),
             motors_off: AtomicBool::new(false),
         }
     }
@@ -59,11 +62,37 @@ impl<M: RawMutex> FaultLatch<M> {
                 None => {
                     latched.last_number = latched.last_number.wrapping_add(1);
                     let number = latched.last_number;
-                    latched.report = Some(FaultReport { fault, number, t_us, followed_by: 0 });
+                    latched.noted = false;
+                    latched.report = Some(FaultReport {
+                        fault,
+                        number,
+                        t_us,
+                        followed_by: 0,
+                        wheels: WheelPair::both(WheelAtFault::default()),
+                        supply_mv: 0,
+                    });
                 }
             }
         });
         news
+    }
+
+    /// Notes how the wheels are at this tick in the report of a fault that was just latched.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn note(&self, tick: &Tick) {
+        self.latched.update(|latched| {
+            if let Some(report) = &mut latched.report
+                && !latched.noted
+            {
+                latched.noted = true;
+                report.supply_mv = tick.supply_mv;
+                report.wheels = WheelPair {
+                    left: tick.at_fault(Wheel::Left),
+                    right: tick.at_fault(Wheel::Right),
+                };
+            }
+        });
     }
 
     /// Clears the latched fault. Only the supervisor calls this, and only on command.

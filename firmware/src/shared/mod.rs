@@ -78,7 +78,9 @@ pub struct Shared<M: RawMutex> {
     pub fault: FaultLatch<M>,
     /// The supervisor's state, for telemetry.
     pub state: SharedCell<M, State>,
-    /// When the last good frame of a running session arrived \[us\].
+    /// The session that drives the robot: the one that armed it.
+    pub driver: SharedCell<M, Option<u32>>,
+    /// When the driver was last heard; without a driver, any host \[us\].
     pub heard_us: SharedCell<M, u64>,
     /// Longest delay of a control tick so far \[us\].
     pub tick_delay_us_max: SharedCell<M, u32>,
@@ -115,6 +117,7 @@ impl<M: RawMutex> Shared<M> {
             telemetry_period: SharedCell::new(0),
             fault: FaultLatch::new(),
             state: SharedCell::new(State::Boot),
+            driver: SharedCell::new(None),
             heard_us: SharedCell::new(0),
             tick_delay_us_max: SharedCell::new(0),
             ticks_lost: SharedCell::new(0),
@@ -154,8 +157,15 @@ impl<M: RawMutex> Shared<M> {
 
     /// Latches a fault, or counts it if one is latched already, and informs the supervisor.
     ///
-    /// From the next control tick on the motors get zero duty, unless the fault allows a ramp.
+    /// From the next control tick on the motors get zero duty, unless the fault allows a ramp. Not for the control
+    /// tasks while they work on the tick: they have [`raise_in_tick`](Self::raise_in_tick).
     pub fn raise(&self, fault: Fault, t_us: u64) {
+        self.raise_in_tick(fault, t_us);
+        self.snapshot.with(|tick| self.fault.note(tick));
+    }
+
+    /// As [`raise`](Self::raise), from within the control tick; how the wheels are is noted at the tick's end.
+    pub(crate) fn raise_in_tick(&self, fault: Fault, t_us: u64) {
         if self.fault.latch(fault, t_us) {
             // A full queue loses nothing: the supervisor reads the latch after every event.
             let _ = self.control_events.try_send(ControlEvent::Faulted);

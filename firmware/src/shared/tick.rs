@@ -4,7 +4,7 @@ use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
-use shared_proto::{Telemetry, Wheel, WheelPair, WheelTelemetry};
+use shared_proto::{Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
 
 use crate::capture::Measured;
 use crate::pid::PidState;
@@ -106,6 +106,12 @@ impl Tick {
             wheels: WheelPair { left: self.wheel(Wheel::Left), right: self.wheel(Wheel::Right) },
             supply_mv: self.supply_mv,
         }
+    }
+
+    /// A wheel as a fault's report has it.
+    pub(super) fn at_fault(&self, wheel: Wheel) -> WheelAtFault {
+        let WheelTelemetry { error_um, speed_um_s, duty, .. } = self.wheel(wheel);
+        WheelAtFault { error_um, speed_um_s, duty }
     }
 
     fn wheel(&self, wheel: Wheel) -> WheelTelemetry {

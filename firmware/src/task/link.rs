@@ -11,7 +11,8 @@ use embassy_sync::channel::Channel as Queue;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 use shared_proto::{
-    Channel, Decoder, Encoder, Frame, FrameError, Hello, Received, Refusal, Reply, Request,
+    Channel, Command, Decoder, Encoder, Fault, Frame, FrameError, Hello, Received, Refusal, Reply,
+    Request,
 };
 
 use crate::liveness::SafetyTask;
@@ -20,7 +21,7 @@ use crate::shared::{Outgoing, Shared};
 /// Receives frames, for ever.
 pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> ! {
     let mut decoder = Decoder::new();
-    let mut handshake = Handshake { agreed: false };
+    let mut handshake = Handshake { sessions: [None; SESSIONS], next: 0 };
     let mut buffer = [0; 64];
     loop {
         let read = reader.read(&mut buffer);
@@ -39,9 +40,14 @@ pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> 
     }
 }
 
-/// Whether host and robot have agreed on the protocol.
+/// So many hosts may talk at once, behind one line.
+const SESSIONS: usize = 4;
+
+/// The hosts with which the robot has agreed on the protocol.
 struct Handshake {
-    agreed: bool,
+    sessions: [Option<u32>; SESSIONS],
+    /// The one that a further host replaces.
+    next: usize,
 }
 
 impl Handshake {
@@ -54,29 +60,76 @@ impl Handshake {
         let answer = match frame.channel {
             Channel::Hello => {
                 let Some(host) = frame.hello() else { return };
-                let robot = Hello::of_this_build(host.session);
-                self.agreed = host.agrees_with(&robot);
-                Outgoing::Hello(robot)
+                Outgoing::Hello(self.greet(shared, host))
             }
             Channel::Request => {
-                let refusal = if self.agreed {
-                    let room = room(&shared.requests);
-                    shared.liveness.while_waiting(SafetyTask::Receive, room).await;
-                    if pass_on(shared, &frame) {
-                        return;
-                    }
-                    Refusal::Unreadable
-                } else {
-                    // A request of another protocol version is not decoded.
-                    Refusal::HelloFirst
-                };
-                Outgoing::Reply(Reply { id: 0, outcome: Err(refusal) })
+                let room = room(&shared.requests);
+                shared.liveness.while_waiting(SafetyTask::Receive, room).await;
+                match self.pass_on(shared, &frame) {
+                    Ok(()) => return,
+                    Err((session, refusal)) => Outgoing::Reply(Reply {
+                        session,
+                        id: 0,
+                        t_us: Instant::now().as_micros(),
+                        outcome: Err(refusal),
+                    }),
+                }
             }
             // Only robots send these: another robot is on the line, or an echo.
             Channel::Reply | Channel::Telemetry | Channel::Event => return,
         };
         shared.liveness.while_waiting(SafetyTask::Receive, room(&shared.outgoing)).await;
         let _ = shared.outgoing.try_send(answer);
+    }
+
+    /// Whether the robot understands this session's requests.
+    fn knows(&self, session: u32) -> bool {
+        self.sessions.contains(&Some(session))
+    }
+
+    /// Notes whether this host speaks our version, and answers with ours.
+    #[inline(never)]
+    fn greet<M: RawMutex>(&mut self, shared: &Shared<M>, host: Hello) -> Hello {
+        let robot = Hello::of_this_build(host.session);
+        if !host.agrees_with(&robot) {
+            self.sessions.iter_mut().filter(|s| **s == Some(host.session)).for_each(|s| *s = None);
+        } else if !self.knows(host.session) {
+            // Nobody can push the driver out by saying hello often.
+            let driver = shared.driver.get();
+            if driver.is_some() && self.sessions[self.next % SESSIONS] == driver {
+                self.next = self.next.wrapping_add(1);
+            }
+            self.sessions[self.next % SESSIONS] = Some(host.session);
+            self.next = self.next.wrapping_add(1);
+        }
+        robot
+    }
+
+    /// Hands a request to the supervisor; otherwise whom to refuse, and why.
+    #[inline(never)]
+    fn pass_on<M: RawMutex>(
+        &self,
+        shared: &Shared<M>,
+        frame: &Received<'_>,
+    ) -> Result<(), (u32, Refusal)> {
+        if self.sessions.iter().all(Option::is_none) {
+            // A request of another protocol version is not decoded.
+            return Err((0, Refusal::HelloFirst));
+        }
+        let request: Request = frame.message().ok_or((0, Refusal::Unreadable))?;
+        if !self.knows(request.session) {
+            return Err((request.session, Refusal::HelloFirst));
+        }
+        let now_us = Instant::now().as_micros();
+        if request.command == Command::EmergencyStop {
+            // Before everything that the supervisor still has to do.
+            shared.raise(Fault::EmergencyStop, now_us);
+        }
+        if shared.driver.get().is_none_or(|driver| driver == request.session) {
+            shared.heard_us.set(now_us);
+        }
+        let _ = shared.requests.try_send(request);
+        Ok(())
     }
 }
 
@@ -100,15 +153,6 @@ fn count<'a, M: RawMutex>(
         Err(_) => link.frames_damaged = link.frames_damaged.wrapping_add(1),
     });
     outcome.ok()
-}
-
-/// Hands a request to the supervisor; false if the request cannot be decoded.
-#[inline(never)]
-fn pass_on<M: RawMutex>(shared: &Shared<M>, frame: &Received<'_>) -> bool {
-    let Some(request) = frame.message::<Request>() else { return false };
-    shared.heard_us.set(Instant::now().as_micros());
-    let _ = shared.requests.try_send(request);
-    true
 }
 
 /// Sends frames, for ever.

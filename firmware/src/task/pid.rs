@@ -123,16 +123,17 @@ impl Control {
         if !matches!(action, Action::Off)
             && let Some(fault) = self.watch_supply(*supply_mv)
         {
-            shared.raise(fault, measured.t_us);
+            shared.raise_in_tick(fault, measured.t_us);
         }
         if matches!(action, Action::Probe { .. } | Action::Track(_)) && !shared.dead_man.spend() {
-            shared.raise(Fault::Unsupervised, measured.t_us);
+            shared.raise_in_tick(Fault::Unsupervised, measured.t_us);
         }
         let supply_scale = self.supply_scale.step(*supply_mv);
         let output = self.act(shared, measured, action, (loops, supply_scale));
         // Checked last, so that a fault of this very tick counts.
         if shared.fault.forces_motors_off() {
-            self.reset(loops);
+            shared.fault.note(tick);
+            self.reset(&mut tick.loops);
             return Output::OFF;
         }
         output
@@ -185,7 +186,7 @@ impl Control {
                 self.probe = None;
                 let _ = shared.control_events.try_send(ControlEvent::Probed(id));
             }
-            Some(ProbeOutcome::Failed(fault)) => shared.raise(fault, measured.t_us),
+            Some(ProbeOutcome::Failed(fault)) => shared.raise_in_tick(fault, measured.t_us),
             // The check is done and the supervisor's next order has not arrived yet.
             None => {}
         }
@@ -206,7 +207,7 @@ impl Control {
         let Measured { travel, speed, .. } = measured;
         let duty = step_both(&self.gains, loops, setpoints, travel, speed, supply_scale);
         if let Some(fault) = self.protection.step(setpoints, measured, duty) {
-            shared.raise(fault, measured.t_us);
+            shared.raise_in_tick(fault, measured.t_us);
         }
         Output { enabled: true, probing: false, duty }
     }

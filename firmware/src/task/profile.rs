@@ -60,7 +60,7 @@ impl ActiveOrder {
                 });
                 // The supervisor plans ahead. A plan that arrives after its first tick would make the wheels jump.
                 if late {
-                    shared.raise(Fault::DeadlineMissed, measured.t_us);
+                    shared.raise_in_tick(Fault::DeadlineMissed, measured.t_us);
                 } else {
                     *self = ActiveOrder::Follow { id, close_ticks: 0, settle_ticks: 0 };
                 }

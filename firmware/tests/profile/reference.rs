@@ -98,7 +98,6 @@ pub fn fast_config() -> Config {
 pub fn order(left_m: f64, right_m: f64, cruise: f64, acceleration: f64) -> Drive {
     Drive {
         motion: MotionId(1),
-        ttl_ms: 1000,
         unit: TravelUnit::Meter,
         distance: WheelPair::new(left_m, right_m),
         cruise,

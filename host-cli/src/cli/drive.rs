@@ -1,9 +1,13 @@
 //! The motions of `beeline drive` and `beeline record`.
 
+use std::str::FromStr;
+
 use clap::{Args, Subcommand};
 
-use super::check::{above_zero, acceleration, speed};
-use crate::quantity::{Acceleration, Angle, Distance, Length, Speed};
+use super::check::{above_zero, acceleration, speed, time};
+use crate::quantity::{
+    Acceleration, Angle, Distance, Length, QuantityError, Speed, Time, TurnRate,
+};
 
 /// Shape of a motion, shared by all of them.
 #[derive(Args, Clone, Copy, Debug)]
@@ -20,6 +24,56 @@ pub struct ProfileArgs {
 }
 
 /// `beeline drive ...`
+#[derive(Clone, Debug, Subcommand)]
+pub enum DriveArgs {
+    /// A motion that ends by itself.
+    #[command(flatten)]
+    Motion(DriveCommand),
+    /// Drive at a velocity for a time, then brake along a ramp.
+    #[command(
+        allow_negative_numbers = true,
+        after_help = "\
+Without --for it goes on until Ctrl-C. With `-` for the speed it reads lines of two numbers, forward speed in m/s
+and turn rate in rad/s, and drives each until the next one, for 0.5 s at most: for a joystick or a program of yours.
+
+Examples:
+  beeline drive velocity 0.2m/s --turn 30deg/s --for 5s
+  my-joystick | beeline drive velocity -"
+    )]
+    Velocity {
+        /// How fast forward, or - to read velocities from standard input.
+        #[arg(value_name = "SPEED", allow_hyphen_values = true)]
+        forward: VelocitySource,
+        /// How fast the robot turns, counter-clockwise positive.
+        #[arg(long, value_name = "RATE", default_value = "0rad/s", allow_hyphen_values = true)]
+        turn: TurnRate,
+        /// For how long.
+        #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
+        duration: Option<Time>,
+        /// Acceleration of the wheel whose speed changes most.
+        #[arg(long, value_name = "ACCELERATION", default_value = "0.2m/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
+        acceleration: Acceleration,
+    },
+}
+
+/// Where velocities come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VelocitySource {
+    /// One for all the time.
+    Speed(Speed),
+    /// Lines of standard input.
+    Stdin,
+}
+
+impl FromStr for VelocitySource {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        if text == "-" { Ok(Self::Stdin) } else { text.parse().map(Self::Speed) }
+    }
+}
+
+/// A motion of `beeline drive` and `beeline record`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum DriveCommand {
     /// Drive straight; a negative distance goes backwards.

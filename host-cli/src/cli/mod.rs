@@ -18,7 +18,7 @@ pub use analysis::{
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use check::period_ms;
 pub use choice::{Measure, Method};
-pub use drive::{DriveCommand, ProfileArgs};
+pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
 pub use host_link::listen::Listen;
 
 use std::path::PathBuf;
@@ -102,9 +102,9 @@ pub enum Command {
     /// Read, change and save the robot's configuration.
     #[command(subcommand)]
     Config(ConfigCommand),
-    /// Drive a motion: straight, spin or arc.
+    /// Drive a motion: straight, spin, arc, or a velocity for a time.
     #[command(subcommand)]
-    Drive(DriveCommand),
+    Drive(DriveArgs),
     /// Brake along a ramp; --now cuts the motors and latches a fault.
     Stop {
         /// Zero duty at once, as the emergency stop does.
@@ -245,6 +245,9 @@ pub struct SimArgs {
     /// tcp:HOST:PORT (port 0: any that is free), or pty.
     #[arg(long, value_name = "WHERE", required_unless_present = "scenario")]
     pub listen: Option<Listen>,
+    /// Listen where other machines can connect, too: whoever does can drive the robot.
+    #[arg(long)]
+    pub insecure: bool,
     /// Write what the overhead camera sees to this new file, as a track that `calibrate` can read.
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,

@@ -1,5 +1,6 @@
 //! `beeline identify`: which robot it is, and its state.
 
+use host_link::error::FaultInWords;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, Identity, Status};
 
@@ -66,10 +67,7 @@ fn show(identity: &Identity, status: &Status) {
     row("config", format!("{origin}{unsaved}"));
     row("up", format!("{:.1} s since {}", status.t_us as f64 * 1e-6, reset_cause(identity)));
     let state = match status.fault {
-        Some(report) => paint(
-            BAD,
-            format_args!("faulted: {} at {:.3} s", report.fault, report.t_us as f64 * 1e-6),
-        ),
+        Some(report) => paint(BAD, format_args!("faulted: {}", FaultInWords(&report))),
         None => paint(GOOD, status.state.name()),
     };
     row("state", state);

@@ -17,12 +17,13 @@ mod record;
 mod report;
 mod sim;
 mod umbmark;
+mod velocity;
 mod watch;
 mod wheel_weight;
 
 use clap::{CommandFactory, Parser};
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, Command, DriveArgs};
 use crate::error::Result;
 use crate::interrupt;
 use crate::ui::say;
@@ -44,7 +45,12 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Config(args) => config::run(common, args),
             Command::Drive(args) => {
                 interrupt::listen();
-                drive::run(common, args)
+                match args {
+                    DriveArgs::Motion(motion) => drive::run(common, motion),
+                    DriveArgs::Velocity { forward, turn, duration, acceleration } => {
+                        velocity::run(common, *forward, *turn, *duration, *acceleration)
+                    }
+                }
             }
             Command::Stop { now } => drive::stop(common, *now),
             Command::Clear => drive::clear(common),

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sim_link::{ServeEvent, ServeOptions, serve};
+use sim_link::{News, ServeEvent, ServeOptions, serve};
 
 use crate::cli::{Common, SimArgs};
 use crate::error::{Error, Result};
@@ -27,6 +27,12 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         return Ok(());
     }
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };
+    if !listen.is_local() && !args.insecure {
+        return Err(Error::new(
+            "whoever reaches that address can drive the robot: the protocol asks nobody who he is",
+        )
+        .hint("--listen tcp:127.0.0.1:7700 for this machine alone; --insecure if you mean it"));
+    }
     let mut target = common.sim().target(&scenario)?;
     let options = ServeOptions {
         camera: args.camera.as_deref(),
@@ -41,9 +47,13 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, &address)));
             say(format_args!("  beeline identify --port {address}"));
         }
-        ServeEvent::Connected => note("a client connected"),
+        ServeEvent::Client(News::Connected) => note("a client connected"),
+        ServeEvent::Client(News::Disconnected) => note("a client disconnected"),
+        ServeEvent::Client(News::Stranger) => {
+            note("a program that does not speak Beeline's protocol was cut off");
+        }
+        ServeEvent::Client(News::Deaf) => note("a client that did not read was cut off"),
         ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
-        ServeEvent::Disconnected => note("the client disconnected"),
     };
     Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)
 }

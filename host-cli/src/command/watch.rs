@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use host_link::error::FaultInWords;
 use serde_json::json;
 use shared_proto::{Command, Event, Telemetry};
 
@@ -81,12 +82,7 @@ fn show_event(common: &Common, event: &Event) -> bool {
     match event {
         Event::Fault(report) => note(paint(
             BAD,
-            format_args!(
-                "fault: {} at {:.3} s; {}",
-                report.fault,
-                report.t_us as f64 * 1e-6,
-                report.fault.remedy()
-            ),
+            format_args!("fault: {}; {}", FaultInWords(report), report.fault.remedy()),
         )),
         Event::State { t_us, state } => {
             note(paint(DIM, format_args!("{:>9.3}  {}", *t_us as f64 * 1e-6, state.name())));

@@ -34,6 +34,13 @@ pub struct Angle {
     pub rad: f64,
 }
 
+/// How fast the robot turns \[rad/s\].
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct TurnRate {
+    /// In radians per second, to the left positive.
+    pub rad_s: f64,
+}
+
 /// A time \[s\].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Time {

@@ -6,7 +6,7 @@ use super::error::{Problem, QuantityError};
 use super::units::{
     ANGLE, GROUND_ACCELERATION, GROUND_SPEED, LENGTH, TIME, Units, WHEEL_ACCELERATION, WHEEL_SPEED,
 };
-use super::{Acceleration, Angle, Distance, Length, Speed, Time};
+use super::{Acceleration, Angle, Distance, Length, Speed, Time, TurnRate};
 
 impl FromStr for Length {
     type Err = QuantityError;
@@ -23,6 +23,15 @@ impl FromStr for Angle {
         Kind { what: "angle", units: &[ANGLE], example: "0.04rad, 3deg or 8rev" }
             .parse(text)
             .map(|(rad, _)| Self { rad })
+    }
+}
+
+impl FromStr for TurnRate {
+    type Err = QuantityError;
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        Kind { what: "turn rate", units: &[WHEEL_SPEED], example: "30deg/s or 0.5rad/s" }
+            .parse(text)
+            .map(|(rad_s, _)| Self { rad_s })
     }
 }
 

@@ -4,6 +4,7 @@
 //! What follows from the recording is left to the caller.
 
 mod rest;
+mod velocity;
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -16,12 +17,11 @@ use shared_proto::{
 use crate::error::{Error, Left, Result};
 use crate::session::Session;
 
+pub use self::velocity::{EVERY, Twist, drive_at};
+
 use self::rest::{bring_to_rest, leave_as_found, stop_if_cancelled, wait_for_stop};
 
-/// The robot stops by itself if it hears nothing for this long \[ms\].
-pub const TTL_MS: u16 = 200;
-
-/// The host renews a motion this often: of the six renewals in a time to live, five may be lost;
+/// The host renews a motion this often: of the six renewals in a [`LEASE`], five may be lost;
 /// one fits into the shortest `protection.link_timeout_s`; and a line of
 /// [`BAUD_MIN`](crate::address::BAUD_MIN) carries them.
 const RENEW_EVERY: Duration = Duration::from_millis(30);
@@ -57,10 +57,10 @@ impl Motion {
         acceleration: 0.101,
     };
 
-    /// The command for it: to begin at once, with the usual time to live.
+    /// The command for it: to begin at once.
     pub fn drive_now(&self, motion: MotionId) -> Drive {
         let Self { unit, distance, cruise, acceleration } = *self;
-        Drive { motion, ttl_ms: TTL_MS, unit, distance, cruise, acceleration, start_us: None }
+        Drive { motion, unit, distance, cruise, acceleration, start_us: None }
     }
 
     /// The same motion backwards.
@@ -163,7 +163,7 @@ pub async fn drive_into(
     // If the link is lost, this fails as well, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let rest = match commanded {
-            true => bring_to_rest(session, motion).await,
+            true => bring_to_rest(session, motion.cruise / motion.acceleration).await,
             false => leave_as_found(session, found).await,
         };
         telemetry.extend(session.take_all_telemetry());
@@ -188,7 +188,7 @@ async fn drive_armed(
 ) -> Result<MotionEnd> {
     let _stale = session.take_telemetry().count() + session.take_events().count();
     stop_if_cancelled(session)?;
-    session.request(Command::Arm).await?;
+    session.request(Command::Arm { take: false }).await?;
     let id = session.new_motion();
     let start_us = start(session, motion, id, options, telemetry, commanded).await?;
 
@@ -220,9 +220,9 @@ async fn drive_armed(
             break;
         }
         // If the motion has just ended by a fault, the status below says so.
-        session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await?;
+        session.post(Command::Renew { motion: id }).await?;
     }
-    let status = wait_for_stop(session, motion, true).await?;
+    let status = wait_for_stop(session, motion.cruise / motion.acceleration, true).await?;
     if let Some(report) = status.fault {
         return Err(Error::Faulted(report));
     }

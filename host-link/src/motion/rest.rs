@@ -2,7 +2,7 @@
 
 use shared_proto::{Command, State};
 
-use super::{Motion, RENEW_EVERY, TTL_MS, is_moving};
+use super::{RENEW_EVERY, is_moving};
 use crate::error::{Error, Left, Result};
 use crate::session::Session;
 
@@ -15,11 +15,11 @@ pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
     Ok(())
 }
 
-/// Brakes, waits until the robot stands still, and disarms it; returns its state then.
-pub(super) async fn bring_to_rest(session: &mut Session, motion: &Motion) -> Result<State> {
+/// Brakes, waits for the robot to stand still after a ramp of this length \[s\], and disarms it; returns its state.
+pub(super) async fn bring_to_rest(session: &mut Session, ramp_s: f64) -> Result<State> {
     // Refused if a fault has stopped the robot already.
     let _refused = session.ask(Command::Stop).await?;
-    if wait_for_stop(session, motion, false).await.is_err() {
+    if wait_for_stop(session, ramp_s, false).await.is_err() {
         // The robot answers but does not stop, or has not answered for too long.
         let _refused = session.ask(Command::EmergencyStop).await?;
     }
@@ -39,15 +39,14 @@ pub(super) async fn leave_as_found(session: &mut Session, found: State) -> Resul
     Ok(session.status().await?.state)
 }
 
-/// Waits until the robot stands still, for as long as its ramp takes and a little more.
+/// Waits until the robot stands still, for as long as its ramp takes \[s\] and a little more.
 pub(super) async fn wait_for_stop(
     session: &mut Session,
-    motion: &Motion,
+    ramp_s: f64,
     until_cancelled: bool,
 ) -> Result<shared_proto::Status> {
     const MORE_S: f64 = 5.0;
-    let patience_s = motion.cruise / motion.acceleration + MORE_S;
-    let give_up_us = session.clock().now_us() + (patience_s * 1e6) as u64;
+    let give_up_us = session.clock().now_us() + ((ramp_s + MORE_S) * 1e6) as u64;
     loop {
         let status = session.status().await?;
         if !is_moving(status.state) {
@@ -60,7 +59,7 @@ pub(super) async fn wait_for_stop(
             return Err(Error::NeverStands);
         }
         if let Some(motion) = status.motion {
-            session.post(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
+            session.post(Command::Renew { motion }).await?;
         }
         session.listen(RENEW_EVERY).await?;
     }

@@ -29,11 +29,23 @@ fn longest() -> Vec<Any> {
         number: u32::MAX,
         t_us: u64::MAX,
         followed_by: u16::MAX,
+        wheels: WheelPair::both(WheelAtFault {
+            error_um: i32::MIN,
+            speed_um_s: i32::MIN,
+            duty: i16::MIN,
+        }),
+        supply_mv: u16::MAX,
     };
+    let (session, id) = (u32::MAX, u32::MAX);
     vec![
         Any::Hello(Hello { protocol: u16::MAX, schema: u64::MAX, session: u32::MAX }),
-        Any::Request(Request { id: u32::MAX, command: Command::WriteConfig(config.clone()) }),
-        Any::Reply(Reply { id: u32::MAX, outcome: Ok(Answer::Config(config)) }),
+        Any::Request(Request {
+            session,
+            id,
+            until_ms: u64::MAX,
+            command: Command::WriteConfig(config.clone()),
+        }),
+        Any::Reply(Reply { session, id, t_us: u64::MAX, outcome: Ok(Answer::Config(config)) }),
         Any::Telemetry(Telemetry {
             number: u32::MAX,
             t_us: u64::MAX,

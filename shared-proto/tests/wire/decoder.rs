@@ -131,10 +131,10 @@ fn a_frame_too_short_for_a_checksum_is_malformed() {
 
 #[test]
 fn bytes_behind_a_message_make_it_unreadable() {
-    let mut payload = from_hex("0701"); // request 7: status
+    let mut payload = from_hex("05070001"); // session 5, request 7: status
     let mut decoder = Decoder::new();
     for (trailing, readable) in [(&[][..], true), (&[0][..], false), (&[1, 2, 3][..], false)] {
-        payload.truncate(2);
+        payload.truncate(4);
         payload.extend(trailing);
         let frame = by_hand(1, 0, &payload);
         let message = frame.iter().fold(None, |_, &byte| {
@@ -145,13 +145,40 @@ fn bytes_behind_a_message_make_it_unreadable() {
 }
 
 #[test]
+fn a_frame_that_ends_with_a_whole_block_of_cobs_ends_with_a_zero() {
+    // No byte of this request is zero, and its lengths step through the 254 bytes of a block.
+    let (_, golden) = parts(&crate::golden::frame("request.write_config"));
+    let payload: Vec<u8> = golden.iter().map(|&byte| byte.max(1)).collect();
+    let received = Received { channel: Channel::Request, lost: 0, payload: &payload };
+    let mut request: Request = received.message().expect("numbers and booleans, all valid");
+    let mut lengths = Vec::new();
+    for name in 1..=NAME_LEN_MAX {
+        let Command::WriteConfig(config) = &mut request.command else { unreachable!() };
+        config.name = Name::new(&"x".repeat(name)).unwrap();
+        for until_ms in (0..64).map(|bits| u64::MAX >> bits) {
+            let request = Request { session: u32::MAX, id: u32::MAX, until_ms, ..request.clone() };
+            let frame = Encoder::new().message(&request);
+            assert_eq!(frame.iter().position(|&byte| byte == 0), Some(frame.len() - 1));
+            let read = decode(&mut Decoder::new(), &frame);
+            assert_eq!(read, [Ok(Any::Request(request))], "{} bytes", frame.len());
+            lengths.push(frame.len());
+        }
+    }
+    lengths.sort_unstable();
+    lengths.dedup();
+    assert!(lengths.contains(&258) && lengths.contains(&268), "{lengths:?}");
+}
+
+#[test]
 fn a_name_longer_than_any_is_not_cut_but_unreadable() {
     assert!(Name::new(&"x".repeat(NAME_LEN_MAX)).is_some());
     assert!(Name::new(&"x".repeat(NAME_LEN_MAX + 1)).is_none());
     let (_, golden) = parts(&crate::golden::frame("request.write_config"));
-    let behind_the_name = &golden[2 + 1 + golden[2] as usize..];
+    // Of a command without further fields, only what is before them is left.
+    let head = parts(&crate::golden::frame("request.save_config")).1.len();
+    let behind_the_name = &golden[head + 1 + golden[head] as usize..];
     for (len, readable) in [(NAME_LEN_MAX, true), (NAME_LEN_MAX + 1, false)] {
-        let mut payload = golden[..2].to_vec();
+        let mut payload = golden[..head].to_vec();
         payload.push(len as u8);
         payload.extend(vec![b'x'; len]);
         payload.extend(behind_the_name);

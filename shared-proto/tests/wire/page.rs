@@ -152,7 +152,7 @@ fn the_limits_in_the_page_are_those_of_this_build() {
     for said in [
         format!("payload of at most {PAYLOAD_LEN_MAX} bytes"),
         format!("{FRAME_LEN_MAX} bytes on the wire"),
-        format!("from {} to {} ms", Drive::TTL_MS.start(), Drive::TTL_MS.end()),
+        format!("at most {} ms ahead", Request::LEASE_MS_MAX),
         format!("{} to {} s", timeout.min, timeout.max),
         format!("at most {NAME_LEN_MAX} bytes"),
         format!("protocol version is {PROTOCOL_VERSION} "),

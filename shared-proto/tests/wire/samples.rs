@@ -79,7 +79,12 @@ pub fn config() -> Config {
 }
 
 fn report(fault: Fault) -> FaultReport {
-    FaultReport { fault, number: 3, t_us: 20_475_000, followed_by: 300 }
+    let wheels = WheelPair {
+        left: WheelAtFault { error_um: 20_400, speed_um_s: 1200, duty: 31_000 },
+        right: WheelAtFault { error_um: -150, speed_um_s: 118_300, duty: 8904 },
+    };
+    let (number, t_us, followed_by, supply_mv) = (3, 20_475_000, 300, 11_200);
+    FaultReport { fault, number, t_us, followed_by, wheels, supply_mv }
 }
 
 fn identity(reset_cause: ResetCause, config_origin: ConfigOrigin) -> Identity {
@@ -122,7 +127,6 @@ fn status(state: State, motion_end: Option<MotionEnd>, fault: Option<Fault>) -> 
 fn drive(unit: TravelUnit) -> Drive {
     Drive {
         motion: MotionId(77),
-        ttl_ms: 500,
         unit,
         distance: WheelPair { left: 8.0, right: -8.0 },
         cruise: 0.523,
@@ -189,8 +193,10 @@ pub fn all() -> Vec<(String, Any)> {
 
 fn requests() -> Vec<(String, Any)> {
     let mut all = Vec::new();
-    let mut request = |name: &str, command| {
-        all.push((format!("request.{name}"), Any::Request(Request { id: 7, command })));
+    let mut request = |name: &str, command: Command| {
+        let until_ms = if command.changes_something() { 20_975 } else { 0 };
+        let request = Request { session: 0xA1B2, id: 7, until_ms, command };
+        all.push((format!("request.{name}"), Any::Request(request)));
     };
     request("identify", Command::Identify);
     request("status", Command::Status);
@@ -199,13 +205,21 @@ fn requests() -> Vec<(String, Any)> {
     request("save_config", Command::SaveConfig);
     request("restore_config.factory", Command::RestoreConfig(ConfigOrigin::Factory));
     request("restore_config.saved", Command::RestoreConfig(ConfigOrigin::Saved));
-    request("arm", Command::Arm);
+    request("arm", Command::Arm { take: false });
+    request("arm.take", Command::Arm { take: true });
     request("disarm", Command::Disarm);
     request("drive.meter", Command::Drive(drive(TravelUnit::Meter)));
     request("drive.wheel_revolution", Command::Drive(drive(TravelUnit::WheelRevolution)));
     let later = Drive { start_us: Some(20_475_000), ..drive(TravelUnit::WheelRevolution) };
     request("drive.later", Command::Drive(later));
-    request("renew", Command::Renew { motion: MotionId(77), ttl_ms: 500 });
+    let velocity = Velocity {
+        motion: MotionId(77),
+        forward_mps: 0.118,
+        turn_rad_s: -0.25,
+        acceleration_mps2: 0.5,
+    };
+    request("velocity", Command::Velocity(velocity));
+    request("renew", Command::Renew { motion: MotionId(77) });
     request("stop", Command::Stop);
     request("emergency_stop", Command::EmergencyStop);
     request("clear_fault", Command::ClearFault { number: 3 });
@@ -217,7 +231,8 @@ fn requests() -> Vec<(String, Any)> {
 fn replies() -> Vec<(String, Any)> {
     let mut all = Vec::new();
     let mut reply = |name: &str, outcome| {
-        all.push((format!("reply.{name}"), Any::Reply(Reply { id: 7, outcome })));
+        let reply = Reply { session: 0xA1B2, id: 7, t_us: 20_475_123, outcome };
+        all.push((format!("reply.{name}"), Any::Reply(reply)));
     };
     reply("done", Ok(Answer::Done));
     for (name, cause, origin) in [
@@ -264,7 +279,6 @@ fn refusals() -> Vec<(&'static str, Refusal)> {
         ("motion.too_fast", Refusal::Motion(MotionError::TooFast)),
         ("motion.too_steep", Refusal::Motion(MotionError::TooSteep)),
         ("motion.too_long", Refusal::Motion(MotionError::TooLong)),
-        ("motion.time_to_live", Refusal::Motion(MotionError::TimeToLive)),
         ("motion.start", Refusal::Motion(MotionError::Start)),
         ("no_such_motion", Refusal::NoSuchMotion),
         ("no_such_fault", Refusal::NoSuchFault),
@@ -273,6 +287,9 @@ fn refusals() -> Vec<(&'static str, Refusal)> {
         ("store", Refusal::Store),
         ("hello_first", Refusal::HelloFirst),
         ("unreadable", Refusal::Unreadable),
+        ("late", Refusal::Late),
+        ("lease", Refusal::Lease),
+        ("driven", Refusal::Driven),
         ("forgotten", Refusal::Forgotten),
     ]
 }

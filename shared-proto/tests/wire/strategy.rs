@@ -97,12 +97,19 @@ fn state() -> BoxedStrategy<State> {
 
 fn fault_report() -> BoxedStrategy<FaultReport> {
     let fault = wheel().prop_flat_map(|wheel| proptest::sample::select(faults(wheel, wheel)));
-    (fault, any::<u32>(), any::<u64>(), any::<u16>())
-        .prop_map(|(fault, number, t_us, followed_by)| FaultReport {
+    let wheel = || {
+        (any::<i32>(), any::<i32>(), any::<i16>())
+            .prop_map(|(error_um, speed_um_s, duty)| WheelAtFault { error_um, speed_um_s, duty })
+    };
+    let wheels = (wheel(), wheel()).prop_map(|(left, right)| WheelPair { left, right });
+    (fault, any::<u32>(), any::<u64>(), any::<u16>(), wheels, any::<u16>())
+        .prop_map(|(fault, number, t_us, followed_by, wheels, supply_mv)| FaultReport {
             fault,
             number,
             t_us,
             followed_by,
+            wheels,
+            supply_mv,
         })
         .boxed()
 }
@@ -124,15 +131,25 @@ fn motion_end() -> BoxedStrategy<MotionEnd> {
 fn drive() -> BoxedStrategy<Drive> {
     let unit = prop_oneof![Just(TravelUnit::Meter), Just(TravelUnit::WheelRevolution)];
     let start_us = any::<Option<u64>>();
-    (any::<u32>(), any::<u16>(), unit, pair(number), number(), number(), start_us)
-        .prop_map(|(motion, ttl_ms, unit, distance, cruise, acceleration, start_us)| Drive {
+    (any::<u32>(), unit, pair(number), number(), number(), start_us)
+        .prop_map(|(motion, unit, distance, cruise, acceleration, start_us)| Drive {
             motion: MotionId(motion),
-            ttl_ms,
             unit,
             distance,
             cruise,
             acceleration,
             start_us,
+        })
+        .boxed()
+}
+
+fn velocity() -> BoxedStrategy<Velocity> {
+    (any::<u32>(), number(), number(), number())
+        .prop_map(|(motion, forward_mps, turn_rad_s, acceleration_mps2)| Velocity {
+            motion: MotionId(motion),
+            forward_mps,
+            turn_rad_s,
+            acceleration_mps2,
         })
         .boxed()
 }
@@ -144,7 +161,8 @@ fn command() -> BoxedStrategy<Command> {
             Command::Status,
             Command::ReadConfig,
             Command::SaveConfig,
-            Command::Arm,
+            Command::Arm { take: false },
+            Command::Arm { take: true },
             Command::Disarm,
             Command::Stop,
             Command::EmergencyStop,
@@ -152,8 +170,8 @@ fn command() -> BoxedStrategy<Command> {
         config().prop_map(Command::WriteConfig),
         origin().prop_map(Command::RestoreConfig),
         drive().prop_map(Command::Drive),
-        (any::<u32>(), any::<u16>())
-            .prop_map(|(motion, ttl_ms)| Command::Renew { motion: MotionId(motion), ttl_ms }),
+        velocity().prop_map(Command::Velocity),
+        any::<u32>().prop_map(|motion| Command::Renew { motion: MotionId(motion) }),
         any::<u32>().prop_map(|number| Command::ClearFault { number }),
         any::<u16>().prop_map(|period_ms| Command::Subscribe { period_ms }),
         any::<u32>().prop_map(|number| Command::Recall { number }),
@@ -233,7 +251,6 @@ fn refusal() -> BoxedStrategy<Refusal> {
             MotionError::TooFast,
             MotionError::TooSteep,
             MotionError::TooLong,
-            MotionError::TimeToLive,
             MotionError::Start,
         ])
         .prop_map(Refusal::Motion),
@@ -246,6 +263,9 @@ fn refusal() -> BoxedStrategy<Refusal> {
             Refusal::HelloFirst,
             Refusal::Unreadable,
             Refusal::Forgotten,
+            Refusal::Late,
+            Refusal::Lease,
+            Refusal::Driven,
         ]),
     ]
     .boxed()
@@ -306,8 +326,14 @@ pub fn message() -> BoxedStrategy<Any> {
         (any::<u16>(), any::<u64>(), any::<u32>()).prop_map(|(protocol, schema, session)| {
             Any::Hello(Hello { protocol, schema, session })
         }),
-        (any::<u32>(), command()).prop_map(|(id, command)| Any::Request(Request { id, command })),
-        (any::<u32>(), outcome).prop_map(|(id, outcome)| Any::Reply(Reply { id, outcome })),
+        (any::<u32>(), any::<u32>(), any::<u64>(), command()).prop_map(
+            |(session, id, until_ms, command)| {
+                Any::Request(Request { session, id, until_ms, command })
+            }
+        ),
+        (any::<u32>(), any::<u32>(), any::<u64>(), outcome).prop_map(
+            |(session, id, t_us, outcome)| Any::Reply(Reply { session, id, t_us, outcome })
+        ),
         telemetry().prop_map(Any::Telemetry),
         event().prop_map(Any::Event),
     ]

@@ -116,7 +116,7 @@ fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
 #[test]
 fn saving_is_refused_while_armed_and_writing_while_driving() {
     on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm).await;
+        robot.tell(Command::Arm { take: false }).await;
         assert_eq!(robot.ask(Command::SaveConfig).await, Err(Refusal::State(State::Armed)));
         robot.cruise(&meters(1.0, 1.0, 0.2, 0.5), 1.0).await;
         let config = with_wheel_weight(0.9);

@@ -44,7 +44,8 @@ fn a_robot_refuses_requests_until_a_hello_of_its_own_version() {
     let wire = target.host_wire();
     let (mut encoder, mut decoder) = (Encoder::new(), Decoder::new());
     let ours = Hello::of_this_build(11);
-    let request = Request { id: 5, command: Command::Arm };
+    let request =
+        Request { session: 11, id: 5, until_ms: 5000, command: Command::Arm { take: false } };
     let hellos = [
         ("none", None, false),
         ("of another protocol", Some(Hello { protocol: PROTOCOL_VERSION + 1, ..ours }), false),
@@ -62,9 +63,11 @@ fn a_robot_refuses_requests_until_a_hello_of_its_own_version() {
         wire.write_now(&encoder.message(&request));
         let replies = hear(&mut target, &wire, &mut decoder).replies;
         let expected = match agreed {
-            true => Reply { id: 5, outcome: Ok(Answer::Done) },
-            false => Reply { id: 0, outcome: Err(Refusal::HelloFirst) },
+            true => (11, 5, Ok(Answer::Done)),
+            false => (0, 0, Err(Refusal::HelloFirst)),
         };
+        let replies: Vec<_> =
+            replies.into_iter().map(|reply| (reply.session, reply.id, reply.outcome)).collect();
         assert_eq!(replies, [expected], "hello {name}");
     }
 }
@@ -141,7 +144,7 @@ impl FakeRobot {
 fn a_host_refuses_a_robot_of_another_version_and_names_both() {
     let ours = Hello::of_this_build(0);
     let others = [
-        (Hello { protocol: 2, schema: 0xabcd, ..ours }, "update beeline"),
+        (Hello { protocol: PROTOCOL_VERSION + 1, schema: 0xabcd, ..ours }, "update beeline"),
         (Hello { protocol: 0, schema: 0xabcd, ..ours }, "flash the robot"),
         (Hello { schema: 0xabcd, ..ours }, "flash the robot"),
     ];
@@ -173,21 +176,26 @@ fn a_host_takes_the_reply_to_its_own_question_and_no_other() {
             let frame = robot.encoder.hello(Hello::of_this_build(hello.session));
             robot.send(&frame);
         }
-        Asked::Request(Request { id, .. }) => {
-            // Late replies to earlier questions, one to a later one, and ours last, twice.
-            for id in [id.wrapping_sub(1), id + 7] {
-                let reply = Reply { id, outcome: Err(Refusal::State(State::Boot)) };
-                let frame = robot.encoder.message(&reply);
+        Asked::Request(Request { session, id, .. }) => {
+            let t_us = 1_000_000;
+            // Late replies to earlier questions, one to a later one, one to another host with the same
+            // question, and ours last, twice.
+            for (session, id) in
+                [(session, id.wrapping_sub(1)), (session, id + 7), (session ^ 1, id)]
+            {
+                let outcome = Err(Refusal::State(State::Boot));
+                let frame = robot.encoder.message(&Reply { session, id, t_us, outcome });
                 robot.send(&frame);
             }
-            let frame = robot.encoder.message(&Reply { id, outcome: Ok(Answer::Done) });
+            let outcome = Ok(Answer::Done);
+            let frame = robot.encoder.message(&Reply { session, id, t_us, outcome });
             robot.send(&frame);
             robot.send(&frame);
         }
     });
     with_robot(&port, &SimOptions::default(), async |session, _| {
         for _ in 0..5 {
-            assert_eq!(session.ask(Command::Arm).await?, Ok(Answer::Done));
+            assert_eq!(session.ask(Command::Arm { take: false }).await?, Ok(Answer::Done));
         }
         Ok(())
     })
@@ -202,13 +210,14 @@ fn a_reboot_in_the_middle_is_noticed() {
             robot.send(&frame);
         }
         Asked::Request(_) => {
-            let reply = Reply { id: 0, outcome: Err(Refusal::HelloFirst) };
+            let outcome = Err(Refusal::HelloFirst);
+            let reply = Reply { session: 0, id: 0, t_us: 0, outcome };
             let frame = robot.encoder.message(&reply);
             robot.send(&frame);
         }
     });
     let error = with_robot(&port, &SimOptions::default(), async |session, _| {
-        Ok(session.ask(Command::Arm).await.map(drop)?)
+        Ok(session.ask(Command::Arm { take: false }).await.map(drop)?)
     })
     .expect_err("it restarted");
     assert!(error.to_string().contains("restarted"), "{error}");

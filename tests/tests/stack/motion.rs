@@ -6,7 +6,7 @@ use shared_proto::{Command, MotionEnd, Refusal, State, Telemetry, Wheel};
 use sim_target::Scenario;
 
 /// A line that never delays: telemetry of every control tick gets through.
-fn fast_line() -> Scenario {
+pub fn fast_line() -> Scenario {
     let mut scenario = Scenario::default();
     scenario.link.baud = 0;
     scenario
@@ -19,7 +19,7 @@ const ROUNDING_UM: f64 = 2.0;
 
 /// The setpoint's velocity never steps by more than acceleration x time, from tick to tick and over
 /// ten ticks, where the rounding matters less. Returns the largest acceleration over ten ticks.
-fn check_no_jump(telemetry: &[Telemetry], acceleration_mps2: f64) -> f64 {
+pub fn check_no_jump(telemetry: &[Telemetry], acceleration_mps2: f64) -> f64 {
     let tracking: Vec<&Telemetry> = telemetry
         .iter()
         .skip_while(|t| t.probing || t.state != State::Driving)
@@ -162,12 +162,13 @@ async fn refused(robot: &mut Robot, motion: &Motion) -> String {
 fn a_drive_that_is_refused_leaves_the_motion_of_another_host_alone() {
     on_robot(&fast_line(), async |robot| {
         let id = robot.cruise(&meters(1.0, 1.0, 0.3, 0.5), 1.0).await;
-        // The host that began it is gone; this one keeps it alive, and would have another one driven.
-        robot.reconnect(2).await;
+        // Another host on the same line would have another motion driven.
+        let driver = robot.another_host(2).await;
         let error = refused(robot, &Motion::PAPER).await;
         assert!(error.contains("already driving"), "{error}");
         let status = robot.session.status().await.expect("it answers");
         assert_eq!((status.state, status.motion), (State::Driving, Some(id)));
+        robot.session = driver;
         let (_, end) = settled(robot).await;
         assert_eq!(end, Some(MotionEnd::Completed), "to its own target");
     });
@@ -179,7 +180,7 @@ fn a_drive_that_is_refused_leaves_an_armed_robot_armed_and_an_idle_one_idle() {
         let too_fast = Motion { cruise: 100.0, ..Motion::PAPER };
         for state in [State::Idle, State::Armed] {
             if state == State::Armed {
-                robot.tell(Command::Arm).await;
+                robot.tell(Command::Arm { take: false }).await;
             }
             let error = refused(robot, &too_fast).await;
             assert!(error.contains("limits.speed_mps_max"), "{error}");

@@ -1,7 +1,7 @@
 //! When frames get lost, is everything done exactly once?
 
 use beeline_tests::calibration::{Instrument, verdict_on_scenario};
-use beeline_tests::robot::{Snapshot, TTL_MS, meters, on_robot, on_robot_with};
+use beeline_tests::robot::{Snapshot, meters, on_robot, on_robot_with};
 use host_link::motion::{self, RecordOptions};
 use shared_proto::{
     Answer, Command, Config, Drive, MotionEnd, MotionId, Refusal, State, Telemetry, WheelPair,
@@ -100,7 +100,7 @@ fn telemetry_can_be_recalled_for_a_while_and_is_then_forgotten() {
 fn a_drive_begins_at_its_time_however_often_it_is_said() {
     for repeats in [1, 6] {
         on_robot(&Scenario::default(), async |robot| {
-            robot.tell(Command::Arm).await;
+            robot.tell(Command::Arm { take: false }).await;
             let start = robot.snapshot();
             let start_us = (start.t_us / 1000 + 400) * 1000;
             let first = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
@@ -123,7 +123,7 @@ fn a_drive_begins_at_its_time_however_often_it_is_said() {
 #[test]
 fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves() {
     on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm).await;
+        robot.tell(Command::Arm { take: false }).await;
         let start = robot.snapshot();
         let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         for start_us in [0, start.t_us, start.t_us + 11_000_000, u64::MAX] {
@@ -148,7 +148,7 @@ fn a_time_to_set_off_that_has_passed_or_is_far_away_is_refused_and_nothing_moves
 #[test]
 fn a_host_that_dies_while_a_motion_waits_leaves_a_named_fault_and_a_robot_that_never_moved() {
     on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm).await;
+        robot.tell(Command::Arm { take: false }).await;
         let start = robot.snapshot();
         let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         let drive = Drive { start_us: Some(start.t_us + 1_000_000), ..drive };
@@ -191,7 +191,7 @@ fn the_host_renews_often_enough_for_the_shortest_link_timeout() {
 #[test]
 fn a_drive_heard_twice_is_driven_once() {
     on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm).await;
+        robot.tell(Command::Arm { take: false }).await;
         let start = robot.snapshot();
         let drive = meters(0.2, 0.2, 0.2, 0.5).drive_now(MotionId(77));
         for _ in 0..3 {
@@ -215,7 +215,7 @@ fn a_renewal_of_another_motion_is_refused_and_renews_nothing() {
     on_robot(&Scenario::default(), async |robot| {
         let first = robot.cruise(&meters(3.0, 3.0, 0.2, 0.5), 0.8).await;
         robot.drive(&meters(3.0, 3.0, 0.2, 0.5)).await.expect("accepted");
-        let stale = Command::Renew { motion: first, ttl_ms: TTL_MS };
+        let stale = Command::Renew { motion: first };
         for _ in 0..40 {
             assert_eq!(robot.ask(stale.clone()).await, Err(Refusal::NoSuchMotion));
             robot.listen(0.02).await;
@@ -226,29 +226,13 @@ fn a_renewal_of_another_motion_is_refused_and_renews_nothing() {
 }
 
 #[test]
-fn a_time_to_live_outside_its_bounds_is_refused() {
-    on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm).await;
-        let drive = meters(1.0, 1.0, 0.2, 0.5).drive_now(MotionId(5));
-        for ttl_ms in [0, 19, 10_001, u16::MAX] {
-            let answer = robot.ask(Command::Drive(shared_proto::Drive { ttl_ms, ..drive })).await;
-            assert_eq!(answer, Err(Refusal::Motion(shared_proto::MotionError::TimeToLive)));
-        }
-        assert_eq!(robot.state().await, State::Armed);
-        robot.tell(Command::Drive(drive)).await;
-        let renew = Command::Renew { motion: drive.motion, ttl_ms: 0 };
-        assert!(matches!(robot.ask(renew).await, Err(Refusal::Motion(_))));
-    });
-}
-
-#[test]
 fn every_other_command_may_be_repeated_too() {
     on_robot(&Scenario::default(), async |robot| {
         let Answer::Config(config) = robot.tell(Command::ReadConfig).await else { panic!() };
         for command in [
             Command::WriteConfig(config),
             Command::SaveConfig,
-            Command::Arm,
+            Command::Arm { take: false },
             Command::Stop,
             Command::Subscribe { period_ms: 10 },
             Command::Subscribe { period_ms: 0 },

@@ -3,7 +3,7 @@
 //! Measured at the plant: a driver that is off carries exactly no current, whatever the firmware reports.
 
 use crate::fault_cases::{ROBOT_FAULTS, WHEEL_FAULTS, WheelCase};
-use beeline_tests::robot::{Robot, Snapshot, TTL_MS, meters, on_robot};
+use beeline_tests::robot::{Robot, Snapshot, meters, on_robot};
 use host_link::motion::Motion;
 use shared_proto::{Command, Fault, FaultReport, Refusal, State, Wheel, WheelPair};
 use sim_target::plant::PlantFault;
@@ -199,7 +199,7 @@ fn broken_from_the_start(
 }
 
 /// The first instant from which on the robot slows down for good [us].
-fn begins_to_stop_us(snapshots: &[Snapshot], cruise_mps: f64) -> u64 {
+pub fn begins_to_stop_us(snapshots: &[Snapshot], cruise_mps: f64) -> u64 {
     // A ramp of 0.5 m/s^2 loses 5 mm/s in 10 ms; cruise wobbles by less.
     let speed_mps = |pair: &[Snapshot]| {
         let way_m = pair[10].rolled_m.zip(pair[0].rolled_m).map(|(b, a)| b - a);
@@ -328,15 +328,21 @@ fn a_fault_is_never_cleared_by_itself_and_forbids_arming_and_driving() {
         robot.reconnect(2).await;
         let still = robot.fault().await.expect("after a minute and a new host");
         assert_eq!(still, report);
-        for command in [Command::Arm, Command::EmergencyStop, Command::Stop, Command::Disarm] {
+        for command in
+            [Command::Arm { take: false }, Command::EmergencyStop, Command::Stop, Command::Disarm]
+        {
             let answer = robot.ask(command.clone()).await;
-            assert_eq!(command == Command::Arm, answer.is_err(), "{command:?}: {answer:?}");
+            assert_eq!(
+                command == Command::Arm { take: false },
+                answer.is_err(),
+                "{command:?}: {answer:?}"
+            );
         }
         assert!(
-            matches!(robot.ask(Command::Arm).await, Err(Refusal::Faulted(r)) if r.fault == report.fault)
+            matches!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Faulted(r)) if r.fault == report.fault)
         );
         assert!(matches!(robot.drive(&AHEAD).await, Err(Refusal::Faulted(_))));
-        assert_eq!(robot.ask(Command::Renew { motion: id, ttl_ms: TTL_MS }).await.err(), None);
+        assert_eq!(robot.ask(Command::Renew { motion: id }).await.err(), None);
         for number in [0, report.number + 1, report.number.wrapping_sub(1), u32::MAX] {
             let answer = robot.ask(Command::ClearFault { number }).await;
             assert_eq!(answer, Err(Refusal::NoSuchFault), "number {number}");
@@ -380,7 +386,7 @@ fn a_robot_that_must_not_drive_does_not_even_arm() {
         on_robot(&Scenario::default(), async |robot| {
             robot.lab.inject(fault);
             robot.listen(0.05).await;
-            match robot.ask(Command::Arm).await {
+            match robot.ask(Command::Arm { take: false }).await {
                 Err(Refusal::Faulted(report)) => assert_eq!(report.fault, expected, "{name}"),
                 other => panic!("{name}: {other:?}"),
             }

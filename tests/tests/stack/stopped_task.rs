@@ -1,6 +1,6 @@
 //! One safety task stops alone, without a panic and without holding the core: the robot stops all the same.
 
-use beeline_tests::robot::{Robot, TTL_MS, meters, on_robot};
+use beeline_tests::robot::{Robot, meters, on_robot};
 use host_link::motion::Motion;
 use shared_proto::{Command, Config, Fault, ResetCause, State, WheelPair};
 use sim_target::{RobotTask, Scenario, now_us, sleep_until_us};
@@ -44,7 +44,7 @@ fn a_task_that_stops_while_the_host_renews_restarts_the_robot_as_well() {
             let event_us = now_us();
             robot.lab.stop_task(task);
             while now_us() < event_us + RESTART_US_MAX {
-                robot.session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await.unwrap();
+                robot.session.post(Command::Renew { motion: id }).await.unwrap();
                 sleep_until_us(now_us() + 20_000).await;
             }
             // What the robot said to the host before is not for the next one.
@@ -94,7 +94,7 @@ fn the_control_tick_names_what_it_stopped() {
 async fn stop_one_and_fall_silent(robot: &mut Robot, task: RobotTask) -> u64 {
     let id = robot.cruise(&AHEAD, 2.0).await;
     assert!(robot.snapshot().is_powered(), "{task:?}: it drives");
-    robot.session.post(Command::Renew { motion: id, ttl_ms: TTL_MS }).await.unwrap();
+    robot.session.post(Command::Renew { motion: id }).await.unwrap();
     robot.listen(0.001).await;
     let event_us = now_us();
     robot.lab.stop_task(task);

@@ -22,7 +22,7 @@ fn following_error_um(motion: &Motion, open_circuit_v: f64, nominal_v: f64) -> [
         config.protection.supply_v_min = 8.0;
         robot.session.write_config(&config).await.expect("it is valid");
         robot.tell(Command::Subscribe { period_ms: 1 }).await;
-        robot.tell(Command::Arm).await;
+        robot.tell(Command::Arm { take: false }).await;
         let id = robot.drive(motion).await.expect("accepted");
         robot.finish(id).await;
         assert_eq!(robot.session.status().await.expect("it answers").fault, None);
@@ -72,7 +72,7 @@ fn a_supply_that_is_too_high_stops_the_motors_within_10_ms_and_refuses_to_arm() 
         assert!(off_us <= 10_000, "{off_us} us");
     });
     on_robot(&on_supply(19.0), async |robot| {
-        let refused = robot.ask(Command::Arm).await;
+        let refused = robot.ask(Command::Arm { take: false }).await;
         let Err(Refusal::Faulted(report)) = refused else { panic!("{refused:?}") };
         assert_eq!(report.fault, Fault::SupplyHigh);
     });

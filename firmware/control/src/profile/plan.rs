@@ -124,6 +124,41 @@ impl Plan {
         Plan::new(start_tick, trajectories)
     }
 
+    /// Both wheels change to these speeds \[m/s\] along one ramp, and keep them for [`Plan::CRUISE_TICKS`].
+    ///
+    /// The wheel whose speed changes most does so with `acceleration_mps2`, above zero; the other one takes as
+    /// long. The speeds compensate a heading pull, as the distances of a drive do.
+    #[inline]
+    pub fn cruise(
+        start_tick: u32,
+        from: WheelPair<ProfileState>,
+        speeds_mps: WheelPair<f64>,
+        acceleration_mps2: f64,
+        geometry: &GeometryConfig,
+    ) -> Result<Plan, MotionError> {
+        let before = from.as_ref().map(velocity_m_per_tick);
+        let after = steered(speeds_mps, geometry).map(|speed| speed / HZ);
+        let changes = after.zip(before).map(|(after, before)| after - before);
+        let acceleration = acceleration_mps2 / (HZ * HZ);
+        let duration = max(changes.left.abs(), changes.right.abs()) / acceleration;
+        if is_above(duration, Drive::RAMP_S_MAX * HZ) {
+            return Err(MotionError::TooLong);
+        }
+        let trajectories = from.zip(before.zip(changes)).map(|(from, (velocity, change))| {
+            ramp_to_cruise(from.position.0.to_bits(), velocity, change, duration)
+        });
+        let too_far = |trajectory: &Trajectory| {
+            trajectory.target().0.to_bits().unsigned_abs() >= POSITION_MAX
+        };
+        if trajectories.as_ref().any(too_far) {
+            return Err(MotionError::TooFar);
+        }
+        Ok(Plan::new(start_tick, trajectories))
+    }
+
+    /// How long a [`Plan::cruise`] lasts: 24 days, the longest time that tick numbers can tell.
+    pub const CRUISE_TICKS: u32 = i32::MAX as u32 - 1;
+
     /// State of both wheels at `tick`: the start's before the start, the target's after the end.
     #[inline]
     pub fn at(&self, tick: u32) -> WheelPair<ProfileState> {
@@ -156,6 +191,28 @@ impl Plan {
     pub(super) const fn len_ticks(&self) -> u32 {
         self.len_ticks
     }
+}
+
+/// One wheel's velocity changes in `duration` and stays, until [`Plan::CRUISE_TICKS`] \[m, ticks\]; from position
+/// `from` [2^-64 m].
+#[inline]
+fn ramp_to_cruise(from: i128, velocity: f64, change: f64, duration: f64) -> Trajectory {
+    let cruise = velocity + change;
+    let first = ceil(duration).min(Plan::CRUISE_TICKS);
+    // Without a ramp there is nothing to divide by, and no tick inside.
+    let half = if first == 0 { 0.0 } else { change / (2.0 * duration) };
+    let ramped = (velocity + 0.5 * change) * duration;
+    let into_cruise = to_f64(i64::from(first)) - duration;
+    let [steps, half] = [cruise, half].map(|value| nearest(value, STEP_BITS));
+    let at_cruise = from + position_steps(ramped + cruise * into_cruise);
+    let target = at_cruise + i128::from(Plan::CRUISE_TICKS - first) * i128::from(steps);
+    let cruising = Phase::new(first, at_cruise, steps, 0);
+    Trajectory::new([
+        Phase::new(0, from, nearest(velocity, STEP_BITS), half),
+        cruising,
+        cruising,
+        Phase::new(Plan::CRUISE_TICKS, target, 0, 0),
+    ])
 }
 
 /// A valid [`Drive`] in metres and ticks, steered against the robot's pull.

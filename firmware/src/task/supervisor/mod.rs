@@ -13,6 +13,7 @@
 //! for the store, at boot and when a configuration is saved, and for two control ticks after a change of
 //! configuration; the motors stand still then.
 
+mod motions;
 mod requests;
 mod transitions;
 
@@ -20,7 +21,7 @@ use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
 use shared_proto::{
-    Config, ConfigOrigin, Drive, Event, Fault, MotionEnd, MotionId, State, WheelPair,
+    Config, ConfigOrigin, Event, Fault, MotionEnd, MotionId, State, Velocity, WheelPair,
 };
 
 use crate::capture::CaptureSettings;
@@ -32,9 +33,14 @@ use crate::protection::Thresholds;
 use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared, SupplyLimits};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
+use motions::Wanted;
 
 /// A plan starts this many ticks ahead: planning may take most of that time on a slow MCU.
 const PLAN_AHEAD_TICKS: u32 = 10;
+
+/// After this time a new plan is under way.
+const PLAN_AHEAD: Duration =
+    Duration::from_micros((PLAN_AHEAD_TICKS as u64 + 1) * CONTROL_PERIOD_US as u64);
 
 /// An armed robot that stands still and receives nothing for this long switches its motors off.
 const ARMED_SILENCE: Duration = Duration::from_secs(60);
@@ -86,8 +92,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     /// The store holds a configuration.
     is_saved: bool,
     state: State,
-    /// The encoders' signs have been checked since the motors were switched on.
-    probed: bool,
+    /// Whose encoder's sign has been checked since the motors were switched on.
+    probed: WheelPair<bool>,
     /// The motion under way, or the last one.
     motion: Option<MotionId>,
     motion_end: Option<MotionEnd>,
@@ -95,14 +101,26 @@ struct Supervisor<'a, M: RawMutex, S> {
     earlier_motions: [Option<MotionId>; EARLIER_MOTIONS],
     /// How many motions there have been: the index of the next one.
     motions: usize,
-    /// When the motion's time to live ends.
+    /// When the lease of the request in hand ends.
+    lease: Instant,
+    /// When the motion's lease ends.
     alive_until: Instant,
+    /// When that lease was given.
+    renewed: Instant,
+    /// The velocity, while the motion under way is one.
+    velocity: Option<Velocity>,
+    /// A velocity that came before the last plan had begun: it is planned as soon as that has.
+    next_velocity: Option<Velocity>,
+    /// When the last plan begins.
+    plan_starts: Instant,
     /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
-    waiting: Option<(Drive, WheelPair<ProfileState>)>,
+    waiting: Option<(Wanted, WheelPair<ProfileState>)>,
     /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
+    /// Whose encoder the check under way is checking.
+    probing: WheelPair<bool>,
     /// The id of the last order.
     order_id: u32,
     /// The state that follows a controlled stop.
@@ -122,15 +140,21 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             is_saved: false,
             saved: Config::default(),
             state: State::Idle,
-            probed: false,
+            probed: WheelPair::both(false),
             motion: None,
             motion_end: None,
             earlier_motions: [None; EARLIER_MOTIONS],
             motions: 0,
+            lease: Instant::MIN,
             alive_until: Instant::MIN,
+            renewed: Instant::MIN,
+            velocity: None,
+            next_velocity: None,
+            plan_starts: Instant::MIN,
             waiting: None,
             start_at: None,
             plan: None,
+            probing: WheelPair::both(false),
             order_id: 0,
             after_stop: State::Armed,
         }
@@ -157,13 +181,14 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn on_control(&mut self, event: ControlEvent) {
         match event {
             ControlEvent::Probed(id) if id == self.order_id => {
-                let Some((drive, from)) = self.waiting.take() else { return };
-                self.probed = true;
+                let Some((wanted, from)) = self.waiting.take() else { return };
+                self.probed = self.probed.zip(self.probing).map(|(before, now)| before || now);
                 // Planned from before the check: the motion includes the check's travel.
-                self.follow_drive(&drive, from);
+                self.begin(&wanted, from);
             }
             ControlEvent::Settled(id) if id == self.order_id => {
                 self.plan = None;
+                self.next_velocity = None;
                 match self.state {
                     State::Stopping => self.end_stop(),
                     State::Driving => self.complete(),
@@ -187,12 +212,20 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         let now = Instant::now();
         match self.state {
             State::Driving => {
-                if now >= self.last_heard() + self.link_timeout() {
+                if self.velocity.is_some() && now >= self.alive_until {
+                    self.begin_stop(State::Armed);
+                } else if now >= self.last_heard() + self.link_timeout() {
                     self.shared.raise(Fault::LinkLost, now.as_micros());
                 } else if now >= self.alive_until {
-                    self.shared.raise(Fault::TimeToLive, now.as_micros());
+                    let silent = self.last_heard() <= self.renewed;
+                    let fault = if silent { Fault::LinkLost } else { Fault::TimeToLive };
+                    self.shared.raise(fault, now.as_micros());
                 } else if self.start_at.is_some_and(|start_at| now >= start_at) {
                     self.end_wait();
+                } else if now >= self.plan_starts
+                    && let Some(velocity) = self.next_velocity.take()
+                {
+                    self.change_velocity(velocity);
                 }
             }
             State::Armed if now >= self.last_heard() + ARMED_SILENCE => self.disarm(),
@@ -204,8 +237,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn deadline(&self) -> Option<Instant> {
         match self.state {
             State::Driving => {
-                let silence = self.silence();
-                Some(self.start_at.map_or(silence, |start_at| start_at.min(silence)))
+                let change = self.next_velocity.and(Some(self.plan_starts));
+                [self.start_at, change].into_iter().flatten().chain([self.silence()]).min()
             }
             State::Armed => Some(self.last_heard() + ARMED_SILENCE),
             _ => None,
@@ -249,6 +282,9 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     }
 
     fn enter(&mut self, state: State) {
+        if matches!(state, State::Idle | State::Faulted) {
+            self.shared.driver.set(None);
+        }
         if self.state != state {
             self.state = state;
             self.shared.state.set(state);
@@ -259,6 +295,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     fn end_motion(&mut self, end: MotionEnd) {
         self.motion_end = Some(end);
         self.plan = None;
+        self.velocity = None;
+        self.next_velocity = None;
         if let Some(motion) = self.motion {
             self.tell(Event::MotionEnded { t_us: Instant::now().as_micros(), motion, end });
         }
@@ -300,7 +338,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// Hands the configuration to the control tasks and waits for their first measurement with it. So the
     /// supply is known before arming, and no motion is planned from travel in the old scale.
     async fn configure(&mut self) {
-        self.probed = false;
+        self.probed = WheelPair::both(false);
         self.publish_settings();
         // The present tick may still use the old configuration.
         let before = self.shared.snapshot.get().measured.tick;

@@ -1,16 +1,15 @@
 //! The host's requests, and how each is answered.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant};
+use embassy_time::Instant;
 use shared_proto::{
-    Answer, Command, Config, ConfigOrigin, Drive, Fault, Identity, MotionEnd, MotionError,
-    PROTOCOL_VERSION, Refusal, Reply, Request, State, Status,
+    Answer, Command, Config, ConfigOrigin, Fault, Identity, PROTOCOL_VERSION, Refusal, Reply,
+    Request, State, Status,
 };
 
-use super::{EARLIER_MOTIONS, Supervisor};
+use super::Supervisor;
 use crate::hal::Store;
 use crate::liveness::SafetyTask;
-use crate::profile::Plan;
 use crate::shared::Outgoing;
 use crate::units::CONTROL_PERIOD_US;
 
@@ -31,28 +30,52 @@ const fn number(digits: &str) -> u16 {
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
-        let waited = match &request.command {
-            Command::WriteConfig(config) => self.write_config(config).await,
-            Command::SaveConfig => self.save().await,
-            Command::RestoreConfig(origin) => self.restore(*origin).await,
-            _ => Ok(()),
+        let waited = match (self.permit(&request), &request.command) {
+            (Err(refusal), _) => Err(refusal),
+            (Ok(()), Command::WriteConfig(config)) => self.write_config(config).await,
+            (Ok(()), Command::SaveConfig) => self.save().await,
+            (Ok(()), Command::RestoreConfig(origin)) => self.restore(*origin).await,
+            (Ok(()), _) => Ok(()),
         };
         self.reply(&request, waited);
+    }
+
+    /// Whether this session may do this now: only the driver changes anything, and nothing after its lease.
+    fn permit(&mut self, request: &Request) -> Result<(), Refusal> {
+        if !request.command.changes_something() {
+            return Ok(());
+        }
+        let driver = self.shared.driver.get();
+        if driver.is_some_and(|driver| driver != request.session)
+            && !matches!(request.command, Command::Arm { take: true })
+        {
+            return Err(Refusal::Driven);
+        }
+        let now_ms = Instant::now().as_millis();
+        if request.until_ms <= now_ms {
+            return Err(Refusal::Late);
+        }
+        if request.until_ms - now_ms > Request::LEASE_MS_MAX {
+            return Err(Refusal::Lease);
+        }
+        self.lease = Instant::from_millis(request.until_ms);
+        Ok(())
     }
 
     /// Executes what needs no waiting, and replies.
     #[inline(never)]
     fn reply(&mut self, request: &Request, waited: Result<(), Refusal>) {
-        let outcome = waited.and_then(|()| self.execute(&request.command));
+        let outcome = waited.and_then(|()| self.execute(request));
         // Never waits for the line. A host that floods the line, or does not read, must not stop the robot
         // from receiving a renewal, or from noticing that one is missing. The host repeats a request that
         // got no reply.
-        let reply = Reply { id: request.id, outcome };
+        let Request { session, id, .. } = *request;
+        let reply = Reply { session, id, t_us: Instant::now().as_micros(), outcome };
         let _ = self.shared.outgoing.try_send(Outgoing::Reply(reply));
     }
 
-    fn execute(&mut self, command: &Command) -> Result<Answer, Refusal> {
-        match *command {
+    fn execute(&mut self, request: &Request) -> Result<Answer, Refusal> {
+        match request.command {
             Command::Identify => Ok(Answer::Identity(self.identity())),
             Command::Status => Ok(Answer::Status(self.status())),
             // `on_request` has done this already.
@@ -60,7 +83,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::ReadConfig | Command::RestoreConfig(_) => {
                 Ok(Answer::Config(self.config.clone()))
             }
-            Command::Arm => self.execute_arm(),
+            Command::Arm { .. } => self.execute_arm(request.session),
             Command::Disarm => {
                 match self.state {
                     State::Armed => self.disarm(),
@@ -73,11 +96,12 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 Ok(Answer::Done)
             }
             Command::Drive(ref drive) => self.execute_drive(drive),
-            Command::Renew { motion, ttl_ms } => {
+            Command::Velocity(ref velocity) => self.execute_velocity(velocity),
+            Command::Renew { motion } => {
                 if self.motion != Some(motion) {
                     return Err(Refusal::NoSuchMotion);
                 }
-                self.renew(ttl_ms)?;
+                self.renew();
                 Ok(Answer::Done)
             }
             Command::Stop => {
@@ -105,7 +129,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
     }
 
-    fn execute_arm(&mut self) -> Result<Answer, Refusal> {
+    fn execute_arm(&mut self, session: u32) -> Result<Answer, Refusal> {
         self.not_faulted()?;
         if self.state == State::Idle {
             let now_us = Instant::now().as_micros();
@@ -120,65 +144,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             self.not_faulted()?;
             self.arm();
         }
+        self.shared.driver.set(Some(session));
         Ok(Answer::Done)
-    }
-
-    fn execute_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
-        self.not_faulted()?;
-        if self.motion == Some(drive.motion) {
-            // A repeated command. If the motion is still under way, this renews it.
-            if self.motion_end.is_none() {
-                self.renew(drive.ttl_ms)?;
-            }
-            return Ok(Answer::Done);
-        }
-        if self.earlier_motions.contains(&Some(drive.motion)) {
-            return Ok(Answer::Done);
-        }
-        let stopping_to_armed = self.state == State::Stopping && self.after_stop == State::Armed;
-        if !(matches!(self.state, State::Armed | State::Driving) || stopping_to_armed) {
-            return Err(Refusal::State(self.state));
-        }
-        if !Drive::TTL_MS.contains(&drive.ttl_ms) {
-            return Err(Refusal::Motion(MotionError::TimeToLive));
-        }
-        let start_at = drive.start_us.map(|start_us| self.start_instant(start_us)).transpose()?;
-        let start = self.plan_start_tick();
-        let from = match (&self.plan, &self.waiting) {
-            (Some(plan), _) => plan.at(start),
-            (None, Some((_, from))) => *from,
-            (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
-        };
-        let plan = Plan::drive(start, from, drive, &self.config).map_err(Refusal::Motion)?;
-        if self.motion.is_some() && self.motion_end.is_none() {
-            self.end_motion(MotionEnd::Replaced);
-        }
-        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
-        self.motions = self.motions.wrapping_add(1);
-        self.motion = Some(drive.motion);
-        self.motion_end = None;
-        self.renew(drive.ttl_ms)?;
-        if let Some(start_at) = start_at {
-            self.begin_wait(*drive, from, start_at);
-        } else if self.probed {
-            self.follow(plan);
-        } else {
-            self.begin_probe(*drive, from);
-        }
-        Ok(Answer::Done)
-    }
-
-    /// When to start a motion so that `start_us` is its first control tick: half a tick before.
-    fn start_instant(&self, start_us: u64) -> Result<Instant, Refusal> {
-        if self.state != State::Armed {
-            return Err(Refusal::State(self.state));
-        }
-        let at = Instant::from_micros(start_us.saturating_sub(u64::from(CONTROL_PERIOD_US) / 2));
-        let now = Instant::now();
-        if at <= now || start_us - now.as_micros() > Drive::START_AHEAD_US_MAX {
-            return Err(Refusal::Motion(MotionError::Start));
-        }
-        Ok(at)
     }
 
     pub(super) fn execute_clear(&mut self, number: u32) -> Result<Answer, Refusal> {
@@ -238,15 +205,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(())
     }
 
-    fn renew(&mut self, ttl_ms: u16) -> Result<(), Refusal> {
-        if !Drive::TTL_MS.contains(&ttl_ms) {
-            return Err(Refusal::Motion(MotionError::TimeToLive));
-        }
-        self.alive_until = Instant::now() + Duration::from_millis(u64::from(ttl_ms));
-        Ok(())
-    }
-
-    fn not_faulted(&self) -> Result<(), Refusal> {
+    pub(super) fn not_faulted(&self) -> Result<(), Refusal> {
         self.shared.fault.report().map_or(Ok(()), |report| Err(Refusal::Faulted(report)))
     }
 

@@ -2,9 +2,10 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
-use shared_proto::{Drive, MotionEnd, State, WheelPair};
+use shared_proto::{MotionEnd, State, WheelPair};
 
-use super::Supervisor;
+use super::motions::Wanted;
+use super::{PLAN_AHEAD, Supervisor};
 use crate::hal::Store;
 use crate::probe::{Direction, Probe};
 use crate::profile::{Plan, ProfileState};
@@ -13,7 +14,7 @@ use crate::shared::Order;
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Idle to armed.
     pub(super) fn arm(&mut self) {
-        self.probed = false;
+        self.probed = WheelPair::both(false);
         self.shared.order.put(Order::Rest);
         self.enter(State::Armed);
     }
@@ -25,11 +26,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// Armed to driving; the encoder check comes first.
-    pub(super) fn begin_probe(&mut self, drive: Drive, from: WheelPair<ProfileState>) {
+    pub(super) fn begin_probe(&mut self, wanted: Wanted, from: WheelPair<ProfileState>) {
         let id = self.next_order();
         let counts = self.shared.snapshot.get().measured.counts;
-        let probe = Probe::new(&self.config, counts, drive.distance.map(Direction::of));
-        self.waiting = Some((drive, from));
+        let directions = wanted.directions(&self.config);
+        let probe = Probe::new(&self.config, counts, directions);
+        self.probing = directions.map(|direction| direction != Direction::Still);
+        self.waiting = Some((wanted, from));
         self.start_at = None;
         self.plan = None;
         self.shared.check(id, probe);
@@ -39,11 +42,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Armed to driving; the wheels rest until the start time.
     pub(super) fn begin_wait(
         &mut self,
-        drive: Drive,
+        wanted: Wanted,
         from: WheelPair<ProfileState>,
         start_at: Instant,
     ) {
-        self.waiting = Some((drive, from));
+        self.waiting = Some((wanted, from));
         self.start_at = Some(start_at);
         self.enter(State::Driving);
     }
@@ -51,17 +54,17 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Driving to driving: the start time has come.
     pub(super) fn end_wait(&mut self) {
         self.start_at = None;
-        let Some((drive, from)) = self.waiting.take() else { return };
-        if self.probed {
-            self.follow_drive(&drive, from);
+        let Some((wanted, from)) = self.waiting.take() else { return };
+        if self.is_probed(&wanted) {
+            self.begin(&wanted, from);
         } else {
-            self.begin_probe(drive, from);
+            self.begin_probe(wanted, from);
         }
     }
 
     /// Driving to driving: the encoder check or the wait is over.
-    pub(super) fn follow_drive(&mut self, drive: &Drive, from: WheelPair<ProfileState>) {
-        match Plan::drive(self.plan_start_tick(), from, drive, &self.config) {
+    pub(super) fn begin(&mut self, wanted: &Wanted, from: WheelPair<ProfileState>) {
+        match wanted.plan(self.plan_start_tick(), from, &self.config) {
             Ok(plan) => self.follow(plan),
             // The same motion was planned when the command came; the configuration has not changed.
             Err(_) => self.begin_stop(State::Armed),
@@ -74,6 +77,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.waiting = None;
         self.start_at = None;
         self.shared.follow(id, &plan);
+        self.plan_starts = Instant::now() + PLAN_AHEAD;
         self.plan = Some(plan);
         self.enter(State::Driving);
     }
@@ -81,6 +85,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Driving to stopping; `then` is the state after the stop.
     pub(super) fn begin_stop(&mut self, then: State) {
         self.after_stop = then;
+        self.velocity = None;
+        self.next_velocity = None;
         match self.plan.take() {
             Some(plan) => {
                 let start = self.plan_start_tick();

@@ -1,0 +1,193 @@
+//! Motions: what a host wants, and when the robot does it.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::Instant;
+use shared_proto::{
+    Answer, Config, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, WheelPair,
+};
+
+use super::{EARLIER_MOTIONS, Supervisor};
+use crate::hal::Store;
+use crate::probe::Direction;
+use crate::profile::{Plan, ProfileState};
+use crate::units::CONTROL_PERIOD_US;
+
+/// A motion that a host wants.
+#[derive(Clone, Copy)]
+pub(super) enum Wanted {
+    Drive(Drive),
+    Velocity(Velocity),
+}
+
+impl Wanted {
+    fn motion(&self) -> MotionId {
+        match self {
+            Wanted::Drive(drive) => drive.motion,
+            Wanted::Velocity(velocity) => velocity.motion,
+        }
+    }
+
+    /// Which way each wheel is checked. The wheels of a velocity may turn either way next, so both are.
+    pub(super) fn directions(&self, config: &Config) -> WheelPair<Direction> {
+        match self {
+            Wanted::Drive(drive) => drive.distance.map(Direction::of),
+            Wanted::Velocity(velocity) => {
+                let speeds = velocity.wheels_mps(config).unwrap_or(WheelPair::both(0.0));
+                speeds.map(|speed| match Direction::of(speed) {
+                    Direction::Still => Direction::Forward,
+                    direction => direction,
+                })
+            }
+        }
+    }
+
+    /// The plan for it, from this state at this tick.
+    pub(super) fn plan(
+        &self,
+        start_tick: u32,
+        from: WheelPair<ProfileState>,
+        config: &Config,
+    ) -> Result<Plan, MotionError> {
+        match self {
+            Wanted::Drive(drive) => Plan::drive(start_tick, from, drive, config),
+            Wanted::Velocity(velocity) => {
+                let speeds = velocity.wheels_mps(config)?;
+                let acceleration = velocity.acceleration_mps2;
+                Plan::cruise(start_tick, from, speeds, acceleration, &config.geometry)
+            }
+        }
+    }
+}
+
+impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
+    pub(super) fn execute_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
+        self.not_faulted()?;
+        if self.motion == Some(drive.motion) {
+            // A repeated command. If the motion is still under way, this renews it.
+            if self.motion_end.is_none() {
+                self.renew();
+            }
+            return Ok(Answer::Done);
+        }
+        if self.earlier_motions.contains(&Some(drive.motion)) {
+            return Ok(Answer::Done);
+        }
+        self.may_move()?;
+        let start_at = drive.start_us.map(|start_us| self.start_instant(start_us)).transpose()?;
+        self.start_motion(Wanted::Drive(*drive), start_at)
+    }
+
+    pub(super) fn execute_velocity(&mut self, velocity: &Velocity) -> Result<Answer, Refusal> {
+        self.not_faulted()?;
+        velocity.wheels_mps(&self.config).map_err(Refusal::Motion)?;
+        if self.earlier_motions.contains(&Some(velocity.motion)) {
+            return Err(Refusal::NoSuchMotion);
+        }
+        if self.motion != Some(velocity.motion) {
+            self.may_move()?;
+            self.start_motion(Wanted::Velocity(*velocity), None)?;
+            self.velocity = Some(*velocity);
+            return Ok(Answer::Done);
+        }
+        // The motion has ended, or it is no velocity.
+        let Some(before) = self.velocity else { return Err(Refusal::NoSuchMotion) };
+        if self.lease < self.alive_until {
+            // A later command came first.
+            return Err(Refusal::Late);
+        }
+        self.renew();
+        if before == *velocity {
+            return Ok(Answer::Done);
+        }
+        self.velocity = Some(*velocity);
+        if let Some((wanted, _)) = &mut self.waiting {
+            // The encoder check is under way; this is driven afterwards.
+            *wanted = Wanted::Velocity(*velocity);
+        } else if Instant::now() < self.plan_starts {
+            self.next_velocity = Some(*velocity);
+        } else {
+            self.change_velocity(*velocity);
+        }
+        Ok(Answer::Done)
+    }
+
+    /// Driving to driving, at another velocity.
+    pub(super) fn change_velocity(&mut self, velocity: Velocity) {
+        let Some(plan) = &self.plan else { return };
+        let start = self.plan_start_tick();
+        let from = plan.at(start);
+        self.begin(&Wanted::Velocity(velocity), from);
+    }
+
+    /// Whether the wheels that this turns have been checked.
+    pub(super) fn is_probed(&self, wanted: &Wanted) -> bool {
+        let directions = wanted.directions(&self.config);
+        directions
+            .zip(self.probed)
+            .all(|(direction, probed)| direction == Direction::Still || probed)
+    }
+
+    /// An error unless a motion may begin in this state.
+    fn may_move(&self) -> Result<(), Refusal> {
+        let stopping_to_armed = self.state == State::Stopping && self.after_stop == State::Armed;
+        match self.state {
+            State::Armed | State::Driving => Ok(()),
+            _ if stopping_to_armed => Ok(()),
+            state => Err(Refusal::State(state)),
+        }
+    }
+
+    /// A new motion, in place of the one under way.
+    fn start_motion(
+        &mut self,
+        wanted: Wanted,
+        start_at: Option<Instant>,
+    ) -> Result<Answer, Refusal> {
+        let probed = self.is_probed(&wanted);
+        let start = self.plan_start_tick();
+        let from = match (&self.plan, &self.waiting) {
+            // A wheel that has not been checked is checked from a standstill only.
+            (Some(_), _) if !probed => return Err(Refusal::State(self.state)),
+            (Some(plan), _) => plan.at(start),
+            (None, Some((_, from))) => *from,
+            (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
+        };
+        let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;
+        if self.motion.is_some() && self.motion_end.is_none() {
+            self.end_motion(MotionEnd::Replaced);
+        }
+        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
+        self.motions = self.motions.wrapping_add(1);
+        self.motion = Some(wanted.motion());
+        self.motion_end = None;
+        self.alive_until = self.lease;
+        self.renewed = Instant::now();
+        if let Some(start_at) = start_at {
+            self.begin_wait(wanted, from, start_at);
+        } else if probed {
+            self.follow(plan);
+        } else {
+            self.begin_probe(wanted, from);
+        }
+        Ok(Answer::Done)
+    }
+
+    /// When to start a motion so that `start_us` is its first control tick: half a tick before.
+    fn start_instant(&self, start_us: u64) -> Result<Instant, Refusal> {
+        if self.state != State::Armed {
+            return Err(Refusal::State(self.state));
+        }
+        let at = Instant::from_micros(start_us.saturating_sub(u64::from(CONTROL_PERIOD_US) / 2));
+        let now = Instant::now();
+        if at <= now || start_us - now.as_micros() > Drive::START_AHEAD_US_MAX {
+            return Err(Refusal::Motion(MotionError::Start));
+        }
+        Ok(at)
+    }
+
+    /// The motion under way lives as long as this request's lease, if that ends later than its own.
+    pub(super) fn renew(&mut self) {
+        self.alive_until = self.alive_until.max(self.lease);
+        self.renewed = Instant::now();
+    }
+}

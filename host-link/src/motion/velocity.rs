@@ -1,0 +1,100 @@
+//! Drives at velocities that change as they are wanted: a joystick, or a path that another program follows.
+
+use std::time::Duration;
+
+use shared_proto::{Command, MotionEnd, Refusal, Velocity};
+
+use super::rest::{bring_to_rest, leave_as_found, wait_for_stop};
+use super::{ends_motion, is_moving};
+use crate::error::{Error, Left, Result};
+use crate::session::Session;
+
+/// A velocity is commanded this often.
+pub const EVERY: Duration = Duration::from_millis(30);
+
+/// A velocity of the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// Speed of the middle between the wheels, forward positive \[m/s\].
+    pub forward_mps: f64,
+    /// Turn rate, to the left positive \[rad/s\].
+    pub turn_rad_s: f64,
+}
+
+/// Drives at the velocity that `wanted` gives every [`EVERY`], with the time since the first one \[s\], until it gives
+/// none; then brakes along a ramp, and leaves the motors off.
+///
+/// `acceleration_mps2` is that of the wheel whose speed changes most \[m/s^2\]. However this ends, by a fault, a
+/// [`Cancel`](crate::Cancel) or a lost link, the robot is left standing still. A robot that is already moving is an
+/// error, and nothing changes.
+pub async fn drive_at(
+    session: &mut Session,
+    acceleration_mps2: f64,
+    wanted: &mut dyn FnMut(f64) -> Option<Twist>,
+) -> Result<MotionEnd> {
+    let status = session.status().await?;
+    if let Some(report) = status.fault {
+        return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
+    }
+    if is_moving(status.state) {
+        return Err(Error::AlreadyMoving(status.state));
+    }
+    let mut fastest_mps = 0.0_f64;
+    let mut commanded = false;
+    let driven = follow(session, acceleration_mps2, wanted, &mut fastest_mps, &mut commanded).await;
+    // How long the longest ramp takes, with a robot's turning added generously.
+    let ramp_s = 2.0 * fastest_mps / acceleration_mps2;
+    let Err(error) = driven else {
+        session
+            .ask(Command::Stop)
+            .await?
+            .map_err(|refusal| Error::Refused { request: "stop", refusal })?;
+        let status = wait_for_stop(session, ramp_s, false).await?;
+        if let Some(report) = status.fault {
+            return Err(Error::Faulted(report));
+        }
+        session.request(Command::Disarm).await?;
+        return status.motion_end.ok_or(Error::NeverEnded);
+    };
+    let rest = match commanded {
+        true => bring_to_rest(session, ramp_s).await,
+        false => leave_as_found(session, status.state).await,
+    };
+    Err(match rest {
+        _ if !error.is_cancelled() => error,
+        Ok(state) => Error::Cancelled(Left::In(state)),
+        Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
+    })
+}
+
+/// Commands one velocity after another; ends with the last one, or with the motion.
+async fn follow(
+    session: &mut Session,
+    acceleration_mps2: f64,
+    wanted: &mut dyn FnMut(f64) -> Option<Twist>,
+    fastest_mps: &mut f64,
+    commanded: &mut bool,
+) -> Result<()> {
+    let _stale = session.take_events().count();
+    session.request(Command::Arm { take: false }).await?;
+    let motion = session.new_motion();
+    let start_us = session.clock().now_us();
+    loop {
+        super::rest::stop_if_cancelled(session)?;
+        let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
+        let Some(Twist { forward_mps, turn_rad_s }) = wanted(elapsed_s) else { return Ok(()) };
+        let velocity = Velocity { motion, forward_mps, turn_rad_s, acceleration_mps2 };
+        *fastest_mps = fastest_mps.max(forward_mps.abs());
+        let answer = session.ask(Command::Velocity(velocity)).await?;
+        *commanded |= answer.is_ok();
+        if session.take_events().any(|event| ends_motion(&event, motion)) {
+            // Stopped by another host or by a fault, which the status says.
+            return Ok(());
+        }
+        answer.map_err(|refusal| match refusal {
+            Refusal::Faulted(report) if *commanded => Error::Faulted(report),
+            refusal => Error::Refused { request: "drive", refusal },
+        })?;
+        session.listen(EVERY).await?;
+    }
+}

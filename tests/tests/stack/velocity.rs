@@ -1,0 +1,173 @@
+//! Velocities: followed without a jump, limited in acceleration, and over with their lease.
+
+use std::f64::consts::TAU;
+
+use beeline_tests::robot::{Robot, meters, on_robot};
+use host_link::motion::{Twist, drive_at};
+use shared_proto::{Command, MotionEnd, MotionError, MotionId, Refusal, State, Velocity};
+use sim_target::{Scenario, now_us};
+
+use crate::motion::{check_no_jump, fast_line};
+use crate::safety::begins_to_stop_us;
+
+const MOTION: MotionId = MotionId(9);
+
+fn velocity(forward_mps: f64, turn_rad_s: f64) -> Velocity {
+    Velocity { motion: MOTION, forward_mps, turn_rad_s, acceleration_mps2: 0.5 }
+}
+
+/// Commands a velocity every `period_s` for a time \[s\].
+async fn drive(robot: &mut Robot, period_s: f64, s: f64, wanted: impl Fn(f64) -> Velocity) {
+    let start_us = now_us();
+    loop {
+        let elapsed_s = (now_us() - start_us) as f64 * 1e-6;
+        if elapsed_s >= s {
+            return;
+        }
+        robot.session.post(Command::Velocity(wanted(elapsed_s))).await.expect("sent");
+        robot.listen(period_s).await;
+    }
+}
+
+#[test]
+fn a_velocity_drives_its_circle_and_ends_along_a_ramp_with_its_lease() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        // Past the encoder check and the ramp.
+        drive(robot, 0.05, 2.0, |_| velocity(0.15, 0.6)).await;
+        let start = robot.snapshot();
+        drive(robot, 0.05, 4.0, |_| velocity(0.15, 0.6)).await;
+        let way = robot.snapshot().pose.relative_to(start.pose);
+        // Wheels 0.8 % apart turn the robot by 3 mrad/s, as W_T is 1 here.
+        let turned_rad = way.heading_rad.rem_euclid(TAU);
+        assert!((turned_rad - 2.4).abs() < 0.03, "{turned_rad}");
+        let chord_m = way.x_m.hypot(way.y_m);
+        let expected_m = 2.0 * 0.15 / 0.6 * (0.5_f64 * 2.4).sin();
+        assert!((chord_m / expected_m - 1.0).abs() < 0.015, "{chord_m} {expected_m}");
+
+        let event_us = now_us();
+        robot.listen(1.5).await;
+        let begins_us = begins_to_stop_us(&robot.snapshots_from(event_us), 0.15) - event_us;
+        assert!((100_000..=250_000).contains(&begins_us), "{begins_us}");
+        let status = robot.session.status().await.expect("it answers");
+        let found = (status.state, status.motion_end, status.fault);
+        assert_eq!(found, (State::Armed, Some(MotionEnd::Stopped), None), "no fault, and armed");
+        // What comes under the old name is over; a new one drives.
+        let again = Command::Velocity(velocity(0.1, 0.0));
+        assert_eq!(robot.ask(again).await, Err(Refusal::NoSuchMotion));
+        let new = Velocity { motion: MotionId(10), ..velocity(0.1, 0.0) };
+        robot.tell(Command::Velocity(new)).await;
+        assert_eq!(robot.state().await, State::Driving);
+    });
+}
+
+#[test]
+fn velocities_change_without_a_jump_however_fast_they_come() {
+    for period_s in [0.002, 0.005, 0.012, 0.03, 0.1] {
+        on_robot(&fast_line(), async |robot| {
+            robot.tell(Command::Subscribe { period_ms: 1 }).await;
+            robot.tell(Command::Arm { take: false }).await;
+            // Forward, backward, turning, and still in between; each command differs from the last.
+            let wanted = |t: f64| velocity(0.2 * (1.7 * t).sin(), (2.3 * t).cos());
+            drive(robot, period_s, 6.0, wanted).await;
+            let status = robot.session.status().await.expect("it answers");
+            assert_eq!((status.state, status.fault), (State::Driving, None), "{period_s}");
+            let telemetry: Vec<_> = robot.session.take_telemetry().collect();
+            let largest = check_no_jump(&telemetry, 0.5);
+            assert!(largest > 0.3, "{period_s}: {largest} m/s^2");
+            // And they are followed: the setpoints have the speed that was wanted 40 ms before at the latest.
+            let speeds: Vec<f64> = telemetry
+                .windows(2)
+                .map(|w| {
+                    let way_um =
+                        w[1].wheels.zip(w[0].wheels).map(|(b, a)| b.setpoint_um - a.setpoint_um);
+                    0.5 * (way_um.left + way_um.right) as f64 * 1e-3
+                })
+                .collect();
+            let fastest = speeds.iter().copied().fold(0.0, f64::max);
+            assert!((0.18..0.21).contains(&fastest), "{period_s}: {fastest} m/s");
+        });
+    }
+}
+
+#[test]
+fn at_zero_velocity_the_robot_holds_its_place_and_goes_on_from_there() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        drive(robot, 0.05, 1.5, |_| velocity(0.0, 0.0)).await;
+        drive(robot, 0.05, 2.0, |_| velocity(0.1, 0.0)).await;
+        drive(robot, 0.05, 1.0, |_| velocity(0.0, 0.0)).await;
+        let stands = robot.snapshot();
+        assert!(stands.pose.x_m > 0.1, "{:?}", stands.pose);
+        drive(robot, 0.05, 3.0, |_| velocity(0.0, 0.0)).await;
+        let moved_m = robot.snapshot().moved_since_m(&stands);
+        // One count of the encoder.
+        assert!(moved_m < 2.6e-4, "{moved_m}");
+        drive(robot, 0.05, 1.0, |_| velocity(-0.1, 0.0)).await;
+        let back_m = stands.pose.x_m - robot.snapshot().pose.x_m;
+        assert!((0.06..0.1).contains(&back_m), "{back_m}");
+    });
+}
+
+#[test]
+fn a_stop_from_anywhere_ends_a_velocity_that_is_still_commanded() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        drive(robot, 0.03, 1.5, |_| velocity(0.2, 0.0)).await;
+        let mut driver = robot.another_host(2).await;
+        robot.tell(Command::Stop).await;
+        let event_us = now_us();
+        for _ in 0..40 {
+            driver.post(Command::Velocity(velocity(0.2, 0.0))).await.expect("sent");
+            robot.listen(0.03).await;
+        }
+        assert!(
+            begins_to_stop_us(&robot.snapshots_from(event_us - 50_000), 0.2) < event_us + 50_000
+        );
+        assert_eq!((robot.state().await, robot.fault().await), (State::Armed, None));
+    });
+}
+
+#[test]
+fn a_velocity_beyond_the_limits_is_refused_and_the_one_before_stays() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        drive(robot, 0.05, 1.5, |_| velocity(0.1, 0.0)).await;
+        for (wrong, error) in [
+            (velocity(5.0, 0.0), MotionError::TooFast),
+            (velocity(0.1, 40.0), MotionError::TooFast),
+            (velocity(f64::NAN, 0.0), MotionError::NotPositive),
+            (velocity(0.1, f64::INFINITY), MotionError::NotPositive),
+            (Velocity { acceleration_mps2: 0.0, ..velocity(0.1, 0.0) }, MotionError::NotPositive),
+            (Velocity { acceleration_mps2: 50.0, ..velocity(0.1, 0.0) }, MotionError::TooSteep),
+        ] {
+            let answer = robot.ask(Command::Velocity(wrong)).await;
+            assert_eq!(answer, Err(Refusal::Motion(error)), "{wrong:?}");
+        }
+        assert_eq!(robot.state().await, State::Driving);
+        // A drive has the number of its own: a velocity cannot take its place under the same one.
+        let drive = meters(1.0, 1.0, 0.1, 0.5).drive_now(MotionId(11));
+        robot.tell(Command::Drive(drive)).await;
+        let same = Velocity { motion: MotionId(11), ..velocity(0.1, 0.0) };
+        assert_eq!(robot.ask(Command::Velocity(same)).await, Err(Refusal::NoSuchMotion));
+    });
+}
+
+#[test]
+fn a_host_drives_at_velocities_from_start_to_standstill() {
+    on_robot(&Scenario::default(), async |robot| {
+        // A quarter circle to the left, then straight.
+        let mut wanted = |t: f64| match t {
+            0.0..5.0 => Some(Twist { forward_mps: 0.1, turn_rad_s: 0.25 }),
+            5.0..8.0 => Some(Twist { forward_mps: 0.1, turn_rad_s: 0.0 }),
+            _ => None,
+        };
+        let end = drive_at(&mut robot.session, 0.2, &mut wanted).await.expect("it drives");
+        assert_eq!(end, MotionEnd::Stopped);
+        let pose = robot.snapshot().pose;
+        // The encoder check takes half a second of the first five.
+        assert!((0.9..1.4).contains(&pose.heading_rad), "{pose:?}");
+        assert!(pose.x_m.hypot(pose.y_m) > 0.6, "{pose:?}");
+        assert_eq!((robot.state().await, robot.fault().await), (State::Idle, None));
+    });
+}

@@ -66,7 +66,7 @@ impl SimTarget {
         clock::claim();
         let setup = scenario.set_up();
         let seed = setup.seed;
-        let to_robot = Wire::new(setup.to_robot, seed ^ 0x746f_726f_626f_7400);
+        let to_robot = Wire::to_board(setup.to_robot, seed ^ 0x746f_726f_626f_7400);
         let to_host = Wire::new(setup.to_host, seed ^ 0x746f_686f_7374_0000);
         let world = World::new(scenario, setup, Pin::default(), Pin::default());
         let world = Rc::new(RefCell::new(world));

@@ -26,6 +26,13 @@ pub struct WireParameters {
 /// A writer waits while this many bytes are still on the line: a UART's transmit buffer.
 const BACKLOG_BYTES_MAX: u64 = 256;
 
+/// A robot that does not read loses everything as soon as this many bytes have arrived: a board's ring buffer, which
+/// begins anew when it overflows.
+const RECEIVE_BYTES_MAX: usize = 512;
+
+/// What is written arrives in pieces of this many bytes.
+const PIECE_BYTES: usize = 32;
+
 /// One direction of a line.
 #[derive(Clone)]
 pub struct Wire(Rc<RefCell<LineState>>);
@@ -41,6 +48,8 @@ struct LineState {
     idle_us: u64,
     reader: Option<Waker>,
     cut: bool,
+    /// Unread bytes that the receiver holds at most.
+    receive_max: usize,
 }
 
 impl Wire {
@@ -54,7 +63,18 @@ impl Wire {
             idle_us: 0,
             reader: None,
             cut: false,
+            receive_max: usize::MAX,
         })))
+    }
+
+    /// As [`new`](Self::new), to a receiver with the buffer of a board. A line without delay is taken to be one that
+    /// loses nothing.
+    pub fn to_board(parameters: WireParameters, seed: u64) -> Self {
+        let wire = Self::new(parameters, seed);
+        if parameters.baud > 0 {
+            wire.0.borrow_mut().receive_max = RECEIVE_BYTES_MAX;
+        }
+        wire
     }
 
     /// Cuts or restores the line. Bytes that are written while the line is cut are lost.
@@ -71,12 +91,13 @@ impl Wire {
     pub fn write_now(&self, bytes: &[u8]) {
         let mut state = self.0.borrow_mut();
         let state = &mut *state;
-        let now = crate::clock::now_us();
-        let mut duration_us = 0;
-        if state.parameters.baud > 0 {
-            duration_us = bytes.len() as u64 * 10_000_000 / u64::from(state.parameters.baud);
-        }
-        state.idle_us = state.idle_us.max(now) + duration_us;
+        let begin_us = state.idle_us.max(crate::clock::now_us());
+        let baud = u64::from(state.parameters.baud);
+        let arrival_us = |len: usize| match baud {
+            0 => begin_us,
+            baud => begin_us + len as u64 * 10_000_000 / baud,
+        };
+        state.idle_us = arrival_us(bytes.len());
         let WireParameters { frame_loss, bit_error, .. } = state.parameters;
         if state.cut || (frame_loss > 0.0 && state.rng.random_bool(frame_loss)) {
             return;
@@ -91,7 +112,11 @@ impl Wire {
                 }
             }
         }
-        state.in_transit.push_back((state.idle_us, bytes));
+        let mut len = 0;
+        for piece in bytes.chunks(PIECE_BYTES) {
+            len += piece.len();
+            state.in_transit.push_back((arrival_us(len), piece.to_vec()));
+        }
         if let Some(reader) = state.reader.take() {
             reader.wake();
         }
@@ -109,6 +134,7 @@ impl Wire {
         let mut state = self.0.borrow_mut();
         let state = &mut *state;
         let now = crate::clock::now_us();
+        state.overflow(now);
         let mut len = 0;
         while len < buffer.len()
             && let Some((arrival, chunk)) = state.in_transit.front()
@@ -159,6 +185,19 @@ impl Wire {
             embassy_time::Timer::at(Instant::from_micros(room_us)).await;
         }
         self.write_now(bytes);
+    }
+}
+
+impl LineState {
+    /// Drops what has arrived, if it is more than the receiver holds.
+    fn overflow(&mut self, now: u64) {
+        let arrived = self.in_transit.iter().take_while(|(arrival, _)| *arrival <= now);
+        let (pieces, bytes) =
+            arrived.fold((0, 0), |(pieces, bytes), (_, piece)| (pieces + 1, bytes + piece.len()));
+        if bytes - self.read > self.receive_max {
+            self.in_transit.drain(..pieces);
+            self.read = 0;
+        }
     }
 }
 

@@ -78,7 +78,8 @@ impl Handshake {
             // Only robots send these: another robot is on the line, or an echo.
             Channel::Reply | Channel::Telemetry | Channel::Event => return,
         };
-        shared.liveness.while_waiting(SafetyTask::Receive, room(&shared.outgoing)).await;
+        // Never waits for the line: whoever floods it and does not read would keep the others' requests waiting.
+        // A host that hears nothing asks again.
         let _ = shared.outgoing.try_send(answer);
     }
 

@@ -187,7 +187,10 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// The motion under way lives as long as this request's lease, if that ends later than its own.
     pub(super) fn renew(&mut self) {
-        self.alive_until = self.alive_until.max(self.lease);
-        self.renewed = Instant::now();
+        // A copy of an earlier request is no sign of life.
+        if self.lease > self.alive_until {
+            self.alive_until = self.lease;
+            self.renewed = Instant::now();
+        }
     }
 }

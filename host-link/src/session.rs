@@ -4,13 +4,15 @@
 //! time and against the simulator in virtual time. How a motion is driven is a matter of
 //! [`crate::motion`].
 
+mod config;
+
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use futures_lite::future;
 use shared_proto::{
-    Answer, Channel, Command, Config, ConfigOrigin, Decoder, Encoder, Event, Hello, Identity,
-    MotionId, Refusal, Reply, Request, Status, Telemetry,
+    Answer, Channel, Command, Decoder, Encoder, Event, Hello, Identity, MotionId, Refusal, Reply,
+    Request, Status, Telemetry,
 };
 
 use crate::cancel::Cancel;
@@ -248,41 +250,6 @@ impl Session {
         match self.request(Command::Status).await? {
             Answer::Status(status) => Ok(status),
             other => Err(wrong_answer("report its status", other)),
-        }
-    }
-
-    /// The configuration in use.
-    pub async fn read_config(&mut self) -> Result<Config> {
-        match self.request(Command::ReadConfig).await? {
-            Answer::Config(config) => Ok(config),
-            other => Err(wrong_answer("read the configuration", other)),
-        }
-    }
-
-    /// Uses another configuration, reads it back and compares.
-    pub async fn write_config(&mut self, config: &Config) -> Result<()> {
-        config.validate().map_err(|error| Error::Refused {
-            request: "use the configuration",
-            refusal: Refusal::Config(error),
-        })?;
-        self.request(Command::WriteConfig(config.clone())).await?;
-        if self.read_config().await? != *config {
-            return Err(Error::ReadBackDiffers);
-        }
-        Ok(())
-    }
-
-    /// Makes the configuration in use survive power-off. The robot reads back what it wrote.
-    pub async fn save_config(&mut self) -> Result<()> {
-        self.request(Command::SaveConfig).await?;
-        Ok(())
-    }
-
-    /// Goes back to an earlier configuration, and returns it.
-    pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
-        match self.request(Command::RestoreConfig(origin)).await? {
-            Answer::Config(config) => Ok(config),
-            other => Err(wrong_answer("restore the configuration", other)),
         }
     }
 

@@ -1,0 +1,43 @@
+//! The robot's configuration, read and written.
+
+use shared_proto::{Answer, Command, Config, ConfigOrigin, Refusal};
+
+use super::{Session, wrong_answer};
+use crate::error::{Error, Result};
+
+impl Session {
+    /// The configuration in use.
+    pub async fn read_config(&mut self) -> Result<Config> {
+        match self.request(Command::ReadConfig).await? {
+            Answer::Config(config) => Ok(config),
+            other => Err(wrong_answer("read the configuration", other)),
+        }
+    }
+
+    /// Uses another configuration, reads it back and compares.
+    pub async fn write_config(&mut self, config: &Config) -> Result<()> {
+        config.validate().map_err(|error| Error::Refused {
+            request: "use the configuration",
+            refusal: Refusal::Config(error),
+        })?;
+        self.request(Command::WriteConfig(config.clone())).await?;
+        if self.read_config().await? != *config {
+            return Err(Error::ReadBackDiffers);
+        }
+        Ok(())
+    }
+
+    /// Makes the configuration in use survive power-off. The robot reads back what it wrote.
+    pub async fn save_config(&mut self) -> Result<()> {
+        self.request(Command::SaveConfig).await?;
+        Ok(())
+    }
+
+    /// Goes back to an earlier configuration, and returns it.
+    pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
+        match self.request(Command::RestoreConfig(origin)).await? {
+            Answer::Config(config) => Ok(config),
+            other => Err(wrong_answer("restore the configuration", other)),
+        }
+    }
+}

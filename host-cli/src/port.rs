@@ -137,6 +137,18 @@ pub fn with_robot<T>(
     sim: &SimOptions,
     procedure: impl AsyncFnOnce(&mut Session, Option<Lab>) -> Result<T>,
 ) -> Result<T> {
+    with_session(port, sim, async |session, lab| {
+        session.open().await?;
+        procedure(session, lab).await
+    })
+}
+
+/// As [`with_robot`], with a session that is not open yet.
+pub fn with_session<T>(
+    port: &Port,
+    sim: &SimOptions,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Lab>) -> Result<T>,
+) -> Result<T> {
     match port {
         Port::Sim(_) => {
             let mut target = sim.target(&sim.scenario(port)?)?;
@@ -144,10 +156,7 @@ pub fn with_robot<T>(
             // Each command has a new simulator, so the session number may always be the same.
             let mut session = sim_link::session(&target.host_wire(), 1, port.to_string());
             session.cancel_by(&interrupt::cancel());
-            target.run(async {
-                session.open().await?;
-                procedure(&mut session, Some(lab)).await
-            })
+            target.run(async { procedure(&mut session, Some(lab)).await })
         }
         Port::At(address) => {
             if sim.flash.is_some() || sim.seed.is_some() {
@@ -157,10 +166,7 @@ pub fn with_robot<T>(
             }
             let mut session = host_link::connect(address)?;
             session.cancel_by(&interrupt::cancel());
-            host_link::block_on(async {
-                session.open().await?;
-                procedure(&mut session, None).await
-            })
+            host_link::block_on(async { procedure(&mut session, None).await })
         }
     }
 }

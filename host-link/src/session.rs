@@ -163,6 +163,17 @@ impl Session {
         }
     }
 
+    /// Cuts the motors, for a session that need not be open.
+    ///
+    /// Hello and command go out in one breath: on a line that others keep busy, the robot acts before an answer finds room.
+    pub async fn emergency_stop(&mut self) -> Result<()> {
+        let hello = self.encoder.hello(Hello::of_this_build(self.number));
+        self.write(&[&[0], &*hello].concat()).await?;
+        self.post(Command::EmergencyStop).await?;
+        self.open().await?;
+        self.request(Command::EmergencyStop).await.map(drop)
+    }
+
     /// Sends a request, and repeats it until the robot answers. Each copy has a lease from when it is sent.
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
         let subscribes = match command {

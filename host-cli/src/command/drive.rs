@@ -8,7 +8,7 @@ use shared_proto::{Command, Config, TravelUnit, WheelPair};
 use crate::cli::{Common, DriveCommand, ProfileArgs};
 use crate::error::{Error, Result};
 use crate::limits;
-use crate::port::with_robot;
+use crate::port::{with_robot, with_session};
 use crate::quantity::{Acceleration, Distance, Speed};
 use crate::ui::{Progress, say, tell};
 use host_link::motion::{self, Motion, RecordOptions, Recording};
@@ -28,9 +28,13 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
 }
 
 pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
-    with_robot(&common.port, &common.sim(), async |session, _| {
-        let command = if now { Command::EmergencyStop } else { Command::Stop };
-        session.request(command).await?;
+    with_session(&common.port, &common.sim(), async |session, _| {
+        if now {
+            session.emergency_stop().await?;
+        } else {
+            session.open().await?;
+            session.request(Command::Stop).await?;
+        }
         Ok(())
     })?;
     let line = if now { "motors off; `beeline clear` clears the fault" } else { "stopping" };

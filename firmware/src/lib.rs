@@ -10,6 +10,7 @@
 //! | [`task`] | the loops: encoder capture, profile, PID, link, telemetry, supervisor, safety inputs |
 //! | [`hal`] | the hardware interface: what a board, or the simulator, implements |
 //! | `board` | that interface on STM32 boards; only in an image, behind the feature `stm32` |
+//! | [`dead_reckoning`] | where the robot is by its own counts |
 //! | [`liveness`] | signs of life of the safety tasks |
 //! | [`store`] | the configuration in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
@@ -18,6 +19,7 @@
 
 #[cfg(all(target_os = "none", feature = "stm32"))]
 pub mod board;
+pub mod dead_reckoning;
 pub mod hal;
 pub mod liveness;
 pub mod probe;

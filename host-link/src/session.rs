@@ -5,6 +5,7 @@
 //! [`crate::motion`].
 
 mod config;
+mod telemetry;
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -22,6 +23,8 @@ use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
 use crate::wire::Wire;
+
+use self::telemetry::Listening;
 
 /// A request without a reply is repeated after this long: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);
@@ -51,7 +54,7 @@ pub struct Session {
     replies: VecDeque<Reply>,
     hello: Option<Hello>,
     telemetry: Stream,
-    subscribed: bool,
+    listening: Listening,
     events: VecDeque<Event>,
     statistics: HostStatistics,
 }
@@ -77,7 +80,7 @@ impl Session {
             replies: VecDeque::new(),
             hello: None,
             telemetry: Stream::default(),
-            subscribed: false,
+            listening: Listening::No,
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
         }
@@ -210,7 +213,8 @@ impl Session {
                     }
                     if let (Some(period_ms), Ok(_)) = (subscribes, &reply.outcome) {
                         self.telemetry.restart();
-                        self.subscribed = period_ms > 0;
+                        self.listening =
+                            if period_ms > 0 { Listening::Subscribed } else { Listening::No };
                     }
                     return Ok(reply.outcome);
                 }
@@ -262,24 +266,6 @@ impl Session {
             Answer::Status(status) => Ok(status),
             other => Err(wrong_answer("report its status", other)),
         }
-    }
-
-    /// Telemetry that was received and not taken yet, oldest first, each frame once.
-    ///
-    /// Frames after a lost one are held back until that one has been received.
-    pub fn take_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
-        self.telemetry.drain()
-    }
-
-    /// As [`take_telemetry`](Self::take_telemetry), but does not hold frames back for lost ones.
-    pub fn take_all_telemetry(&mut self) -> impl Iterator<Item = Telemetry> + '_ {
-        self.telemetry.give_up();
-        self.telemetry.drain()
-    }
-
-    /// Events that were received and not taken yet, oldest first.
-    pub fn take_events(&mut self) -> impl Iterator<Item = Event> + '_ {
-        self.events.drain(..)
     }
 
     /// Listens for this long.
@@ -370,7 +356,7 @@ impl Session {
                 if let Some(telemetry) = frame.message::<Telemetry>() {
                     self.robot_clock.hear(telemetry.t_us, None, self.clock.now_us());
                     // Without a subscription it is another host's.
-                    if self.subscribed {
+                    if self.listening != Listening::No {
                         self.telemetry.push(telemetry);
                     }
                 }

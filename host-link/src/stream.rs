@@ -149,7 +149,7 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    use shared_proto::{PidTerms, State, WheelPair, WheelTelemetry};
+    use shared_proto::{PidTerms, Pose, State, WheelPair, WheelTelemetry};
 
     use super::*;
 
@@ -158,7 +158,8 @@ mod tests {
         let wheel = WheelTelemetry { terms, ..WheelTelemetry::default() };
         let wheels = WheelPair::both(wheel);
         let t_us = u64::from(number) * 10_000;
-        Telemetry { number, t_us, state: State::Idle, probing: false, wheels, supply_mv: 0 }
+        let pose = Pose::default();
+        Telemetry { number, t_us, state: State::Idle, probing: false, wheels, supply_mv: 0, pose }
     }
 
     fn numbers(stream: &mut Stream) -> Vec<u32> {

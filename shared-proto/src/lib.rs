@@ -29,7 +29,7 @@
 //! | 0 `Hello` | 18 | 27 |
 //! | 1 `Request` | 258 | 268 |
 //! | 2 `Reply` | 259 | 269 |
-//! | 3 `Telemetry` | 110 | 119 |
+//! | 3 `Telemetry` | 140 | 149 |
 //! | 4 `Event` | 50 | 59 |
 //!
 //! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, which leaves room for later messages.

@@ -335,6 +335,23 @@ pub struct Telemetry {
     pub wheels: WheelPair<WheelTelemetry>,
     /// Supply \[mV\].
     pub supply_mv: u16,
+    /// Where the robot is, by dead reckoning.
+    pub pose: Pose,
+}
+
+/// Where the robot is by its own counts: the middle between its wheels, since power-on.
+///
+/// x points ahead and y to the left of the robot at power-on; the heading is to the left positive, and not wrapped. With
+/// W_T, track width and heading pull as configured. What no encoder sees, slip for one, is not in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Pose {
+    /// Ahead \[um\].
+    pub x_um: i64,
+    /// To the left \[um\].
+    pub y_um: i64,
+    /// \[urad\]
+    pub heading_urad: i64,
 }
 
 impl Telemetry {

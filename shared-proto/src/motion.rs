@@ -114,7 +114,7 @@ pub struct Velocity {
 impl Velocity {
     /// The wheels' speeds \[m/s\], v -+ omega b / 2 with the track width b, if they keep to the limits of a valid
     /// configuration. Robot and host both check with this.
-    #[inline]
+    #[inline(never)]
     pub fn wheels_mps(&self, config: &Config) -> Result<WheelPair<f64>, MotionError> {
         let Self { forward_mps, turn_rad_s, acceleration_mps2, .. } = *self;
         if !forward_mps.is_finite()

@@ -35,6 +35,7 @@ pub use handoff::{Mailbox, Notify, SharedCell};
 pub use tick::{Action, Snapshot, TelemetryHistory, Tick, TickCell};
 
 use crate::capture::CaptureSettings;
+use crate::dead_reckoning::Geometry;
 use crate::liveness::Liveness;
 use crate::pid::Gains;
 use crate::probe::Probe;
@@ -66,6 +67,8 @@ pub struct Shared<M: RawMutex> {
     pub requests: Channel<M, Request, 1>,
     /// Any task to the link.
     pub outgoing: Channel<M, Outgoing, 4>,
+    /// Supervisor to telemetry: how to follow where the robot is.
+    pub follow_wheels: Mailbox<M, Follow>,
     /// PID to telemetry: this tick is due to be sent.
     pub telemetry_due: Notify<M>,
     /// Telemetry to link.
@@ -111,6 +114,7 @@ impl<M: RawMutex> Shared<M> {
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
+            follow_wheels: Mailbox::new(),
             telemetry_due: Notify::new(),
             telemetry: Channel::new(),
             history: TelemetryHistory::new(),
@@ -165,6 +169,8 @@ impl<M: RawMutex> Shared<M> {
     }
 
     /// As [`raise`](Self::raise), from within the control tick; how the wheels are is noted at the tick's end.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn raise_in_tick(&self, fault: Fault, t_us: u64) {
         if self.fault.latch(fault, t_us) {
             // A full queue loses nothing: the supervisor reads the latch after every event.
@@ -209,6 +215,14 @@ pub enum ControlEvent {
     Faulted,
     /// The emergency stop's button was held to clear its fault.
     ClearRequested,
+}
+
+/// How to follow where the robot is.
+pub enum Follow {
+    /// Not at all: the wheels' travel is about to have another scale.
+    Pause,
+    /// With this geometry, from the same place.
+    With(Geometry),
 }
 
 /// How to close the loop.

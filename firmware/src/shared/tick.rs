@@ -4,7 +4,7 @@ use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
-use shared_proto::{Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
+use shared_proto::{Pose, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
 
 use crate::capture::Measured;
 use crate::pid::PidState;
@@ -80,13 +80,10 @@ impl<M: RawMutex> TickCell<M> {
         self.0.lock(|tick| work(&mut tick.borrow_mut()))
     }
 
-    /// The telemetry frame of this tick, where one is sent every `period` ticks; none if that is zero.
-    ///
-    /// Called outside the control tick, which has no time for conversions to the wire's units.
-    pub fn telemetry(&self, state: shared_proto::State, period: u32) -> Option<Telemetry> {
-        let tick = self.with(|tick| *tick);
-        let number = tick.measured.tick.checked_div(period)?;
-        Some(tick.telemetry(number, state))
+    /// The whole tick, for use outside the control tick: that has no time for conversions to the wire's units.
+    #[inline(never)]
+    pub fn copy(&self) -> Tick {
+        self.with(|tick| *tick)
     }
 
     /// The wheels and the supply.
@@ -97,7 +94,13 @@ impl<M: RawMutex> TickCell<M> {
 }
 
 impl Tick {
-    fn telemetry(&self, number: u32, state: shared_proto::State) -> Telemetry {
+    /// The telemetry frame of this tick.
+    pub(crate) fn telemetry(
+        &self,
+        number: u32,
+        state: shared_proto::State,
+        pose: Pose,
+    ) -> Telemetry {
         Telemetry {
             number,
             t_us: self.measured.t_us,
@@ -105,6 +108,7 @@ impl Tick {
             probing: self.probing,
             wheels: WheelPair { left: self.wheel(Wheel::Left), right: self.wheel(Wheel::Right) },
             supply_mv: self.supply_mv,
+            pose,
         }
     }
 

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use host_link::Session;
 use host_link::error::FaultInWords;
 use serde_json::json;
-use shared_proto::{Command, Event, Telemetry};
+use shared_proto::{Command, Event, Refusal, Telemetry};
 
 use crate::cli::{Common, WatchArgs, period_ms};
 use crate::error::Result;
@@ -19,7 +20,7 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
     let period_ms = period_ms(args.rate);
     let duration_s = args.duration.map(|time| time.s).or(common.port.is_sim().then_some(SIM_S));
     with_robot(&common.port, &common.sim(), async |session, _| {
-        session.request(Command::Subscribe { period_ms }).await?;
+        subscribe(session, period_ms).await?;
         if !common.json {
             say(paint(DIM, HEADER));
         }
@@ -41,9 +42,15 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
             if now_us - checked_us > 1_000_000 {
                 checked_us = now_us;
                 session.status().await?;
+                if session.overhears() {
+                    // Its driver may be gone, and the telemetry with it.
+                    subscribe(session, period_ms).await?;
+                }
             }
         }
-        session.request(Command::Subscribe { period_ms: 0 }).await?;
+        if !session.overhears() {
+            subscribe(session, 0).await?;
+        }
         match session.statistics().telemetry_lost {
             0 => {}
             lost => note(paint(DIM, format_args!("{lost} frames of telemetry were lost"))),
@@ -52,7 +59,21 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
     })
 }
 
-const HEADER: &str = "      t s  state      supply |  left counts   err um   mm/s  duty % | right counts   err um   mm/s  duty %";
+/// Requests telemetry; of a robot that another host drives, takes what that one has requested.
+async fn subscribe(session: &mut Session, period_ms: u16) -> Result<()> {
+    match session.ask(Command::Subscribe { period_ms }).await? {
+        Ok(_) => Ok(()),
+        Err(Refusal::Driven) => {
+            session.overhear();
+            Ok(())
+        }
+        Err(refusal) => {
+            Err(host_link::Error::Refused { request: "send telemetry", refusal }.into())
+        }
+    }
+}
+
+const HEADER: &str = "      t s  state      supply |  left counts   err um   mm/s  duty % | right counts   err um   mm/s  duty % |     x m     y m  heading";
 
 fn line(frame: &Telemetry) -> String {
     let wheel = |w: shared_proto::WheelTelemetry| {
@@ -66,11 +87,14 @@ fn line(frame: &Telemetry) -> String {
     };
     let state = if frame.probing { "probing" } else { frame.state.name() };
     format!(
-        "{:>9.3}  {state:<9} {:>5.2} V | {} | {}",
+        "{:>9.3}  {state:<9} {:>5.2} V | {} | {} | {:>7.3} {:>7.3} {:>7.2}°",
         frame.t_us as f64 * 1e-6,
         f64::from(frame.supply_mv) * 1e-3,
         wheel(frame.wheels.left),
-        wheel(frame.wheels.right)
+        wheel(frame.wheels.right),
+        frame.pose.x_um as f64 * 1e-6,
+        frame.pose.y_um as f64 * 1e-6,
+        (frame.pose.heading_urad as f64 * 1e-6).to_degrees()
     )
 }
 

@@ -51,6 +51,7 @@ fn longest() -> Vec<Any> {
             t_us: u64::MAX,
             wheels: WheelPair::both(wheel),
             supply_mv: u16::MAX,
+            pose: Pose { x_um: i64::MIN, y_um: i64::MIN, heading_urad: i64::MIN },
             ..samples::telemetry()
         }),
         Any::Event(Event::Fault(fault)),

@@ -170,6 +170,7 @@ pub fn telemetry() -> Telemetry {
             },
         },
         supply_mv: 11_900,
+        pose: Pose { x_um: 306_000, y_um: -1250, heading_urad: 12_400 },
     }
 }
 

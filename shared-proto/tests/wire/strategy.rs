@@ -289,14 +289,17 @@ fn telemetry() -> BoxedStrategy<Telemetry> {
             })
             .boxed()
     };
-    (any::<u32>(), any::<u64>(), state(), any::<bool>(), pair(wheel), any::<u16>())
-        .prop_map(|(number, t_us, state, probing, wheels, supply_mv)| Telemetry {
+    let pose =
+        any::<[i64; 3]>().prop_map(|[x_um, y_um, heading_urad]| Pose { x_um, y_um, heading_urad });
+    (any::<u32>(), any::<u64>(), state(), any::<bool>(), pair(wheel), (any::<u16>(), pose))
+        .prop_map(|(number, t_us, state, probing, wheels, (supply_mv, pose))| Telemetry {
             number,
             t_us,
             state,
             probing,
             wheels,
             supply_mv,
+            pose,
         })
         .boxed()
 }

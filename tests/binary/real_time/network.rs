@@ -29,6 +29,12 @@ fn a_second_host_may_look_and_is_refused_by_name_while_one_drives() {
     assert!(message.contains("already driving"), "{message}");
     let message = robot.run("config set limits.duty_max 0.5").refused();
     assert!(message.contains("another host drives it"), "{message}");
+    // And it may watch the driver's telemetry.
+    let watched = robot.run("watch --json --for 300ms").ok();
+    assert!(watched.stdout.lines().count() > 10, "{watched:#?}");
+    let frame: serde_json::Value =
+        serde_json::from_str(watched.stdout.lines().last().unwrap()).unwrap();
+    assert!(frame["pose"]["x_um"].as_i64().unwrap() > 100_000, "{frame}");
     let outcome = collect(driver).ok();
     assert!(outcome.stdout.contains("Completed"), "{outcome:#?}");
     assert!(robot.travelled_m() > 0.6, "{}", robot.travelled_m());

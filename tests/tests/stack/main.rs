@@ -2,6 +2,7 @@
 
 mod calibration;
 mod config;
+mod dead_reckoning;
 mod determinism;
 mod fault_cases;
 mod healthy;

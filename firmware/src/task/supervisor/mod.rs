@@ -25,12 +25,13 @@ use shared_proto::{
 };
 
 use crate::capture::CaptureSettings;
+use crate::dead_reckoning::Geometry;
 use crate::hal::{BoardInfo, Store};
 use crate::liveness::SafetyTask;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
-use crate::shared::{ControlEvent, LoopSettings, Outgoing, Shared, SupplyLimits};
+use crate::shared::{ControlEvent, Follow, LoopSettings, Outgoing, Shared, SupplyLimits};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
 use motions::Wanted;
@@ -339,12 +340,14 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// supply is known before arming, and no motion is planned from travel in the old scale.
     async fn configure(&mut self) {
         self.probed = WheelPair::both(false);
+        self.shared.follow_wheels.put(Follow::Pause);
         self.publish_settings();
         // The present tick may still use the old configuration.
         let before = self.shared.snapshot.get().measured.tick;
         while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
             Timer::after_micros(CONTROL_PERIOD_US.into()).await;
         }
+        self.shared.follow_wheels.put(Follow::With(Geometry::new(&self.config)));
     }
 
     #[inline(never)]

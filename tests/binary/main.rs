@@ -22,6 +22,7 @@ mod question;
 mod real_time;
 mod recorded;
 mod report;
+mod safe_folder;
 mod schema;
 mod served;
 mod tape;

@@ -286,6 +286,10 @@ impl ProgressPrinter {
                 }
             }
             RecordStep::Warning(warning) => warn(warning),
+            RecordStep::FactsRestored(run) => warn(format_args!(
+                "robot.toml had no [[run]] for {run}: its load, and whether it is held out, were restored from the plan; \
+                 its started_s is not known"
+            )),
             RecordStep::Compensated(effects) if !self.quiet => {
                 let effects = effects.join(", ");
                 note(format_args!(

@@ -11,6 +11,10 @@ pub(crate) fn chi_squared(freedom: usize, x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 || freedom == 0 {
         return 1.0;
     }
+    // The square of a huge residual; `gamma_ur` takes finite numbers only.
+    if x.is_infinite() {
+        return 0.0;
+    }
     gamma_ur(freedom as f64 / 2.0, x / 2.0).clamp(0.0, 1.0)
 }
 

@@ -227,7 +227,7 @@ impl Session {
     /// The configuration in use.
     pub async fn read_config(&mut self) -> Result<Config> {
         match self.request(Command::ReadConfig).await? {
-            Answer::Config(config) => Ok(config),
+            Answer::Config(config) => sound(config),
             other => Err(wrong_answer("read the configuration", other)),
         }
     }
@@ -254,7 +254,7 @@ impl Session {
     /// Goes back to an earlier configuration, and returns it.
     pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
         match self.request(Command::RestoreConfig(origin)).await? {
-            Answer::Config(config) => Ok(config),
+            Answer::Config(config) => sound(config),
             other => Err(wrong_answer("restore the configuration", other)),
         }
     }
@@ -348,7 +348,10 @@ impl Session {
                         Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                         _ => self.telemetry.unavailable(id),
                     },
-                    reply => self.replies.push_back(reply),
+                    reply => {
+                        self.replies.push_back(reply);
+                        drop_oldest(&mut self.replies);
+                    }
                 }
             }
             Channel::Telemetry => {
@@ -356,10 +359,30 @@ impl Session {
                     self.telemetry.push(telemetry);
                 }
             }
-            Channel::Event => self.events.extend(frame.message::<Event>()),
+            Channel::Event => {
+                self.events.extend(frame.message::<Event>());
+                drop_oldest(&mut self.events);
+            }
             Channel::Request => {}
         }
         Ok(())
+    }
+}
+
+/// A robot answers one request at a time: more than this is no robot's.
+const KEPT_MAX: usize = 1024;
+
+fn drop_oldest<T>(queue: &mut VecDeque<T>) {
+    if queue.len() > KEPT_MAX {
+        queue.pop_front();
+    }
+}
+
+/// A configuration from the wire, checked as one from a file is.
+fn sound(config: Config) -> Result<Config> {
+    match config.validate() {
+        Ok(()) => Ok(config),
+        Err(problem) => Err(Error::InvalidConfig { problem }),
     }
 }
 

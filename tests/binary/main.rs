@@ -17,6 +17,7 @@ mod help;
 mod libraries;
 mod memory;
 mod outcome;
+mod outside_text;
 mod pages;
 mod question;
 mod real_time;

@@ -47,7 +47,7 @@ pub(super) async fn wait_for_stop(
 ) -> Result<shared_proto::Status> {
     const MORE_S: f64 = 5.0;
     let patience_s = motion.cruise / motion.acceleration + MORE_S;
-    let give_up_us = session.clock().now_us() + (patience_s * 1e6) as u64;
+    let give_up_us = session.clock().now_us().saturating_add((patience_s * 1e6) as u64);
     loop {
         let status = session.status().await?;
         if !is_moving(status.state) {

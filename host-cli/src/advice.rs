@@ -41,7 +41,9 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::ClockCrawls { .. } => {
             "check the robot's clock source; a simulated robot needs a faster computer"
         }
-        Error::InvalidConfig { .. } => "`beeline config restore factory` writes one that is valid",
+        Error::InvalidConfig { .. } => {
+            "`beeline config restore --factory` puts a valid one in its place"
+        }
         Error::NeverStands => "is something pushing it? `beeline identify` shows its state",
         Error::Cancelled(left) => return on_left(left),
         Error::Connect { .. } => "is the robot, or `beeline sim --listen tcp:...`, running there?",

@@ -37,6 +37,7 @@ pub mod error;
 pub mod limits;
 pub mod listen;
 pub mod motion;
+mod received;
 pub mod session;
 pub mod stream;
 pub mod wire;

@@ -16,6 +16,7 @@ use shared_proto::{
 use crate::cancel::Cancel;
 use crate::clock::Clock;
 use crate::error::{Error, Result, name_of};
+use crate::received::{keep, sound};
 use crate::stream::Stream;
 use crate::wire::Wire;
 
@@ -348,10 +349,7 @@ impl Session {
                         Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                         _ => self.telemetry.unavailable(id),
                     },
-                    reply => {
-                        self.replies.push_back(reply);
-                        drop_oldest(&mut self.replies);
-                    }
+                    reply => keep(&mut self.replies, reply),
                 }
             }
             Channel::Telemetry => {
@@ -360,29 +358,14 @@ impl Session {
                 }
             }
             Channel::Event => {
-                self.events.extend(frame.message::<Event>());
-                drop_oldest(&mut self.events);
+                frame
+                    .message::<Event>()
+                    .into_iter()
+                    .for_each(|event| keep(&mut self.events, event));
             }
             Channel::Request => {}
         }
         Ok(())
-    }
-}
-
-/// A robot answers one request at a time: more than this is no robot's.
-const KEPT_MAX: usize = 1024;
-
-fn drop_oldest<T>(queue: &mut VecDeque<T>) {
-    if queue.len() > KEPT_MAX {
-        queue.pop_front();
-    }
-}
-
-/// A configuration from the wire, checked as one from a file is.
-fn sound(config: Config) -> Result<Config> {
-    match config.validate() {
-        Ok(()) => Ok(config),
-        Err(problem) => Err(Error::InvalidConfig { problem }),
     }
 }
 

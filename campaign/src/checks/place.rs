@@ -43,8 +43,13 @@ impl<'a> Told<'a> {
 
     /// A key of robot.toml.
     pub(super) fn key(&self, key: &str) -> Place {
-        place_of_key(&self.folder.join("robot.toml"), key)
+        self::key(self.folder, key)
     }
+}
+
+/// A key of robot.toml.
+pub(super) fn key(folder: &Path, key: &str) -> Place {
+    place_of_key(&folder.join("robot.toml"), key)
 }
 
 pub(super) fn run_file(folder: &Path, name: &str) -> PathBuf {

@@ -6,6 +6,8 @@
 //!                       both to the digits of the file that has fewer
 //! ```
 //!
+//! A run without positions is nobody's copy: it is no evidence, and counts alone may be the same twice.
+//!
 //! So a copy may lack values, be cut short, thinned out, written with fewer digits, or on another clock. Two drives of the same kind are told
 //! apart by the noise of their poses and the phase of their encoders: no ten rows of theirs agree in each digit.
 
@@ -62,7 +64,7 @@ pub(crate) fn take_out(runs: &mut Vec<Run>) -> Vec<CopiedRun> {
 struct Drawn {
     half_digit: [f64; COMPARED.len()],
     half_time: f64,
-    /// The row in the middle of those with a pose; of those with counts, if there is none.
+    /// The row in the middle of those with a position.
     telling: Option<usize>,
 }
 
@@ -72,12 +74,10 @@ impl Drawn {
             |column: Column| half_digit(run.rows.iter().filter_map(|row| row.get(column)));
         let posed: Vec<usize> =
             (0..run.rows.len()).filter(|row| run.rows[*row].x_m.is_some()).collect();
-        let counted = (0..run.rows.len()).filter(|row| run.rows[*row].counts.left.is_some());
-        let rows = if posed.is_empty() { counted.collect() } else { posed };
         Self {
             half_digit: COMPARED.map(half_of),
             half_time: half_of(Column::Time),
-            telling: rows.get(rows.len() / 2).copied(),
+            telling: posed.get(posed.len() / 2).copied(),
         }
     }
 }
@@ -250,6 +250,17 @@ mod tests {
                 (0..20).map(|seed| drive(&format!("{seed:02}_a"), seed, noise_m)).collect();
             assert_eq!(take_out(&mut runs), [], "{noise_m} m");
         }
+    }
+
+    #[test]
+    fn runs_without_positions_are_no_copies() {
+        let blind = |name: &str| {
+            let run = drive(name, 1, 0.002);
+            let rows =
+                changed(&run, |row| (row.x_m, row.y_m, row.heading_rad) = (None, None, None));
+            Run { rows, ..run }
+        };
+        assert_eq!(take_out(&mut vec![blind("01_a"), blind("02_a")]), []);
     }
 
     #[test]

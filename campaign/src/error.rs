@@ -71,10 +71,8 @@ impl CampaignError {
     pub fn io(path: &Path, doing: &str, cause: io::Error) -> Self {
         let hint = match cause.kind() {
             io::ErrorKind::NotFound => "check the path",
-            io::ErrorKind::PermissionDenied => "check who may read and write there",
-            io::ErrorKind::StorageFull => "make room on the disk",
             io::ErrorKind::InvalidData => "it must be UTF-8 text",
-            _ => "check the path and the disk",
+            kind => crate::file::hint(kind).unwrap_or("check the path and the disk"),
         };
         Self {
             place: Place::whole(path),
@@ -99,6 +97,15 @@ impl std::error::Error for CampaignError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         self.cause.as_ref().map(|cause| cause as _)
     }
+}
+
+/// A run that is left out, as another has the same rows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CopiedRun {
+    /// Its name.
+    pub name: String,
+    /// The run that counts in its place.
+    pub of: String,
 }
 
 /// Something that does not stop a command, but that the user should know.
@@ -191,6 +198,18 @@ pub enum Warning {
         /// Which it is.
         now: Simulated,
     },
+    /// Runs that are copies of others.
+    Copies {
+        /// The folder of the runs.
+        place: Place,
+        /// Which, and of which.
+        copies: Vec<CopiedRun>,
+    },
+    /// A file that looks like a run, but whose name keeps it from being read.
+    NotARun {
+        /// Where.
+        place: Place,
+    },
     /// Runs without a start time.
     NoStart {
         /// The campaign's `robot.toml`.
@@ -268,6 +287,11 @@ impl fmt::Display for Warning {
                 "{place}: the simulated robot of this campaign was {before}, and now it is {now}: no model explains the \
                  runs of two robots; use one folder for each robot"
             ),
+            Self::Copies { place, copies } => copied(f, place, copies),
+            Self::NotARun { place } => write!(
+                f,
+                "{place}: this file was not read: a run's file ends in .csv, in small letters, and its name is UTF-8; rename it"
+            ),
             Self::NoStart { place, runs, of } => no_start(f, place, *runs, *of),
         }
     }
@@ -285,6 +309,26 @@ fn clock(f: &mut fmt::Formatter<'_>, place: &Place, rate_rad_s: f64, per_s: f64)
     write!(
         f,
         "{place}: t_s looks like {unit}: no wheel would turn faster than {deg:.digits$} degrees per second; give seconds"
+    )
+}
+
+fn copied(f: &mut fmt::Formatter<'_>, place: &Place, copies: &[CopiedRun]) -> fmt::Result {
+    /// More would not be read.
+    const NAMED: usize = 4;
+    let named = copies.iter().take(NAMED).map(|copy| format!("{} of {}", copy.name, copy.of));
+    let mut named: Vec<String> = named.collect();
+    if copies.len() > NAMED {
+        named.push(format!("{} more", copies.len() - NAMED));
+    }
+    let (runs, count) = match copies.len() {
+        1 => ("run is a copy", "counts"),
+        _ => ("runs are copies", "count"),
+    };
+    write!(
+        f,
+        "{place}: {} {runs} of another and {count} no second time ({}); remove what was copied, and drive again for more evidence",
+        copies.len(),
+        named.join(", ")
     )
 }
 

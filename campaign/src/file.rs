@@ -3,9 +3,10 @@
 //! A device or a pipe is written in place: it stays a device or a pipe.
 
 use std::fmt;
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
@@ -28,11 +29,44 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
         if is_special(file) {
             return write_in_place(file, bytes);
         }
-        let file = target(file);
-        with_bytes(&file, bytes)?.persist(&file)?;
-        Ok(())
+        replace(&target(file), bytes)
     };
     write().map_err(WriteError)
+}
+
+/// Writes a file of a campaign folder, whole or not at all. A link is refused: who made the folder
+/// may have linked to a file that is no part of it.
+pub fn write_own(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    match fs::symlink_metadata(file) {
+        Ok(there) if !there.is_file() => Err(WriteError(not_own(&there))),
+        _ => replace(file, bytes).map_err(WriteError),
+    }
+}
+
+fn not_own(there: &fs::Metadata) -> io::Error {
+    let what = if there.is_symlink() { "a link" } else { "no file" };
+    io::Error::new(ErrorKind::InvalidInput, format!("it is {what}"))
+}
+
+fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    with_bytes(file, bytes)?.persist(file)?;
+    sync_folder(file)
+}
+
+/// Makes a rename survive a power failure: the folder's list of names is synced as well.
+fn sync_folder(file: &Path) -> io::Result<()> {
+    // Elsewhere a folder cannot be opened.
+    if cfg!(unix) {
+        match File::open(folder_of(file)).and_then(|folder| folder.sync_all()) {
+            // A file system without it.
+            Err(error)
+                if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
+            // The file can be written, its folder not be listed: it was renamed all the same.
+            Err(error) if error.kind() == ErrorKind::PermissionDenied => {}
+            synced => return synced,
+        }
+    }
+    Ok(())
 }
 
 /// Whether this is, or links to, something that exists and is neither a file nor a folder.
@@ -56,7 +90,7 @@ fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
 pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     let written = with_bytes(file, bytes).map_err(WriteError)?;
     match written.persist_noclobber(file) {
-        Ok(_) => Ok(true),
+        Ok(_) => sync_folder(file).map(|()| true).map_err(WriteError),
         Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
         Err(error) => Err(WriteError(error.error)),
     }
@@ -91,20 +125,78 @@ fn beside(file: &Path) -> io::Result<NamedTempFile> {
     if file.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(file);
+    remove_leftovers(folder);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".beeline-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    builder.tempfile_in(folder)
+    let beside = builder.tempfile_in(folder)?;
+    // The lock tells others that its process lives. A file system may have none.
+    let _ = beside.as_file().try_lock();
+    Ok(beside)
+}
+
+fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+const PREFIX: &str = ".beeline-";
+const SUFFIX: &str = ".part";
+
+/// A temporary file is locked within this time after it is made.
+const LEFT_AFTER: Duration = Duration::from_secs(60);
+
+/// Removes the temporary files of processes that were killed while they wrote. What cannot be
+/// removed harms nobody.
+fn remove_leftovers(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let is_part =
+            name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+        if is_part && is_left(&entry) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a temporary file is that of no process any more.
+fn is_left(entry: &fs::DirEntry) -> bool {
+    let Ok(metadata) = entry.metadata() else { return false };
+    let age = metadata.modified().ok().and_then(|made| made.elapsed().ok());
+    metadata.is_file()
+        && age.is_some_and(|age| age > LEFT_AFTER)
+        && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
 }
 
 /// Why a file could not be written.
 #[derive(Debug)]
 pub struct WriteError(io::Error);
+
+impl WriteError {
+    /// What to try, where the system's error says so much; otherwise `else_`.
+    pub fn hint<'a>(&self, else_: &'a str) -> &'a str {
+        hint(self.0.kind()).unwrap_or(else_)
+    }
+}
+
+/// What to try about an error of the system, if that is clear.
+pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
+    Some(match kind {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "make room on the disk; nothing was changed"
+        }
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose a folder on another",
+        ErrorKind::PermissionDenied => "check who may read and write there",
+        ErrorKind::InvalidInput => "put a file of its own in its place",
+        ErrorKind::FileTooLarge => "check that it is the right file",
+        _ => return None,
+    })
+}
 
 impl From<WriteError> for io::Error {
     fn from(error: WriteError) -> Self {
@@ -167,6 +259,54 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"new");
         assert!(is_special(&pipe) && link.is_symlink());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing beside them");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_in_a_campaign_folder_is_not_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("plan.toml"));
+        std::fs::write(&file, "precious").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        let error = write_own(&link, b"new").unwrap_err();
+        assert_eq!(error.to_string(), "it is a link");
+        assert_eq!(std::fs::read(&file).unwrap(), b"precious");
+        std::os::unix::fs::symlink("not-there", folder.path().join("dangling")).unwrap();
+        assert!(write_own(&folder.path().join("dangling"), b"new").is_err());
+        assert!(!folder.path().join("not-there").exists());
+    }
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_by_the_next_write_and_what_a_live_one_writes_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = std::time::SystemTime::now() - Duration::from_secs(3600);
+        let part = |name: &str| {
+            let file = File::create(folder.path().join(name)).unwrap();
+            file.set_modified(old).unwrap();
+            file
+        };
+        drop(part(".beeline-dead.part"));
+        let live = part(".beeline-live.part");
+        live.try_lock().unwrap();
+        drop(part("beeline.part"));
+        // Made just now: its process may not have locked it yet.
+        std::fs::write(folder.path().join(".beeline-new.part"), "").unwrap();
+        write_whole(&folder.path().join("file"), b"bytes").unwrap();
+        let mut names: Vec<_> = std::fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        assert_eq!(names, [".beeline-live.part", ".beeline-new.part", "beeline.part", "file"]);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_said_to_be_full() {
+        let error = write_whole(Path::new("/dev/full"), b"bytes").unwrap_err();
+        assert_eq!(error.hint("else"), "make room on the disk; nothing was changed");
+        let told = crate::CampaignError::io(Path::new("robot.toml"), "write it", error.into());
+        assert!(told.hint.contains("make room on the disk"), "{told}");
     }
 
     #[test]

@@ -26,20 +26,30 @@
 //! | --- | --- |
 //! | [`read`], [`mod@write`] | whole folders |
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
+//! | [`range`] | which numbers can be meant |
 //! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |
+//! | `copies` | runs that are copies of others, which count once |
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
 //! | [`track`], [`live_file`] | track files, complete or still being written |
+//! | `facts` | facts of runs, which appear together with their runs |
+//! | [`lock`] | one writer at a time |
+//! | [`input`] | what is read: files only, of a size in proportion |
 //! | [`mod@file`] | files that appear whole or not at all |
 
 mod checks;
+mod copies;
 pub mod error;
+mod facts;
 pub mod file;
+pub mod input;
 pub mod live_file;
+pub mod lock;
 pub mod model;
 pub mod plan;
+pub mod range;
 pub mod read;
 pub mod recorded;
 pub mod robot_toml;
@@ -53,7 +63,7 @@ pub mod write;
 #[cfg(test)]
 mod tests;
 
-pub use error::{CampaignError, Place, Warning, how_far};
+pub use error::{CampaignError, CopiedRun, Place, Warning, how_far};
 pub use read::read_run;
 pub use recorded::{Campaign, Run};
 pub use robot_toml::{RobotFile, RunFacts, mean_radius_m};

@@ -2,12 +2,13 @@
 //!
 //! The format of a track is a matter of [`crate::track`].
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use robot_model::calibration::TrackSample;
 
 use crate::error::{CampaignError, Place, Warning};
+use crate::input::{TABLE_BYTES_MAX, open};
 use crate::track::{parse_track, unknown_columns};
 
 /// Refuses, before the robot moves, a file that is not a track; a file that is still empty is
@@ -43,7 +44,8 @@ pub fn track_so_far(path: &Path) -> Result<Vec<TrackSample>, CampaignError> {
 
 /// A file that is being written, up to its last line feed: the line after it is not complete yet.
 pub fn whole_lines(path: &Path) -> std::io::Result<String> {
-    let mut bytes = std::fs::read(path)?;
+    let mut bytes = Vec::new();
+    open(path, TABLE_BYTES_MAX)?.read_to_end(&mut bytes)?;
     bytes.truncate(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));
     String::from_utf8(bytes).map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error))
 }

@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::copies;
 use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::{RobotFile, RunFacts, place_of_run};
@@ -22,14 +23,22 @@ impl Campaign {
     /// converted once.
     pub fn read_both(folder: &Path) -> Result<(Self, Recordings), CampaignError> {
         let toml = folder.join("robot.toml");
-        let robot = RobotFile::read(&toml)?;
-        let files = run_files(folder)?;
+        // The files first: the facts of a run are there before its file.
+        let listed = run_files(folder);
+        let mut robot = RobotFile::read(&toml)?;
+        let RunFiles { files, warnings } = listed?;
+        // A run that is not listed is about to appear, or has appeared since: it is for the next reading.
+        let listed = |facts: &RunFacts| files.iter().any(|(name, _)| *name == facts.name);
+        let appeared = |name: &str| folder.join("runs").join(format!("{name}.csv")).exists();
+        robot.runs.retain(|facts| listed(facts) || !(facts.pending || appeared(&facts.name)));
+        robot.runs.iter_mut().for_each(|facts| facts.pending = false);
         if files.is_empty() {
             let problem = "this campaign has no runs";
             let hint = "put at least one .csv file into its folder `runs`";
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
-        let mut campaign = Self { robot, runs: Vec::new(), warnings: Vec::new() };
+        let (runs, copies) = (Vec::new(), Vec::new());
+        let mut campaign = Self { robot, runs, copies, warnings };
         for (name, file) in &files {
             let (rows, warnings) = read_run(file)?;
             let facts = campaign.robot.runs.iter().find(|facts| facts.name == *name).cloned();
@@ -49,6 +58,8 @@ impl Campaign {
             let hint = format!("add the file runs/{}.csv, or remove this [[run]]", facts.name);
             return Err(CampaignError::new(place, problem, hint));
         }
+        campaign.copies = copies::take_out(&mut campaign.runs);
+        campaign.warnings.extend(campaign.copied(folder));
         campaign.warnings.extend(campaign.without_start(&toml));
         let recordings = Recordings::of(&campaign);
         let odd = recordings.warnings(&campaign, folder);
@@ -65,6 +76,12 @@ impl Campaign {
         }
     }
 
+    /// A warning if runs are copies of others.
+    fn copied(&self, folder: &Path) -> Option<Warning> {
+        let (place, copies) = (Place::whole(&folder.join("runs")), self.copies.clone());
+        (!copies.is_empty()).then_some(Warning::Copies { place, copies })
+    }
+
     /// A warning if some runs that a model is fitted to do not say when they began: a drift with
     /// time cannot be fitted without it.
     fn without_start(&self, toml: &Path) -> Option<Warning> {
@@ -76,30 +93,42 @@ impl Campaign {
     }
 }
 
-/// The run files of a folder, by name; none if there is no folder `runs`.
-pub(super) fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, CampaignError> {
+/// The run files of a folder.
+#[derive(Debug, Default)]
+pub(super) struct RunFiles {
+    /// By name, in order.
+    pub files: Vec<(String, PathBuf)>,
+    /// Those that look like runs and are none.
+    pub warnings: Vec<Warning>,
+}
+
+/// The run files of a folder; none if there is no folder `runs`.
+pub(super) fn run_files(folder: &Path) -> Result<RunFiles, CampaignError> {
     let runs = folder.join("runs");
+    let mut found = RunFiles::default();
     if !runs.exists() {
-        return Ok(Vec::new());
+        return Ok(found);
     }
     let fail = |error| CampaignError::io(&runs, "list it", error);
-    let mut files = Vec::new();
     for entry in fs::read_dir(&runs).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
-        if path.extension().is_some_and(|extension| extension == "csv")
-            && let Some(name) = path.file_stem().and_then(|stem| stem.to_str())
-        {
-            files.push((name.to_owned(), path));
+        let Some(extension) = path.extension() else { continue };
+        if !extension.eq_ignore_ascii_case("csv") {
+            continue;
+        }
+        match path.file_stem().and_then(|stem| stem.to_str()) {
+            Some(name) if extension == "csv" => found.files.push((name.to_owned(), path)),
+            _ => found.warnings.push(Warning::NotARun { place: Place::whole(&path) }),
         }
     }
-    files.sort();
-    Ok(files)
+    found.files.sort();
+    found.warnings.sort_by_key(ToString::to_string);
+    Ok(found)
 }
 
 /// Reads one run file.
 pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
-    let required = Column::REQUIRED.map(|column| (column, column.name()));
-    let table = Table::read(file, Column::from_name, Column::Time, &required)?;
+    let table = Table::read(file, Column::from_name, &Column::REQUIRED)?;
     check_positions(file, &table)?;
     let rows = table
         .rows
@@ -116,7 +145,7 @@ pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> 
 }
 
 /// Refuses half a position, which would be ignored without a warning.
-fn check_positions(file: &Path, table: &Table<Column>) -> Result<(), CampaignError> {
+fn check_positions(file: &Path, table: &Table) -> Result<(), CampaignError> {
     let half = |line: u64, has: Column, lacks: Column| {
         let column = table.column(has).unwrap_or_default();
         let problem = format!("there is {} without {}", has.name(), lacks.name());

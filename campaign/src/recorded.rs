@@ -1,6 +1,6 @@
 //! A campaign as in its files. What `robot-model` needs of it is made in [`crate::to_recording`].
 
-use crate::error::Warning;
+use crate::error::{CopiedRun, Warning};
 use crate::robot_toml::{RobotFile, RunFacts};
 use crate::row::Row;
 
@@ -9,8 +9,10 @@ use crate::row::Row;
 pub struct Campaign {
     /// The robot.
     pub robot: RobotFile,
-    /// Its runs, in the order of their names.
+    /// Its runs, in the order of their names, each recording once.
     pub runs: Vec<Run>,
+    /// Runs that are copies of others, and count no second time.
+    pub copies: Vec<CopiedRun>,
     /// What was ignored, and what is suspicious.
     pub warnings: Vec<Warning>,
 }
@@ -27,9 +29,11 @@ pub struct Run {
 }
 
 impl Campaign {
-    /// The names of its runs, without their numbers.
+    /// The names of its runs, those of copies last, without their numbers.
     pub fn plain_names(&self) -> Vec<String> {
-        self.runs.iter().map(|run| plain(&run.name).to_owned()).collect()
+        let copies = self.copies.iter().map(|copy| &copy.name);
+        let names = self.runs.iter().map(|run| &run.name).chain(copies);
+        names.map(|name| plain(name).to_owned()).collect()
     }
 }
 

@@ -1,6 +1,5 @@
 //! `robot.toml`: the nominal robot, and facts about single runs.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -8,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use shared_proto::{Config, GeometryConfig};
 
 use crate::error::{CampaignError, Place};
+use crate::input;
+use crate::range;
 use crate::simulated::Simulated;
 
 /// The robot of a campaign, as in `robot.toml`.
@@ -60,6 +61,9 @@ pub struct RunFacts {
     /// Held out: nothing is fitted to it; it only tests what a model predicts.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub held_out: bool,
+    /// Its file is about to appear: without the file there is no such run.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub pending: bool,
 }
 
 /// No wheel is off by more, as a share, and no calibration changes a robot by more.
@@ -105,7 +109,7 @@ impl RobotFile {
 
     /// Reads and checks a `robot.toml`.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
-        let text = fs::read_to_string(file).map_err(|error| match error.kind() {
+        let text = input::read_keys(file).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => CampaignError::new(
                 Place::whole(file),
                 "there is no such file",
@@ -137,7 +141,7 @@ impl RobotFile {
 
     /// Refuses a value that no robot can have, with its name and place.
     pub(super) fn check(&self, file: &Path, text: &str) -> Result<(), CampaignError> {
-        let positive = [
+        let keys = [
             ("wheel_radius_m", Some(self.wheel_radius_m)),
             ("track_width_m", Some(self.track_width_m)),
             ("counts_per_rev", Some(self.counts_per_rev)),
@@ -146,14 +150,8 @@ impl RobotFile {
             ("heading_sigma_rad", self.heading_sigma_rad),
             ("supply_v", self.supply_v),
         ];
-        for (name, value) in positive {
-            if let Some(value) = value
-                && !(value > 0.0 && value.is_finite())
-            {
-                let place = place_of(file, text, 0, name);
-                let problem = format!("{name} = {value} is invalid");
-                return Err(CampaignError::new(place, problem, "it must be a number above zero"));
-            }
+        for (name, value) in keys {
+            check_range(name, value, |name| place_of(file, text, 0, name))?;
         }
         for (index, run) in self.runs.iter().enumerate() {
             if self.runs[..index].iter().any(|earlier| earlier.name == run.name) {
@@ -161,19 +159,9 @@ impl RobotFile {
                 let problem = format!("there are two [[run]] named `{}`", run.name);
                 return Err(CampaignError::new(place, problem, "merge them into one"));
             }
-            let facts = [
-                ("started_s", run.started_s, f64::NEG_INFINITY),
-                ("payload_kg", run.payload_kg, 0.0),
-            ];
-            for (name, value, least) in facts {
-                if let Some(value) = value
-                    && !(value >= least && value.is_finite())
-                {
-                    let problem = format!("{name} = {value} is invalid");
-                    let hint = "it must be a finite number, a payload not negative";
-                    let place = place_of(file, text, start_of_run(text, index), name);
-                    return Err(CampaignError::new(place, problem, hint));
-                }
+            let start = start_of_run(text, index);
+            for (name, value) in [("started_s", run.started_s), ("payload_kg", run.payload_kg)] {
+                check_range(name, value, |name| place_of(file, text, start, name))?;
             }
         }
         Ok(())
@@ -202,6 +190,20 @@ impl RobotFile {
     }
 }
 
+/// Refuses a number that its key cannot have.
+fn check_range(
+    key: &str,
+    value: Option<f64>,
+    place: impl FnOnce(&str) -> Place,
+) -> Result<(), CampaignError> {
+    let (Some(value), Some(range)) = (value, range::of_key(key)) else { return Ok(()) };
+    if range.contains(value) {
+        return Ok(());
+    }
+    let problem = format!("{key} = {} is invalid", range::short(value));
+    Err(CampaignError::new(place(key), problem, format!("it must be {range}")))
+}
+
 /// What to try about a problem that the TOML parser reports.
 fn hint_for(problem: &str) -> &'static str {
     if problem.starts_with("missing field `name`") {
@@ -223,7 +225,7 @@ fn hint_for(problem: &str) -> &'static str {
 
 /// The byte at which the section of a run, counted from 0, begins; 0 if the runs are not `[[run]]`
 /// sections.
-fn start_of_run(text: &str, index: usize) -> usize {
+pub(crate) fn start_of_run(text: &str, index: usize) -> usize {
     let mut start = 0;
     let headers = text.split_inclusive('\n').filter_map(|line| {
         let here = start;
@@ -236,7 +238,7 @@ fn start_of_run(text: &str, index: usize) -> usize {
 
 /// The place of a key of the robot.
 pub(super) fn place_of_key(file: &Path, key: &str) -> Place {
-    place_of(file, &fs::read_to_string(file).unwrap_or_default(), 0, key)
+    place_of(file, &input::read_keys(file).unwrap_or_default(), 0, key)
 }
 
 /// The first place of a key, from a byte on.
@@ -255,7 +257,7 @@ fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
 
 /// The place of the name of a run.
 pub(super) fn place_of_run(file: &Path, name: &str) -> Place {
-    let text = fs::read_to_string(file).unwrap_or_default();
+    let text = input::read_keys(file).unwrap_or_default();
     match text.find(&format!("\"{name}\"")) {
         Some(byte) => Place::of_byte(file, &text, byte),
         None => Place::whole(file),

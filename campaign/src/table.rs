@@ -1,47 +1,46 @@
 //! A table of samples in a CSV file: named columns, numbers, times that increase.
 //!
-//! The caller says which columns there are.
+//! The caller says which of the [`Column`]s a file may have.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use super::{CampaignError, Place, Warning};
+use super::{CampaignError, Column, Place, Warning};
+use crate::input::{TABLE_BYTES_MAX, open};
 
 /// The cells of one row in the known columns.
-pub type Cells<C> = Vec<(C, Option<f64>)>;
+pub type Cells = Vec<(Column, Option<f64>)>;
 
-/// The cells of a file, by the caller's columns.
-pub struct Table<C> {
-    columns: Vec<Option<C>>,
+/// The cells of a file.
+pub struct Table {
+    columns: Vec<Option<Column>>,
     /// One row: its line in the file, and the cells of the known columns.
-    pub rows: Vec<(u64, Cells<C>)>,
+    pub rows: Vec<(u64, Cells)>,
     /// Columns that were ignored.
     pub warnings: Vec<Warning>,
 }
 
-impl<C: Copy + PartialEq> Table<C> {
-    /// Reads a file. `known` finds a column by its name; `time` is the column of the time, which
-    /// each row must have and which must increase; `required` columns must be in the header.
+impl Table {
+    /// Reads a file. `known` finds a column by its name; each row must have its time, and times
+    /// must increase; `required` columns must be in the header.
     pub fn read(
         file: &Path,
-        known: impl Fn(&str) -> Option<C>,
-        time: C,
-        required: &[(C, &str)],
+        known: impl Fn(&str) -> Option<Column>,
+        required: &[Column],
     ) -> Result<Self, CampaignError> {
-        let open = File::open(file).map_err(|error| CampaignError::io(file, "read it", error))?;
-        Self::parse(file, open, known, time, required)
+        let open = open(file, TABLE_BYTES_MAX)
+            .map_err(|error| CampaignError::io(file, "read it", error))?;
+        Self::parse(file, open, known, required)
     }
 
     /// As [`read`](Self::read), from the file's content.
     pub fn parse(
         file: &Path,
         content: impl Read,
-        known: impl Fn(&str) -> Option<C>,
-        time: C,
-        required: &[(C, &str)],
+        known: impl Fn(&str) -> Option<Column>,
+        required: &[Column],
     ) -> Result<Self, CampaignError> {
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
@@ -56,7 +55,8 @@ impl<C: Copy + PartialEq> Table<C> {
         let header = header.map_err(|error| damaged(file, &error))?;
         check_separator(file, &header)?;
         let mut table = Self::with_header(file, &header, known)?;
-        for (column, name) in required {
+        for column in required {
+            let name = column.name();
             if !table.columns.contains(&Some(*column)) {
                 let place = Place { line: 1, ..Place::whole(file) };
                 let problem = format!("the required column `{name}` is missing");
@@ -72,7 +72,7 @@ impl<C: Copy + PartialEq> Table<C> {
             let hint = "record it again, or remove the file";
             return Err(CampaignError::new(Place::whole(file), problem, hint));
         }
-        table.check_time(file, time)?;
+        table.check_time(file)?;
         Ok(table)
     }
 
@@ -80,7 +80,7 @@ impl<C: Copy + PartialEq> Table<C> {
     pub fn parse_header(
         file: &Path,
         header: &str,
-        known: impl Fn(&str) -> Option<C>,
+        known: impl Fn(&str) -> Option<Column>,
     ) -> Result<Self, CampaignError> {
         let header = header.split(',').map(str::trim).collect();
         check_separator(file, &header)?;
@@ -90,7 +90,7 @@ impl<C: Copy + PartialEq> Table<C> {
     fn with_header(
         file: &Path,
         header: &StringRecord,
-        known: impl Fn(&str) -> Option<C>,
+        known: impl Fn(&str) -> Option<Column>,
     ) -> Result<Self, CampaignError> {
         let mut table = Self { columns: Vec::new(), rows: Vec::new(), warnings: Vec::new() };
         for (index, name) in header.iter().enumerate() {
@@ -110,7 +110,7 @@ impl<C: Copy + PartialEq> Table<C> {
     }
 
     /// The number of a column in the header, from 1.
-    pub fn column(&self, column: C) -> Option<u64> {
+    pub fn column(&self, column: Column) -> Option<u64> {
         self.columns.iter().position(|known| *known == Some(column)).map(|index| index as u64 + 1)
     }
 
@@ -144,15 +144,20 @@ impl<C: Copy + PartialEq> Table<C> {
                 let hint = "leave the cell empty if it was not measured";
                 return Err(CampaignError::new(place, problem, hint));
             }
+            if !column.range().contains(value) {
+                let problem = format!("{} = {text} is out of range", column.name());
+                let hint = format!("it must be {}", column.range());
+                return Err(CampaignError::new(place, problem, hint));
+            }
             cells.push((column, Some(value)));
         }
         self.rows.push((line, cells));
         Ok(())
     }
 
-    fn check_time(&self, file: &Path, time: C) -> Result<(), CampaignError> {
-        let column =
-            self.columns.iter().position(|known| *known == Some(time)).unwrap_or(0) as u64 + 1;
+    fn check_time(&self, file: &Path) -> Result<(), CampaignError> {
+        let time = Column::Time;
+        let column = self.column(time).unwrap_or(1);
         let mut before = f64::NEG_INFINITY;
         for (line, cells) in &self.rows {
             let place = Place { file: file.into(), line: *line, column };
@@ -189,8 +194,8 @@ fn check_separator(file: &Path, header: &StringRecord) -> Result<(), CampaignErr
     Err(CampaignError::new(place, problem, hint))
 }
 
-fn header_hint<C>(required: &[(C, &str)]) -> String {
-    let names: Vec<_> = required.iter().map(|(_, name)| *name).collect();
+fn header_hint(required: &[Column]) -> String {
+    let names: Vec<_> = required.iter().map(|column| column.name()).collect();
     format!("the first line must name the columns, with at least {}", names.join(","))
 }
 

@@ -6,6 +6,8 @@ use shared_proto::WheelPair;
 
 use super::*;
 
+mod wrong_files;
+
 fn robot() -> RobotFile {
     RobotFile {
         name: "Biene \"Maja\"".into(),
@@ -226,45 +228,6 @@ fn samples_that_could_not_be_read_again_are_not_written() {
 }
 
 #[test]
-fn every_way_to_be_wrong_has_its_place_and_a_hint() {
-    #[rustfmt::skip]
-    let cases = [
-        (error("name = \"r\"\nwheel_radius_m = x\n", None), "robot.toml, line 2, column 18: "),
-        (error("name = \"r\"\n", None), "missing field `wheel_radius_m`"),
-        (error(&TOML.replace("900", "-1"), Some(CSV)), "robot.toml, line 4, column 1: counts_per_rev = -1 is invalid; it must"),
-        (error(&TOML.replace("0.036", "nan"), Some(CSV)), "line 2, column 1: wheel_radius_m = NaN is invalid"),
-        (error(&TOML.replace("0.372", "\"b\""), Some(CSV)), "line 3, column 17: invalid type: string"),
-        (error(&format!("{TOML}wheels = 3\n"), Some(CSV)), "line 5, column 1: unknown field `wheels`"),
-        (error(&format!("{TOML}[[run]]\nname = \"07_b\"\n"), Some(CSV)), "robot.toml, line 6, column 8: the run `07_b` does not exist; add the file runs/07_b.csv"),
-        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"02_a\"\npayload_kg = -1\n"), Some(CSV)), "line 11, column 1: payload_kg = -1 is invalid"),
-        (error(&format!("{TOML}[[run]]\nname = \"01_a\"\npayload_kg = 1\n\n[[run]]\nname = \"01_a\"\nstarted_s = 1\n"), Some(CSV)), "robot.toml, line 10, column 1: there are two [[run]] named `01_a`; merge them into one"),
-        (error(TOML, None), "ROBOT: this campaign has no runs; put"),
-        (error(TOML, Some("")), "01_a.csv: the file is empty; the first line must name"),
-        (error(TOML, Some("t_s,left_counts\n0,0\n1,1\n")), "01_a.csv, line 1: the required column `right_counts` is missing"),
-        (error(TOML, Some(&CSV.replace("5,5", "5,five"))), "01_a.csv, line 3, column 3: `five` is not a number; leave"),
-        (error(TOML, Some(&CSV.replace("5,5", "inf,5"))), "line 3, column 2: `inf` is not a finite number"),
-        (error(TOML, Some(&CSV.replace("5,5", "NaN,5"))), "line 3, column 2: `NaN` is not a finite number"),
-        (error(TOML, Some(&CSV.replace("1,5", "0,5"))), "line 3, column 1: the time 0 s is not later than the 0 s before it; sort"),
-        (error(TOML, Some(&CSV.replace("1,5", ",5"))), "line 3, column 1: the time is missing"),
-        (error(TOML, Some(&CSV.replace("5,5", "5"))), "line 3: 2 cells, but the header has 3"),
-        (error(TOML, Some("t_s,left_counts,right_counts\n0,0,0\n")), "a run needs at least two rows, this one has 1"),
-        (error(TOML, Some(&CSV.replace(',', ";"))), "01_a.csv, line 1: its columns are separated by semicolons; put commas"),
-        (error(TOML, Some("t_s;left_counts;right_counts\n0,5;0;0\n1,5;5;5\n")), "01_a.csv, line 1: its columns are separated by semicolons; put commas in their place, and a point into each number"),
-        (error(TOML, Some(&CSV.replace(',', "\t"))), "01_a.csv, line 1: its columns are separated by tabs; put commas"),
-        (error(TOML, Some("t_s,left_counts,right_counts,x_m\n0,0,0,0\n1,5,5,0\n")), "01_a.csv, line 1, column 4: there is x_m without y_m; a position"),
-        (error(TOML, Some("t_s,y_m,left_counts,right_counts\n0,0,0,0\n1,0,5,5\n")), "01_a.csv, line 1, column 2: there is y_m without x_m; a position"),
-        (error(TOML, Some("t_s,left_counts,right_counts,x_m,y_m\n0,0,0,0,0\n1,5,5,,0\n")), "01_a.csv, line 3, column 5: there is y_m without x_m; a position"),
-        (error(TOML, Some("t_s,t_s,left_counts,right_counts\n")), "line 1, column 2: the column `t_s` appears twice"),
-    ];
-    for (error, expected) in cases {
-        assert!(error.contains(expected), "{error}\n  does not say: {expected}");
-        assert!(error.contains("; "), "no hint: {error}");
-    }
-    let nowhere = Campaign::read(Path::new("/nowhere/at/all")).unwrap_err().to_string();
-    assert!(nowhere.contains("robot.toml: there is no such file"), "{nowhere}");
-}
-
-#[test]
 fn unknown_columns_are_named_and_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.csv");
@@ -299,7 +262,8 @@ fn with_facts(facts: &[&str]) -> tempfile::TempDir {
     let mut toml = TOML.to_owned();
     for (k, facts) in facts.iter().enumerate() {
         let file = folder.path().join(format!("runs/{k}.csv"));
-        fs::write(file, POSES).unwrap();
+        // No copies of one another.
+        fs::write(file, POSES.replace("15,15", &format!("15,{}", 15 + k))).unwrap();
         toml += &format!("[[run]]\nname = \"{k}\"\n{facts}\n");
     }
     fs::write(folder.path().join("robot.toml"), toml).unwrap();

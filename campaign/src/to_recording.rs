@@ -65,7 +65,7 @@ impl Recordings {
                 CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
             })?;
         }
-        checks::check(folder, campaign, &self.data_hypotheses)?;
+        checks::check(folder, campaign, (&self.robot, &self.runs), &self.data_hypotheses)?;
         if campaign.runs.iter().all(|run| run.facts.held_out) {
             let problem = match campaign.runs.len() {
                 1 => "the only run is held out, so none is left to fit".to_owned(),

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use robot_model::calibration::TrackSample;
 
+use crate::input::{TABLE_BYTES_MAX, read_text};
 use crate::table::Table;
 use crate::{CampaignError, Column, Place, Warning};
 
@@ -23,8 +24,8 @@ pub fn unknown_columns(file: &Path, header: &str) -> Result<Vec<Warning>, Campai
 
 /// Reads a track file; at least two samples.
 pub fn read_track(file: &Path) -> Result<(Vec<TrackSample>, Vec<Warning>), CampaignError> {
-    let text =
-        std::fs::read_to_string(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+    let text = read_text(file, TABLE_BYTES_MAX)
+        .map_err(|error| CampaignError::io(file, "read it", error))?;
     parse_track(file, &text)
 }
 
@@ -33,8 +34,8 @@ pub fn parse_track(
     file: &Path,
     text: &str,
 ) -> Result<(Vec<TrackSample>, Vec<Warning>), CampaignError> {
-    let required = [Column::Time, Column::X, Column::Y].map(|column| (column, column.name()));
-    let table = Table::parse(file, text.as_bytes(), column, Column::Time, &required)?;
+    let required = [Column::Time, Column::X, Column::Y];
+    let table = Table::parse(file, text.as_bytes(), column, &required)?;
     let samples: Vec<_> = table
         .rows
         .iter()

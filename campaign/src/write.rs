@@ -1,19 +1,25 @@
 //! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
 //!
-//! How a file appears whole is a matter of [`crate::file`].
+//! How a file appears whole is a matter of [`crate::file`], how a run and its facts appear together one of `facts`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::read::run_files;
 use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning};
-use crate::file::{WriteError, check_writable, write_new, write_whole};
+use crate::facts;
+use crate::file::{WriteError, check_writable, write_new, write_own};
+use crate::input;
+use crate::lock::FolderLock;
+use crate::range;
 
-/// A campaign folder to add runs to.
+/// A campaign folder to add runs to. While it exists, no other process can.
 #[derive(Debug)]
 pub struct CampaignWriter {
     folder: PathBuf,
     robot: RobotFile,
+    lock: Arc<FolderLock>,
 }
 
 impl CampaignWriter {
@@ -22,6 +28,7 @@ impl CampaignWriter {
     /// An existing `robot.toml` stays as it is; that of another robot is refused.
     pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
         let toml = folder.join("robot.toml");
+        let lock;
         let robot = if toml.exists() {
             let campaigns = RobotFile::read(&toml)?;
             if let Some((name, there, here)) = campaigns.difference(robot) {
@@ -31,8 +38,10 @@ impl CampaignWriter {
             }
             // Whether facts can be added must be known before a run is driven.
             let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
-            with_facts(&toml, &facts)?;
-            campaigns
+            facts::with_facts(&toml, &facts)?;
+            lock = FolderLock::take(folder)?;
+            facts::settle(folder)?;
+            RobotFile { runs: RobotFile::read(&toml)?.runs, ..campaigns }
         } else {
             let text = toml::to_string(robot).map_err(|error| {
                 let hint = "check the robot's name and numbers";
@@ -41,10 +50,11 @@ impl CampaignWriter {
             robot.check(&toml, &text)?;
             fs::create_dir_all(folder)
                 .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
-            write_whole(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+            lock = FolderLock::take(folder)?;
+            write_own(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
             robot.clone()
         };
-        Ok(Self { folder: folder.into(), robot })
+        Ok(Self { folder: folder.into(), robot, lock: Arc::new(lock) })
     }
 
     /// The nominal robot of this folder.
@@ -80,13 +90,23 @@ impl CampaignWriter {
             }
         }
         if !lines.is_empty() {
-            let text = fs::read_to_string(&toml)
+            let text = input::read_keys(&toml)
                 .map_err(|error| CampaignError::io(&toml, "read it", error))?;
             let text = before_sections(&text, &lines);
             RobotFile::parse(&toml, &text)?;
-            write_whole(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+            write_own(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
         }
         Ok(warnings)
+    }
+
+    /// Adds the facts of a run of the folder to `robot.toml`; false if it has an entry there already.
+    pub fn restore_facts(&self, run: &str, facts: &RunFacts) -> Result<bool, CampaignError> {
+        let toml = self.folder.join("robot.toml");
+        if RobotFile::read(&toml)?.runs.iter().any(|entry| entry.name == run) {
+            return Ok(false);
+        }
+        facts::add(&toml, &RunFacts { name: run.into(), ..facts.clone() })?;
+        Ok(true)
     }
 
     /// Starts a run. Its file is named by the next free number and `name`: `07_name`.
@@ -112,6 +132,7 @@ impl CampaignWriter {
         let text = header.join(",") + "\n";
         Ok(RunWriter {
             folder: self.folder.clone(),
+            _lock: self.lock.clone(),
             name: name.into(),
             columns,
             text,
@@ -126,6 +147,7 @@ impl CampaignWriter {
 #[derive(Debug)]
 pub struct RunWriter {
     folder: PathBuf,
+    _lock: Arc<FolderLock>,
     name: String,
     columns: Vec<Column>,
     text: String,
@@ -135,7 +157,7 @@ pub struct RunWriter {
 
 impl RunWriter {
     /// Adds a sample. Its time must be later than that of the sample before, and its numbers
-    /// finite.
+    /// in their ranges.
     pub fn push(&mut self, row: &Row) -> Result<(), CampaignError> {
         let fail = |problem: String, column: usize| {
             let line = self.rows + 2;
@@ -145,8 +167,10 @@ impl RunWriter {
         let mut cells = Vec::with_capacity(self.columns.len());
         for (index, column) in self.columns.iter().enumerate() {
             let value = row.get(*column);
-            if let Some(value) = value.filter(|value| !value.is_finite()) {
-                return Err(fail(format!("{} is {value}", column.name()), index));
+            if let Some(value) = value.filter(|value| !column.range().contains(*value)) {
+                let (name, value) = (column.name(), range::short(value));
+                let problem = format!("{name} is {value}, and must be {}", column.range());
+                return Err(fail(problem, index));
             }
             cells.push(value.map_or_else(String::new, |value| column.format(value)));
         }
@@ -162,7 +186,7 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Writes the file, and adds the facts, with the name filled in, to `robot.toml`.
+    /// Writes the file, and the facts, with the name filled in, into `robot.toml`: both appear together.
     ///
     /// Without this call nothing of the run is kept.
     pub fn finish(self, facts: RunFacts) -> Result<PathBuf, CampaignError> {
@@ -172,22 +196,23 @@ impl RunWriter {
             let hint = "record for longer; nothing was written";
             return Err(CampaignError::new(Place::whole(&runs), problem, hint));
         }
-        let mut number = 1 + highest_number(&self.folder)?;
+        let mut number = next_number(&self.folder)?;
         loop {
             let name = format!("{number:02}_{}", self.name);
             let path = runs.join(format!("{name}.csv"));
-            if write_new(&path, self.text.as_bytes()).map_err(|error| unwritten(&path, error))? {
-                let added = add_facts(&self.folder.join("robot.toml"), RunFacts { name, ..facts });
-                if let Err(error) = added {
-                    // Without its facts the run would be read as one without load and without a
-                    // start time. It is removed, so that it is driven again; if removing fails,
-                    // nothing is lost.
-                    let _ = fs::remove_file(&path);
-                    return Err(error);
-                }
-                return Ok(path);
+            let facts = RunFacts { name: name.clone(), ..facts.clone() };
+            let has_facts = facts != RunFacts { name, ..RunFacts::default() };
+            if has_facts {
+                facts::announce(&self.folder.join("robot.toml"), &facts)?;
             }
-            // Another program has recorded into this folder meanwhile.
+            let written = write_new(&path, self.text.as_bytes());
+            // The run stands or falls with its file. An entry that stays pending is settled by the next writer.
+            let settled = if has_facts { facts::settle(&self.folder) } else { Ok(()) };
+            match written.map_err(|error| unwritten(&path, error))? {
+                true => return Ok(path),
+                // A program that does not know the lock has recorded into this folder meanwhile.
+                false => settled?,
+            }
             number += 1;
         }
     }
@@ -197,22 +222,13 @@ impl RunWriter {
     }
 }
 
-/// The highest number with which a run in the folder begins.
-fn highest_number(folder: &Path) -> Result<u64, CampaignError> {
+/// The number of the next run in a folder: one above the highest with which a run begins.
+pub fn next_number(folder: &Path) -> Result<u64, CampaignError> {
     let leading = |name: &str| {
         let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
-        digits.parse().unwrap_or(0)
+        digits.parse::<u32>().map_or(0, u64::from)
     };
-    Ok(run_files(folder)?.iter().map(|(name, _)| leading(name)).max().unwrap_or(0))
-}
-
-/// Adds a `[[run]]` at the end; the text before it stays as people wrote it.
-fn add_facts(toml: &Path, facts: RunFacts) -> Result<(), CampaignError> {
-    if facts == (RunFacts { name: facts.name.clone(), ..RunFacts::default() }) {
-        return Ok(());
-    }
-    let text = with_facts(toml, &facts)?;
-    write_whole(toml, text.as_bytes()).map_err(|error| unwritten(toml, error))
+    Ok(run_files(folder)?.files.iter().map(|(name, _)| leading(name)).max().unwrap_or(0) + 1)
 }
 
 /// A TOML file with these lines added before its first section; the rest stays as people wrote it.
@@ -227,25 +243,6 @@ fn before_sections(text: &str, lines: &str) -> String {
     // After the last line that is not blank.
     let head = text[..at].trim_end();
     format!("{head}\n{lines}{}", &text[head.len()..].strip_prefix('\n').unwrap_or_default())
-}
-
-/// The text of a `robot.toml` with these facts at its end; refused if it could not be read again.
-fn with_facts(toml: &Path, facts: &RunFacts) -> Result<String, CampaignError> {
-    let mut text =
-        fs::read_to_string(toml).map_err(|error| CampaignError::io(toml, "read it", error))?;
-    let entry = toml::to_string(facts).map_err(|error| {
-        CampaignError::new(Place::whole(toml), error.to_string(), "check the facts of the run")
-    })?;
-    if !text.ends_with('\n') {
-        text.push('\n');
-    }
-    text.push_str("\n[[run]]\n");
-    text.push_str(&entry);
-    RobotFile::parse(toml, &text).map_err(|error| {
-        let problem = format!("the facts of a run cannot be added at its end: {}", error.problem);
-        CampaignError::new(error.place, problem, "write what it says of runs as [[run]] sections")
-    })?;
-    Ok(text)
 }
 
 fn unwritten(path: &Path, error: WriteError) -> CampaignError {

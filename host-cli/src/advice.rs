@@ -38,6 +38,12 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::StartTooLate => {
             "check the cable and the baud rate: too high for the cable, or too low for the telemetry"
         }
+        Error::ClockCrawls { .. } => {
+            "check the robot's clock source; a simulated robot needs a faster computer"
+        }
+        Error::InvalidConfig { .. } => {
+            "`beeline config restore --factory` puts a valid one in its place"
+        }
         Error::NeverStands => "is something pushing it? `beeline identify` shows its state",
         Error::Cancelled(left) => return on_left(left),
         Error::Connect { .. } => "is the robot, or `beeline sim --listen tcp:...`, running there?",

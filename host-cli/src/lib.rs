@@ -30,6 +30,7 @@ pub mod cli;
 pub mod command;
 pub mod compare;
 pub mod error;
+pub mod escape;
 pub mod explain;
 pub mod hex;
 pub mod interrupt;

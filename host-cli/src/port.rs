@@ -91,6 +91,19 @@ impl SimOptions {
         Some(Simulated { scenario: scenario.as_ref().and_then(named), seed: self.seed })
     }
 
+    /// The same robot for the run of this number in a campaign, from 1: with noise of its own, as it is simulated anew for
+    /// each recorded run. The first has that of the seed itself.
+    pub fn for_run(&self, port: &Port, number: u64) -> Result<Self> {
+        if !port.is_sim() || number <= 1 {
+            return Ok(self.clone());
+        }
+        // Steele's SplitMix64: numbers and seeds that differ in a bit give seeds that differ in half of them.
+        let mut seed = self.scenario(port)?.seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        seed = (seed ^ (seed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        seed = (seed ^ (seed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        Ok(Self { seed: Some(seed ^ (seed >> 31)), ..self.clone() })
+    }
+
     /// The scenario of a port, with the seed of these options.
     pub fn scenario(&self, port: &Port) -> Result<Scenario> {
         let scenario = port.scenario()?;

@@ -12,6 +12,7 @@ use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::{Error, Result};
+use crate::escape::{self, style_mark};
 use crate::interrupt;
 use host_link::Clock;
 
@@ -31,9 +32,32 @@ pub fn runs(count: usize) -> String {
     format!("{count} run{}", if count == 1 { "" } else { "s" })
 }
 
-/// Text in a style.
+/// The styles, in the order of their marks.
+const STYLES: [Style; 5] = [BOLD, DIM, GOOD, BAD, WARN];
+
+/// The mark at which a style ends.
+const PLAIN: u8 = STYLES.len() as u8;
+
+/// Text in a style: between marks, which become the terminal's codes when the line is printed. A code in the text itself, from a
+/// file say, is no mark.
 pub fn paint(style: Style, text: impl Display) -> String {
-    format!("{style}{text}{style:#}")
+    match STYLES.iter().position(|known| *known == style) {
+        Some(number) => format!("{}{text}{}", style_mark(number as u8), style_mark(PLAIN)),
+        None => text.to_string(),
+    }
+}
+
+/// The terminal's code for a mark.
+fn style_code(number: u8) -> String {
+    match STYLES.get(usize::from(number)) {
+        Some(style) => style.to_string(),
+        None => anstyle::Reset.to_string(),
+    }
+}
+
+/// A line as a terminal may have it.
+fn line_of(text: impl Display) -> String {
+    escape::terminal(&text.to_string(), true, style_code)
 }
 
 /// Prints a line of the result. A reader that has gone away is not an error.
@@ -41,11 +65,20 @@ pub fn say(line: impl Display) {
     let _ = is_heard(line);
 }
 
+/// Prints a result of several lines.
+pub fn say_text(text: impl Display) {
+    let _ = print(&escape::terminal(&text.to_string(), false, style_code));
+}
+
 /// The first error of writing a line of the result.
 static WRITE_ERROR: OnceLock<String> = OnceLock::new();
 
 /// Prints a line of the result; false if its reader has gone away, or the line cannot be written.
 pub fn is_heard(line: impl Display) -> bool {
+    print(&line_of(line))
+}
+
+fn print(line: &str) -> bool {
     let mut stdout = anstream::stdout().lock();
     match writeln!(stdout, "{line}").and_then(|()| stdout.flush()) {
         Ok(()) => true,
@@ -72,7 +105,12 @@ pub fn all_said() -> Result<()> {
 
 /// Prints a line about the progress of the command.
 pub fn note(line: impl Display) {
-    let _ = writeln!(anstream::stderr().lock(), "{line}");
+    let _ = writeln!(anstream::stderr().lock(), "{}", line_of(line));
+}
+
+/// Prints several lines about the progress of the command.
+pub fn note_text(text: impl Display) {
+    text.to_string().lines().for_each(note);
 }
 
 /// Prints that something was done: as a line of text, or as a JSON value.
@@ -113,7 +151,7 @@ impl Progress {
         let style = ProgressStyle::with_template("  {msg:<28} {bar:40.green/dim} {percent:>3} %")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("━╸─");
-        Self(ProgressBar::new(1000).with_style(style).with_message(title.into()))
+        Self(ProgressBar::new(1000).with_style(style).with_message(line_of(title.into())))
     }
 
     /// Sets the share that is done.
@@ -151,7 +189,7 @@ impl Steps {
 
     /// Prints what was found, to stay.
     pub fn found(&self, line: &str) {
-        self.0.println(paint(DIM, format_args!("  {line}")));
+        self.0.println(line_of(paint(DIM, format_args!("  {line}"))));
     }
 
     /// Shows what is being done until the next thing is.
@@ -174,7 +212,7 @@ const NOBODY: &str =
 pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
     {
         let mut stderr = anstream::stderr().lock();
-        let _ = write!(stderr, "{} {question} ", paint(BOLD, "?"));
+        let _ = write!(stderr, "{} ", line_of(format_args!("{} {question}", paint(BOLD, "?"))));
         let _ = stderr.flush();
     }
     let (sender, receiver) = async_channel::bounded(1);

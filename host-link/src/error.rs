@@ -6,7 +6,7 @@
 use std::fmt;
 use std::io;
 
-use shared_proto::{Answer, Command, Fault, FaultReport, Hello, Refusal, State};
+use shared_proto::{Answer, Command, ConfigError, Fault, FaultReport, Hello, Refusal, State};
 
 /// A result of the link.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -77,6 +77,18 @@ pub enum Error {
     StartTooLate,
     /// The robot stands still, but did not reach the end of its motion.
     NeverEnded,
+    /// The robot sent a configuration that no robot can have.
+    InvalidConfig {
+        /// The field and what is wrong with it.
+        problem: ConfigError,
+    },
+    /// The motion takes far longer by this computer's clock than it can.
+    ClockCrawls {
+        /// How long it was waited for \[s\].
+        waited_s: f64,
+        /// How much of the motion has passed by the robot's clock \[s\].
+        elapsed_s: f64,
+    },
     /// The robot still moves when it should stand still.
     NeverStands,
     /// The procedure was cancelled: see [`Cancel`](crate::Cancel).
@@ -171,6 +183,13 @@ impl fmt::Display for Error {
             Self::NoTelemetry => f.write_str("the robot sends no telemetry"),
             Self::StartTooLate => f.write_str(
                 "the line is so bad that every command for the motion reached the robot too late",
+            ),
+            Self::InvalidConfig { problem } => {
+                write!(f, "the robot's own configuration is invalid: {problem}")
+            }
+            Self::ClockCrawls { waited_s, elapsed_s } => write!(
+                f,
+                "the robot's clock showed {elapsed_s:.1} s of the motion after {waited_s:.0} s: it was stopped"
             ),
             Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
             Self::NeverStands => {

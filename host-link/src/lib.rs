@@ -37,6 +37,7 @@ pub mod error;
 pub mod limits;
 pub mod listen;
 pub mod motion;
+mod received;
 mod robot_clock;
 pub mod session;
 mod statistics;

@@ -19,6 +19,7 @@ use shared_proto::{
 use crate::cancel::Cancel;
 use crate::clock::Clock;
 use crate::error::{Error, Result, name_of};
+use crate::received::keep;
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
@@ -349,7 +350,7 @@ impl Session {
                         Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                         _ => self.telemetry.unavailable(id),
                     },
-                    reply => self.replies.push_back(reply),
+                    reply => keep(&mut self.replies, reply),
                 }
             }
             Channel::Telemetry => {
@@ -361,7 +362,12 @@ impl Session {
                     }
                 }
             }
-            Channel::Event => self.events.extend(frame.message::<Event>()),
+            Channel::Event => {
+                frame
+                    .message::<Event>()
+                    .into_iter()
+                    .for_each(|event| keep(&mut self.events, event));
+            }
             Channel::Request => {}
         }
         Ok(())

@@ -10,6 +10,9 @@ use shared_proto::Telemetry;
 /// A request for a frame is repeated after this long \[us\], as other requests are.
 const REQUEST_AGAIN_AFTER_US: u64 = 40_000;
 
+/// Frames that nobody takes are kept up to this many, which is a minute of the fastest telemetry; then the oldest are lost.
+const READY_MAX: usize = 60_000;
+
 /// Puts telemetry in order.
 ///
 /// Frames after a gap wait until the gap is filled, or until the robot can no longer fill it. One
@@ -57,10 +60,10 @@ impl Stream {
         self.waiting.insert(number, telemetry);
         self.release();
         // A frame that the robot no longer keeps is lost.
-        while let Some(next) = self.next
-            && self.newest().is_some_and(|newest| newest.wrapping_sub(next) >= Telemetry::KEPT)
+        if let (Some(next), Some(newest)) = (self.next, self.newest())
+            && newest.wrapping_sub(next) >= Telemetry::KEPT
         {
-            self.skip(next);
+            self.skip_to(newest.wrapping_sub(Telemetry::KEPT - 1));
         }
     }
 
@@ -91,7 +94,7 @@ impl Stream {
             && self.next == Some(request.number)
             && !self.waiting.is_empty()
         {
-            self.skip(request.number);
+            self.skip_to(request.number.wrapping_add(1));
         }
     }
 
@@ -110,8 +113,8 @@ impl Stream {
 
     /// Stops waiting for missing frames: the gaps stay.
     pub fn give_up(&mut self) {
-        while let Some(next) = self.next.filter(|_| !self.waiting.is_empty()) {
-            self.skip(next);
+        if let Some(newest) = self.newest() {
+            self.skip_to(newest);
         }
     }
 
@@ -131,9 +134,19 @@ impl Stream {
         self.waiting.keys().copied().max_by_key(|number| number.wrapping_sub(next))
     }
 
-    fn skip(&mut self, number: u32) {
-        self.lost += 1;
-        self.next = Some(number.wrapping_add(1));
+    /// Gives up the frames before this number that are missing; those that wait are in order then. Takes as long as there are
+    /// frames that wait, however far the numbers jump.
+    fn skip_to(&mut self, number: u32) {
+        let Some(next) = self.next else { return };
+        let skipped = number.wrapping_sub(next);
+        let mut before: Vec<u32> = self.waiting.keys().copied().collect();
+        before.retain(|waits| waits.wrapping_sub(next) < skipped);
+        before.sort_unstable_by_key(|waits| waits.wrapping_sub(next));
+        self.lost += u64::from(skipped) - before.len() as u64;
+        for waits in before {
+            self.ready.extend(self.waiting.remove(&waits));
+        }
+        self.next = Some(number);
         self.release();
     }
 
@@ -143,6 +156,10 @@ impl Stream {
         {
             self.ready.push_back(telemetry);
             self.next = Some(next.wrapping_add(1));
+        }
+        while self.ready.len() > READY_MAX {
+            self.ready.pop_front();
+            self.lost += 1;
         }
     }
 }
@@ -216,6 +233,42 @@ mod tests {
         assert_eq!((stream.missing(0), stream.lost()), (Some(69), 68));
         stream.restart();
         assert_eq!((numbers(&mut stream), stream.lost()), (vec![0, 100], 68));
+    }
+
+    /// Counting them one by one took two minutes for half the numbers.
+    #[test]
+    fn a_jump_of_the_numbers_takes_no_longer_than_a_step_and_loses_what_is_between() {
+        let mut stream = Stream::default();
+        let half = u32::MAX / 2;
+        let mut number = 0_u32;
+        stream.push(frame(number));
+        for _ in 0..10_000 {
+            number = number.wrapping_add(half);
+            stream.push(frame(number));
+            stream.give_up();
+        }
+        assert_eq!(stream.drain().count(), 10_001);
+        assert_eq!(stream.lost(), 10_000 * u64::from(half - 1));
+    }
+
+    #[test]
+    fn frames_that_waited_at_a_jump_come_in_order_and_are_not_lost() {
+        let mut stream = Stream::default();
+        for number in [u32::MAX - 4, u32::MAX - 1, 1, u32::MAX, 1000] {
+            stream.push(frame(number));
+        }
+        assert_eq!(numbers(&mut stream), [u32::MAX - 4, u32::MAX - 1, u32::MAX, 1]);
+        // 1000 - 31 is the oldest frame that the robot still has: two, 0 and 2 to 968 are lost.
+        assert_eq!((stream.missing(0), stream.lost()), (Some(969), 2 + 1 + 967));
+    }
+
+    #[test]
+    fn frames_that_nobody_takes_are_bounded_and_counted() {
+        let mut stream = Stream::default();
+        let most = READY_MAX as u32;
+        (0..most + 100).for_each(|number| stream.push(frame(number)));
+        assert_eq!(stream.lost(), 100);
+        assert_eq!(stream.drain().next().unwrap().number, 100);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use core::cell::RefCell;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use firmware::hal::{Store, StoreError};
@@ -82,11 +82,28 @@ fn to_text(config: &Config) -> Option<String> {
 }
 
 /// Writes a new file, syncs it and renames it: the file holds the old text or the new one, never a part.
-fn write_whole(path: &std::path::Path, text: &str) -> std::io::Result<()> {
-    let beside = path.with_extension("new");
+///
+/// What a killed process left beside it is overwritten and renamed by the next save.
+fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".beeline-part");
+    let beside = path.with_file_name(name);
     let mut file = std::fs::File::create(&beside)?;
     // Synced before the rename, so that the name never refers to missing data.
     let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
     let renamed = written.and_then(|()| std::fs::rename(&beside, path));
-    renamed.inspect_err(|_| drop(std::fs::remove_file(&beside)))
+    renamed.inspect_err(|_| drop(std::fs::remove_file(&beside)))?;
+    sync_folder(path)
+}
+
+/// Makes the rename survive a power failure. Elsewhere a folder cannot be opened.
+fn sync_folder(path: &Path) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match cfg!(unix).then(|| std::fs::File::open(folder.unwrap_or(Path::new(".")))) {
+        Some(Ok(folder)) => folder.sync_all().or_else(|error| match error.kind() {
+            std::io::ErrorKind::InvalidInput | std::io::ErrorKind::Unsupported => Ok(()),
+            _ => Err(error),
+        }),
+        _ => Ok(()),
+    }
 }

@@ -60,6 +60,11 @@ impl TempFolder {
 
     /// Starts `beeline` with all of its streams piped.
     pub fn spawn(&self, arguments: &[&str]) -> Child {
+        self.command(arguments).spawn().expect("the executable starts")
+    }
+
+    /// `beeline` with all of its streams piped, to be started.
+    pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_beeline"));
         command
             .args(arguments)
@@ -70,7 +75,7 @@ impl TempFolder {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
-        command.spawn().expect("the executable starts")
+        command
     }
 }
 

@@ -101,7 +101,8 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
             let config = session.read_config().await?;
             let mut camera = Camera::new(lab);
             let robot = robot_file(&config, camera.noise());
-            let mut campaign = Campaign { robot, runs: Vec::new(), warnings: Vec::new() };
+            let mut campaign =
+                Campaign { robot, runs: Vec::new(), copies: Vec::new(), warnings: Vec::new() };
             for (index, run) in plan.runs.iter().enumerate() {
                 if camera.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
                     continue;
@@ -123,6 +124,7 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
                     started_s: Some(recorded.started_us as f64 * 1e-6),
                     payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
                     held_out: run.held_out,
+                    ..RunFacts::default()
                 };
                 campaign.robot.runs.push(facts.clone());
                 campaign.runs.push(Run { name, facts, rows: recorded.rows });

@@ -12,20 +12,22 @@ use crate::error::{CampaignError, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::row::Column;
 
+mod noise;
 mod place;
 mod words;
 
 use place::{Told, cell, header, run_file};
 
-/// Refuses a campaign whose data cannot be fitted, by the best hypothesis.
+/// Refuses a campaign whose data cannot be fitted, by the best hypothesis; then one whose noise is not as stated.
 pub(crate) fn check(
     folder: &Path,
     campaign: &Campaign,
+    (robot, runs): (&Robot, &[Recording]),
     found: &[DataHypothesis],
 ) -> Result<(), CampaignError> {
     match found.iter().find(|found| !found.what.is_minor()) {
         Some(best) => Err(words::error(folder, campaign, best, found)),
-        None => Ok(()),
+        None => noise::check(folder, robot, runs),
     }
 }
 

@@ -1,14 +1,18 @@
 //! Where in the files something is that is reported of a run, or of all.
 
-use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use robot_model::checks::DataHypothesis;
 
 use crate::error::Place;
+use crate::input::{self, TABLE_BYTES_MAX};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::place_of_key;
 use crate::row::Column;
+
+/// More than a header line takes.
+const HEADER_BYTES: u64 = 1 << 16;
 
 /// Where something is that is reported of a run, or of all.
 pub(super) struct Told<'a> {
@@ -39,8 +43,13 @@ impl<'a> Told<'a> {
 
     /// A key of robot.toml.
     pub(super) fn key(&self, key: &str) -> Place {
-        place_of_key(&self.folder.join("robot.toml"), key)
+        self::key(self.folder, key)
     }
+}
+
+/// A key of robot.toml.
+pub(super) fn key(folder: &Path, key: &str) -> Place {
+    place_of_key(&folder.join("robot.toml"), key)
 }
 
 pub(super) fn run_file(folder: &Path, name: &str) -> PathBuf {
@@ -58,7 +67,13 @@ pub(super) fn cell(file: &Path, run: &Run, t_s: f64, column: Column) -> Place {
 
 /// The place of a column's name; the whole file if it cannot be read again.
 pub(super) fn header(file: &Path, column: Column) -> Place {
-    let text = fs::read_to_string(file).unwrap_or_default();
+    let mut head = Vec::new();
+    let read = input::open(file, TABLE_BYTES_MAX)
+        .map(|file| file.take(HEADER_BYTES).read_to_end(&mut head));
+    let text = match read {
+        Ok(Ok(_)) => String::from_utf8_lossy(&head),
+        _ => return Place::whole(file),
+    };
     let names = text.lines().next().unwrap_or_default().split(',');
     let name =
         |cell: &str| cell.trim().trim_start_matches('\u{feff}').trim_matches('"') == column.name();

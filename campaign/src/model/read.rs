@@ -1,7 +1,6 @@
 //! Reads `model.toml`, with one clear error for each way it can be wrong.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,7 +10,7 @@ use toml::Spanned;
 
 use super::raw::{RawCustom, RawEffect, RawModel};
 use super::{EffectEntry, FitEntry, ModelFile, validate};
-use crate::{CampaignError, Place};
+use crate::{CampaignError, Place, input};
 
 impl ModelFile {
     /// Reads a model; if the file does not exist, the model is empty.
@@ -22,7 +21,7 @@ impl ModelFile {
     /// Reads a model.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
         let text =
-            fs::read_to_string(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+            input::read_keys(file).map_err(|error| CampaignError::io(file, "read it", error))?;
         Self::parse(file, &text)
     }
 

@@ -7,7 +7,7 @@ use robot_model::effect::Effect;
 use robot_model::estimation::Errors;
 
 use super::{FitEntry, ModelFile};
-use crate::file::{write_new, write_whole};
+use crate::file::{write_new, write_own};
 use crate::{CampaignError, Place};
 
 const UP_TO: &str = "# The runs cannot tell it from other effects. Above their mean speed it acts as at that speed.\n";
@@ -18,9 +18,13 @@ const IN_USE: &str = "\
 impl ModelFile {
     /// Writes the model of the robot of this name.
     pub fn write(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
-        write_whole(file, self.to_text(robot).as_bytes()).map_err(|error| {
+        write_own(file, self.to_text(robot).as_bytes()).map_err(|error| {
             let problem = format!("cannot write it ({error})");
-            CampaignError::new(Place::whole(file), problem, "check the path and the disk")
+            CampaignError::new(
+                Place::whole(file),
+                problem,
+                error.hint("check the path and the disk"),
+            )
         })
     }
 
@@ -28,7 +32,11 @@ impl ModelFile {
     pub fn write_new(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
         write_new(file, self.to_text(robot).as_bytes()).map(|_| ()).map_err(|error| {
             let problem = format!("cannot write it ({error})");
-            CampaignError::new(Place::whole(file), problem, "check the path and the disk")
+            CampaignError::new(
+                Place::whole(file),
+                problem,
+                error.hint("check the path and the disk"),
+            )
         })
     }
 

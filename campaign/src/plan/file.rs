@@ -70,7 +70,7 @@ pub fn plan_path(folder: &Path) -> PathBuf {
 impl CampaignPlan {
     /// Reads a plan.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
-        let text = std::fs::read_to_string(file)
+        let text = crate::input::read_keys(file)
             .map_err(|error| CampaignError::io(file, "read it", error))?;
         Self::parse(file, &text)
     }

@@ -216,7 +216,8 @@ mod tests {
         let rows = (0..100).map(|k| row(0.02 * f64::from(k))).collect();
         let run = Run { name: "01_a".into(), facts: RunFacts::default(), rows };
         let robot = RobotFile::of(&shared_proto::Config::default());
-        let mut campaign = Campaign { robot, runs: vec![run], warnings: Vec::new() };
+        let mut campaign =
+            Campaign { robot, runs: vec![run], copies: Vec::new(), warnings: Vec::new() };
         let expected = (1000.0 * TAU * 0.036 / 900.0 * 1e3).round() / 1e3;
         assert_eq!(fastest_mps(folder.path(), &campaign), Some(expected));
         campaign.runs.clear();

@@ -16,6 +16,7 @@ use super::standing;
 use crate::error::{Error, Result};
 use crate::picture::{EndReading, PathSource, RunReport};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
+use crate::survey::samples::seconds;
 use crate::wheels;
 
 /// A drive that is to be measured.
@@ -104,7 +105,7 @@ impl DrivenLine<'_> {
         let telemetry = &self.recording.telemetry;
         let origin_us = self.origin_us();
         let frame = |frame: &Telemetry| WheelAngles {
-            t_s: (frame.t_us - origin_us) as f64 * 1e-6,
+            t_s: seconds(origin_us, frame.t_us),
             turns: wheels::turns(frame, self.config),
         };
         let mut angles = telemetry.iter().map(frame).collect::<Vec<_>>();

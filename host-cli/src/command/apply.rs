@@ -17,7 +17,7 @@ use crate::explain::{explained, memory, wrong_in_robot_toml};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
-use crate::ui::{self, BOLD, DIM, GOOD, note, paint, say, warn};
+use crate::ui::{self, BOLD, DIM, GOOD, note, note_text, paint, say, warn};
 use crate::undo::{Undo, state_folder};
 use crate::words;
 use campaign::model::{EffectEntry, ModelFile};
@@ -51,7 +51,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         if !common.json {
             note(paint(BOLD, format_args!("Robot: {}", display_name(&identity))));
-            note(table(&change));
+            note_text(table(&change));
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
             warn(format_args!(

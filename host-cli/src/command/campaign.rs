@@ -10,9 +10,10 @@ use shared_proto::Config;
 use super::pose_source;
 use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, PlanArgs, PlanCommandArgs};
 use crate::error::{Error, Result};
+use crate::escape::{seen, shell_path};
 use crate::port::with_robot;
 use crate::survey::{RecordSettings, RecordStep, Summary, record_campaign};
-use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, warn};
+use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, say_text, warn};
 use campaign::Campaign;
 use campaign::file::{check_writable, write_whole};
 use campaign::plan::run_kinds::{ExtraRuns, fastest_mps, runs_of};
@@ -33,7 +34,7 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
     plan.check_durations(track_width_m)?;
     match &args.output {
         Some(file) if file.as_os_str() == "-" => {
-            say(plan.to_toml().trim_end());
+            say_text(plan.to_toml().trim_end());
             return Ok(());
         }
         Some(file) => {
@@ -56,11 +57,12 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
         }));
         return Ok(());
     }
-    say(table(&plan, track_width_m));
+    say_text(table(&plan, track_width_m));
     match &args.output {
         Some(file) => note(format_args!(
-            "written to {0}: edit it, then `beeline campaign record FOLDER --plan {0}`",
-            file.display()
+            "written to {}: edit it, then `beeline campaign record FOLDER --plan {}`",
+            file.display(),
+            shell_path(file)
         )),
         None => note(
             "`-o plan.toml` writes this plan for editing; `beeline campaign record FOLDER` drives it",
@@ -123,12 +125,12 @@ fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
     for run in &plan.runs {
         let [length_m, width_m] = Floor::of(&run.pieces, track_width_m).size_m();
         lines.push(line(
-            &run.name,
+            &seen(&run.name),
             &way(run),
             &speed(run),
             &format!("{length_m:.1} x {width_m:.1} m"),
             &format!("{:.0} s", run.duration_s(track_width_m, plan.acceleration_mps2)),
-            &run.shows,
+            &seen(&run.shows),
         ));
     }
     let floor = plan.floor(track_width_m);
@@ -286,6 +288,10 @@ impl ProgressPrinter {
                 }
             }
             RecordStep::Warning(warning) => warn(warning),
+            RecordStep::FactsRestored(run) => warn(format_args!(
+                "robot.toml had no [[run]] for {run}: its load, and whether it is held out, were restored from the plan; \
+                 its started_s is not known"
+            )),
             RecordStep::Compensated(effects) if !self.quiet => {
                 let effects = effects.join(", ");
                 note(format_args!(

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use crate::cli::{Common, CompareArgs};
 use crate::compare::show;
 use crate::error::{Error, Result};
+use crate::escape::shell_path;
 use crate::json;
 use crate::ui::{say, warn};
 use campaign::Campaign;
@@ -23,7 +24,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         None => (&default, ModelFile::read_or_empty(&default)?),
     };
     let assumed = model.assumed().map_err(|id| {
-        let campaign = args.campaign.display();
+        let campaign = shell_path(&args.campaign);
         Error::new(format_args!("{}: {id} has no values yet", file.display()))
             .hint(format_args!("`beeline model fit {campaign}`"))
     })?;

@@ -9,7 +9,7 @@ use toml::Value;
 use crate::cli::{Common, ConfigCommand};
 use crate::error::{Context, Error, Result};
 use crate::port::with_robot;
-use crate::ui::{note, say, tell, warn};
+use crate::ui::{note, say, say_text, tell, warn};
 use campaign::file::{is_special, write_whole};
 
 pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
@@ -128,7 +128,7 @@ fn warn_if_it_forgets(common: &Common) {
 fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<()> {
     let text = toml::to_string(config).context("the configuration")?;
     if file.as_os_str() == "-" {
-        say(text.trim_end());
+        say_text(text.trim_end());
         return Ok(());
     }
     if file.is_dir() {

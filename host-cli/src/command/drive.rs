@@ -130,7 +130,14 @@ fn report(common: &Common, recording: &Recording, config: &Config) -> Result<()>
     else {
         return Err(Error::new("the robot sent no telemetry during the motion"));
     };
-    let counts = first.wheels.zip(last.wheels).map(|(first, last)| last.counts - first.counts);
+    let counts = first.wheels.zip(last.wheels);
+    let counts = counts.map(|(first, last)| last.counts.checked_sub(first.counts));
+    let (Some(left), Some(right)) = (counts.left, counts.right) else {
+        return Err(Error::new("the robot's counts jumped farther than any wheel turns").hint(
+            "`beeline watch` shows them; check the cable, and report it if it happens twice",
+        ));
+    };
+    let counts = WheelPair::new(left, right);
     let turns = counts
         .zip(config.encoder)
         .map(|(counts, encoder)| counts as f64 / (encoder.counts_per_rev * encoder.gear_reduction));

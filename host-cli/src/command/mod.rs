@@ -26,7 +26,7 @@ use clap::{CommandFactory, Parser};
 use crate::cli::{Cli, Command, DriveArgs};
 use crate::error::Result;
 use crate::interrupt;
-use crate::ui::say;
+use crate::ui::say_text;
 
 /// Carries out the command line.
 pub fn run(cli: &Cli) -> Result<()> {
@@ -86,7 +86,7 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Completions { shell } => {
                 let mut script = Vec::new();
                 clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut script);
-                say(String::from_utf8_lossy(&script).trim_end());
+                say_text(String::from_utf8_lossy(&script).trim_end());
                 Ok(())
             }
         },

@@ -13,6 +13,7 @@ use super::compare::{read, warn_if_single_run};
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
+use crate::escape::shell_path;
 use crate::explain::{parameters, text};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
@@ -36,7 +37,7 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
                 ))
                 .hint(format_args!(
                     "`beeline explain {0}`, then `beeline model add EFFECT {0}`",
-                    campaign.display()
+                    shell_path(campaign)
                 )));
             }
             task.change(common)
@@ -65,7 +66,7 @@ fn add(common: &Common, args: &AddArgs) -> Result<()> {
         let effect = task.find(id)?;
         if task.model.effects.iter().any(|entry| entry.effect.facts().id == id) {
             return Err(Error::new(format_args!("{id} is in the model already"))
-                .hint(format_args!("`beeline model fit {}` fits it again", campaign.display())));
+                .hint(format_args!("`beeline model fit {}` fits it again", shell_path(campaign))));
         }
         task.model.effects.push(EffectEntry::unfitted(effect));
     }

@@ -13,12 +13,14 @@ use crate::survey::clock::LastRun;
 use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
+use campaign::write::next_number;
 use campaign::{Campaign, CampaignWriter, RunFacts};
 use host_link::Session;
 use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
-    let (path, rows) = with_robot(&common.port, &common.sim(), async |session, lab| {
+    let sim = common.sim().for_run(&common.port, next_number(&args.campaign)?)?;
+    let (path, rows) = with_robot(&common.port, &sim, async |session, lab| {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         limits::check(&motion, &config, profile_of(&args.motion).long)?;

@@ -11,7 +11,7 @@ use crate::cli::{Common, SimArgs};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::port::Port;
-use crate::ui::{BOLD, note, paint, say};
+use crate::ui::{BOLD, note, paint, say, say_text};
 
 pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     if !matches!(common.port, Port::Sim(_)) {
@@ -23,7 +23,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     }
     let scenario = common.sim().scenario(&common.port)?;
     if args.scenario {
-        say(scenario.to_toml().trim_end());
+        say_text(scenario.to_toml().trim_end());
         return Ok(());
     }
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };

@@ -20,7 +20,7 @@ use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::survey::piece::{self, Piece};
 use crate::table::wrapped;
-use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say};
+use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, say_text};
 use crate::undo::state_folder;
 use crate::words;
 
@@ -100,7 +100,7 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     if common.json {
         say(to_json(outcome, &explained));
     } else {
-        say(table(outcome));
+        say_text(table(outcome));
         if outcome.campaign.is_some() {
             say("");
             say(paint(BOLD, "What `explain` finds in the tracks of the first squares"));

@@ -1,10 +1,13 @@
 //! The next run: what to drive, what it takes, and the command that does it.
 
+use std::path::Path;
+
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
 use super::headline::Subject;
 use crate::cli::Common;
+use crate::escape::{shell, shell_path};
 use crate::port::Port;
 use campaign::{Campaign, RobotFile};
 
@@ -36,16 +39,6 @@ pub(crate) fn gyro_words(next: &NextRun) -> Option<&'static str> {
     )
 }
 
-/// A word of a command line.
-fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:@".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("\"{text}\"")
-    }
-}
-
 /// The options that reach a campaign's robot: the port in use, unless it is the simulator because none
 /// was given; then the robot that was simulated, or a word in place of a real one's port.
 pub fn reached(port: &Port, robot: &RobotFile) -> String {
@@ -55,16 +48,16 @@ pub fn reached(port: &Port, robot: &RobotFile) -> String {
             let scenario =
                 simulated.scenario.as_deref().map_or_else(String::new, |file| format!(":{file}"));
             let seed = simulated.seed.map_or_else(String::new, |seed| format!(" --seed {seed}"));
-            format!("--port {}{seed}", quoted(&format!("sim{scenario}")))
+            format!("--port {}{seed}", shell(&format!("sim{scenario}")))
         }
-        (port, _) => format!("--port {}", quoted(&port.to_string())),
+        (port, _) => format!("--port {}", shell(&port.to_string())),
     }
 }
 
 /// The option that gives a simulated robot its memory again.
 pub fn memory(common: &Common) -> String {
-    let flash = common.flash.as_ref().map(|file| file.to_string_lossy());
-    flash.map_or_else(String::new, |file| format!(" --flash {}", quoted(&file)))
+    let flash = common.flash.as_ref();
+    flash.map_or_else(String::new, |file| format!(" --flash {}", shell_path(file)))
 }
 
 /// The same, with the robot's memory, and with a track if a tape is too little for what is to be told.
@@ -82,8 +75,8 @@ pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
     let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
     format!(
         "beeline campaign record {} --run {} {}{gyro}",
-        quoted(&subject.campaign),
-        quoted(next.kind.name()),
+        shell_path(Path::new(&subject.campaign)),
+        shell(next.kind.name()),
         subject.reached
     )
 }
@@ -102,7 +95,12 @@ mod tests {
         for (port, more, expected) in [
             ("sim", "", "--port PORT"),
             ("sim", "[simulated]\n", "--port sim"),
-            ("sim", "[simulated]\nscenario = \"a b.toml\"\n", "--port \"sim:a b.toml\""),
+            ("sim", "[simulated]\nscenario = \"a b.toml\"\n", "--port 'sim:a b.toml'"),
+            (
+                "sim",
+                "[simulated]\nscenario = '$(touch x)\".toml'\n",
+                "--port 'sim:$(touch x)\".toml'",
+            ),
             ("sim", "[simulated]\nscenario = \"a.toml\"\nseed = 7", "--port sim:a.toml --seed 7"),
             ("tcp:robot:7700", "[simulated]\n", "--port tcp:robot:7700"),
         ] {
@@ -131,7 +129,7 @@ mod tests {
         let command = next_run_command(&gyro, &subject("--port PORT"));
         assert_eq!(
             command,
-            "beeline campaign record \"my robot\" --run straight --port PORT --gyro FILE"
+            "beeline campaign record 'my robot' --run straight --port PORT --gyro FILE"
         );
         assert!(gyro_words(&gyro).unwrap().contains("[gyro]"));
         // The simulator has a gyro of its own, and refuses a file.

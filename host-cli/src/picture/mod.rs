@@ -21,7 +21,7 @@ pub fn to_html(report: &CalibrationReport) -> String {
 pub fn to_svg(report: &CalibrationReport) -> String {
     let head = format!(
         "<title>{}</title><style>{}{}</style><rect width=\"100%\" height=\"100%\" rx=\"12\" style=\"fill:var(--paper)\"/>",
-        scale::escape(&report.robot_name),
+        crate::escape::html(&report.robot_name),
         drawing::COLOURS,
         drawing::STYLE
     );

@@ -8,7 +8,8 @@ use robot_model::calibration::wheel_weight::SIGMAS_95;
 
 use super::drawing::{COLOURS, STYLE, path_data, plan_view};
 use super::report::{Basis, CalibrationReport, RunReport};
-use super::scale::{Px, Scale, escape, nice_step, number, ticks};
+use super::scale::{Px, Scale, nice_step, number, ticks};
+use crate::escape::html as escape;
 use crate::quantity::{decimals, plus_minus};
 use crate::words;
 

@@ -53,24 +53,6 @@ pub(crate) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
     ((first..=last).map(|i| i as f64 * step).collect(), decimals)
 }
 
-/// Text escaped for HTML and SVG.
-pub(crate) fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            // XML forbids control characters, even escaped.
-            c if c.is_control() => safe.push(' '),
-            c => safe.push(c),
-        }
-    }
-    safe
-}
-
 /// A number with a real minus sign and fixed decimals, never "-0".
 pub(crate) fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -91,11 +73,6 @@ mod tests {
         assert!((nice_step(0.011, 6.0) - 0.002).abs() < 1e-15);
         assert_eq!(ticks((-45.0, 12.0), 20.0), (vec![-40.0, -20.0, 0.0], 0));
         assert_eq!(ticks((0.0, 1.8), 0.5).1, 1);
-    }
-
-    #[test]
-    fn markup_in_a_name_stays_text() {
-        assert_eq!(escape("<b>\"R&D\"\u{0}'"), "&lt;b&gt;&quot;R&amp;D&quot; &#39;");
     }
 
     #[test]

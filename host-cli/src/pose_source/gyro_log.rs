@@ -107,11 +107,11 @@ impl GyroLog {
         let known = |name: &str| {
             Column::from_name(name).filter(|column| matches!(column, Column::Time | Column::GyroZ))
         };
-        let required = [Column::Time, Column::GyroZ].map(|column| (column, column.name()));
+        let required = [Column::Time, Column::GyroZ];
         let short = text.lines().count() < HEADER_AND_TWO_ROWS;
         // Two rows stand in for those that will come, so that the header is checked now.
         let text = if short { header_and_zeros(&text) } else { text };
-        let table = Table::parse(&self.path, text.as_bytes(), known, Column::Time, &required)?;
+        let table = Table::parse(&self.path, text.as_bytes(), known, &required)?;
         if short {
             return Ok(Vec::new());
         }

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::{CampaignReport, DRAWING_STYLE, paths, title, waterfall};
+use crate::escape::html as escape;
 use crate::picture::drawing::{COLOURS, STYLE};
-use crate::picture::scale::{Px, escape};
+use crate::picture::scale::Px;
 
 const MARGIN: f64 = 32.0;
 const PANELS: usize = 3;

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use robot_model::explain::{ParameterFound, StepFound};
 
 use super::CampaignReport;
-use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
+use crate::escape::html as escape;
+use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 use crate::quantity::{friendly, scaled_unit};
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {

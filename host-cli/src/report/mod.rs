@@ -27,12 +27,12 @@ use std::fmt::Write;
 use robot_model::compare::{Comparison, Curve, Path};
 use robot_model::explain::Answer;
 
+use crate::escape::html as escape;
 use crate::explain::{
     Subject, gyro_words, headline, next_run_command, no_next_run, on_held_out, text,
 };
 use crate::picture::drawing::{COLOURS, STYLE};
 use crate::picture::page::PAGE_STYLE;
-use crate::picture::scale::escape;
 use crate::words;
 
 pub use drawing::to_svg;

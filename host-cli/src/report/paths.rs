@@ -6,7 +6,8 @@ use robot_model::compare::Path;
 use robot_model::recording::RunKind;
 
 use super::{CampaignReport, legend};
-use crate::picture::scale::{Px, escape, nice_step, number};
+use crate::escape::html as escape;
+use crate::picture::scale::{Px, nice_step, number};
 
 /// So many drawings at most.
 const PANELS: usize = 9;

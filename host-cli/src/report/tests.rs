@@ -183,7 +183,7 @@ fn the_page_says_what_explain_says() {
         "from 25.8 mm, 51.6 mrad to 6.0 mm, 12.0 mrad",
         "These runs cannot tell side_slip and measurement_delay apart. Their combined effect: 2.0 mm to the left",
         "The residuals depend on <b>speed</b>",
-        "beeline campaign record &quot;my robot&quot; --run &quot;spins both ways&quot; --port sim",
+        "beeline campaign record &#39;my robot&#39; --run &#39;spins both ways&#39; --port sim",
         "no &amp; never",
         "20.0 \u{b1} 1.0 ms",
     ] {

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use robot_model::estimation::Errors;
 
 use super::CampaignReport;
-use crate::picture::scale::{Px, Scale, escape, nice_step, number, ticks};
+use crate::escape::html as escape;
+use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 use crate::quantity::p_value;
 use crate::table::wrapped;
 

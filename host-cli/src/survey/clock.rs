@@ -5,7 +5,7 @@
 //! written when the run ended.
 
 use std::path::Path;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use campaign::Campaign;
 use host_link::Session;
@@ -57,6 +57,16 @@ impl CampaignClock {
     }
 }
 
+/// Waits until the campaign's clock shows this time, if it is more than a second away \[s\].
+pub(super) async fn wait_for(session: &Session, clock: &CampaignClock, until_s: f64) {
+    /// `started_s` in a file is rounded; a second is less than it takes to carry a robot to its mark.
+    const NEAR_S: f64 = 1.0;
+    let missing_s = until_s - clock.at(session.clock().now_us());
+    if missing_s > NEAR_S {
+        session.clock().sleep(Duration::from_secs_f64(missing_s)).await;
+    }
+}
+
 /// A run that is to start at most this long after another may start at once \[s\]: putting the
 /// robot back at its mark takes a while anyway.
 const SOON_S: f64 = 300.0;
@@ -64,7 +74,7 @@ const SOON_S: f64 = 300.0;
 /// The clock of a campaign, continued after its last run.
 ///
 /// A simulated robot is new in each process, with its clock at zero: it waits until its clock shows
-/// the campaign's time, so that time and noise continue as if there had been no interruption.
+/// the campaign's time.
 pub(super) async fn start_clock(
     session: &mut Session,
     source: &dyn PoseSource,

@@ -16,9 +16,11 @@
 //! | [`piece`] | the motion that drives a piece of a run |
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`clock`] | one clock for all runs, over interruptions |
+//! | `continued` | what a campaign that is continued takes from its folder |
 //! | [`record`] | the procedure |
 
 pub mod clock;
+mod continued;
 pub mod piece;
 pub mod record;
 pub mod samples;

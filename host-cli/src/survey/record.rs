@@ -8,14 +8,14 @@ use std::time::Duration;
 use robot_model::recording::Piece;
 use shared_proto::{Command, Config, Telemetry};
 
-use super::clock::{LastRun, start_clock};
+use super::clock::{LastRun, start_clock, wait_for};
+use super::continued::{keep_plan, planned_facts, restore_facts};
 use super::piece;
 use super::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::pose_source::align::reckoned;
 use crate::pose_source::{Go, Mark, PoseSource, Seen};
-use campaign::file::write_whole;
 use campaign::model::in_use::{self, Kept};
 use campaign::plan::{CampaignPlan, PAUSE_S, PlannedRun, plan_path};
 use campaign::{Campaign, CampaignWriter, Place, Row, RunFacts, Simulated, Warning};
@@ -63,6 +63,8 @@ pub enum RecordStep<'a> {
     CompensatedAnew(&'a str),
     /// The folder has this many runs of the plan already.
     Resumed(usize),
+    /// This run of the folder had no facts in `robot.toml`, and now has those of the plan.
+    FactsRestored(&'a str),
     /// A run begins: its number in the plan, from 1, and the number of runs.
     Started(usize, usize, &'a PlannedRun),
     /// The run is under way, with the share that is done.
@@ -142,6 +144,8 @@ pub async fn record_campaign(
     tell: &mut dyn FnMut(RecordStep<'_>),
 ) -> Result<Summary> {
     let config = session.read_config().await?;
+    // What is driven is what the file says, which has fewer digits: a campaign that is continued is driven by it.
+    let plan = &CampaignPlan::parse(&plan_path(folder), &plan.to_toml())?;
     check_limits(plan, &config)?;
     let (writer, there) = open_folder(session, source, &config, folder, settings, tell).await?;
     if settings.whole {
@@ -154,11 +158,28 @@ pub async fn record_campaign(
     if summary.before > 0 {
         tell(RecordStep::Resumed(summary.before));
     }
+    if let Some(there) = there.as_ref().filter(|_| settings.whole) {
+        let mut restored = |run: &str| tell(RecordStep::FactsRestored(run));
+        restore_facts(&writer, there, plan, &mut restored)?;
+    }
     let last = there.as_ref().and_then(|there| LastRun::of(folder, there));
+    // A simulated robot is a new one in each process. It drives the runs that are there once more, so that the rest are those
+    // of a campaign without an interruption, to the byte.
+    let mut replayed = last.filter(|_| settings.whole && source.is_simulated());
+    let last = if replayed.is_some() { None } else { last };
     let clock = start_clock(session, source, last, settings.later_s).await?;
     for (index, run) in plan.runs.iter().enumerate() {
         if is_there(run) {
+            let is_last = plan.runs[index..].iter().all(is_there);
+            if replayed.is_some() && !is_last {
+                let mut quiet = |_: RecordStep<'_>| ();
+                ask_and_record(session, source, &config, plan, run, settings, &mut quiet).await?;
+            }
             continue;
+        }
+        if let Some(last) = replayed.take() {
+            // Runs that are not of the plan were driven after those that are.
+            wait_for(session, &clock, last.ended_s).await;
         }
         tell(RecordStep::Started(index + 1, plan.runs.len(), run));
         // Before the robot moves: a folder that cannot be written must not cost a run.
@@ -178,9 +199,7 @@ pub async fn record_campaign(
         recorded.rows.iter().try_for_each(|row| file.push(row))?;
         let path = file.finish(RunFacts {
             started_s: Some((clock.at(recorded.started_us) * 1e3).round() / 1e3),
-            payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
-            held_out: run.held_out,
-            ..RunFacts::default()
+            ..planned_facts(run)
         })?;
         let (samples, dropped) = (recorded.rows.len(), recorded.dropped);
         tell(RecordStep::Recorded { path: &path, samples, poses, dropped });
@@ -367,25 +386,4 @@ fn check_limits(plan: &CampaignPlan, config: &Config) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Writes the plan into the folder; refused if its runs were recorded by another plan.
-fn keep_plan(folder: &Path, plan: &CampaignPlan, has_runs: bool) -> Result<()> {
-    let path = plan_path(folder);
-    if path.exists() && has_runs {
-        if !CampaignPlan::read(&path)?.drives_the_same_as(plan) {
-            return Err(Error::new(format_args!(
-                "{} was begun with another plan",
-                folder.display()
-            ))
-            .hint(
-                "leave out the plan options to continue its own plan, or choose another folder",
-            ));
-        }
-        return Ok(());
-    }
-    write_whole(&path, plan.to_toml().as_bytes()).map_err(|error| {
-        Error::new(format_args!("cannot write {}: {error}", path.display()))
-            .hint("check the permissions")
-    })
 }

@@ -41,14 +41,14 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)])
     let mut rows: Vec<_> = telemetry
         .iter()
         .map(|frame| Row {
-            t_s: (frame.t_us - start_us) as f64 * 1e-6,
+            t_s: seconds(start_us, frame.t_us),
             counts: frame.wheels.map(|wheel| Some(wheel.counts as f64)),
             duty: frame.wheels.map(|wheel| Some(f64::from(wheel.duty) / 32767.0)),
             bus_v: Some(f64::from(frame.supply_mv) * 1e-3),
             ..Row::default()
         })
         .collect();
-    let end_s = (last.t_us - start_us) as f64 * 1e-6;
+    let end_s = seconds(start_us, last.t_us);
     for sample in track {
         // In whole microseconds, so that equal instants of two recordings have equal bits, however
         // long the robot has been switched on.
@@ -67,6 +67,12 @@ pub fn rows(telemetry: &[Telemetry], track: &[TrackSample], gyro: &[(f64, f64)])
     }
     rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     merge_equal_times(rows)
+}
+
+/// From one time of the robot's clock to another, before it if negative \[s\].
+pub fn seconds(from_us: u64, to_us: u64) -> f64 {
+    // The difference of any two times is exact so, and a clock that goes back makes no huge one.
+    to_us.wrapping_sub(from_us).cast_signed() as f64 * 1e-6
 }
 
 /// A row with the right wheel's counts converted to the left wheel's encoder: a file has one number

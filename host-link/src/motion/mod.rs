@@ -3,6 +3,8 @@
 //!
 //! What follows from the recording is left to the caller.
 
+#[cfg(test)]
+mod crawling_robot;
 mod rest;
 mod velocity;
 
@@ -192,11 +194,16 @@ async fn drive_armed(
     let id = session.new_motion();
     let start_us = start(session, motion, id, options, telemetry, commanded).await?;
 
-    let mut heard_us = session.clock().now_us();
+    let begun_us = session.clock().now_us();
+    let mut heard_us = begun_us;
     let mut last_us = 0;
     /// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2
     /// by their ranges.
     const STEERED: f64 = 1.25;
+    /// An emulated robot may be slower than real time: a fifth at most.
+    const SLOWEST: f64 = 5.0;
+    /// The longest lead of a command to drive: [`LEAD`] times 16.
+    const LEAD_S_MAX: f64 = 4.8;
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;
@@ -218,6 +225,13 @@ async fn drive_armed(
             || silent_s > 5.0
         {
             break;
+        }
+        // By the computer's clock: with the robot's alone, one that crawls would be renewed for ever.
+        let waited_s = (now_us - begun_us) as f64 * 1e-6;
+        if waited_s
+            > SLOWEST * (STEERED * duration_s + 5.0) + LEAD_S_MAX + options.rest.as_secs_f64()
+        {
+            return Err(Error::ClockCrawls { waited_s, elapsed_s: elapsed_s.max(0.0) });
         }
         // If the motion has just ended by a fault, the status below says so.
         session.post(Command::Renew { motion: id }).await?;
@@ -258,7 +272,7 @@ async fn start(
         // A multiple of the telemetry period, so that every recording has the same instants of its
         // motion. If the command came too late on a busy line, the next one has four times as long.
         let ahead_us = (LEAD.as_micros() as u64) * 4_u64.pow(attempt) + rest_us;
-        let start_us = now_us + ahead_us.next_multiple_of(period_us);
+        let start_us = now_us.saturating_add(ahead_us.next_multiple_of(period_us));
         let drive = Drive { start_us: Some(start_us), ..motion.drive_now(id) };
         if let Some(trigger) = &options.trigger {
             trigger(start_us - rest_us);
@@ -302,7 +316,8 @@ async fn listen_to_the_end(
     let give_up_us = session.clock().now_us() + (rest + TELEMETRY_LATE).as_micros() as u64;
     loop {
         telemetry.extend(session.take_telemetry());
-        let until_us = end_us(telemetry, start_us).map(|end_us| end_us + rest.as_micros() as u64);
+        let until_us = end_us(telemetry, start_us)
+            .map(|end_us| end_us.saturating_add(rest.as_micros() as u64));
         if let Some(until_us) = until_us
             && telemetry.last().is_some_and(|last| last.t_us >= until_us)
         {

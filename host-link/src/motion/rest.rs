@@ -46,7 +46,7 @@ pub(super) async fn wait_for_stop(
     until_cancelled: bool,
 ) -> Result<shared_proto::Status> {
     const MORE_S: f64 = 5.0;
-    let give_up_us = session.clock().now_us() + ((ramp_s + MORE_S) * 1e6) as u64;
+    let give_up_us = session.clock().now_us().saturating_add(((ramp_s + MORE_S) * 1e6) as u64);
     loop {
         let status = session.status().await?;
         if !is_moving(status.state) {

@@ -11,6 +11,10 @@ pub(crate) fn chi_squared(freedom: usize, x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 || freedom == 0 {
         return 1.0;
     }
+    // The square of a huge residual; `gamma_ur` takes finite numbers only.
+    if x.is_infinite() {
+        return 0.0;
+    }
     gamma_ur(freedom as f64 / 2.0, x / 2.0).clamp(0.0, 1.0)
 }
 
@@ -81,6 +85,8 @@ mod tests {
         // Tables: 3.841459 for one degree and 16.91898 for nine are passed in 5 %; to their digits.
         assert!((chi_squared(1, 3.841459) - 0.05).abs() < 1e-7);
         assert!((chi_squared(9, 16.91898) - 0.05).abs() < 1e-7);
+        // The square of a huge residual.
+        assert_eq!((chi_squared(4, f64::INFINITY), fisher(4, 9.0, f64::INFINITY)), (0.0, 0.0));
         assert_eq!(chi_squared(3, 0.0), 1.0);
     }
 

@@ -109,7 +109,11 @@ impl Robot {
         }
         let facts = runs.iter().map(|run| run.facts.clone()).collect();
         let robot = self.file(facts, knows_its_camera);
-        Recorded { campaign: Campaign { robot, runs, warnings: Vec::new() }, ideal, sound }
+        Recorded {
+            campaign: Campaign { robot, runs, copies: Vec::new(), warnings: Vec::new() },
+            ideal,
+            sound,
+        }
     }
 
     fn file(&self, runs: Vec<RunFacts>, knows_its_camera: bool) -> RobotFile {
@@ -209,6 +213,7 @@ fn run(index: usize, course: &Course, started_s: f64, rows: Vec<Row>) -> Run {
         started_s: Some(started_s),
         payload_kg: (course.payload_kg > 0.0).then_some(course.payload_kg),
         held_out: course.held_out,
+        ..RunFacts::default()
     };
     Run { name, facts, rows }
 }

@@ -98,7 +98,12 @@ async fn experiment(
     let (before, runs) = squares(session, source, settings, config, false, tell).await?;
     tell(UmbmarkStep::Measured(false, &before));
     let robot = robot_file(config, source.noise().filter(|_| source.is_simulated()));
-    let campaign = (!runs.is_empty()).then_some(Campaign { robot, runs, warnings: Vec::new() });
+    let campaign = (!runs.is_empty()).then_some(Campaign {
+        robot,
+        runs,
+        copies: Vec::new(),
+        warnings: Vec::new(),
+    });
     let (decision, geometry) = if before.is_contradicted() {
         (Decision::Contradicted, config.geometry)
     } else if before.is_square() {

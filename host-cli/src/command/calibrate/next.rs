@@ -70,7 +70,8 @@ pub(super) fn say_steps(common: &Common, args: &CalibrateArgs) {
         ],
     };
     let width = steps.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
-    say("\nWhat to try next:");
+    say("");
+    say("What to try next:");
     for (command, why) in steps {
         say(format_args!("  beeline {command:<width$}   {}", paint(DIM, why)));
     }

@@ -13,7 +13,7 @@ use crate::command::wheel_weight;
 use crate::error::{Error, Result};
 use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::quantity::{LengthUnit, plus_minus};
-use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say, say_text};
 use campaign::file::write_whole;
 
 /// Prints the result, and draws it.
@@ -50,7 +50,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
             let (before_m, after_m) =
                 (outcome.before.run.end.lateral_offset_m, after.run.end.lateral_offset_m);
             say("");
-            say(table(&outcome, after));
+            say_text(table(&outcome, after));
             say("");
             say(format_args!(
                 "{} {}",

@@ -40,11 +40,11 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
         Some(file) => {
             check_writable(file).map_err(|error| {
                 Error::new(format_args!("cannot write {}: {error}", file.display()))
-                    .hint("check the path")
+                    .hint(error.hint("check the path"))
             })?;
             write_whole(file, plan.to_toml().as_bytes()).map_err(|error| {
                 Error::new(format_args!("cannot write {}: {error}", file.display()))
-                    .hint("check the path")
+                    .hint(error.hint("check the path"))
             })?;
         }
         None => {}

@@ -142,7 +142,7 @@ fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<
     }
     write_whole(file, text.as_bytes()).map_err(|error| {
         Error::new(format_args!("cannot write {}: {error}", file.display()))
-            .hint("does its folder exist, and may you write there?")
+            .hint(error.hint("does its folder exist, and may you write there?"))
     })?;
     tell(common.json, json!({ "file": file }), format_args!("{} written", file.display()));
     Ok(())

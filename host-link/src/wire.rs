@@ -163,7 +163,9 @@ mod tests {
         let mut encoder = Encoder::new();
         let mut frames = Frames::default();
         let event = encoder.message(&Event::State { state: State::Idle, t_us: 7 }).to_vec();
-        let request = encoder.message(&Request { session: 1, id: 1, until_ms: 0, command: Command::Status }).to_vec();
+        let request = encoder
+            .message(&Request { session: 1, id: 1, until_ms: 0, command: Command::Status })
+            .to_vec();
         frames.push(&event);
         let mut sent = Vec::new();
         for number in 0..3 * FRAMES_MAX as u32 {

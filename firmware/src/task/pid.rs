@@ -131,12 +131,16 @@ impl Control {
         let supply_scale = self.supply_scale.step(*supply_mv);
         let output = self.act(shared, measured, action, (loops, supply_scale));
         // Checked last, so that a fault of this very tick counts.
-        if shared.fault.forces_motors_off() {
-            shared.fault.note(tick);
-            self.reset(&mut tick.loops);
-            return Output::OFF;
-        }
-        output
+        if shared.fault.forces_motors_off() { self.stop(shared, tick) } else { output }
+    }
+
+    /// A fault forbids any duty.
+    #[cold]
+    #[inline(never)]
+    fn stop<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
+        shared.fault.note(tick);
+        self.reset(&mut tick.loops);
+        Output::OFF
     }
 
     fn act<M: RawMutex>(
@@ -169,6 +173,7 @@ impl Control {
         }
     }
 
+    #[inline(never)]
     fn step_probe<M: RawMutex>(
         &mut self,
         shared: &Shared<M>,

@@ -7,8 +7,8 @@ use std::rc::Rc;
 
 use futures_lite::future::block_on;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Hello, LinkStatistics, MotionEnd, Reply, Request,
-    Pose, State, Status, Telemetry, WheelPair, WheelTelemetry,
+    Answer, Channel, Command, Decoder, Encoder, Hello, LinkStatistics, MotionEnd, Pose, Reply,
+    Request, State, Status, Telemetry, WheelPair, WheelTelemetry,
 };
 
 use super::{Motion, RecordOptions, drive};

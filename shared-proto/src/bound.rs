@@ -2,7 +2,8 @@
 
 use crate::frame::{Channel, FRAME_LEN_MAX, Message, PAYLOAD_LEN_MAX, frame_len_max};
 use crate::hello::Hello;
-use crate::message::{Event, Reply, Request, Telemetry};
+use crate::message::{Event, Reply, Request};
+use crate::telemetry::Telemetry;
 
 /// How long one kind of message can get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

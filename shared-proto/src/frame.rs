@@ -6,7 +6,8 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::crc::Crc32;
 use crate::encoded_len::postcard_len_max;
 use crate::hello::Hello;
-use crate::message::{Event, Reply, Request, Telemetry};
+use crate::message::{Event, Reply, Request};
+use crate::telemetry::Telemetry;
 
 const HEADER_LEN: usize = 3;
 const CRC_LEN: usize = 4;

@@ -3,8 +3,9 @@
 use postcard_schema::key::Key;
 
 use crate::config::Config;
-use crate::message::{Event, Reply, Request, Telemetry};
+use crate::message::{Event, Reply, Request};
 use crate::name::NAME_LEN_MAX;
+use crate::telemetry::Telemetry;
 
 /// The version of the protocol that this crate speaks; raised when the meaning of a message changes.
 pub const PROTOCOL_VERSION: u16 = 2;

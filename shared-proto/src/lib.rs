@@ -69,6 +69,8 @@ mod name;
 mod order;
 mod pair;
 mod readable;
+mod state;
+mod telemetry;
 
 pub use bound::Bound;
 pub use config::*;
@@ -82,3 +84,5 @@ pub use name::*;
 pub use order::is_above;
 pub use pair::*;
 pub use readable::Readable;
+pub use state::State;
+pub use telemetry::*;

@@ -1,4 +1,4 @@
-//! Requests, replies, telemetry and events.
+//! Requests, replies and events.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,8 @@ use crate::config::{Config, ConfigError, LimitsConfig};
 use crate::fault::FaultReport;
 use crate::motion::{Drive, MotionError, MotionId, Velocity};
 use crate::name::Name;
-use crate::pair::WheelPair;
+use crate::state::State;
+use crate::telemetry::Telemetry;
 
 /// A command from the host. Every command may be repeated without further effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -186,6 +187,52 @@ pub enum Refusal {
     Forgotten,
 }
 
+/// Who the robot is.
+    Identity(Identity),
+    /// State, fault and counters.
+    Status(Status),
+    /// The configuration in use.
+    Config(Config),
+    /// An earlier telemetry frame, unchanged.
+    Telemetry(Telemetry),
+}
+
+/// Why the robot refused a request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// Not permitted in this state.
+    State(State),
+    /// A fault is latched.
+    Faulted(FaultReport),
+    /// The configuration is unphysical.
+    Config(ConfigError),
+    /// The motion is impossible.
+    Motion(MotionError),
+    /// No such motion is under way.
+    NoSuchMotion,
+    /// The number is not the latched fault's.
+    NoSuchFault,
+    /// The cause of the fault is still there.
+    CauseRemains,
+    /// The telemetry period is outside 0 to 1000 ms.
+    Period,
+    /// The store could not be written; the configuration in use is unchanged and unsaved.
+    Store,
+    /// Say hello first: the robot does not know this session. The reply's id is 0.
+    HelloFirst,
+    /// The request could not be read. The reply's id is 0.
+    Unreadable,
+    /// The request arrived after the end of its lease.
+    Late,
+    /// The lease ends more than [`Request::LEASE_MS_MAX`] ahead.
+    Lease,
+    /// Another session drives the robot.
+    Driven,
+    /// The robot no longer has the telemetry frame with this number: it keeps the last [`Telemetry::KEPT`].
+    Forgotten,
+}
+
 /// The robot's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -317,76 +364,6 @@ pub struct LinkStatistics {
     pub frames_sent: u32,
     /// Telemetry frames dropped because the line was busy.
     pub telemetry_dropped: u32,
-}
-
-/// The robot's state and both wheels at one control tick.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Telemetry {
-    /// Rises by one from frame to frame while the period stays the same, and wraps. A frame that is missing
-    /// can be recalled by [`Command::Recall`].
-    pub number: u32,
-    /// Time of the control tick since power-on \[us\].
-    pub t_us: u64,
-    /// The robot's state.
-    pub state: State,
-    /// The encoder-sign check is under way; the loop is open.
-    pub probing: bool,
-    /// Each wheel's values.
-    pub wheels: WheelPair<WheelTelemetry>,
-    /// Supply \[mV\].
-    pub supply_mv: u16,
-    /// Where the robot is, by dead reckoning.
-    pub pose: Pose,
-}
-
-/// Where the robot is by its own counts: the middle between its wheels, since power-on.
-///
-/// x points ahead and y to the left of the robot at power-on; the heading is to the left positive, and not wrapped. With
-/// W_T, track width and heading pull as configured. What no encoder sees, slip for one, is not in it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Pose {
-    /// Ahead \[um\].
-    pub x_um: i64,
-    /// To the left \[um\].
-    pub y_um: i64,
-    /// \[urad\]
-    pub heading_urad: i64,
-}
-
-impl Telemetry {
-    /// The robot keeps this many frames for [`Command::Recall`]: a third of a second at 100 Hz.
-    pub const KEPT: u32 = 32;
-}
-
-/// One wheel at one control tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct WheelTelemetry {
-    /// Absolute encoder count, forward positive.
-    pub counts: i64,
-    /// Where the wheel should be \[um of travel\].
-    pub setpoint_um: i64,
-    /// Setpoint minus measured travel \[um\].
-    pub error_um: i32,
-    /// Measured speed \[um/s\].
-    pub speed_um_s: i32,
-    /// Feedforward, proportional, integral and derivative parts of the duty \[1/32767\].
-    pub terms: PidTerms,
-    /// Duty as applied to the motor, forward positive \[1/32767\].
-    pub duty: i16,
-}
-
-/// The parts that make up a duty \[1/32767\].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct PidTerms {
-    /// From the profile alone.
-    pub feedforward: i16,
-    /// From the travel error.
-    pub proportional: i16,
-    /// From the travel error's sum.
-    pub integral: i16,
-    /// From the speed error.
-    pub derivative: i16,
 }
 
 /// News that the robot sends unasked. An event may be lost: [`Status`] gives the same information.

@@ -1,0 +1,6 @@
+//! The robot's state.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+

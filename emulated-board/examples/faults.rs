@@ -84,6 +84,10 @@ fn run_all(image: &Path, seed: u64, indices: std::ops::Range<u64>, threads: usiz
                     }
                     let case = Case::draw(seed, index);
                     let verdict = run(image, &case);
+                    if !is_good(&verdict) {
+                        // Also of a bench that is ended early.
+                        eprintln!("\nwrong: {}", case.command());
+                    }
                     let mut done = done.lock().expect("no thread panics");
                     done.insert(index, (case, verdict));
                     progress(&done, indices.end - indices.start, begin);
@@ -100,7 +104,7 @@ fn run_all(image: &Path, seed: u64, indices: std::ops::Range<u64>, threads: usiz
 /// Shows how many cases are done, and how many of them are wrong.
 fn progress(done: &BTreeMap<u64, Outcome>, of: u64, begin: Instant) {
     let terminal = std::io::stderr().is_terminal();
-    if !terminal && !done.len().is_multiple_of(50) {
+    if !terminal && !done.len().is_multiple_of(20) {
         return;
     }
     let wrong = done.values().filter(|(_, verdict)| !is_good(verdict)).count();

@@ -7,7 +7,7 @@
 //! | fault | when |
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
-//! | `EncoderDead` | the count goes back and forth 12 times in about a stall time, and is 4 counts off |
+//! | `EncoderDead` | the count goes back and forth 6 times in about a stall time, and is 6 counts and 15 % of the permitted following error off |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
 //! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
@@ -165,7 +165,7 @@ const LAST_TICKS: u32 = 4;
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
 /// So often in a stall time a count goes back only if a line floats or is cut.
-const FLAPS: u32 = 12;
+const FLAPS: u32 = 6;
 
 /// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
@@ -268,7 +268,7 @@ impl WheelMonitor {
         let positions = view.positions;
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
         if self.flaps >= FLAPS
-            && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
+            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
         {
             Some(Fault::EncoderDead)
         } else if self.runs_backward(limits, positions) {

@@ -123,8 +123,8 @@ fn is_good(verdict: &Result<Verdict, String>) -> bool {
 struct Row {
     cases: usize,
     driven: usize,
+    /// Of the case that came closest to its bound: when the motors were off, and the bound \[ms\].
     worst_ms: f64,
-    /// The bound that the worst one came closest to \[ms\].
     bound_ms: Option<f64>,
     share: f64,
     names: BTreeMap<String, usize>,
@@ -135,9 +135,10 @@ impl Row {
         self.cases += 1;
         self.driven += usize::from(verdict.was_driven);
         if let Some(bound_ms) = verdict.bound_ms {
-            self.worst_ms = self.worst_ms.max(verdict.off_ms);
-            if verdict.off_ms / bound_ms >= self.share {
-                (self.share, self.bound_ms) = (verdict.off_ms / bound_ms, Some(bound_ms));
+            let share = verdict.off_ms / bound_ms;
+            if share >= self.share {
+                (self.share, self.bound_ms) = (share, Some(bound_ms));
+                self.worst_ms = verdict.off_ms;
             }
         }
         for name in &verdict.names {

@@ -1,5 +1,5 @@
 //! What is promised for whatever happens: how soon the motors are off, and what it is called. One table,
-//! [`Promise::of`].
+//! `Promise::table`.
 
 use shared_proto::{Fault, ResetCause, Wheel};
 
@@ -51,11 +51,21 @@ const TASK_STOPS_MS: f64 = 65.0;
 const CORE_RESTARTS_MS: f64 = 45.0;
 
 impl Promise {
-    /// The table.
+    /// What is promised at this moment.
     pub(super) fn of(kind: Kind, case: &Case, moment: &Moment) -> Self {
+        let (bound, names) = Self::table(kind, case, moment);
+        let mut promise = Self { bound, names };
+        if moment.situation == Situation::Latched {
+            promise.while_latched();
+        }
+        promise
+    }
+
+    /// The table.
+    fn table(kind: Kind, case: &Case, moment: &Moment) -> (Bound, Vec<Name>) {
         let fault = |fault| vec![Name::Fault(fault)];
         let restart = |cause| vec![Name::Restart(cause)];
-        let (bound, names) = match kind {
+        match kind {
             Kind::Nothing | Kind::Garbage(_) | Kind::LinkToHostCut => {
                 (Bound::None, vec![Name::Harmless])
             }
@@ -64,7 +74,7 @@ impl Promise {
             Kind::EncoderUnplugged(w) | Kind::EncoderLine(w, _) => {
                 moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
-            Kind::EncoderSwapped(w) => {
+            Kind::EncoderSwapped(w) | Kind::MotorReversed(w) => {
                 moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
             }
             // Every tick of a check or a motion tells.
@@ -74,9 +84,6 @@ impl Promise {
             // The left wheel is pushed first. Electrically both are the same.
             Kind::EncodersExchanged | Kind::MotorsExchanged => {
                 moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
-            }
-            Kind::MotorReversed(w) => {
-                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
             }
             // In the check, a motor that never moved its count is not to be told from a dead encoder: the fault's
             // remedy names both.
@@ -130,12 +137,7 @@ impl Promise {
             Kind::PowerCut | Kind::ResetPin => {
                 (Bound::Within(HARDWARE_MS), restart(ResetCause::Pin))
             }
-        };
-        let mut promise = Self { bound, names };
-        if moment.situation == Situation::Latched {
-            promise.while_latched();
         }
-        promise
     }
 
     /// The first fault keeps its name, and the motors are off; only a restart forgets it.

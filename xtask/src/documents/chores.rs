@@ -38,7 +38,9 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
         return unknown.next().map(|flag| format!("there is no flag `{flag}`"));
     }
     let name = rest.first().filter(|name| name.chars().all(|c| c.is_ascii_lowercase()))?;
-    if !["firmware", "all"].contains(name) && !has_example(files, &format!("bench_{name}")) {
+    if !["firmware", "faults", "all"].contains(name)
+        && !has_example(files, &format!("bench_{name}"))
+    {
         return Some(format!("there is no bench `{name}`"));
     }
     // A bench reads its own flags.

@@ -46,7 +46,10 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
     // A bench reads its own flags.
     let benches: Vec<String> = files
         .iter()
-        .filter(|file| file.starts_with("tests/examples"))
+        .filter(|file| {
+            file.starts_with("tests/examples")
+                || file.ends_with("emulated-board/examples/faults.rs")
+        })
         .filter_map(|file| std::fs::read_to_string(base.join(file)).ok())
         .collect();
     let is_known = |flag: &&&str| benches.iter().any(|text| text.contains(&format!("\"{flag}\"")));

@@ -104,26 +104,16 @@ impl Nucleo {
         (duty, enabled)
     }
 
-    /// Puts an encoder's edges on its timer's pins, one count at a time. Line A leads while the count rises.
-    pub(crate) fn turn_encoder(&mut self, at: VirtualNanos, wheel: Wheel, from: i64, to: i64) {
+    /// Puts the levels of an encoder's lines at a count on its timer's pins.
+    pub(crate) fn turn_encoder(&mut self, at: VirtualNanos, wheel: Wheel, [a, b]: [Level; 2]) {
         let timer = match wheel {
             Wheel::Left => 1,
             Wheel::Right => 2,
         };
-        let mut count = from;
-        while count != to {
-            count += (to - count).signum();
-            let [a, b] = match count.rem_euclid(4) {
-                0 => [Level::Low, Level::Low],
-                1 => [Level::High, Level::Low],
-                2 => [Level::High, Level::High],
-                _ => [Level::Low, Level::High],
-            };
-            self.mcu.drive_timer(at, timer, |timer, registers, context| {
-                timer.drive_input(channel_of(1), a, registers, context);
-                timer.drive_input(channel_of(2), b, registers, context);
-            });
-        }
+        self.mcu.drive_timer(at, timer, |timer, registers, context| {
+            timer.drive_input(channel_of(1), a, registers, context);
+            timer.drive_input(channel_of(2), b, registers, context);
+        });
     }
 
     /// Applies the supply to the divider.

@@ -260,6 +260,9 @@ impl Driver<Nucleo> for Lockstep {
             if let Some(flash) = outside.power_on.take() {
                 self.array.put(&flash, host);
                 board::forget_ram(host);
+                outside.pull_reset = true;
+            }
+            if std::mem::take(&mut outside.pull_reset) {
                 machine.reset_by_pin(stop.at, stop.instruction_count, host);
             }
             drop(outside);
@@ -274,9 +277,10 @@ impl PlantAndHost {
     fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
         self.chassis.advance_to(at.0 / 1000);
         for wheel in Wheel::BOTH {
-            let step = self.chassis.encoder_step(wheel);
-            if step.end_us == at.0 / 1000 {
-                board.turn_encoder(at, wheel, step.count_before, step.count_after);
+            let count = self.chassis.encoder_step(wheel).count_after;
+            let levels = self.monitor.0.borrow_mut().lines.levels(wheel, count);
+            if let Some(levels) = levels {
+                board.turn_encoder(at, wheel, levels);
             }
         }
         let (duty, enabled) = board.motors();
@@ -284,7 +288,8 @@ impl PlantAndHost {
             let mut outside = self.monitor.0.borrow_mut();
             (outside.duty, outside.enabled) = (duty, enabled);
             if enabled && duty.any(|duty| duty != 0.0) {
-                outside.last_powered_us = Some(at.0 / 1000);
+                let angles_rad = self.chassis.lab().plant(|plant| plant.wheel_angles_rad());
+                outside.note_powered(at.0 / 1000, angles_rad);
             }
         }
         self.chassis.drive(duty, enabled);

@@ -28,7 +28,9 @@ mod control_ticks;
 mod cost;
 mod emulation;
 mod flash_array;
+mod lines;
 mod monitor;
+pub mod random_faults;
 mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
@@ -38,4 +40,5 @@ pub use control_ticks::TickTimes;
 pub use cost::{Spread, TickCost};
 pub use emulation::{Emulation, RunResult};
 pub use flash_array::{Flash, Operation, blank};
-pub use monitor::{Bench, BoardMonitor};
+pub use lines::{Line, LineFault};
+pub use monitor::{Bench, BoardMonitor, Powered};

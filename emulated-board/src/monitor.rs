@@ -4,11 +4,12 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use host_link::session::Session;
-use shared_proto::WheelPair;
+use shared_proto::{Wheel, WheelPair};
 use sim_target::{HostWire, Lab};
 
 use crate::bug::Bug;
 use crate::flash_array::Flash;
+use crate::lines::{EncoderLines, LineFault};
 
 /// What a procedure on the emulated board works with.
 pub struct Bench {
@@ -38,6 +39,10 @@ pub(crate) struct BoardState {
     pub duty: WheelPair<f64>,
     pub enabled: bool,
     pub last_powered_us: Option<u64>,
+    pub powered: Vec<Powered>,
+    pub lines: EncoderLines,
+    /// Pull the reset pin at the next step.
+    pub pull_reset: bool,
     pub resets_us: Vec<u64>,
     /// Bytes that wait for their turn on the line to the robot.
     pub waiting: usize,
@@ -51,6 +56,32 @@ pub(crate) struct BoardState {
     pub registers: Vec<(u64, u32)>,
 }
 
+/// A time during which a motor had a duty other than zero, with breaks of at most [`BREAK_US`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Powered {
+    /// From when \[us\].
+    pub from_us: u64,
+    /// Until when \[us\].
+    pub to_us: u64,
+    /// How far the wheels had turned at the end \[rad\].
+    pub angles_rad: WheelPair<f64>,
+}
+
+/// A duty that crosses zero is no end \[us\].
+pub const BREAK_US: u64 = 2_000;
+
+impl BoardState {
+    pub(crate) fn note_powered(&mut self, now_us: u64, angles_rad: WheelPair<f64>) {
+        self.last_powered_us = Some(now_us);
+        match self.powered.last_mut() {
+            Some(last) if now_us <= last.to_us + BREAK_US => {
+                (last.to_us, last.angles_rad) = (now_us, angles_rad);
+            }
+            _ => self.powered.push(Powered { from_us: now_us, to_us: now_us, angles_rad }),
+        }
+    }
+}
+
 impl BoardMonitor {
     /// The motors' present voltages, as shares of the supply; zero while the bridge is disabled.
     pub fn duty(&self) -> WheelPair<f64> {
@@ -61,6 +92,11 @@ impl BoardMonitor {
     /// When a motor last had a duty other than zero, to within a period of the PWM \[us\].
     pub fn last_powered_us(&self) -> Option<u64> {
         self.0.borrow().last_powered_us
+    }
+
+    /// When a motor had a duty other than zero, so far.
+    pub fn powered(&self) -> Vec<Powered> {
+        self.0.borrow().powered.clone()
     }
 
     /// When the board restarted \[us\].
@@ -83,6 +119,16 @@ impl BoardMonitor {
     /// The chip sees a reset by its pin, and reports that as the cause.
     pub fn power_cycle(&self, flash: Flash) {
         self.0.borrow_mut().power_on = Some(flash);
+    }
+
+    /// Pulls the reset pin, shortly; RAM keeps its content.
+    pub fn pull_reset(&self) {
+        self.0.borrow_mut().pull_reset = true;
+    }
+
+    /// Breaks an encoder's line, or mends both.
+    pub fn break_line(&self, wheel: Wheel, fault: Option<LineFault>) {
+        self.0.borrow_mut().lines.set(wheel, fault);
     }
 
     /// Opens the stop line, as its switch or a cut wire does, or closes it.

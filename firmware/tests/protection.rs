@@ -16,6 +16,10 @@ enum Mishap {
     None,
     /// The count stays what it is.
     EncoderUnplugged,
+    /// One of the two lines stays at its level: the other one counts up and down by one.
+    LineStuck,
+    /// One of the two lines floats: every other count goes a way by chance, and back and forth in between.
+    LineFloats,
     /// The count runs backwards from here on.
     EncoderReversed,
     /// Brakes take this much speed a second, until the wheel stands for good \[m/s^2\].
@@ -33,6 +37,9 @@ struct Bench {
     counts: i64,
     offset: f64,
     sign: f64,
+    /// Of a line that floats: where the count has got to, and the other line's edges; and chance.
+    floating: (i64, i64),
+    noise: u64,
     pid: PidState,
     estimator: SpeedEstimator,
 }
@@ -78,6 +85,26 @@ impl Bench {
         }
         match mishap {
             Mishap::EncoderUnplugged => {}
+            Mishap::LineStuck => {
+                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
+                if began {
+                    self.sign = self.counts as f64 - (edges & 1) as f64;
+                }
+                self.counts = self.sign as i64 + (edges & 1);
+            }
+            Mishap::LineFloats => {
+                // Edges of the line that is left, each of which counts up or down by chance.
+                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
+                if began {
+                    (self.floating, self.noise) = ((self.counts, edges), 1);
+                }
+                self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let level = (self.noise >> 63) as i64;
+                let (base, last) = self.floating;
+                let walk = if self.noise >> 62 & 1 == 0 { edges - last } else { last - edges };
+                self.floating = (base + walk, edges);
+                self.counts = self.floating.0 + level;
+            }
             Mishap::Glitch(counts) if began => self.counts += counts,
             _ => self.counts = (self.sign * self.travel_m / q_m + self.offset).round() as i64,
         }
@@ -100,6 +127,8 @@ fn run(
         counts: 0,
         offset: 0.3,
         sign: 1.0,
+        floating: (0, 0),
+        noise: 1,
         pid: PidState::default(),
         estimator: SpeedEstimator::new(q, 0),
     });
@@ -173,6 +202,8 @@ fn at_the_papers_cruise_each_mishap_is_named_within_90_ms() {
     let mut latest_ms = 0;
     for (mishap, fault) in [
         (Mishap::EncoderUnplugged, Fault::EncoderDead(Wheel::Left)),
+        (Mishap::LineStuck, Fault::EncoderDead(Wheel::Left)),
+        (Mishap::LineFloats, Fault::EncoderDead(Wheel::Left)),
         (Mishap::EncoderReversed, Fault::EncoderReversed(Wheel::Left)),
         // Standing after 1 ms, within one count: a jam as hard as this looks the same as a dead wire.
         (Mishap::Blocked(100.0), Fault::EncoderDead(Wheel::Left)),
@@ -215,11 +246,28 @@ fn backwards_and_at_full_speed_a_dead_or_reversed_encoder_is_named_too() {
 #[test]
 fn an_encoder_that_dies_at_a_crawl_is_named_long_before_the_following_error_is_used_up() {
     let drive = metres(0.3, 0.3, 0.01, 0.1);
-    let (fault, after_ms) =
-        run(&Config::default(), &[drive], Mishap::EncoderUnplugged, 5000, 0).unwrap();
-    assert_eq!(fault, Fault::EncoderDead(Wheel::Left));
-    // The setpoint takes 200 ms for the 2 mm that are waited for, after a count's 25 ms at most.
-    assert!((175..=205).contains(&after_ms), "{after_ms}");
+    for mishap in [Mishap::EncoderUnplugged, Mishap::LineStuck] {
+        let (fault, after_ms) = run(&Config::default(), &[drive], mishap, 5000, 0).unwrap();
+        assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{mishap:?}");
+        // The setpoint takes 200 ms for the 2 mm that are waited for, after a count's 25 ms at most; a line
+        // that is left may count twice before it counts back.
+        assert!((175..=255).contains(&after_ms), "{mishap:?}: {after_ms}");
+    }
+}
+
+#[test]
+fn a_line_that_floats_while_the_robot_brakes_is_named_although_the_setpoint_hardly_advances_any_more()
+ {
+    let config = Config::default();
+    // 0.3 m/s to rest at 0.5 m/s^2: from 22 to 6.4 mm before the end.
+    let drive = metres(0.5, 0.5, 0.3, 0.5);
+    let end_ms = (0.5 / 0.3 + 0.3 / 0.5) * 1000.0;
+    for before_ms in (160..300).step_by(7) {
+        let mishap_ms = end_ms as u32 - before_ms;
+        let (fault, after_ms) = run(&config, &[drive], Mishap::LineFloats, mishap_ms, 250).unwrap();
+        assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{before_ms}");
+        assert!(after_ms <= 150, "{before_ms}: {after_ms} ms");
+    }
 }
 
 #[test]

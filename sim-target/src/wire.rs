@@ -236,7 +236,17 @@ impl HostWire {
 
     /// Unplugs the line, or plugs it in again.
     pub fn set_cut(&self, cut: bool) {
+        self.cut_to_robot(cut);
+        self.cut_to_host(cut);
+    }
+
+    /// Cuts the wire on which the robot hears the host, or mends it.
+    pub fn cut_to_robot(&self, cut: bool) {
         self.to_robot.set_cut(cut);
+    }
+
+    /// Cuts the wire on which the host hears the robot, or mends it.
+    pub fn cut_to_host(&self, cut: bool) {
         self.to_host.set_cut(cut);
     }
 }

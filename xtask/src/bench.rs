@@ -22,8 +22,7 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
 /// The benches there are, after a message.
 pub fn listing(message: &str) -> String {
     let mut names = names();
-    names.push("firmware".to_string());
-    names.push("all".to_string());
+    names.extend(["firmware", "faults", "all"].map(String::from));
     format!("{message}\n       benches: {}", names.join(", "))
 }
 

@@ -30,6 +30,12 @@ pub fn bench() -> Outcome {
     with_image("run", &["--example", "cost"], &[])
 }
 
+/// Random faults at random instants: `cargo xtask bench faults`.
+pub fn bench_faults(args: &[&str]) -> Outcome {
+    let line = ["--release", "--example", "faults", "--"];
+    with_image("run", &[&line, args].concat(), &[])
+}
+
 /// Puts the emulated board behind a TCP port, in real time.
 pub fn serve(args: &[&str]) -> Outcome {
     with_image("run", &[&["--bin", "emulate", "--"], args].concat(), &[])

@@ -26,10 +26,13 @@ cargo xtask <chore>
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board
+  bench faults [--seed S] [--cases N] [--case I] [--threads T]
+                     random faults at random instants on the emulated board: are the motors off
+                     in time, and is each called what it is?
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
-                     these, which firmware is none of
+                     these, which firmware and faults are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
   help               this
 ";
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         ["firmware", ref args @ ..] => firmware::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
+        ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),
         ["help" | "--help" | "-h"] | [] => {

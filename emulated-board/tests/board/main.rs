@@ -7,6 +7,7 @@ mod hang;
 mod network;
 mod paper;
 mod power_cut;
+mod random_faults;
 mod robot;
 mod stopped_task;
 mod storage;

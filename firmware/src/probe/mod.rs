@@ -16,9 +16,12 @@
 //!
 //! At s = 1.4 mm a robot with the friction of the model has passed. One with more friction may not have
 //! moved at all, so the duty now rises fast to `protection.probe_duty_max`. The push ends at s = 7 mm, or
-//! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all means a
-//! dead encoder, too few a stall, counts the wrong way a reversed encoder, and counts of the other wheel
-//! exchanged encoders (or motors: electrically that is the same).
+//! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all, or one that
+//! goes up and down by one, means a dead encoder, too few a stall, counts the wrong way a reversed encoder, and
+//! counts of the other wheel exchanged encoders (or motors: electrically that is the same).
+//!
+//! A count that twice changes in one tick by more than the wheel can turn is interference (`CountRate`), whatever
+//! else it does.
 //!
 //! What the check cannot see: a wheel whose motor and encoder are both reversed, and left and right
 //! exchanged together with their motors. Each wheel then follows its own count, so nothing runs away, but
@@ -34,7 +37,7 @@ use shared_proto::{Config, Fault, Wheel, WheelPair};
 use crate::odometry::Odometry;
 use crate::soft_float::is_above;
 use crate::units::Duty;
-use wheel::{Push, PushLimits, WheelProbe};
+use wheel::{Push, PushLimits, RateWatch, WheelProbe};
 
 /// Which way a wheel is about to turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,6 +98,7 @@ pub struct Probe {
     limits: WheelPair<PushLimits>,
     directions: WheelPair<Direction>,
     stage: Stage,
+    rates: WheelPair<RateWatch>,
 }
 
 #[derive(Clone, Debug)]
@@ -117,11 +121,17 @@ impl Probe {
             quiet_ticks: QUIET_TICKS,
             ticks_left: 0,
         };
-        Self { limits, directions, stage }
+        let rates = counts.zip(limits).map(|(count, limits)| RateWatch::new(limits, count));
+        Self { limits, directions, stage, rates }
     }
 
     /// One tick, with the counts as they are now.
     pub fn step(&mut self, counts: WheelPair<i64>) -> ProbeOutcome {
+        for wheel in Wheel::BOTH {
+            if self.rates.get_mut(wheel).is_too_fast(*counts.get(wheel)) {
+                return ProbeOutcome::Failed(Fault::CountRate(wheel));
+            }
+        }
         loop {
             match &mut self.stage {
                 Stage::Done => return ProbeOutcome::Done,

@@ -12,22 +12,34 @@ enum Wiring {
     Reversed,
     Blocked,
     BlockedAfterOneCount,
+    /// The other line counts up and down by one.
+    LineStuck,
+    /// A line has a level by chance at every look.
+    LineFloats,
+    /// Interference counts forwards, or backwards, by more than a wheel can turn.
+    Noisy(i64),
 }
 
 /// A wheel that takes the speed of the feedforward model at once: as far as any gets.
 struct Bench {
     wiring: Wiring,
     travel_m: f64,
+    looks: i64,
 }
 
 impl Bench {
-    fn counts(&self) -> i64 {
+    fn counts(&mut self) -> i64 {
+        self.looks += 1;
         let counts = (self.travel_m / Q_M).round() as i64;
         match self.wiring {
             Wiring::Sound => counts,
             Wiring::Unplugged | Wiring::Blocked => 0,
             Wiring::Reversed => -counts,
             Wiring::BlockedAfterOneCount => counts.clamp(-1, 1),
+            Wiring::LineStuck => counts >> 1 & 1,
+            // A walk in both directions that gets away from where it began.
+            Wiring::LineFloats => [0, -1, 0, -1, -2, -1, -2, -3, -2, -4][self.looks as usize % 10],
+            Wiring::Noisy(rate) => counts + rate * self.looks,
         }
     }
 
@@ -44,7 +56,7 @@ fn probe(
     directions: WheelPair<Direction>,
     wirings: WheelPair<Wiring>,
 ) -> (ProbeOutcome, u32, f64) {
-    let mut bench = wirings.map(|wiring| Bench { wiring, travel_m: 0.0 });
+    let mut bench = wirings.map(|wiring| Bench { wiring, travel_m: 0.0, looks: 0 });
     let mut probe = Probe::new(config, WheelPair::both(0), directions);
     for tick in 0.. {
         let counts = WheelPair::new(bench.left.counts(), bench.right.counts());
@@ -96,10 +108,15 @@ fn each_wrong_wiring_is_named_before_10_mm_and_1500_ms_at_any_probe_duty() {
                 (Wiring::Reversed, Fault::EncoderReversed(Wheel::Right)),
                 (Wiring::Blocked, Fault::EncoderDead(Wheel::Right)),
                 (Wiring::BlockedAfterOneCount, Fault::Stall(Wheel::Right)),
+                (Wiring::LineStuck, Fault::EncoderDead(Wheel::Right)),
+                (Wiring::LineFloats, Fault::EncoderDead(Wheel::Right)),
+                (Wiring::Noisy(20), Fault::CountRate(Wheel::Right)),
+                (Wiring::Noisy(-20), Fault::CountRate(Wheel::Right)),
             ] {
                 // A probe this weak hardly turns the wheel, or not at all.
                 let weak = probe_duty_max < 0.1;
-                if weak && matches!(wiring, Wiring::Reversed | Wiring::BlockedAfterOneCount) {
+                let moves = [Wiring::Reversed, Wiring::BlockedAfterOneCount, Wiring::LineStuck];
+                if weak && moves.contains(&wiring) {
                     continue;
                 }
                 let wirings = WheelPair::new(Wiring::Sound, wiring);
@@ -122,6 +139,16 @@ fn one_unplugged_encoder_is_found_although_the_other_one_passes() {
 }
 
 #[test]
+fn interference_on_the_wheel_that_is_not_pushed_is_not_taken_for_exchanged_encoders() {
+    for rate in [20, -20, 60] {
+        let wirings = WheelPair::new(Wiring::Sound, Wiring::Noisy(rate));
+        let (outcome, ticks, _) = probe(&Config::default(), AHEAD, wirings);
+        assert_eq!(outcome, ProbeOutcome::Failed(Fault::CountRate(Wheel::Right)), "{rate}");
+        assert!(ticks < 5, "{ticks}");
+    }
+}
+
+#[test]
 fn one_loose_edge_is_not_taken_for_a_movement() {
     let left = WheelPair::new(Direction::Forward, Direction::Still);
     let mut probe = Probe::new(&Config::default(), WheelPair::both(0), left);
@@ -134,7 +161,8 @@ fn one_loose_edge_is_not_taken_for_a_movement() {
 
 /// A push of the left motor moves the right count: the check of two wheels whose encoders are exchanged.
 fn exchanged(interference: i64) -> (ProbeOutcome, f64) {
-    let mut bench = WheelPair::both(()).map(|()| Bench { wiring: Wiring::Sound, travel_m: 0.0 });
+    let mut bench =
+        WheelPair::both(()).map(|()| Bench { wiring: Wiring::Sound, travel_m: 0.0, looks: 0 });
     let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD);
     for tick in 0.. {
         let counts =
@@ -154,8 +182,8 @@ fn counts_of_the_other_wheel_are_exchanged_encoders_unless_they_are_interference
     let (outcome, moved_m) = exchanged(0);
     assert_eq!(outcome, ProbeOutcome::Failed(Fault::EncodersExchanged(Wheel::Left)));
     assert!(moved_m < 0.001, "{moved_m}");
-    // 50,000 counts a second: no wheel does that, and the left encoder tells nothing.
+    // 50,000 counts a second: no wheel does that.
     let (outcome, moved_m) = exchanged(50);
-    assert_eq!(outcome, ProbeOutcome::Failed(Fault::EncoderDead(Wheel::Left)));
-    assert!(moved_m < 0.0071, "{moved_m}");
+    assert_eq!(outcome, ProbeOutcome::Failed(Fault::CountRate(Wheel::Right)));
+    assert_eq!(moved_m, 0.0, "before any push");
 }

@@ -3,6 +3,7 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, Fault, Wheel};
 
+use crate::protection::counts_per_tick_max;
 use crate::soft_float::{max, min, nearest, truncate};
 use crate::units::{CONTROL_HZ, Duty, MetersPerCount};
 
@@ -25,6 +26,9 @@ const COUNTS_MIN: f64 = 3.0;
 const TRAVEL_M_MIN: f64 = 0.0002;
 /// Changes of the count that tell a movement from one loose edge.
 const CHANGES_MIN: u32 = 2;
+/// Changes that tell a line that is cut from a wheel that is blocked. With one line left an encoder on a turning
+/// wheel counts up and down; so does one whose line floats.
+const CHANGES_OF_ONE_LINE: u32 = 3;
 /// The other wheel's count moves at most this many times [`COUNTS_MIN`] before it is looked at; more is
 /// interference.
 const OTHER_TIMES_MAX: i64 = 4;
@@ -42,6 +46,7 @@ pub(super) struct PushLimits {
     push_max: i64,
     hold_ticks: u32,
     counts: i64,
+    counts_per_tick_max: u64,
 }
 
 impl PushLimits {
@@ -57,6 +62,7 @@ impl PushLimits {
             push_max: truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
             hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
             counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
+            counts_per_tick_max: counts_per_tick_max(config, q),
         }
     }
 
@@ -66,17 +72,40 @@ impl PushLimits {
     }
 }
 
+/// Looks for a count that changes faster than its wheel can turn. One such change may be one loose edge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RateWatch {
+    max: u64,
+    last: i64,
+    too_fast: u32,
+}
+
+impl RateWatch {
+    pub fn new(limits: PushLimits, count: i64) -> Self {
+        Self { max: limits.counts_per_tick_max, last: count, too_fast: 0 }
+    }
+
+    /// Looks at the count of one tick.
+    pub fn is_too_fast(&mut self, count: i64) -> bool {
+        let moved = count.wrapping_sub(core::mem::replace(&mut self.last, count));
+        self.too_fast += u32::from(moved.unsigned_abs() > self.max);
+        self.too_fast >= CHANGES_MIN
+    }
+}
+
 /// A count that is watched from a start.
 #[derive(Clone, Copy, Debug)]
 struct Watched {
     start: i64,
     last: i64,
     changes: u32,
+    /// The lowest and the highest.
+    range: (i64, i64),
 }
 
 impl Watched {
     fn new(count: i64) -> Self {
-        Self { start: count, last: count, changes: 0 }
+        Self { start: count, last: count, changes: 0, range: (count, count) }
     }
 
     /// How far the count has moved, once it has changed often enough.
@@ -84,8 +113,18 @@ impl Watched {
         if count != self.last {
             self.last = count;
             self.changes = self.changes.saturating_add(1);
+            self.range = (self.range.0.min(count), self.range.1.max(count));
         }
         if self.changes < CHANGES_MIN { 0 } else { count.wrapping_sub(self.start) }
+    }
+}
+
+impl Watched {
+    /// Whether the count comes from an encoder with two lines: it does not stand, nor mostly go up and down.
+    fn is_live(&self) -> bool {
+        let (lowest, highest) = self.range;
+        let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= i64::from(self.changes);
+        self.changes > 0 && (self.changes < CHANGES_OF_ONE_LINE || wide)
     }
 }
 
@@ -136,11 +175,8 @@ impl WheelProbe {
     /// One tick, with the wheel's own count and the other wheel's.
     pub fn step(&mut self, own: i64, other: i64) -> Push {
         let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
-        if moved >= self.limits.counts {
-            return Push::Passed;
-        }
-        if moved <= -self.limits.counts {
-            return Push::Failed(Fault::EncoderReversed);
+        if moved.saturating_abs() >= self.limits.counts && self.own.is_live() {
+            return if moved > 0 { Push::Passed } else { Push::Failed(Fault::EncoderReversed) };
         }
         if self.push == 0 {
             // Whatever the other wheel does before the push is not its effect.
@@ -152,7 +188,7 @@ impl WheelProbe {
             return Push::Failed(Fault::EncodersExchanged);
         }
         match &mut self.rolling {
-            Some(0) if self.own.changes == 0 => Push::Failed(Fault::EncoderDead),
+            Some(0) if !self.own.is_live() => Push::Failed(Fault::EncoderDead),
             Some(0) => Push::Failed(Fault::Stall),
             Some(left) => {
                 *left -= 1;

@@ -29,6 +29,7 @@
 
 mod angle_error;
 mod body;
+mod bridge;
 mod bush;
 mod caster;
 mod defects;
@@ -56,6 +57,7 @@ mod wheel_defects;
 
 pub use angle_error::AngleErrorParameters;
 pub use body::BodyParameters;
+pub use bridge::BridgeParameters;
 pub use bush::BushParameters;
 pub use caster::CasterParameters;
 pub use disturbances::{DragParameters, TetherParameters, WarmingParameters};
@@ -163,7 +165,8 @@ impl Plant {
         self.note_first_drive();
     }
 
-    /// Switches the motor driver on or off. Off, the terminals are open and no current flows.
+    /// Switches the motor driver on or off. Off, the terminals are open and no current flows, unless the
+    /// driver is one that [shorts them](BridgeParameters::shorts_when_off).
     pub fn set_enabled(&mut self, on: bool) {
         self.enabled = on;
         self.note_first_drive();

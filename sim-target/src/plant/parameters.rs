@@ -4,6 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use shared_proto::WheelPair;
 
 use super::body::BodyParameters;
+use super::bridge::BridgeParameters;
 use super::caster::CasterParameters;
 use super::disturbances::{DragParameters, TetherParameters, WarmingParameters};
 use super::encoder::EncoderParameters;
@@ -30,6 +31,8 @@ pub struct PlantParameters {
     /// Gear motors.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub motor: WheelPair<MotorParameters>,
+    /// The motor driver.
+    pub bridge: BridgeParameters,
     /// Encoders.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub encoder: WheelPair<EncoderParameters>,
@@ -62,6 +65,7 @@ impl Default for PlantParameters {
             geometry: GeometryParameters::default(),
             body: BodyParameters::default(),
             motor: WheelPair::both(MotorParameters::default()),
+            bridge: BridgeParameters::default(),
             encoder: WheelPair::both(EncoderParameters::default()),
             gear: WheelPair::both(GearParameters::default()),
             wheel: WheelPair::both(WheelParameters::default()),

@@ -31,11 +31,13 @@ impl Plant {
     /// What each motor's terminals are connected to, and the bus voltage that results.
     #[inline]
     fn power(&self) -> (WheelPair<Terminals>, f64) {
-        let on = self.enabled && !self.faults.driver;
+        let (on, shorts) = (self.enabled, self.parameters.bridge.shorts_when_off);
+        let opens = self.faults.driver || (!on && !shorts);
         let terminals = |motor: &Motor, faults: &WheelFaults, duty: f64| {
-            if !on || faults.motor_unplugged {
+            if opens || faults.motor_unplugged {
                 return Terminals::Open;
             }
+            let duty = if on { duty } else { 0.0 };
             let swap = if faults.motor_reversed { -motor.polarity } else { motor.polarity };
             Terminals::Driven(duty * swap)
         };

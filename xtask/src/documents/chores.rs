@@ -38,13 +38,18 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
         return unknown.next().map(|flag| format!("there is no flag `{flag}`"));
     }
     let name = rest.first().filter(|name| name.chars().all(|c| c.is_ascii_lowercase()))?;
-    if !["firmware", "all"].contains(name) && !has_example(files, &format!("bench_{name}")) {
+    if !["firmware", "faults", "all"].contains(name)
+        && !has_example(files, &format!("bench_{name}"))
+    {
         return Some(format!("there is no bench `{name}`"));
     }
     // A bench reads its own flags.
     let benches: Vec<String> = files
         .iter()
-        .filter(|file| file.starts_with("tests/examples"))
+        .filter(|file| {
+            file.starts_with("tests/examples")
+                || file.ends_with("emulated-board/examples/faults.rs")
+        })
         .filter_map(|file| std::fs::read_to_string(base.join(file)).ok())
         .collect();
     let is_known = |flag: &&&str| benches.iter().any(|text| text.contains(&format!("\"{flag}\"")));

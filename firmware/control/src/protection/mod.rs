@@ -7,6 +7,7 @@
 //! | fault | when |
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
+//! | `EncoderDead` | the count goes back and forth 6 times in about a stall time, and is 6 counts and 15 % of the permitted following error off |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
 //! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
@@ -18,6 +19,8 @@
 //! wheel is stalled. (A jam that stops a wheel within 2 counts looks like a dead wire.) A count that has
 //! never moved also means a dead encoder.
 //!
+//! A count that goes back to what it was before its last change stands: an encoder with one line counts up and down.
+//!
 //! A slow setpoint takes long for 2 mm, so starting from rest and reversing raise no fault.
 
 mod thresholds;
@@ -28,8 +31,8 @@ use crate::capture::Measured;
 use crate::profile::Setpoint;
 use crate::units::{Duty, Travel};
 
-pub use thresholds::Thresholds;
 use thresholds::WheelThresholds;
+pub use thresholds::{Thresholds, counts_per_tick_max};
 
 /// One wheel at one tick.
 #[derive(Clone, Copy)]
@@ -159,13 +162,23 @@ const CHANGES_LEN: usize = 8;
 /// of quantisation is a quarter of the time; the factor of two thirds allows for that.
 const LAST_COUNTS: u64 = 2;
 const LAST_TICKS: u32 = 4;
+/// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
+const ONE_LINE: u32 = 2;
+/// So often in a stall time a count goes back only if a line floats or is cut.
+const FLAPS: u32 = 6;
 
 /// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
 struct WheelMonitor {
     tick: u32,
-    /// The newest change; before the first one, the start.
+    /// The newest change that led to a new count; before the first one, the start.
     last: Change,
+    /// The count, and what it was before it changed last.
+    counts: (i64, i64),
+    /// How often it has gone back; halved by each change that led to a new count.
+    goings_back: u32,
+    /// How often it has gone back in about the last stall time.
+    flaps: u32,
     /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
     changes: [Change; CHANGES_LEN],
     changed: usize,
@@ -188,6 +201,9 @@ impl WheelMonitor {
         Self {
             tick: 0,
             last: CHANGE,
+            counts: (0, 0),
+            goings_back: 0,
+            flaps: 0,
             changes: [CHANGE; CHANGES_LEN],
             changed: 0,
             run: None,
@@ -204,6 +220,8 @@ impl WheelMonitor {
         self.tick = 0;
         self.start = view.positions;
         self.last = Change { tick: 0, counts: view.counts, positions: self.start };
+        self.counts = (view.counts, view.counts);
+        (self.goings_back, self.flaps) = (0, 0);
         self.changes[0] = self.last;
         self.changed = 1;
         self.run = None;
@@ -215,12 +233,19 @@ impl WheelMonitor {
     #[inline(always)]
     fn step(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
         self.tick = self.tick.wrapping_add(1);
-        let moved = view.counts.wrapping_sub(self.last.counts);
+        let moved = view.counts.wrapping_sub(self.counts.0);
         if moved != 0 {
             if moved.unsigned_abs() > limits.counts_per_tick_max {
                 return Some(Fault::CountRate);
             }
-            self.record(view, moved > 0);
+            let goes_back = view.counts == self.counts.1 && moved.unsigned_abs() == 1;
+            self.counts = (view.counts, self.counts.0);
+            if goes_back {
+                (self.goings_back, self.flaps) = (self.goings_back + 1, self.flaps + 1);
+            } else {
+                self.goings_back >>= 1;
+                self.record(view, moved > 0);
+            }
         }
         if self.is_quiet(limits, view) { None } else { self.examine(limits, view) }
     }
@@ -242,7 +267,11 @@ impl WheelMonitor {
     fn examine(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
         let positions = view.positions;
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
-        if self.runs_backward(limits, positions) {
+        if self.flaps >= FLAPS
+            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
+        {
+            Some(Fault::EncoderDead)
+        } else if self.runs_backward(limits, positions) {
             Some(Fault::EncoderReversed)
         } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
@@ -322,6 +351,7 @@ impl WheelMonitor {
             return false;
         }
         self.checkpoint_tick = self.tick;
+        self.flaps -= self.flaps.div_ceil(CHECKPOINTS_LEN as u32);
         let slot = self.checkpoint % CHECKPOINTS_LEN;
         let taken = core::mem::replace(&mut self.checkpoints[slot], positions);
         let oldest = if self.round_taken { taken } else { self.start };
@@ -339,7 +369,7 @@ impl WheelMonitor {
     #[cold]
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
         let last = self.last;
-        if self.changed == 1 {
+        if self.changed == 1 || self.goings_back.max(self.flaps) >= ONE_LINE {
             return Fault::EncoderDead;
         }
         // A count that still changes now and then comes from a live encoder.

@@ -46,11 +46,10 @@ impl WheelThresholds {
         let steps = |m: f64| truncate(m, TRAVEL_BITS);
         let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
-        let speed_mps_max = max(config.limits.speed_mps_max, 0.1);
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max: steps(error_m_max),
-            counts_per_tick_max: truncate(4.0 + 4.0 * speed_mps_max / (hz * q_m), 0) as u64,
+            counts_per_tick_max: counts_per_tick_max(config, q),
             stall_ticks,
             checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
             standing_advance: at_least(4.0, 0.002),
@@ -60,4 +59,11 @@ impl WheelThresholds {
             resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }
     }
+}
+
+/// A count that changes in one tick by more than this is faster than the wheel can turn.
+#[inline]
+pub fn counts_per_tick_max(config: &Config, q: MetersPerCount) -> u64 {
+    let speed_mps_max = max(config.limits.speed_mps_max, 0.1);
+    truncate(4.0 + 4.0 * speed_mps_max / (f64::from(CONTROL_HZ) * q.metres()), 0) as u64
 }

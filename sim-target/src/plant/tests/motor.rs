@@ -142,3 +142,37 @@ fn the_standard_robots_feedforward_is_what_its_parameters_say() {
     // The ramp lags a few per cent of duty, of which kv and ks leave their own error.
     assert!((ka / expected_ka - 1.0).abs() < 0.05, "ka {ka}, {expected_ka}");
 }
+
+#[test]
+fn disabled_a_driver_that_shorts_brakes_and_another_one_lets_the_wheel_roll() {
+    let speed_after_50_ms = |shorts_when_off| {
+        let mut parameters = PlantParameters::default();
+        parameters.bridge.shorts_when_off = shorts_when_off;
+        let mut plant = robot(parameters);
+        drive(&mut plant, 0.5, 0.5, 2_000_000);
+        let before = plant.wheel_speeds_rad_s().left;
+        plant.set_enabled(false);
+        plant.advance_to(plant.t_us() + 50_000);
+        plant.wheel_speeds_rad_s().left / before
+    };
+    let (shorted, open) = (speed_after_50_ms(true), speed_after_50_ms(false));
+    assert!(shorted < 0.6 && open > 0.8, "{shorted} {open}");
+}
+
+#[test]
+fn a_driver_with_a_fault_of_its_own_shorts_nothing() {
+    let current_a = |fault: bool| {
+        let mut parameters = PlantParameters::default();
+        parameters.bridge.shorts_when_off = true;
+        let mut plant = robot(parameters);
+        drive(&mut plant, 0.5, 0.5, 1_000_000);
+        plant.set_enabled(false);
+        if fault {
+            plant.inject(PlantFault::DriverFault);
+        }
+        plant.advance_to(plant.t_us() + 1_000);
+        plant.currents_a().left
+    };
+    assert!(current_a(false) < -0.05, "{}", current_a(false));
+    assert_eq!(current_a(true), 0.0);
+}

@@ -1,0 +1,236 @@
+//! Cases by chance: the same seed and index give the same case.
+
+use host_link::motion::Motion;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use shared_proto::{Config, TravelUnit, Wheel, WheelPair};
+use sim_target::Scenario;
+
+use super::kind::{CORE_STANDS_MS_MAX, Kind, OTHER_TASKS, PROGRAM, SAFETY_TASKS};
+use crate::lines::{Line, LineFault};
+
+/// When something happens: a delay after this.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Power-on.
+    Boot,
+    /// The host says hello.
+    Hello,
+    /// The robot is idle.
+    Idle,
+    /// The host arms it.
+    Arming,
+    /// The host has commanded a motion that begins later.
+    Waiting,
+    /// The encoder check begins.
+    Check,
+    /// The wheels accelerate.
+    Acceleration,
+    /// They cruise.
+    Cruise,
+    /// They decelerate.
+    Deceleration,
+    /// The motion has ended, and the robot is armed.
+    Standing,
+    /// The host has told it to stop.
+    Stopping,
+    /// The host's emergency stop has been latched.
+    Latched,
+}
+
+impl Phase {
+    /// All, in order.
+    pub const ALL: [Phase; 12] = [
+        Phase::Boot,
+        Phase::Hello,
+        Phase::Idle,
+        Phase::Arming,
+        Phase::Waiting,
+        Phase::Check,
+        Phase::Acceleration,
+        Phase::Cruise,
+        Phase::Deceleration,
+        Phase::Standing,
+        Phase::Stopping,
+        Phase::Latched,
+    ];
+}
+
+/// A random case.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The seed of all cases.
+    pub seed: u64,
+    /// The case's number.
+    pub index: u64,
+    /// The robot.
+    pub scenario: Scenario,
+    /// Its configuration, where it is not the factory's.
+    pub config: Option<Config>,
+    /// What the host commands.
+    pub motion: Motion,
+    /// When the first fault happens.
+    pub phase: Phase,
+    /// How long after that phase's beginning \[us\].
+    pub delay_us: u64,
+    /// What happens first.
+    pub first: Kind,
+    /// What happens then, and how much later \[us\].
+    pub second: Option<(Kind, u64)>,
+}
+
+/// The cruise lasts this long \[s\].
+pub const CRUISE_S: f64 = 0.25;
+
+/// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
+const SUPPLY_V_MAX: f64 = 18.5;
+const WEAK_SUPPLY_V_MIN: f64 = 8.0;
+
+impl Case {
+    /// Draws a case.
+    pub fn draw(seed: u64, index: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(index);
+        let rng = &mut rng;
+        let (scenario, config) = robot(rng);
+        let supply_v = scenario.plant.supply.open_circuit_v;
+        let motion = motion(rng, supply_v);
+        let phase = Phase::ALL[rng.random_range(0..Phase::ALL.len())];
+        let delay_us = delay_us(rng, phase, &motion);
+        let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
+        let supply = (supply_v, supply_v_min);
+        let first = kind(rng, phase, supply);
+        let second = rng
+            .random_bool(0.25)
+            .then(|| (kind(rng, phase, supply), rng.random_range(0..60_000)))
+            .filter(|(second, _)| may_follow(*second, first));
+        Self { seed, index, scenario, config, motion, phase, delay_us, first, second }
+    }
+
+    /// The command that runs this case alone.
+    pub fn command(&self) -> String {
+        format!("cargo xtask bench faults --seed {} --case {}", self.seed, self.index)
+    }
+}
+
+/// The paper's robot with another battery, load, friction and driver.
+fn robot(rng: &mut ChaCha8Rng) -> (Scenario, Option<Config>) {
+    let mut scenario = Scenario { seed: rng.next_u64(), ..Scenario::default() };
+    let plant = &mut scenario.plant;
+    plant.supply.open_circuit_v = rng.random_range(9.0..18.0);
+    if rng.random_bool(0.5) {
+        plant.body.payload_kg = rng.random_range(0.5..4.0);
+    }
+    for motor in [&mut plant.motor.left, &mut plant.motor.right] {
+        motor.coulomb_torque_nm *= rng.random_range(0.6..2.0);
+    }
+    plant.bridge.shorts_when_off = rng.random_bool(0.5);
+    let weak = plant.supply.open_circuit_v < 10.0;
+    let config = weak.then(|| {
+        let mut config = Config::default();
+        config.protection.supply_v_min = WEAK_SUPPLY_V_MIN;
+        config
+    });
+    (scenario, config)
+}
+
+/// Ahead, back, on the spot, or along an arc; within what the supply allows.
+fn motion(rng: &mut ChaCha8Rng, supply_v: f64) -> Motion {
+    let cruise = rng.random_range(0.05..if supply_v < 11.0 { 0.22 } else { 0.35 });
+    let acceleration = rng.random_range(0.4..1.0);
+    let distance = cruise * cruise / acceleration + cruise * CRUISE_S;
+    let inner = rng.random_range(0.6..1.0) * distance;
+    let distance = match rng.random_range(0..8) {
+        0..4 => WheelPair::both(distance),
+        4 => WheelPair::both(-distance),
+        5 => WheelPair { left: -distance, right: distance },
+        6 => WheelPair { left: inner, right: distance },
+        _ => WheelPair { left: distance, right: inner },
+    };
+    Motion { unit: TravelUnit::Meter, distance, cruise, acceleration }
+}
+
+/// A delay within the phase.
+fn delay_us(rng: &mut ChaCha8Rng, phase: Phase, motion: &Motion) -> u64 {
+    let ramp_us = (motion.ramp_s() * 1e6) as u64;
+    let most_us = match phase {
+        Phase::Boot => 25_000,
+        Phase::Hello => 20_000,
+        Phase::Idle => 50_000,
+        Phase::Arming => 4_000,
+        Phase::Waiting => 200_000,
+        Phase::Check => 400_000,
+        Phase::Acceleration | Phase::Deceleration => ramp_us,
+        Phase::Cruise => (CRUISE_S * 1e6) as u64,
+        Phase::Standing | Phase::Latched => 100_000,
+        Phase::Stopping => ramp_us.min(200_000),
+    };
+    rng.random_range(0..most_us)
+}
+
+/// What happens; every kind is as likely as the next one, as far as the phase allows it.
+fn kind(rng: &mut ChaCha8Rng, phase: Phase, supply: (f64, f64)) -> Kind {
+    loop {
+        let kind = any_kind(rng, supply);
+        let too_early = kind.needs_tasks() && phase < Phase::Idle;
+        let too_late = kind.is_miswired() && phase > Phase::Idle;
+        if !too_early && !too_late {
+            return kind;
+        }
+    }
+}
+
+/// Whether a second thing can be put into a robot in which the first has happened.
+fn may_follow(second: Kind, first: Kind) -> bool {
+    // Of a program that restarts nothing can be changed, and one change is enough.
+    let restarts = matches!(first, Kind::ClockFails | Kind::PowerCut | Kind::ResetPin);
+    let both = second.is_of_the_program() && (restarts || first.is_of_the_program());
+    second.name() != first.name() && !both
+}
+
+fn any_kind(rng: &mut ChaCha8Rng, (supply_v, supply_v_min): (f64, f64)) -> Kind {
+    let wheel = if rng.random_bool(0.5) { Wheel::Left } else { Wheel::Right };
+    let line = if rng.random_bool(0.5) { Line::A } else { Line::B };
+    // Below the limit by more than the measurement's noise.
+    let below_v = supply_v - supply_v_min + rng.random_range(0.3..supply_v_min);
+    match rng.random_range(0..35) {
+        0 => Kind::Nothing,
+        1 => Kind::EncoderUnplugged(wheel),
+        2..5 => Kind::EncoderLine(wheel, LineFault::Stuck { line, high: rng.random_bool(0.5) }),
+        5 => Kind::EncoderLine(wheel, LineFault::Floats(line)),
+        6 => Kind::EncoderSwapped(wheel),
+        7 => {
+            let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            // More than the wheel can turn: a slower one cannot be told from travel.
+            Kind::EncoderNoise(wheel, sign * rng.random_range(1.6e4..1e5))
+        }
+        8 => Kind::EncodersExchanged,
+        9 => Kind::MotorsExchanged,
+        10 => Kind::MotorReversed(wheel),
+        11 => Kind::MotorCut(wheel),
+        12 => Kind::WheelBlocked(wheel),
+        13 => Kind::WheelJammed(wheel),
+        14 => Kind::SupplyCut,
+        15 => Kind::SupplyLow(below_v),
+        16 => Kind::SupplyDip(below_v, rng.random_range(1..16)),
+        17 => Kind::SupplyHigh(SUPPLY_V_MAX - supply_v + rng.random_range(0.3..5.0)),
+        18 => Kind::Driver,
+        19 => Kind::StopButton(rng.random_range(10..500)),
+        20 => Kind::StopLine,
+        21 => Kind::StopLineBounce(rng.random_range(100..5_000)),
+        22 => Kind::LinkCut,
+        23 => Kind::LinkToRobotCut,
+        24 => Kind::LinkToHostCut,
+        25 => Kind::HostDies,
+        26 => Kind::HostHangs,
+        27 => Kind::Garbage(rng.random_range(20..300)),
+        28 => Kind::TaskStops(SAFETY_TASKS[rng.random_range(0..SAFETY_TASKS.len())]),
+        29 => Kind::TaskStops(OTHER_TASKS[rng.random_range(0..OTHER_TASKS.len())]),
+        30 if rng.random_bool(0.5) => Kind::CoreStands(rng.random_range(2..=CORE_STANDS_MS_MAX)),
+        30 => Kind::CoreStands(rng.random_range(45..100)),
+        31 => PROGRAM[rng.random_range(0..PROGRAM.len())],
+        32 => Kind::ClockFails,
+        33 => Kind::PowerCut,
+        _ => Kind::ResetPin,
+    }
+}

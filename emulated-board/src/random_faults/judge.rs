@@ -1,0 +1,153 @@
+//! Compares what was seen with what is promised.
+
+use shared_proto::{Fault, MotionEnd};
+
+use super::bound::{Bound, Name};
+use super::draw::Case;
+use super::moment::{Moment, Situation};
+use super::observed::{Happened, Observed};
+use super::promise::Promise;
+
+/// What became of a case.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// What it was called.
+    pub names: Vec<Name>,
+    /// The motors were off this long after what happened first, or after the first duty after it \[ms\].
+    pub off_ms: f64,
+    /// The bound on that, if a single one applies \[ms\].
+    pub bound_ms: Option<f64>,
+    /// Whether the motors were driven at all after it.
+    pub was_driven: bool,
+    /// What the robot was doing.
+    pub situation: Situation,
+    /// What was not as promised.
+    pub wrong: Vec<String>,
+}
+
+impl Verdict {
+    const NONE: Self = Self {
+        names: Vec::new(),
+        off_ms: 0.0,
+        bound_ms: None,
+        was_driven: false,
+        situation: Situation::Before,
+        wrong: Vec::new(),
+    };
+}
+
+/// How far the radius lets a wheel roll for an angle \[mm/rad\].
+const RADIUS_MM: f64 = 36.0;
+
+/// How long the motors were driven after something happened, and how far the wheels turned meanwhile.
+#[derive(Clone, Copy)]
+struct Driven {
+    ms: f64,
+    mm: f64,
+    at_all: bool,
+}
+
+pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
+    let mut wrong = observed.wrong.clone();
+    if observed.happened.is_empty() {
+        wrong.push("the instant for it never came".into());
+        return Verdict { wrong, ..Verdict::NONE };
+    }
+    let promises: Vec<(Promise, Driven)> = observed
+        .happened
+        .iter()
+        .map(|happened| {
+            let moment = Moment::new(case, &observed.timeline, happened.at_us);
+            (Promise::of(happened.kind, case, &moment), driven_after(happened, observed))
+        })
+        .collect();
+    // While the program itself is disturbed, it sees everything else later.
+    let delay_ms = observed
+        .happened
+        .iter()
+        .zip(&promises)
+        .filter(|(happened, _)| happened.kind.is_of_the_program())
+        .map(|(_, (promise, _))| match promise.bound {
+            Bound::Within(ms) | Bound::WithinOrTravel(ms, _) => ms,
+            Bound::None => 0.0,
+        })
+        .fold(0.0, f64::max);
+    for (happened, (promise, driven)) in observed.happened.iter().zip(&promises) {
+        let own_ms = if happened.kind.is_of_the_program() { 0.0 } else { delay_ms };
+        let late = match promise.bound {
+            Bound::None => false,
+            Bound::Within(ms) => driven.ms > ms + own_ms,
+            Bound::WithinOrTravel(ms, mm) => driven.ms > ms + own_ms && driven.mm > mm,
+        };
+        if late {
+            let Driven { ms, mm, .. } = driven;
+            wrong.push(format!(
+                "{}: driven for {ms:.2} ms and {mm:.1} mm, promised {:?}",
+                happened.kind.name(),
+                promise.bound
+            ));
+        }
+    }
+    let names = names(observed);
+    let allowed = allowed(&promises);
+    for name in &names {
+        if !allowed.contains(name) {
+            let allowed: Vec<String> = allowed.iter().map(Name::to_string).collect();
+            wrong.push(format!("called {name}, and is {}", allowed.join(" or ")));
+        }
+    }
+    if names.contains(&Name::Harmless) && !observed.timeline.tracks_us.is_empty() {
+        let ended = matches!(observed.motion_end, Some(MotionEnd::Completed | MotionEnd::Stopped));
+        if !ended {
+            wrong.push(format!("no fault, and the motion's end is {:?}", observed.motion_end));
+        }
+    }
+    let first = observed.happened[0];
+    let bound_ms = match promises[0].0.bound {
+        Bound::Within(ms) if observed.happened.len() == 1 => Some(ms),
+        _ => None,
+    };
+    let Driven { ms, at_all, .. } = promises[0].1;
+    let situation = Moment::new(case, &observed.timeline, first.at_us).situation;
+    Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
+}
+
+fn driven_after(happened: &Happened, observed: &Observed) -> Driven {
+    let mut later = observed.powered.iter().filter(|powered| powered.to_us > happened.at_us);
+    let Some(first) = later.next() else { return Driven { ms: 0.0, mm: 0.0, at_all: false } };
+    let last = later.next_back().unwrap_or(first);
+    let origin_us = first.from_us.max(happened.at_us);
+    let turned = last.angles_rad.zip(happened.angles_rad).map(|(to, from)| (to - from).abs());
+    let rad = match happened.kind.wheel() {
+        Some(wheel) => *turned.get(wheel),
+        None => turned.left.max(turned.right),
+    };
+    Driven { ms: (last.to_us - origin_us) as f64 / 1000.0, mm: rad * RADIUS_MM, at_all: true }
+}
+
+/// What it was called: a restart, what was latched then, or nothing.
+fn names(observed: &Observed) -> Vec<Name> {
+    let mut names = Vec::new();
+    let first_us = observed.happened.first().map_or(0, |happened| happened.at_us);
+    if observed.resets_us.iter().any(|reset_us| *reset_us >= first_us) {
+        names.extend(observed.cause.map(Name::Restart));
+    }
+    names.extend(observed.fault.map(Name::Fault));
+    if names.is_empty() {
+        names.push(Name::Harmless);
+    }
+    names
+}
+
+/// The names of all that happened. It is harmless only if all of it is.
+fn allowed(promises: &[(Promise, Driven)]) -> Vec<Name> {
+    let harmless = promises.iter().all(|(promise, _)| promise.names.contains(&Name::Harmless));
+    let mut allowed: Vec<Name> =
+        promises.iter().flat_map(|(promise, _)| promise.names.clone()).collect();
+    allowed.retain(|name| harmless || *name != Name::Harmless);
+    // A restart forgets what was latched.
+    if allowed.iter().any(|name| matches!(name, Name::Restart(_))) {
+        allowed.retain(|name| *name != Name::Fault(Fault::EmergencyStop) || promises.len() > 1);
+    }
+    allowed
+}

@@ -1,0 +1,231 @@
+//! What the robot was doing when something happened, and what that has to do with its name.
+
+use shared_proto::Fault;
+
+use super::bound::{Bound, Name};
+use super::draw::{CRUISE_S, Case, Phase};
+use super::observed::Timeline;
+
+/// What the robot was doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Situation {
+    /// No motion has begun yet; the encoder check may be under way.
+    Before,
+    /// The wheels follow a motion, or brake.
+    Moving,
+    /// It is armed and stands.
+    Rest,
+    /// The host has disarmed it.
+    Over,
+    /// A fault is latched.
+    Latched,
+}
+
+/// An instant of a case.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// What the robot was doing.
+    pub situation: Situation,
+    at_us: u64,
+    armed_us: u64,
+    commanded_us: u64,
+    /// A motion follows that starts from rest.
+    moves_later: bool,
+    /// The host has told the robot to stop.
+    stopping: bool,
+    /// Time until the slower wheel's setpoint has advanced by [`SHOWN_M`] \[ms\].
+    shown_ms: Option<f64>,
+    /// Time until the motion is over and has settled \[ms\].
+    end_ms: f64,
+}
+
+/// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
+/// a setpoint half as fast \[m\].
+const SHOWN_M: f64 = 0.004;
+/// The stall time, and a look at it \[ms\].
+const STALL_MS: f64 = 70.0;
+/// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
+const END_MS: f64 = 290.0;
+/// Shorter than this before the end of a motion a silent host may not be noticed any more, and may be still \[ms\].
+const SILENCE_MS: f64 = 200.0;
+/// What the host's view of an instant may be off by: a frame of telemetry, and ten ticks of planning \[ms\].
+const VIEW_MS: f64 = 25.0;
+/// The firmware's tasks look at their inputs from then on \[us\].
+const STARTED_US: u64 = 40_000;
+
+impl Moment {
+    pub(super) fn new(case: &Case, timeline: &Timeline, at_us: u64) -> Self {
+        let before = |t: Option<u64>| t.is_some_and(|t| t <= at_us);
+        let begun = timeline.tracks_us.iter().rfind(|begin| **begin <= at_us).copied();
+        let moves_later = timeline.tracks_us.iter().any(|begin| *begin > at_us);
+        let stopping = before(timeline.stop_us);
+        let motion = Progress::new(case, begun.unwrap_or(0), timeline.stop_us);
+        let end_us = motion.end_us() + END_MS * 1000.0;
+        let situation = if before(timeline.latched_us) {
+            Situation::Latched
+        } else if before(timeline.over_us) {
+            Situation::Over
+        } else if begun.is_none() {
+            Situation::Before
+        } else if (at_us as f64) < end_us {
+            Situation::Moving
+        } else {
+            Situation::Rest
+        };
+        Self {
+            situation,
+            at_us,
+            armed_us: timeline.armed_us.unwrap_or(u64::MAX),
+            commanded_us: timeline.commanded_us.unwrap_or(u64::MAX),
+            moves_later: moves_later || case.phase == Phase::Standing,
+            stopping,
+            shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
+            end_ms: (end_us - at_us as f64) / 1000.0,
+        }
+    }
+
+    /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of whether the wheel moves.
+    pub fn of_wheel(
+        &self,
+        within_ms: f64,
+        bound: fn(f64, bool) -> Bound,
+        mut names: Vec<Name>,
+    ) -> (Bound, Vec<Name>) {
+        match (self.situation, self.shown_ms) {
+            (Situation::Moving, Some(shown_ms)) => {
+                let ms = within_ms.max(shown_ms + STALL_MS);
+                // A motion about to end, or from rest, is seen by the way.
+                (bound(ms, shown_ms < within_ms), names)
+            }
+            // The setpoint advances no more, or not far enough.
+            (Situation::Moving, None) if !self.moves_later => {
+                names.push(Name::Harmless);
+                (Bound::WithinOrTravel(self.end_ms, 10.0), names)
+            }
+            (Situation::Rest, _) if !self.moves_later => (Bound::None, vec![Name::Harmless]),
+            (Situation::Over, _) => (Bound::None, vec![Name::Harmless]),
+            // No motion was ever commanded, because the host could not.
+            _ if self.commanded_us == u64::MAX => (Bound::None, vec![Name::Harmless]),
+            _ => (bound(within_ms, false), names),
+        }
+    }
+
+    /// Whether the wheels stand, and a motion follows.
+    pub fn starts_from_rest(&self) -> bool {
+        self.situation == Situation::Before
+            || self.moves_later && (self.situation == Situation::Rest || self.shown_ms.is_none())
+    }
+
+    /// For what is looked at while the robot is armed.
+    pub fn if_armed(&self, fault: Fault) -> Vec<Name> {
+        match self.situation {
+            Situation::Over => vec![Name::Harmless, Name::Fault(fault)],
+            _ => vec![Name::Fault(fault)],
+        }
+    }
+
+    /// For what is named unless it is over before the program has started.
+    pub fn unless_over(&self, fault: Fault, lasts_ms: f64) -> Vec<Name> {
+        let mut names = vec![Name::Fault(fault)];
+        if self.at_us as f64 + lasts_ms * 1000.0 < STARTED_US as f64 {
+            names.push(Name::Harmless);
+        }
+        names
+    }
+
+    /// For a silent host: only a motion needs one.
+    pub fn if_host_is_needed(&self, fault: Fault) -> Vec<Name> {
+        let mut names = self.if_renewals_are_needed(fault);
+        let commanded_ms = (self.at_us as f64 - self.commanded_us as f64) / 1000.0;
+        if self.situation == Situation::Before && commanded_ms < 0.0 {
+            names = vec![Name::Harmless];
+        } else if self.situation == Situation::Before && commanded_ms < VIEW_MS {
+            // The command is on its way.
+            names.push(Name::Harmless);
+        } else if self.situation == Situation::Rest {
+            names = vec![Name::Harmless];
+        }
+        names
+    }
+
+    /// For a host that talks and renews no motion.
+    pub fn if_renewals_are_needed(&self, fault: Fault) -> Vec<Name> {
+        match self.situation {
+            // The last word was up to 30 ms before; and a stop brings itself to its end.
+            Situation::Moving if self.stopping => vec![Name::Harmless],
+            Situation::Moving if self.end_ms < SILENCE_MS + END_MS + VIEW_MS => {
+                vec![Name::Fault(fault), Name::Harmless]
+            }
+            Situation::Rest if !self.moves_later => vec![Name::Harmless],
+            Situation::Over => vec![Name::Harmless],
+            _ => vec![Name::Fault(fault)],
+        }
+    }
+
+    /// For a late control tick, which is a fault while the motors are on.
+    pub fn if_motors_are_on(&self, fault: Fault) -> Vec<Name> {
+        let armed_ms = (self.at_us as f64 - self.armed_us as f64) / 1000.0;
+        match self.situation {
+            Situation::Over => vec![Name::Harmless, Name::Fault(fault)],
+            Situation::Before if armed_ms < -VIEW_MS => vec![Name::Harmless],
+            Situation::Before if armed_ms < VIEW_MS => vec![Name::Harmless, Name::Fault(fault)],
+            _ => vec![Name::Fault(fault)],
+        }
+    }
+}
+
+/// Where the slower wheel's setpoint is, by time: a ramp, the cruise, a ramp; or a stop along a steeper ramp.
+struct Progress {
+    begin_us: f64,
+    cruise_mps: f64,
+    ramp_s: f64,
+    /// The slower wheel's share.
+    share: f64,
+    stop_us: Option<f64>,
+}
+
+/// Deceleration of a controlled stop \[m/s^2\].
+const STOP_MPS2: f64 = 0.5;
+
+impl Progress {
+    fn new(case: &Case, begin_us: u64, stop_us: Option<u64>) -> Self {
+        let distance = case.motion.distance.map(f64::abs);
+        let share = distance.left.min(distance.right) / distance.left.max(distance.right);
+        Self {
+            begin_us: begin_us as f64,
+            cruise_mps: case.motion.cruise,
+            ramp_s: case.motion.ramp_s(),
+            share,
+            stop_us: stop_us.map(|us| us as f64),
+        }
+    }
+
+    fn end_us(&self) -> f64 {
+        match self.stop_us {
+            Some(us) => us + self.cruise_mps / STOP_MPS2 * 1e6,
+            None => self.begin_us + (2.0 * self.ramp_s + CRUISE_S) * 1e6,
+        }
+    }
+
+    fn speed_mps(&self, at_us: f64) -> f64 {
+        let s = (at_us - self.begin_us) * 1e-6;
+        let left_s = (self.end_us() - at_us) * 1e-6;
+        let ramp_s = self.stop_us.map_or(self.ramp_s, |_| self.cruise_mps / STOP_MPS2);
+        let ramp = (s / self.ramp_s).min(left_s / ramp_s).clamp(0.0, 1.0);
+        self.share * self.cruise_mps * ramp
+    }
+
+    /// When the setpoint will have advanced by [`SHOWN_M`].
+    fn shown_us(&self, at_us: u64) -> Option<f64> {
+        const STEP_US: f64 = 1000.0;
+        let (mut t_us, mut advanced_m) = (at_us as f64, 0.0);
+        while t_us < self.end_us() {
+            advanced_m += self.speed_mps(t_us) * STEP_US * 1e-6;
+            t_us += STEP_US;
+            if advanced_m >= SHOWN_M {
+                return Some(t_us);
+            }
+        }
+        None
+    }
+}

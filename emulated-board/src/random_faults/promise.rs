@@ -1,0 +1,193 @@
+//! What is promised for whatever happens: how soon the motors are off, and what it is called. One table,
+//! `Promise::table`.
+
+use shared_proto::{Fault, ResetCause, Wheel};
+
+use super::bound::{Bound, Name};
+use super::draw::{Case, Phase};
+use super::kind::{CORE_STANDS_MS_MAX, Kind};
+use super::moment::{Moment, Situation};
+
+/// What is promised.
+#[derive(Clone, Debug)]
+pub struct Promise {
+    /// How soon the motors are off.
+    pub bound: Bound,
+    /// What it may be called.
+    pub names: Vec<Name>,
+}
+
+/// Wheels, encoders and motors at a moving setpoint \[ms\] (docs/safety.md).
+const PROTECTION_MS: f64 = 100.0;
+/// A wheel without current rolls out first \[ms\] (docs/safety.md, at the paper's cruise).
+const ROLL_OUT_MS: f64 = 250.0;
+/// From a higher speed it rolls until it is 20 mm from its setpoint: at 0.2 m/s^2, the deceleration of the robot
+/// with the least friction and the largest load, sqrt(2 x 0.02 / 0.2) \[ms\].
+const ROLL_FAR_MS: f64 = 450.0;
+const PAPERS_CRUISE_MPS: f64 = 0.12;
+/// Both wheels' encoder checks, with a push to the end of each: half of ks to the largest duty in 0.8 s, held for
+/// 7 stall times of 60 ms, 40 ticks to roll; and a start time of 250 ms that is waited for \[ms\].
+const CHECK_MS: f64 = 2.0 * (800.0 + 420.0 + 40.0) + 250.0;
+/// What a wheel may turn without a count that can be trusted \[mm\] (`firmware/control/src/protection`).
+const BLIND_MM: f64 = 10.0;
+/// An input is read every 2 ms, and acted on at the next tick; the rest is for the task to get its turn \[ms\].
+const INPUT_MS: f64 = 5.0;
+/// The timer itself; the pins are looked at every 0.05 ms \[ms\].
+const HARDWARE_MS: f64 = 0.1;
+/// 20 ticks below the limit, a conversion, a tick, and the wires' voltage \[ms\].
+const SUPPLY_LOW_MS: f64 = 25.0;
+/// The same for 4 ticks above it \[ms\].
+const SUPPLY_HIGH_MS: f64 = 10.0;
+/// The host's last word, at most 30 ms before, and the silence of 200 ms that is permitted; then the ramp, and 250 ms
+/// in which the wheels may settle \[ms\].
+const SILENCE_MS: f64 = 250.0;
+const SETTLE_MS: f64 = 270.0;
+/// Deceleration of a controlled stop \[m/s^2\].
+const STOP_MPS2: f64 = 0.5;
+/// A safety task's last sign of life reaches the guard up to 15 ms after it stopped; the guard then misses it for
+/// 40 ms, and looks every 10 \[ms\].
+const TASK_STOPS_MS: f64 = 65.0;
+/// The heartbeat's task is put to sleep within 5 ms, and the core then stands: from the watchdog's last feed 31 ms.
+const CORE_RESTARTS_MS: f64 = 45.0;
+
+impl Promise {
+    /// What is promised at this moment.
+    pub(super) fn of(kind: Kind, case: &Case, moment: &Moment) -> Self {
+        let (bound, names) = Self::table(kind, case, moment);
+        let mut promise = Self { bound, names };
+        if moment.situation == Situation::Latched {
+            promise.while_latched();
+        }
+        promise
+    }
+
+    /// The table.
+    fn table(kind: Kind, case: &Case, moment: &Moment) -> (Bound, Vec<Name>) {
+        let fault = |fault| vec![Name::Fault(fault)];
+        let restart = |cause| vec![Name::Restart(cause)];
+        match kind {
+            Kind::Nothing | Kind::Garbage(_) | Kind::LinkToHostCut => {
+                (Bound::None, vec![Name::Harmless])
+            }
+            // The setpoint has to advance before a count that stands tells anything. Before the loop closes, the
+            // encoder check pushes slowly: it is bounded by the way.
+            Kind::EncoderUnplugged(w) | Kind::EncoderLine(w, _) => {
+                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
+            }
+            Kind::EncoderSwapped(w) | Kind::MotorReversed(w) => {
+                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
+            }
+            // Every tick of a check or a motion tells.
+            Kind::EncoderNoise(w, _) => {
+                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::CountRate(w)))
+            }
+            // The left wheel is pushed first. Electrically both are the same.
+            Kind::EncodersExchanged | Kind::MotorsExchanged => {
+                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
+            }
+            // In the check, a motor that never moved its count is not to be told from a dead encoder: the fault's
+            // remedy names both.
+            Kind::MotorCut(w) => {
+                let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
+                let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
+                moment.of_wheel(ms, pushed, stalls(w, slow, moment))
+            }
+            Kind::WheelBlocked(w) | Kind::WheelJammed(w) => {
+                // Stopped within a few counts: not to be told from a dead wire in time.
+                let names = vec![Name::Fault(Fault::Stall(w)), Name::Fault(Fault::EncoderDead(w))];
+                moment.of_wheel(PROTECTION_MS, pushed, names)
+            }
+            Kind::SupplyCut | Kind::SupplyLow(_) => {
+                (Bound::Within(SUPPLY_LOW_MS), moment.if_armed(Fault::SupplyLow))
+            }
+            // Shorter than the 20 ticks that a starting motor may take; but arming looks at once.
+            Kind::SupplyDip(..) if case.phase == Phase::Arming => {
+                (Bound::None, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
+            }
+            Kind::SupplyDip(..) => (Bound::None, vec![Name::Harmless]),
+            Kind::SupplyHigh(_) => {
+                (Bound::Within(SUPPLY_HIGH_MS), moment.if_armed(Fault::SupplyHigh))
+            }
+            Kind::Driver => (Bound::Within(INPUT_MS), fault(Fault::Driver)),
+            Kind::StopButton(ms) => {
+                (Bound::Within(INPUT_MS), moment.unless_over(Fault::EmergencyStop, ms.into()))
+            }
+            Kind::StopLine => (Bound::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
+            Kind::StopLineBounce(us) => {
+                let ms = f64::from(us) / 1000.0;
+                (Bound::Within(HARDWARE_MS), moment.unless_over(Fault::EmergencyStop, ms))
+            }
+            Kind::LinkCut | Kind::LinkToRobotCut | Kind::HostDies => {
+                (silence(case), moment.if_host_is_needed(Fault::LinkLost))
+            }
+            Kind::HostHangs => (silence(case), moment.if_renewals_are_needed(Fault::TimeToLive)),
+            Kind::TaskStops("stop_line" | "telemetry" | "show") => {
+                (Bound::None, vec![Name::Harmless])
+            }
+            Kind::TaskStops(_) => (Bound::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
+            Kind::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
+                // The task that makes the core stand runs within 5 ms, and a tick has to end.
+                let bound = Bound::Within(f64::from(ms) + 5.0 + 2.0);
+                (bound, moment.if_motors_are_on(Fault::DeadlineMissed))
+            }
+            Kind::CoreStands(_) => (Bound::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog)),
+            Kind::Program(what, ..) => program(what),
+            Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Watchdog)),
+            // The emulator resets the chip by its pin in both cases.
+            Kind::PowerCut | Kind::ResetPin => {
+                (Bound::Within(HARDWARE_MS), restart(ResetCause::Pin))
+            }
+        }
+    }
+
+    /// The first fault keeps its name, and the motors are off; only a restart forgets it.
+    fn while_latched(&mut self) {
+        self.names.retain(|name| matches!(name, Name::Restart(_)));
+        if self.names.is_empty() {
+            self.names.push(Name::Fault(Fault::EmergencyStop));
+        }
+    }
+}
+
+/// A bound by time where the setpoint moves, by the way where it does not yet.
+fn blind(ms: f64, moving: bool) -> Bound {
+    if moving { Bound::Within(ms) } else { Bound::WithinOrTravel(ms, BLIND_MM) }
+}
+
+/// A wheel that does not turn: the check pushes to its end.
+fn pushed(ms: f64, moving: bool) -> Bound {
+    Bound::Within(if moving { ms } else { ms.max(CHECK_MS) })
+}
+
+/// A wheel that its motor no longer turns.
+fn stalls(wheel: Wheel, slow: bool, moment: &Moment) -> Vec<Name> {
+    let mut names = vec![Name::Fault(Fault::Stall(wheel))];
+    if moment.starts_from_rest() {
+        // No count at all since the loop closed.
+        names.push(Name::Fault(Fault::EncoderDead(wheel)));
+    }
+    if !slow {
+        // While it rolls on, nothing tells but how far it is from its setpoint.
+        names.push(Name::Fault(Fault::FollowingError(wheel)));
+    }
+    names
+}
+
+/// The ramp of a controlled stop.
+fn silence(case: &Case) -> Bound {
+    Bound::Within(SILENCE_MS + case.motion.cruise / STOP_MPS2 * 1000.0 + SETTLE_MS)
+}
+
+/// Bounds as in `emulated-board/tests/board/hang.rs`.
+fn program(what: &str) -> (Bound, Vec<Name>) {
+    let (ms, cause) = match what {
+        "encoder capture hangs" | "PID hangs" => (33.0, ResetCause::Watchdog),
+        // The interrupt comes with the next byte, which may be the host's, 30 ms later.
+        "link interrupt hangs" => (50.0 + 35.0, ResetCause::Watchdog),
+        "guard hangs" | "hang, interrupts masked" => (45.0, ResetCause::Watchdog),
+        "task beside control panics" => (5.0, ResetCause::Panic),
+        "PID panics" | "hard fault in PID" => (3.0, ResetCause::Panic),
+        _ => (50.0, ResetCause::Watchdog),
+    };
+    (Bound::Within(ms), vec![Name::Restart(cause)])
+}

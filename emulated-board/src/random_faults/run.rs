@@ -1,0 +1,298 @@
+//! Runs a case: one life of the board, from power-on.
+
+use std::cell::Cell;
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Duration;
+
+use futures_lite::future;
+use host_link::motion::{Motion, TTL_MS};
+use host_link::session::Session;
+use shared_proto::{Command, MotionEnd, Refusal, State, TravelUnit, WheelPair};
+use sim_target::{now_us, sleep_until_us};
+
+use super::act::{Host, World};
+use super::draw::Case;
+use super::judge::{Verdict, judge};
+use super::kind::Kind;
+use super::observed::{Happened, Observed};
+use super::script::Script;
+use crate::emulation::Emulation;
+use crate::monitor::Bench;
+
+/// After what happened last the host waits this long before it looks \[us\]: longer than any bound, but a ramp's.
+const SETTLE_US: u64 = 300_000;
+/// The same where the robot brakes along a ramp: 250 ms, 0.35 m/s at 0.5 m/s^2, 250 ms to settle.
+const SETTLE_RAMP_US: u64 = 1_300_000;
+/// The drive afterwards: a few centimetres.
+const AGAIN: Motion = Motion {
+    unit: TravelUnit::Meter,
+    distance: WheelPair::both(0.03),
+    cruise: 0.1,
+    acceleration: 0.5,
+};
+/// It ends this close to its target \[m\].
+const AGAIN_M_MAX: f64 = 0.0015;
+
+/// Runs a case on this image.
+pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
+    let emulation = Emulation {
+        image: image.into(),
+        scenario: case.scenario.clone(),
+        flash: None,
+        cut_before: None,
+        count: false,
+        by_function: false,
+        revision: crate::REVISION,
+    };
+    let copy = case.clone();
+    let ended = emulation
+        .run(move |bench: Bench| async move { live(bench, &copy).await })
+        .map_err(|error| error.to_string())?;
+    let mut observed = ended.found;
+    observed.wrong.extend(ended.unexpected);
+    Ok(judge(case, &observed))
+}
+
+async fn live(mut bench: Bench, case: &Case) -> Observed {
+    let world = World {
+        lab: bench.lab.clone(),
+        monitor: bench.monitor.clone(),
+        wire: bench.wire.clone(),
+        host: Rc::new(Cell::new(Host::Well)),
+        supply_v: case.scenario.plant.supply.open_circuit_v,
+    };
+    let (due_us, happened_us) = (Rc::new(Cell::new(None)), Rc::new(Cell::new(None)));
+    let mut observed = Observed::default();
+    let script = Script {
+        session: &mut bench.session,
+        case,
+        world: world.clone(),
+        due_us: due_us.clone(),
+        happened_us: happened_us.clone(),
+        timeline: Default::default(),
+    };
+    let (timeline, happened) = future::zip(
+        play(script, world.host.clone(), &due_us),
+        break_things(case, &world, &due_us, &happened_us),
+    )
+    .await;
+    (observed.timeline, observed.happened) = (timeline, happened);
+    if let Some(last) = observed.happened.last() {
+        let ramp = observed.happened.iter().any(|happened| may_ramp(happened.kind));
+        let settle_us = if ramp { SETTLE_RAMP_US } else { SETTLE_US };
+        sleep_until_us(last.at_us + settle_us).await;
+    }
+    let mut after =
+        After { session: bench.session(2), world: &world, case, observed: &mut observed };
+    if let Err(error) = after.look().await {
+        observed.wrong.push(error);
+    }
+    observed
+}
+
+/// Whether the robot brakes along a ramp for this.
+fn may_ramp(kind: Kind) -> bool {
+    matches!(kind, Kind::LinkCut | Kind::LinkToRobotCut | Kind::HostDies | Kind::HostHangs)
+}
+
+/// The host's program, until it ends or dies.
+async fn play(
+    mut script: Script<'_>,
+    host: Rc<Cell<Host>>,
+    due_us: &Cell<Option<u64>>,
+) -> super::observed::Timeline {
+    let died = async {
+        while host.get() != Host::Dead {
+            sleep_until_us(now_us() + 100).await;
+        }
+    };
+    // A robot that does not go along ends the program: it is looked at afterwards.
+    let played = async {
+        let _ = script.run().await;
+    };
+    future::or(played, died).await;
+    if due_us.get().is_none() {
+        // The instant never came, and will not.
+        due_us.set(Some(u64::MAX));
+    }
+    script.timeline
+}
+
+/// Makes everything happen at its instant.
+async fn break_things(
+    case: &Case,
+    world: &World,
+    due_us: &Cell<Option<u64>>,
+    happened_us: &Cell<Option<u64>>,
+) -> Vec<Happened> {
+    let at_us = loop {
+        match due_us.get() {
+            Some(u64::MAX) => return Vec::new(),
+            Some(at_us) => break at_us,
+            None => sleep_until_us(now_us() + 200).await,
+        }
+    };
+    let happen = |kind, at_us: u64| async move {
+        sleep_until_us(at_us).await;
+        let angles_rad = world.lab.plant(|plant| plant.wheel_angles_rad());
+        let happened = Happened { kind, at_us: now_us(), angles_rad };
+        if happened_us.get().is_none() {
+            happened_us.set(Some(happened.at_us));
+        }
+        world.act(kind).await;
+        happened
+    };
+    match case.second {
+        None => vec![happen(case.first, at_us).await],
+        Some((second, later_us)) => {
+            let (first, second) =
+                future::zip(happen(case.first, at_us), happen(second, at_us + later_us)).await;
+            vec![first, second]
+        }
+    }
+}
+
+/// The host that comes to look.
+struct After<'a> {
+    session: Session,
+    world: &'a World,
+    case: &'a Case,
+    observed: &'a mut Observed,
+}
+
+impl After<'_> {
+    async fn look(&mut self) -> Result<(), String> {
+        // The host has a cable again, or is another one. All else remains.
+        self.world.wire.set_cut(false);
+        self.world.host.set(Host::Well);
+        sleep_until_us(now_us() + 5_000).await;
+        while self.world.wire.read_now(&mut [0; 256]) > 0 {}
+        self.session.open().await.map_err(|error| format!("does not answer: {error}"))?;
+        let mut status = self.status().await?;
+        for _ in 0..60 {
+            // A host that has disarmed a robot in motion has begun a stop.
+            if status.state != State::Stopping {
+                break;
+            }
+            self.listen(20).await?;
+            status = self.status().await?;
+        }
+        let monitor = &self.world.monitor;
+        self.observed.powered = monitor.powered();
+        self.observed.resets_us = monitor.resets_us();
+        self.observed.fault = status.fault.map(|report| report.fault);
+        self.observed.motion_end = status.motion_end;
+        let identity = self.session.identify().await.map_err(|error| error.to_string())?;
+        self.observed.cause = Some(identity.reset_cause);
+        if let Some(report) = status.fault {
+            self.must_be_latched(report.number).await?;
+        }
+        self.mend(status.fault.map(|report| report.number)).await?;
+        self.drive_again().await
+    }
+
+    async fn status(&mut self) -> Result<shared_proto::Status, String> {
+        self.session.status().await.map_err(|error| error.to_string())
+    }
+
+    async fn ask(&mut self, command: Command) -> Result<Result<(), Refusal>, String> {
+        let answer = self.session.ask(command).await.map_err(|error| error.to_string())?;
+        Ok(answer.map(drop))
+    }
+
+    /// A latched fault refuses an arming, and nothing drives a motor.
+    async fn must_be_latched(&mut self, number: u32) -> Result<(), String> {
+        let before_us = self.world.monitor.last_powered_us();
+        let armed = self.ask(Command::Arm).await?;
+        if !matches!(armed, Err(Refusal::Faulted(report)) if report.number == number) {
+            self.observed.wrong.push(format!("arming while faulted: {armed:?}"));
+        }
+        self.listen(60).await?;
+        if self.world.monitor.last_powered_us() != before_us {
+            self.observed.wrong.push("driven again while faulted".into());
+        }
+        let again = self.status().await?;
+        if again.fault.map(|report| report.number) != Some(number) {
+            self.observed.wrong.push(format!("not latched: {:?}", again.fault));
+        }
+        Ok(())
+    }
+
+    /// Removes every cause, and clears the fault.
+    async fn mend(&mut self, number: Option<u32>) -> Result<(), String> {
+        for happened in &self.observed.happened {
+            self.world.mend(happened.kind);
+        }
+        self.listen(40).await?;
+        let before_us = self.world.monitor.last_powered_us();
+        match number {
+            Some(number) => {
+                if let Err(refusal) = self.ask(Command::ClearFault { number }).await? {
+                    return Err(format!("the fault cannot be cleared: {refusal:?}"));
+                }
+                self.listen(40).await?;
+                if self.world.monitor.last_powered_us() != before_us {
+                    self.observed.wrong.push("driven by clearing the fault".into());
+                }
+            }
+            None => self.rest().await?,
+        }
+        let status = self.status().await?;
+        if (status.state, status.fault) != (State::Idle, None) {
+            return Err(format!("not idle afterwards: {:?}, {:?}", status.state, status.fault));
+        }
+        Ok(())
+    }
+
+    /// Disarms, whatever the robot does.
+    async fn rest(&mut self) -> Result<(), String> {
+        let _ = self.ask(Command::Disarm).await?;
+        for _ in 0..60 {
+            if self.status().await?.state == State::Idle {
+                break;
+            }
+            self.listen(20).await?;
+        }
+        Ok(())
+    }
+
+    async fn listen(&mut self, ms: u64) -> Result<(), String> {
+        self.session.listen(Duration::from_millis(ms)).await.map_err(|error| error.to_string())
+    }
+
+    /// A few centimetres.
+    async fn drive_again(&mut self) -> Result<(), String> {
+        if let Some(config) = &self.case.config {
+            self.session.write_config(config).await.map_err(|error| error.to_string())?;
+        }
+        if let Err(refusal) = self.ask(Command::Arm).await? {
+            return Err(format!("cannot be armed again: {refusal:?}"));
+        }
+        let angles = || self.world.lab.plant(|plant| plant.wheel_angles_rad());
+        let start_rad = angles();
+        let motion = self.session.new_motion();
+        if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
+            return Err(format!("does not drive again: {refusal:?}"));
+        }
+        let mut status = self.status().await?;
+        for _ in 0..130 {
+            if status.state != State::Driving {
+                break;
+            }
+            let _ = self.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
+            self.listen(30).await?;
+            status = self.status().await?;
+        }
+        if status.motion_end != Some(MotionEnd::Completed) {
+            return Err(format!("drives no more: {:?}, {:?}", status.state, status.fault));
+        }
+        // The robot takes both wheels for equal.
+        let radius_m = shared_proto::Config::default().geometry.wheel_radius_m;
+        let driven_m = angles().zip(start_rad).map(|(to, from)| (to - from) * radius_m);
+        if driven_m.any(|m| (m - AGAIN.distance.left).abs() > AGAIN_M_MAX) {
+            return Err(format!("drives wrong afterwards: {driven_m:?} m"));
+        }
+        Ok(())
+    }
+}

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use futures_lite::future;
-use host_link::motion::{Motion, TTL_MS};
+use host_link::motion::Motion;
 use host_link::session::Session;
 use shared_proto::{Command, MotionEnd, Refusal, State, TravelUnit, WheelPair};
 use sim_target::{now_us, sleep_until_us};
@@ -204,7 +204,7 @@ impl After<'_> {
     /// A latched fault refuses an arming, and nothing drives a motor.
     async fn must_be_latched(&mut self, number: u32) -> Result<(), String> {
         let before_us = self.world.monitor.last_powered_us();
-        let armed = self.ask(Command::Arm).await?;
+        let armed = self.ask(Command::Arm { take: false }).await?;
         if !matches!(armed, Err(Refusal::Faulted(report)) if report.number == number) {
             self.observed.wrong.push(format!("arming while faulted: {armed:?}"));
         }
@@ -266,7 +266,7 @@ impl After<'_> {
         if let Some(config) = &self.case.config {
             self.session.write_config(config).await.map_err(|error| error.to_string())?;
         }
-        if let Err(refusal) = self.ask(Command::Arm).await? {
+        if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed again: {refusal:?}"));
         }
         let angles = || self.world.lab.plant(|plant| plant.wheel_angles_rad());
@@ -280,7 +280,7 @@ impl After<'_> {
             if status.state != State::Driving {
                 break;
             }
-            let _ = self.ask(Command::Renew { motion, ttl_ms: TTL_MS }).await?;
+            let _ = self.ask(Command::Renew { motion }).await?;
             self.listen(30).await?;
             status = self.status().await?;
         }

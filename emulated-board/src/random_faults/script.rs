@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use host_link::error::Error;
-use host_link::motion::{Motion, TTL_MS};
+use host_link::motion::Motion;
 use host_link::session::Session;
 use shared_proto::{Command, Drive, Event, MotionId, State};
 use sim_target::{now_us, sleep_until_us};
@@ -56,7 +56,7 @@ impl Script<'_> {
         self.session.request(Command::Subscribe { period_ms: TELEMETRY_MS }).await?;
         self.mark(Phase::Arming);
         self.timeline.armed_us = Some(now_us());
-        self.session.request(Command::Arm).await?;
+        self.session.request(Command::Arm { take: false }).await?;
         self.drive(&self.case.motion.clone()).await?;
         self.mark(Phase::Standing);
         if self.case.phase == Phase::Standing {
@@ -138,7 +138,7 @@ impl Script<'_> {
         *renewed_us = now_us();
         match self.world.host.get() {
             Host::Well => {
-                let renew = Command::Renew { motion: id, ttl_ms: TTL_MS };
+                let renew = Command::Renew { motion: id };
                 self.session.post(renew).await
             }
             Host::Hangs => self.session.post(Command::Status).await,

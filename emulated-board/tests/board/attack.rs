@@ -37,12 +37,8 @@ async fn flood(wire: HostWire, monitor: BoardMonitor, what: Flood) {
             match what {
                 Flood::Requests => {
                     for _ in 0..8 {
-                        let request = Request {
-                            session: 1,
-                            id: 1,
-                            until_ms: 0,
-                            command: Command::Status,
-                        };
+                        let request =
+                            Request { session: 1, id: 1, until_ms: 0, command: Command::Status };
                         wire.write_now(&encoder.message(&request));
                     }
                 }

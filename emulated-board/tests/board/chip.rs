@@ -201,7 +201,10 @@ fn the_stop_line_stops_the_motors_in_hardware_and_closing_it_clears_nothing() {
             for us in [200, 500_000] {
                 let powered_us = open_at_cruise(&mut robot, us).await;
                 let report = robot.fault().await.expect("latched");
-                assert!(matches!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Faulted(_))));
+                assert!(matches!(
+                    robot.ask(Command::Arm { take: false }).await,
+                    Err(Refusal::Faulted(_))
+                ));
                 // Held open: the fault cannot be cleared.
                 monitor.open_stop_line(true);
                 robot.listen(20).await;

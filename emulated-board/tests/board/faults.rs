@@ -79,7 +79,10 @@ async fn break_at_cruise(robot: &mut Robot, case: &Case) -> Found {
     let report = status.fault.unwrap_or_else(|| panic!("{what}: no fault"));
     assert_eq!(status.state, State::Faulted, "{what}");
     // Latched: it is still there, nothing drives, and only its number clears it.
-    assert!(matches!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Faulted(_))), "{what}");
+    assert!(
+        matches!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Faulted(_))),
+        "{what}"
+    );
     robot.renew(motion, 100).await;
     assert_eq!(monitor.last_powered_us(), Some(off_us), "{what}: driven again");
     let again = robot.fault().await.expect("still latched");

@@ -60,7 +60,7 @@ pub struct Shared<M: RawMutex> {
     /// The plan that the profile task follows; the supervisor adds the next one, see [`Shared::follow`].
     pub profile: Mutex<M, RefCell<Profile>>,
     /// Supervisor to PID: the check for an [`Order::Probe`].
-    pub probe: Mailbox<M, Probe>,
+    pub probe: Mutex<M, RefCell<Option<Probe>>>,
     /// Control tasks to supervisor.
     pub control_events: Channel<M, ControlEvent, 4>,
     /// Link to supervisor.
@@ -110,7 +110,7 @@ impl<M: RawMutex> Shared<M> {
             loop_settings: Mailbox::new(),
             order: Mailbox::new(),
             profile: Mutex::new(RefCell::new(Profile::ORIGIN)),
-            probe: Mailbox::new(),
+            probe: Mutex::new(RefCell::new(None)),
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
@@ -155,7 +155,7 @@ impl<M: RawMutex> Shared<M> {
 
     /// Makes the control tasks check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
     pub fn check(&self, id: u32, probe: Probe) {
-        self.probe.put(probe);
+        self.probe.lock(|slot| *slot.borrow_mut() = Some(probe));
         self.order.put(Order::Probe { id });
     }
 

@@ -10,7 +10,7 @@ use shared_proto::{Fault, WheelPair};
 use crate::capture::Measured;
 use crate::hal::{Motors, Supply};
 use crate::pid::{Gains, PidState, step_both};
-use crate::probe::{Probe, ProbeOutcome};
+use crate::probe::ProbeOutcome;
 use crate::profile::Setpoint;
 use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
@@ -78,7 +78,6 @@ struct Control {
     supply_mv: SupplyLimits,
     supply_scale: SupplyScale,
     protection: Protection,
-    probe: Option<Probe>,
     /// The last encoder check that was started.
     probe_id: Option<u32>,
     tracking: bool,
@@ -94,7 +93,6 @@ impl Control {
             supply_mv: settings.supply_mv,
             supply_scale: SupplyScale::new(settings.supply_mv.nominal),
             protection: Protection::with(settings.thresholds),
-            probe: None,
             probe_id: None,
             tracking: false,
             supply_low_ticks: 0,
@@ -109,7 +107,6 @@ impl Control {
         self.supply_mv = settings.supply_mv;
         self.supply_scale = SupplyScale::new(settings.supply_mv.nominal);
         self.protection.adopt(settings.thresholds);
-        self.probe = None;
         self.tracking = false;
         (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
     }
@@ -162,7 +159,6 @@ impl Control {
             Action::Probe { id } => {
                 if self.probe_id != Some(*id) {
                     self.reset(loops);
-                    self.probe = shared.probe.try_take();
                     self.probe_id = Some(*id);
                 }
                 self.step_probe(shared, measured, *id, supply_scale)
@@ -182,13 +178,21 @@ impl Control {
         supply_scale: i32,
     ) -> Output {
         let mut output = Output { enabled: true, probing: true, ..Output::OFF };
-        match self.probe.as_mut().map(|probe| probe.step(measured.counts)) {
+        // In place: to copy it takes longer than to step it.
+        let outcome = shared.probe.lock(|probe| {
+            let mut probe = probe.borrow_mut();
+            let outcome = probe.as_mut()?.step(measured.counts);
+            if !matches!(outcome, ProbeOutcome::Running(_)) {
+                *probe = None;
+            }
+            Some(outcome)
+        });
+        match outcome {
             Some(ProbeOutcome::Running(duty)) => {
                 // On a full battery, too, an unplugged encoder is found before the robot has rolled far.
                 output.duty = duty.map(|duty| self.gains.at_supply(duty, supply_scale));
             }
             Some(ProbeOutcome::Done) => {
-                self.probe = None;
                 let _ = shared.control_events.try_send(ControlEvent::Probed(id));
             }
             Some(ProbeOutcome::Failed(fault)) => shared.raise_in_tick(fault, measured.t_us),
@@ -219,7 +223,6 @@ impl Control {
 
     /// Resets the controllers: a loop that closes again must not start from old integrals.
     fn reset(&mut self, loops: &mut WheelPair<PidState>) {
-        self.probe = None;
         self.tracking = false;
         self.protection.restart();
         *loops = WheelPair::both(PidState::ZERO);

@@ -53,6 +53,9 @@ const VIEW_MS: f64 = 25.0;
 /// The firmware's tasks look at their inputs from then on \[us\].
 const STARTED_US: u64 = 40_000;
 
+/// The host says hello then \[us\].
+pub const HELLO_US: u64 = 5_000;
+
 impl Moment {
     pub(super) fn new(case: &Case, timeline: &Timeline, at_us: u64) -> Self {
         let before = |t: Option<u64>| t.is_some_and(|t| t <= at_us);
@@ -82,6 +85,11 @@ impl Moment {
             shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
             end_ms: (end_us - at_us as f64) / 1000.0,
         }
+    }
+
+    /// Whether the host armed the robot later: its hello came after this.
+    pub fn is_before_the_host(&self) -> bool {
+        self.at_us < HELLO_US && self.armed_us != u64::MAX
     }
 
     /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of whether the wheel moves.

@@ -134,6 +134,10 @@ impl Promise {
             Kind::Program(what, ..) => program(what),
             Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Watchdog)),
             // The emulator resets the chip by its pin in both cases.
+            // A host that had not said hello before does not know of the restart, and drives.
+            Kind::PowerCut | Kind::ResetPin if moment.is_before_the_host() => {
+                (Bound::None, restart(ResetCause::Pin))
+            }
             Kind::PowerCut | Kind::ResetPin => {
                 (Bound::Within(HARDWARE_MS), restart(ResetCause::Pin))
             }

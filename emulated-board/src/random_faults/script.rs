@@ -12,6 +12,7 @@ use sim_target::{now_us, sleep_until_us};
 
 use super::act::{Host, World};
 use super::draw::{CRUISE_S, Case, Phase};
+use super::moment::HELLO_US;
 use super::observed::Timeline;
 
 /// Between two frames of telemetry \[ms\].
@@ -45,7 +46,7 @@ impl Script<'_> {
     /// Everything from power-on to a disarmed robot; ends early where the robot does not go along.
     pub async fn run(&mut self) -> Result<(), Error> {
         self.mark(Phase::Boot);
-        sleep_until_us(5_000).await;
+        sleep_until_us(HELLO_US).await;
         self.mark(Phase::Hello);
         self.session.open().await?;
         self.mark(Phase::Idle);

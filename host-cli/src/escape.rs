@@ -1,7 +1,7 @@
 //! Text from outside, made safe for where it goes: a terminal, a page, a shell.
 //!
-//! Names, cells and keys come from files of others and from the robot. Every line that is printed goes through [`terminal`],
-//! every text in a page through [`html`], every word of a suggested command through [`shell`]. Nothing else need know where a
+//! Names, cells and keys come from files of others and from the robot. Every line that is printed goes through `terminal`,
+//! every text in a page through `html`, every word of a suggested command through `shell`. Nothing else need know where a
 //! text is from.
 
 use std::fmt::Write as _;

@@ -162,7 +162,7 @@ impl<M: RawMutex> Shared<M> {
     /// Latches a fault, or counts it if one is latched already, and informs the supervisor.
     ///
     /// From the next control tick on the motors get zero duty, unless the fault allows a ramp. Not for the control
-    /// tasks while they work on the tick: they have [`raise_in_tick`](Self::raise_in_tick).
+    /// tasks while they work on the tick: they have `raise_in_tick`.
     pub fn raise(&self, fault: Fault, t_us: u64) {
         self.raise_in_tick(fault, t_us);
         self.snapshot.with(|tick| self.fault.note(tick));

@@ -2,7 +2,7 @@
 
 use beeline_tests::robot::{meters, on_robot, on_robot_with};
 use shared_proto::{Answer, Command, Config, ConfigError, ConfigOrigin, Refusal, State};
-use sim_target::{Options, Scenario};
+use sim_target::{Options, Scenario, now_us};
 
 fn with_wheel_weight(value: f64) -> Config {
     let mut config = Config::default();
@@ -128,6 +128,27 @@ fn saving_is_refused_while_armed_and_writing_while_driving() {
         }
         assert_eq!(robot.tell(Command::ReadConfig).await, Answer::Config(Config::default()));
         assert_eq!(robot.lab.flash_content(), None);
+    });
+}
+
+#[test]
+fn a_host_that_saves_all_the_time_cannot_wear_out_the_flash_within_the_hour() {
+    on_robot(&Scenario::default(), async |robot| {
+        let start_us = now_us();
+        let mut saves = 0;
+        while now_us() < start_us + 20_000_000 {
+            let wheel_weight = if saves % 2 == 0 { 0.9 } else { 1.1 };
+            robot.tell(Command::WriteConfig(with_wheel_weight(wheel_weight))).await;
+            robot.session.save_config().await.expect("it saves, if later");
+            saves += 1;
+        }
+        assert!((18..=21).contains(&saves), "{saves} in 20 s");
+        // Nothing new is nothing to write.
+        let start_us = now_us();
+        for _ in 0..50 {
+            robot.session.save_config().await.expect("saved already");
+        }
+        assert!(now_us() < start_us + 1_000_000);
     });
 }
 

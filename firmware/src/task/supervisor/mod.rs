@@ -10,8 +10,8 @@
 //! profile task a few ticks ahead: the new plan starts exactly where the old one will be then.
 //!
 //! It never waits for the link: a reply or an event that does not fit in the queue is dropped. It does wait
-//! for the store, at boot and when a configuration is saved, and for two control ticks after a change of
-//! configuration; the motors stand still then.
+//! for the store, at boot and when a configuration is saved (once a second at most), and for two control ticks
+//! after a change of configuration; the motors stand still then.
 
 mod motions;
 mod requests;
@@ -92,6 +92,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     saved: Config,
     /// The store holds a configuration.
     is_saved: bool,
+    /// When the next save may begin.
+    may_save: Instant,
     state: State,
     /// Whose encoder's sign has been checked since the motors were switched on.
     probed: WheelPair<bool>,
@@ -139,6 +141,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             config_origin: ConfigOrigin::Factory,
             store_damaged: false,
             is_saved: false,
+            may_save: Instant::MIN,
             saved: Config::default(),
             state: State::Idle,
             probed: WheelPair::both(false),

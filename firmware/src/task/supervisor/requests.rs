@@ -1,7 +1,7 @@
 //! The host's requests, and how each is answered.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::Instant;
+use embassy_time::{Duration, Instant, Timer};
 use shared_proto::{
     Answer, Command, Config, ConfigOrigin, Fault, Identity, PROTOCOL_VERSION, Refusal, Reply,
     Request, State, Status,
@@ -12,6 +12,10 @@ use crate::hal::Store;
 use crate::liveness::SafetyTask;
 use crate::shared::Outgoing;
 use crate::units::CONTROL_PERIOD_US;
+
+/// A save waits this long after the one before: a flash sector stands 10,000 erasures, and a host that has gone mad
+/// must not wear it out in an hour.
+const SAVE_EVERY: Duration = Duration::from_secs(1);
 
 /// Version: major, minor, patch.
 const FIRMWARE: [u16; 3] = [
@@ -196,8 +200,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.is_saved && self.saved == self.config {
             return Ok(());
         }
-        let save = self.store.save(&self.config);
+        let store = &mut self.store;
+        let save = async {
+            Timer::at(self.may_save).await;
+            store.save(&self.config).await
+        };
         let saved = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
+        self.may_save = Instant::now() + SAVE_EVERY;
         saved.map_err(|_| Refusal::Store)?;
         self.saved.clone_from(&self.config);
         self.is_saved = true;

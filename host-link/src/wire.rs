@@ -23,7 +23,7 @@ pub trait Wire {
 
 /// A device with blocking reads, which a thread of its own does.
 ///
-/// What was read waits as frames, up to [`FRAMES_MAX`] of them: a person who is asked something may take an hour. Then the oldest
+/// What was read waits as frames, up to 4096 of them: a person who is asked something may take an hour. Then the oldest
 /// telemetry is dropped; the numbers of the frames that follow show how much.
 pub struct ThreadedWire {
     frames: Arc<Mutex<Frames>>,

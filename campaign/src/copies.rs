@@ -8,8 +8,9 @@
 //!
 //! A run without positions is nobody's copy: it is no evidence, and counts alone may be the same twice.
 //!
-//! So a copy may lack values, be cut short, thinned out, written with fewer digits, or on another clock. Two drives of the same kind are told
-//! apart by the noise of their poses and the phase of their encoders: no ten rows of theirs agree in each digit.
+//! So a copy may lack values, be cut short, thinned out, written with fewer digits, or on another clock. Two drives of
+//! the same kind are told apart by the noise of their poses and the phase of their encoders: no ten rows of theirs
+//! agree in each digit.
 
 use crate::error::CopiedRun;
 use crate::recorded::Run;
@@ -30,7 +31,7 @@ const COMPARED: [Column; 5] =
 /// Of copies one stays: one that is held out, as nothing may be fitted to what a model is tested with; else the longest; else the
 /// first.
 pub(crate) fn take_out(runs: &mut Vec<Run>) -> Vec<CopiedRun> {
-    let drawn: Vec<Drawn> = runs.iter().map(Drawn::of).collect();
+    let fingerprints: Vec<Fingerprint> = runs.iter().map(Fingerprint::of).collect();
     // The best first, so that each run is compared with those that stay.
     let mut order: Vec<usize> = (0..runs.len()).collect();
     order.sort_by_key(|index| {
@@ -40,7 +41,8 @@ pub(crate) fn take_out(runs: &mut Vec<Run>) -> Vec<CopiedRun> {
     let mut copies = Vec::new();
     for index in order {
         let same = |other: &&usize| {
-            let (a, b) = ((&runs[**other], &drawn[**other]), (&runs[index], &drawn[index]));
+            let (a, b) =
+                ((&runs[**other], &fingerprints[**other]), (&runs[index], &fingerprints[index]));
             if a.0.rows.len() >= b.0.rows.len() { is_copy(b, a) } else { is_copy(a, b) }
         };
         match stay.iter().find(same) {
@@ -61,14 +63,14 @@ pub(crate) fn take_out(runs: &mut Vec<Run>) -> Vec<CopiedRun> {
 }
 
 /// What is known of a run before it is compared: half a unit of the last digit of each column, and a row whose pose tells most.
-struct Drawn {
+struct Fingerprint {
     half_digit: [f64; COMPARED.len()],
     half_time: f64,
     /// The row in the middle of those with a position.
     telling: Option<usize>,
 }
 
-impl Drawn {
+impl Fingerprint {
     fn of(run: &Run) -> Self {
         let half_of =
             |column: Column| half_digit(run.rows.iter().filter_map(|row| row.get(column)));
@@ -103,7 +105,7 @@ fn half_digit(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Whether all rows of `b` are in `a`.
-fn is_copy((b, drawn_b): (&Run, &Drawn), (a, drawn_a): (&Run, &Drawn)) -> bool {
+fn is_copy((b, drawn_b): (&Run, &Fingerprint), (a, drawn_a): (&Run, &Fingerprint)) -> bool {
     let whole = a.rows.len() == b.rows.len();
     if !whole && b.rows.len() < ROWS_MIN {
         return false;
@@ -121,7 +123,7 @@ struct Close {
 }
 
 impl Close {
-    fn new(a: &Drawn, b: &Drawn) -> Self {
+    fn new(a: &Fingerprint, b: &Fingerprint) -> Self {
         // What was rounded is off by half a digit at most; two floats of the same text by nothing.
         let within = |a: f64, b: f64| if a == b { 0.01 * a } else { 1.01 * a.max(b) };
         let mut all = [0.0; COMPARED.len()];

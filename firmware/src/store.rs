@@ -6,10 +6,11 @@
 //! 2       layout u16 | CRC-32 of layout and configuration u32     | configuration, postcard
 //! 3       as 2, with geometry.heading_pull_rad_per_m in the configuration
 //! 4       as 3, with feedforward.supply_v and protection.supply_v_max
+//! 5       as 4, with limits.hold_s
 //! ```
 //!
-//! Layout 4 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`):
-//! no pull, no scaling by the supply, no upper limit of it. They become layout 4 at the next save. Should a
+//! Layout 5 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
+//! pull, no scaling by the supply, no upper limit of it, no hold. They become layout 5 at the next save. Should a
 //! layout ever differ in more than an added number, a frozen copy of its type and a conversion belong here.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
@@ -26,7 +27,7 @@ use shared_proto::{Config, Crc32};
 use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
-pub const LAYOUT: u16 = 4;
+pub const LAYOUT: u16 = 5;
 
 /// The one record's key.
 const CONFIGURATION: u8 = 1;
@@ -204,15 +205,15 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
 /// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks.
 fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
     const NUMBER: usize = size_of::<f64>();
-    /// Numbers and flags before the pull, `feedforward.supply_v` and `protection.supply_v_max`.
-    const PULL: (usize, usize) = (3, 0);
-    const LATER: [(usize, usize); 2] = [(14, 4), (24, 4)];
+    /// Since which layout there is a number, and the numbers and flags before it: the pull, `feedforward.supply_v`,
+    /// `limits.hold_s` and `protection.supply_v_max`.
+    const ADDED: [(u16, usize, usize); 4] = [(3, 3, 0), (4, 14, 4), (5, 20, 4), (4, 25, 4)];
     let mut whole = [0; RECORD_LEN_MAX];
     whole.get_mut(..body.len())?.copy_from_slice(body);
     let mut len = body.len();
     // The name's length, in one byte, and the name.
     let name = 1 + usize::from(*body.first()?);
-    for (numbers, flags) in Some(PULL).filter(|_| layout < 3).into_iter().chain(LATER) {
+    for (_, numbers, flags) in ADDED.into_iter().filter(|(since, ..)| layout < *since) {
         let at = name + numbers * NUMBER + flags;
         if at > len || len + NUMBER > whole.len() {
             return None;

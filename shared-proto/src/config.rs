@@ -117,6 +117,9 @@ pub struct LimitsConfig {
     pub duty_max: f64,
     /// Largest change of duty \[1/s\].
     pub duty_slew_per_s: f64,
+    /// How long the robot holds its place after a motion before the duty goes to zero \[s\].
+    #[serde(default)]
+    pub hold_s: f64,
 }
 
 /// When to stop.
@@ -204,6 +207,7 @@ fields![
     "limits.stop_deceleration_mps2"     "m/s^2"   0.05  ..= 100.0   limits.stop_deceleration_mps2;
     "limits.duty_max"                   ""        0.05  ..= 1.0     limits.duty_max;
     "limits.duty_slew_per_s"            "1/s"     0.5   ..= 1000.0  limits.duty_slew_per_s;
+    "limits.hold_s"                     "s"       0.0   ..= 3600.0  limits.hold_s;
     "protection.following_error_m_max"      "m"       0.001 ..= 1.0     protection.following_error_m_max;
     "protection.stall_time_s"           "s"       0.01  ..= 0.09    protection.stall_time_s;
     "protection.probe_duty_max"         ""        0.02  ..= 0.5     protection.probe_duty_max;
@@ -331,6 +335,7 @@ impl Default for Config {
                 stop_deceleration_mps2: 0.5,
                 duty_max: 1.0,
                 duty_slew_per_s: 20.0,
+                hold_s: 0.0,
             },
             protection: ProtectionConfig {
                 following_error_m_max: 0.02,

@@ -27,8 +27,8 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 18 | 27 |
-//! | 1 `Request` | 258 | 268 |
-//! | 2 `Reply` | 259 | 269 |
+//! | 1 `Request` | 266 | 276 |
+//! | 2 `Reply` | 267 | 277 |
 //! | 3 `Telemetry` | 140 | 149 |
 //! | 4 `Event` | 50 | 59 |
 //!

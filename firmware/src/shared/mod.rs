@@ -144,12 +144,12 @@ impl<M: RawMutex> Shared<M> {
 
     /// Makes the control tasks follow a plan from its first tick; [`ControlEvent::Settled`] marks the end.
     ///
-    /// The plan is copied once, to where the control tick uses it.
-    pub fn follow(&self, id: u32, plan: &Plan) {
+    /// The wheels then hold their place for `hold_ticks`. The plan is copied once, to where the control tick uses it.
+    pub fn follow(&self, id: u32, plan: &Plan, hold_ticks: u32) {
         // Under one lock: the profile task never sees the plan without the order, or the reverse.
         self.profile.lock(|profile| {
             profile.borrow_mut().replace(plan);
-            self.order.put(Order::Follow { id });
+            self.order.put(Order::Follow { id, hold_ticks });
         });
     }
 
@@ -201,6 +201,8 @@ pub enum Order {
     Follow {
         /// Returned in the event.
         id: u32,
+        /// How long to hold the place afterwards \[ticks\].
+        hold_ticks: u32,
     },
 }
 

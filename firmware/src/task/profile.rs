@@ -40,7 +40,8 @@ enum ActiveOrder {
     Off,
     Rest,
     Probe { id: u32 },
-    Follow { id: u32, close_ticks: u32, settle_ticks: u32 },
+    Follow { id: u32, hold_ticks: u32, close_ticks: u32, settle_ticks: u32 },
+    Hold { ticks_left: u32 },
 }
 
 impl ActiveOrder {
@@ -49,11 +50,11 @@ impl ActiveOrder {
             Order::Off => *self = ActiveOrder::Off,
             Order::Rest => *self = ActiveOrder::Rest,
             Order::Probe { id } => *self = ActiveOrder::Probe { id },
-            Order::Follow { id } => {
+            Order::Follow { id, hold_ticks } => {
                 let late = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
                     let late = profile.drop_late(measured.tick);
-                    if !matches!(self, ActiveOrder::Follow { .. }) {
+                    if !matches!(self, ActiveOrder::Follow { .. } | ActiveOrder::Hold { .. }) {
                         profile.switch();
                     }
                     late
@@ -62,7 +63,7 @@ impl ActiveOrder {
                 if late {
                     shared.raise_in_tick(Fault::DeadlineMissed, measured.t_us);
                 } else {
-                    *self = ActiveOrder::Follow { id, close_ticks: 0, settle_ticks: 0 };
+                    *self = ActiveOrder::Follow { id, hold_ticks, close_ticks: 0, settle_ticks: 0 };
                 }
             }
         }
@@ -74,7 +75,7 @@ impl ActiveOrder {
             ActiveOrder::Off => Action::Off,
             ActiveOrder::Rest => Action::Rest,
             ActiveOrder::Probe { id } => Action::Probe { id: *id },
-            ActiveOrder::Follow { id, close_ticks, settle_ticks } => {
+            ActiveOrder::Follow { id, hold_ticks, close_ticks, settle_ticks } => {
                 let (setpoints, finished) = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
                     (profile.step(measured.tick), profile.finished(measured.tick))
@@ -88,10 +89,20 @@ impl ActiveOrder {
                     let over = *settle_ticks >= SETTLE_TICKS_MAX;
                     if *close_ticks >= ARRIVED_TICKS || over {
                         let _ = shared.control_events.try_send(ControlEvent::Settled(*id));
-                        *self = ActiveOrder::Rest;
+                        *self = ActiveOrder::Hold { ticks_left: *hold_ticks };
                     }
                 }
                 Action::Track(setpoints)
+            }
+            ActiveOrder::Hold { ticks_left: 0 } => {
+                *self = ActiveOrder::Rest;
+                Action::Rest
+            }
+            ActiveOrder::Hold { ticks_left } => {
+                *ticks_left -= 1;
+                Action::Track(
+                    shared.profile.lock(|profile| profile.borrow_mut().step(measured.tick)),
+                )
             }
         }
     }

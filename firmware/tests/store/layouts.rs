@@ -18,6 +18,9 @@ const LAYOUT_3: &[u8] = include_bytes!("layout_3.bin");
 /// With a nominal and a highest supply, in layout 4.
 const LAYOUT_4: &[u8] = include_bytes!("layout_4.bin");
 
+/// With a hold, in layout 5.
+const LAYOUT_5: &[u8] = include_bytes!("layout_5.bin");
+
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
 
@@ -27,49 +30,62 @@ fn flash(content: &[u8]) -> Nor {
     Nor::holding(bytes)
 }
 
-/// The configuration of the older ones.
+/// The configuration of the first three.
 fn stored(heading_pull_rad_per_m: f64) -> Config {
     let mut config = numbered(7);
+    config.limits.hold_s = 0.0;
     config.geometry.heading_pull_rad_per_m = heading_pull_rad_per_m;
     (config.feedforward.supply_v, config.protection.supply_v_max) = (0.0, 0.0);
     config
 }
 
-/// That of the newest.
-fn newest() -> Config {
+/// That of layout 4.
+fn with_supply() -> Config {
     let mut config = stored(-0.0125);
     (config.feedforward.supply_v, config.protection.supply_v_max) = (12.6, 16.8);
     config
 }
 
+/// That of the newest.
+fn newest() -> Config {
+    let mut config = with_supply();
+    config.limits.hold_s = 2.5;
+    config
+}
+
 #[test]
-fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_4_of_it()
+fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_5_of_it()
 {
-    for (old, pull) in [(LAYOUT_1, 0.0), (LAYOUT_2, 0.0), (LAYOUT_3, -0.0125)] {
+    for (old, config) in [
+        (LAYOUT_1, stored(0.0)),
+        (LAYOUT_2, stored(0.0)),
+        (LAYOUT_3, stored(-0.0125)),
+        (LAYOUT_4, with_supply()),
+    ] {
         let (loaded, flash) = load(flash(old));
-        assert_eq!(loaded, Ok(Some(stored(pull))), "every value is kept");
+        assert_eq!(loaded, Ok(Some(config)), "every value is kept");
         assert_eq!(flash.operations, 0, "reading writes nothing");
 
         let (saved, flash) = save(Nor::holding(flash.bytes), &newest());
         assert_eq!(saved, Ok(()));
         let (again, flash) = load(Nor::holding(flash.bytes));
         assert_eq!(again, Ok(Some(newest())));
-        // The old record is as it was; behind it stands one in layout 4.
+        // The old record is as it was; behind it stands one in layout 5.
         assert_eq!(&flash.bytes[..old.len()], old);
         let header = &flash.bytes[old.len() + RECORD - 4..];
-        assert_eq!(header[..2], 4_u16.to_le_bytes());
+        assert_eq!(header[..2], 5_u16.to_le_bytes());
     }
 }
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    assert_eq!(load(flash(LAYOUT_4)).0, Ok(Some(newest())));
+    assert_eq!(load(flash(LAYOUT_5)).0, Ok(Some(newest())));
     let (_, flash) = save(Nor::blank(), &newest());
-    let (written, beyond) = flash.bytes.split_at(LAYOUT_4.len());
+    let (written, beyond) = flash.bytes.split_at(LAYOUT_5.len());
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(
         hex(written),
-        hex(LAYOUT_4),
+        hex(LAYOUT_5),
         "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here (`xxd -r -p` makes one of these digits)"
     );
     assert!(beyond[..64].iter().all(|byte| *byte == 0xFF), "and no more");
@@ -77,7 +93,7 @@ fn a_configuration_of_another_shape_needs_a_new_layout() {
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
-    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4] {
+    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5] {
         let record = &layout[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
         for at in [0, 2, 6, 100] {

@@ -66,6 +66,7 @@ pub fn config() -> Config {
             stop_deceleration_mps2: 0.5,
             duty_max: 0.95,
             duty_slew_per_s: 20.0,
+            hold_s: 2.5,
         },
         protection: ProtectionConfig {
             following_error_m_max: 0.02,

@@ -42,7 +42,7 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 22), pair(encoder), pair(motor))
+    (name(), vec(number(), 23), pair(encoder), pair(motor))
         .prop_map(|(name, n, encoder, motor)| Config {
             name,
             geometry: GeometryConfig {
@@ -66,6 +66,7 @@ fn config() -> BoxedStrategy<Config> {
                 stop_deceleration_mps2: n[11],
                 duty_max: n[12],
                 duty_slew_per_s: n[13],
+                hold_s: n[22],
             },
             protection: ProtectionConfig {
                 following_error_m_max: n[14],

@@ -147,16 +147,20 @@ impl Intervals {
     }
 }
 
-/// Records the first campaign of a robot, and follows suggestions until its class is resolved, which must take exactly
-/// one.
-fn one_suggestion_does(case: &Case<'_>, record: impl Fn(&mut User), intervals: &mut Intervals) {
+/// Records the first campaign of a robot, and follows suggestions until its class is resolved; returns how many that took.
+fn suggestions(case: &Case<'_>, record: impl Fn(&mut User), intervals: &mut Intervals) -> usize {
     let mut user = User::with(case.scenario);
     record(&mut user);
     let closed = close(&mut user, case);
-    assert_eq!(closed.suggestions, 1, "{}", case.truth);
     if case.besides.is_empty() {
         intervals.compare(case.scenario, &closed.step);
     }
+    closed.suggestions
+}
+
+/// As [`suggestions`], which must be exactly one.
+fn one_suggestion_does(case: &Case<'_>, record: impl Fn(&mut User), intervals: &mut Intervals) {
+    assert_eq!(suggestions(case, record, intervals), 1, "{}", case.truth);
 }
 
 #[test]
@@ -192,7 +196,8 @@ fn spins_only_then_a_track_is_not_mistaken_for_a_scale() {
 fn umbmark_end_poses_only_then_a_radius_is_not_mistaken_for_uneven_turns_or_a_pull() {
     let class = &["heading_pull", "turn_asymmetry", "wheel_radius_ratio"];
     let mut intervals = Intervals::default();
-    for seed in 1..=2 {
+    let mut needed = Vec::new();
+    for seed in 1..=5 {
         let unequal = robot::with(HiddenEffect::WheelRadiusRatio, 1.0, seed);
         let uneven = robot::with(HiddenEffect::TurnAsymmetry, 1.0, seed);
         let pulled = robot::pulled(seed);
@@ -205,10 +210,14 @@ fn umbmark_end_poses_only_then_a_radius_is_not_mistaken_for_uneven_turns_or_a_pu
             ("heading_pull", &pulled, &["turn_asymmetry"]),
         ] {
             let case = Case { scenario, truth, class, or: &[], besides };
-            one_suggestion_does(&case, |user| user.umbmark(3), &mut intervals);
+            needed.push(suggestions(&case, |user| user.umbmark(3), &mut intervals));
         }
     }
-    intervals.hold(2);
+    // End poses have the camera's noise in full: one robot in fifteen needs a second suggestion.
+    let by_one = needed.iter().filter(|suggestions| **suggestions == 1).count();
+    assert!(needed.iter().all(|suggestions| *suggestions <= 2), "{needed:?}");
+    assert!(10 * by_one >= 9 * needed.len(), "{needed:?}");
+    intervals.hold(5);
 }
 
 #[test]

@@ -199,6 +199,7 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "limits.acceleration_mps2_max" => &mut config.limits.acceleration_mps2_max,
         "limits.stop_deceleration_mps2" => &mut config.limits.stop_deceleration_mps2,
         "limits.duty_max" => &mut config.limits.duty_max,
+        "limits.hold_s" => &mut config.limits.hold_s,
         "limits.duty_slew_per_s" => &mut config.limits.duty_slew_per_s,
         "protection.following_error_m_max" => &mut config.protection.following_error_m_max,
         "protection.stall_time_s" => &mut config.protection.stall_time_s,

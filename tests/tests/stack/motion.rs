@@ -65,6 +65,38 @@ async fn settled(robot: &mut Robot) -> (Vec<Telemetry>, Option<MotionEnd>) {
     (robot.session.take_telemetry().collect(), status.motion_end)
 }
 
+/// How far a robot moves in two seconds after a motion up a slope of 8 degrees \[m\], if it holds its place so long.
+fn creeps_m(hold_s: f64) -> f64 {
+    let mut scenario = Scenario::default();
+    scenario.plant.floor.slope_rad = 0.14;
+    scenario.plant.body.payload_kg = 2.0;
+    on_robot(&scenario, async |robot| {
+        let mut config = robot.session.read_config().await.expect("it answers");
+        config.limits.hold_s = hold_s;
+        robot.session.write_config(&config).await.expect("valid");
+        let id = robot.cruise(&meters(0.3, 0.3, 0.2, 0.5), 0.5).await;
+        robot.finish(id).await;
+        robot.listen(0.3).await;
+        let stands = robot.snapshot();
+        robot.listen(2.0).await;
+        assert_eq!((robot.state().await, robot.fault().await), (State::Armed, None));
+        let moved_m = robot.snapshot().moved_since_m(&stands);
+        // And it goes on from where it is.
+        let id = robot.cruise(&meters(0.1, 0.1, 0.2, 0.5), 0.3).await;
+        robot.finish(id).await;
+        assert_eq!(robot.fault().await, None);
+        moved_m
+    })
+}
+
+#[test]
+fn a_robot_that_holds_its_place_stays_on_a_slope_where_another_creeps() {
+    let (holds_m, creeps_m) = (creeps_m(60.0), creeps_m(0.0));
+    println!("holds: {:.2} mm, without: {:.2} mm", holds_m * 1e3, creeps_m * 1e3);
+    assert!(holds_m < 5e-4, "{holds_m}");
+    assert!(creeps_m > 10.0 * holds_m.max(1e-4), "{creeps_m}");
+}
+
 #[test]
 fn reversing_in_the_middle_of_a_cruise_does_not_jump() {
     on_robot(&fast_line(), async |robot| {

@@ -328,6 +328,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         Duration::from_micros(truncate(self.config.protection.link_timeout_s * 1e6, 0) as u64)
     }
 
+    /// How long the wheels hold their place after a motion.
+    fn hold_ticks(&self) -> u32 {
+        truncate(self.config.limits.hold_s * 1e6, 0) as u32 / CONTROL_PERIOD_US
+    }
+
     /// What is wrong with the supply as it was at the last tick.
     fn supply_fault(&self) -> Option<Fault> {
         let (limits, supply_mv) =

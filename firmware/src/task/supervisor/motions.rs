@@ -10,6 +10,7 @@ use super::{EARLIER_MOTIONS, Supervisor};
 use crate::hal::Store;
 use crate::probe::Direction;
 use crate::profile::{Plan, ProfileState};
+use crate::shared::Action;
 use crate::units::CONTROL_PERIOD_US;
 
 /// A motion that a host wants.
@@ -150,6 +151,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             (Some(_), _) if !probed => return Err(Refusal::State(self.state)),
             (Some(plan), _) => plan.at(start),
             (None, Some((_, from))) => *from,
+            (None, None) if self.holds() => {
+                self.shared.profile.lock(|profile| profile.borrow().at(start))
+            }
             (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
         };
         let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;
@@ -170,6 +174,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             self.begin_probe(wanted, from);
         }
         Ok(Answer::Done)
+    }
+
+    /// Whether the wheels hold their place after a motion.
+    fn holds(&self) -> bool {
+        matches!(self.shared.snapshot.copy().action, Action::Track(_))
     }
 
     /// When to start a motion so that `start_us` is its first control tick: half a tick before.

@@ -76,7 +76,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let id = self.next_order();
         self.waiting = None;
         self.start_at = None;
-        self.shared.follow(id, &plan);
+        self.shared.follow(id, &plan, self.hold_ticks());
         self.plan_starts = Instant::now() + PLAN_AHEAD;
         self.plan = Some(plan);
         self.enter(State::Driving);
@@ -93,7 +93,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 let deceleration = self.config.limits.stop_deceleration_mps2;
                 let stop = Plan::stop(start, plan.at(start), deceleration);
                 let id = self.next_order();
-                self.shared.follow(id, &stop);
+                self.shared.follow(id, &stop, self.hold_ticks());
                 self.plan = Some(stop);
                 self.enter(State::Stopping);
             }

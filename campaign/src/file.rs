@@ -152,7 +152,7 @@ const LEFT_AFTER: Duration = Duration::from_secs(60);
 
 /// Removes the temporary files of processes that were killed while they wrote. What cannot be
 /// removed harms nobody.
-fn remove_leftovers(folder: &Path) {
+pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();

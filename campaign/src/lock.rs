@@ -8,6 +8,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{CampaignError, Place};
+use crate::file::remove_leftovers;
 
 /// The file that is locked, in the campaign folder.
 pub const NAME: &str = ".beeline-lock";
@@ -42,6 +43,9 @@ impl FolderLock {
             }
             let lock = Self { file, path: path.clone() };
             lock.sign().map_err(cannot)?;
+            for folder in [folder, &folder.join("runs")] {
+                remove_leftovers(folder);
+            }
             return Ok(lock);
         }
     }

@@ -75,7 +75,9 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         Refusal::Late => {
             "the line holds frames up: check the cable, the baud rate, and what is between"
         }
-        Refusal::Driven => "wait until the other host is done; `beeline stop` ends its motion",
+        Refusal::Driven => {
+            "wait until the other host is done; `beeline stop` ends its motion and switches the motors off"
+        }
         Refusal::Period
         | Refusal::Lease
         | Refusal::Forgotten

@@ -77,6 +77,8 @@ pub enum Error {
     StartTooLate,
     /// The robot stands still, but did not reach the end of its motion.
     NeverEnded,
+    /// Another host stopped the robot before its motion was over.
+    StoppedByAnother,
     /// The robot sent a configuration that no robot can have.
     InvalidConfig {
         /// The field and what is wrong with it.
@@ -191,6 +193,7 @@ impl fmt::Display for Error {
                 f,
                 "the robot's clock showed {elapsed_s:.1} s of the motion after {waited_s:.0} s: it was stopped"
             ),
+            Self::StoppedByAnother => f.write_str("another host stopped the robot on its way"),
             Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
             Self::NeverStands => {
                 f.write_str("the robot does not come to a standstill at the end of its motion")

@@ -21,6 +21,8 @@ const READY_MAX: usize = 60_000;
 pub struct Stream {
     /// Number of the next frame; `None` before the first.
     next: Option<u32>,
+    /// The time of the newest frame \[us\].
+    newest_us: u64,
     /// Frames after a gap, by number.
     waiting: BTreeMap<u32, Telemetry>,
     /// Frames in order that were not taken yet.
@@ -52,6 +54,12 @@ impl Stream {
     /// Adds a frame that was received.
     pub fn push(&mut self, telemetry: Telemetry) {
         let number = telemetry.number;
+        // A later frame with an earlier number: another host has asked for another period.
+        let earlier = |next: u32| number.wrapping_sub(next) > u32::MAX / 2;
+        if telemetry.t_us > self.newest_us && self.next.is_some_and(earlier) {
+            self.restart();
+        }
+        self.newest_us = self.newest_us.max(telemetry.t_us);
         let next = *self.next.get_or_insert(number);
         // For a frame before the next one the difference wraps to a large number.
         if number.wrapping_sub(next) > u32::MAX / 2 {
@@ -269,6 +277,21 @@ mod tests {
         (0..most + 100).for_each(|number| stream.push(frame(number)));
         assert_eq!(stream.lost(), 100);
         assert_eq!(stream.drain().next().unwrap().number, 100);
+    }
+
+    #[test]
+    fn another_period_begins_the_numbers_anew() {
+        let mut stream = Stream::default();
+        let at = |number: u32, t_us: u64| Telemetry { t_us, ..frame(number) };
+        // 10 ms, then 100 ms: the number is the time over the period.
+        for t_us in [1_000_000, 1_010_000, 1_020_000] {
+            stream.push(at((t_us / 10_000) as u32, t_us));
+        }
+        for t_us in [1_100_000, 1_200_000] {
+            stream.push(at((t_us / 100_000) as u32, t_us));
+        }
+        assert_eq!(numbers(&mut stream), [100, 101, 102, 11, 12]);
+        assert_eq!((stream.missing(0), stream.lost()), (None, 0));
     }
 
     #[test]

@@ -118,7 +118,9 @@ impl Handshake {
             return Err((0, Refusal::HelloFirst));
         }
         let request: Request = frame.message().ok_or((0, Refusal::Unreadable))?;
-        if !self.knows(request.session) {
+        // Whoever has forgotten the hello, or was forgotten, may stop the robot.
+        let stops = matches!(request.command, Command::EmergencyStop | Command::Stop);
+        if !self.knows(request.session) && !stops {
             return Err((request.session, Refusal::HelloFirst));
         }
         let now_us = Instant::now().as_micros();

@@ -338,7 +338,7 @@ fn finish(common: &Common, folder: &Path, summary: &Summary) {
         ui::runs(runs),
         match summary.before {
             0 => String::new(),
-            before => format!(", {before} were there before"),
+            before => format!(" recorded, {before} were there before"),
         }
     ));
     if !summary.skipped.is_empty() {

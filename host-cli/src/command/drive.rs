@@ -3,7 +3,7 @@
 //! How a motion is driven to its end is left to `host-link`.
 
 use serde_json::json;
-use shared_proto::{Command, Config, TravelUnit, WheelPair};
+use shared_proto::{Command, Config, MotionEnd, TravelUnit, WheelPair};
 
 use crate::cli::{Common, DriveCommand, ProfileArgs};
 use crate::error::{Error, Result};
@@ -24,7 +24,11 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
             motion::drive(session, &motion, options, &mut |share| progress.set(share)).await?;
         Ok((recording, config))
     })?;
-    report(common, &recording, &config)
+    report(common, &recording, &config)?;
+    match recording.end {
+        MotionEnd::Completed => Ok(()),
+        _ => Err(host_link::Error::StoppedByAnother.into()),
+    }
 }
 
 pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
@@ -34,6 +38,8 @@ pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
         } else {
             session.open().await?;
             session.request(Command::Stop).await?;
+            // It brakes first; then the motors are off, and the robot is anybody's.
+            session.request(Command::Disarm).await?;
         }
         Ok(())
     })?;

@@ -23,7 +23,7 @@ mod wheel_weight;
 
 use clap::{CommandFactory, Parser};
 
-use crate::cli::{Cli, Command, DriveArgs};
+use crate::cli::{CampaignCommand, Cli, Command, DriveArgs};
 use crate::error::Result;
 use crate::interrupt;
 use crate::ui::say_text;
@@ -63,7 +63,9 @@ pub fn run(cli: &Cli) -> Result<()> {
                 record::run(common, args)
             }
             Command::Campaign(args) => {
-                interrupt::listen();
+                if !matches!(args, CampaignCommand::Plan(_)) {
+                    interrupt::listen();
+                }
                 campaign::run(common, args)
             }
             Command::Calibrate(args) => {

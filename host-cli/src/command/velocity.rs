@@ -53,8 +53,8 @@ pub(super) fn run(
     if let Some(error) = failed {
         return Err(error);
     }
-    let end = format!("{end:?}").to_lowercase();
-    tell(common.json, json!({ "end": end }), &end);
+    debug_assert_eq!(end, shared_proto::MotionEnd::Stopped);
+    tell(common.json, json!({ "end": "completed" }), "done");
     Ok(())
 }
 
@@ -123,7 +123,8 @@ fn twist(line: &str, number: usize) -> Result<Twist> {
     match numbers.as_deref() {
         Some(&[forward_mps, turn_rad_s]) => Ok(Twist { forward_mps, turn_rad_s }),
         _ => Err(Error::new(format_args!(
-            "line {number} of standard input is not two numbers: {line:?}"
+            "line {number} of standard input is not two numbers: {:?}",
+            line.chars().take(60).collect::<String>()
         ))
         .hint("a line is a forward speed in m/s and a turn rate in rad/s: 0.2 -0.5")),
     }

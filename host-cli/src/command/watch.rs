@@ -26,13 +26,24 @@ pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
         }
         let start_us = session.clock().now_us();
         let mut checked_us = start_us;
+        let mut shown_us = 0;
         loop {
             session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
             let mut heard = session.take_events().all(|event| show_event(common, &event));
             let json = common.json;
-            heard &= session
+            // Another host may have asked for more.
+            let every_us = if session.overhears() { u64::from(period_ms) * 1000 } else { 0 };
+            let due: Vec<Telemetry> = session
                 .take_telemetry()
-                .all(|frame| if json { is_heard(json!(frame)) } else { is_heard(line(&frame)) });
+                .filter(|frame| {
+                    let is_due = frame.t_us >= shown_us + every_us;
+                    shown_us = if is_due { frame.t_us } else { shown_us };
+                    is_due
+                })
+                .collect();
+            heard &= due
+                .iter()
+                .all(|frame| if json { is_heard(json!(frame)) } else { is_heard(line(frame)) });
             let now_us = session.clock().now_us();
             let elapsed_s = (now_us - start_us) as f64 * 1e-6;
             if !heard || interrupt::requested() || duration_s.is_some_and(|end| elapsed_s >= end) {

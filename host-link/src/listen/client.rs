@@ -9,6 +9,9 @@ use shared_proto::{Bound, Channel, Decoder, Encoder, Frame};
 
 use super::News;
 
+/// The first byte of a hello's frame: COBS for a zero at once.
+const HELLO_FIRST: u8 = 1;
+
 /// A client that has not said hello by then is none.
 const GREETING_MAX: Duration = Duration::from_secs(2);
 
@@ -88,6 +91,10 @@ impl Client {
     fn greeting(&mut self) -> Greeting {
         while self.held.front() == Some(&0) {
             self.held.pop_front();
+        }
+        // A hello's frame begins with the code of its channel, which is zero.
+        if self.held.front().is_some_and(|&first| first != HELLO_FIRST) {
+            return Greeting::Other;
         }
         let Some(end) = self.held.iter().position(|&byte| byte == 0) else {
             let longest = Bound::ALL[Channel::Hello as usize].frame_len;

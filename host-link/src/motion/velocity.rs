@@ -87,12 +87,14 @@ async fn follow(
         *fastest_mps = fastest_mps.max(forward_mps.abs());
         let answer = session.ask(Command::Velocity(velocity)).await?;
         *commanded |= answer.is_ok();
-        if session.take_events().any(|event| ends_motion(&event, motion)) {
-            // Stopped by another host or by a fault, which the status says.
-            return Ok(());
+        let ended = session.take_events().any(|event| ends_motion(&event, motion));
+        if ended && answer.is_ok() {
+            // By another host or by a fault, which the next answer says.
+            continue;
         }
         answer.map_err(|refusal| match refusal {
             Refusal::Faulted(report) if *commanded => Error::Faulted(report),
+            Refusal::NoSuchMotion | Refusal::Driven if *commanded => Error::StoppedByAnother,
             refusal => Error::Refused { request: "drive", refusal },
         })?;
         session.listen(EVERY).await?;

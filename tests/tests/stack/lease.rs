@@ -157,8 +157,9 @@ fn a_lease_that_has_ended_or_ends_too_late_is_refused_and_changes_nothing() {
 #[test]
 fn only_the_driver_changes_anything_and_every_host_may_stop() {
     on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Subscribe { period_ms: 20 }).await;
         let id = robot.cruise(&ahead(), 1.0).await;
-        let driver = robot.another_host(2).await;
+        let mut driver = robot.another_host(2).await;
         for command in [
             Command::Arm { take: false },
             Command::Drive(ahead().drive_now(MotionId(5))),
@@ -175,7 +176,10 @@ fn only_the_driver_changes_anything_and_every_host_may_stop() {
         assert_eq!(robot.ask(write).await, Err(Refusal::Driven));
         assert_eq!(robot.state().await, State::Driving);
         assert_eq!(robot.ask(Command::Stop).await, Ok(Answer::Done));
-        robot.listen(1.0).await;
+        for _ in 0..20 {
+            driver.post(Command::Status).await.expect("sent");
+            robot.listen(0.05).await;
+        }
         assert_eq!((robot.state().await, robot.fault().await), (State::Armed, None));
         // The driver is still the driver, until it or somebody else switches the motors off.
         assert_eq!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Driven));
@@ -184,6 +188,44 @@ fn only_the_driver_changes_anything_and_every_host_may_stop() {
         robot.session = driver;
         let drive = Command::Drive(ahead().drive_now(MotionId(6)));
         assert_eq!(robot.ask(drive).await, Err(Refusal::Driven), "it is the other's now");
+    });
+}
+
+#[test]
+fn an_armed_robot_whose_driver_died_is_anybodys_after_a_second_and_idle_after_a_stop() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        let _dead = robot.another_host(2).await;
+        assert_eq!(robot.ask(Command::Arm { take: false }).await, Err(Refusal::Driven));
+        robot.listen(1.1).await;
+        robot.tell(Command::Arm { take: false }).await;
+        let id = robot.cruise(&meters(0.05, 0.05, 0.1, 0.5), 0.3).await;
+        robot.finish(id).await;
+        let _dead = robot.another_host(3).await;
+        robot.tell(Command::Disarm).await;
+        assert_eq!(robot.state().await, State::Idle);
+        robot.tell(Command::Arm { take: false }).await;
+    });
+}
+
+#[test]
+fn a_stop_needs_no_hello_but_all_else_does() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.cruise(&ahead(), 1.0).await;
+        let mut encoder = Encoder::new();
+        let now_ms = now_us() / 1000;
+        for command in [Command::Disarm, Command::Renew { motion: MotionId(1) }] {
+            let request = Request { session: 99, id: 1, until_ms: now_ms + 200, command };
+            robot.wire.write_now(&encoder.message(&request));
+        }
+        sleep_until_us(now_us() + 10_000).await;
+        assert!(robot.snapshot().is_powered());
+        let event_us = now_us();
+        let stop = Command::EmergencyStop;
+        let request = Request { session: 99, id: 2, until_ms: 0, command: stop };
+        robot.wire.write_now(&encoder.message(&request));
+        sleep_until_us(event_us + 100_000).await;
+        assert!(robot.last_powered_us(event_us).unwrap_or(event_us) < event_us + 10_000);
     });
 }
 

@@ -114,6 +114,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     velocity: Option<Velocity>,
     /// A velocity that came before the last plan had begun: it is planned as soon as that has.
     next_velocity: Option<Velocity>,
+    /// The session that asked for telemetry last.
+    subscriber: u32,
     /// When the last plan begins.
     plan_starts: Instant,
     /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
@@ -154,6 +156,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             renewed: Instant::MIN,
             velocity: None,
             next_velocity: None,
+            subscriber: 0,
             plan_starts: Instant::MIN,
             waiting: None,
             start_at: None,

@@ -17,6 +17,9 @@ use crate::units::CONTROL_PERIOD_US;
 /// must not wear it out in an hour.
 const SAVE_EVERY: Duration = Duration::from_secs(1);
 
+/// The driver of an armed robot that stands may be silent for this long.
+const DRIVER_SILENCE: Duration = Duration::from_secs(1);
+
 /// Version: major, minor, patch.
 const FIRMWARE: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
@@ -49,10 +52,15 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if !request.command.changes_something() {
             return Ok(());
         }
-        let driver = self.shared.driver.get();
-        if driver.is_some_and(|driver| driver != request.session)
-            && !matches!(request.command, Command::Arm { take: true })
-        {
+        let takes = match request.command {
+            Command::Arm { take } => take,
+            // The driver has not asked for telemetry itself.
+            Command::Subscribe { .. } => {
+                self.shared.telemetry_period.get() == 0 || self.driver() != Some(self.subscriber)
+            }
+            _ => false,
+        };
+        if self.driver().is_some_and(|driver| driver != request.session) && !takes {
             return Err(Refusal::Driven);
         }
         let now_ms = Instant::now().as_millis();
@@ -64,6 +72,12 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
         self.lease = Instant::from_millis(request.until_ms);
         Ok(())
+    }
+
+    /// The session that drives. A robot that stands is nobody's any more once its driver has been silent for a while.
+    fn driver(&self) -> Option<u32> {
+        let silent = Instant::now() >= self.last_heard() + DRIVER_SILENCE;
+        self.shared.driver.get().filter(|_| self.state != State::Armed || !silent)
     }
 
     /// Executes what needs no waiting, and replies.
@@ -123,6 +137,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 if period_ms > 1000 {
                     return Err(Refusal::Period);
                 }
+                self.subscriber = request.session;
                 let ticks = u32::from(period_ms) * 1000 / CONTROL_PERIOD_US;
                 self.shared.telemetry_period.set(ticks);
                 Ok(Answer::Done)

@@ -105,13 +105,16 @@ fn half_digit(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Whether all rows of `b` are in `a`.
-fn is_copy((b, drawn_b): (&Run, &Fingerprint), (a, drawn_a): (&Run, &Fingerprint)) -> bool {
+fn is_copy(
+    (b, fingerprint_b): (&Run, &Fingerprint),
+    (a, fingerprint_a): (&Run, &Fingerprint),
+) -> bool {
     let whole = a.rows.len() == b.rows.len();
     if !whole && b.rows.len() < ROWS_MIN {
         return false;
     }
-    let Some(telling) = drawn_b.telling.map(|row| &b.rows[row]) else { return false };
-    let close = Close::new(drawn_a, drawn_b);
+    let Some(telling) = fingerprint_b.telling.map(|row| &b.rows[row]) else { return false };
+    let close = Close::new(fingerprint_a, fingerprint_b);
     let alike = a.rows.iter().filter(|row| close.poses(row, telling));
     alike.take(SHIFTS_MAX).any(|row| close.all(&a.rows, &b.rows, row.t_s - telling.t_s))
 }

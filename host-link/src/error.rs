@@ -193,7 +193,7 @@ impl fmt::Display for Error {
                 f,
                 "the robot's clock showed {elapsed_s:.1} s of the motion after {waited_s:.0} s: it was stopped"
             ),
-            Self::StoppedByAnother => f.write_str("another host stopped the robot on its way"),
+            Self::StoppedByAnother => f.write_str("another host stopped the robot"),
             Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
             Self::NeverStands => {
                 f.write_str("the robot does not come to a standstill at the end of its motion")

@@ -61,7 +61,7 @@ pub enum News {
     /// A program that does not speak the protocol was cut off.
     Stranger,
     /// A client that did not read was cut off.
-    Deaf,
+    NotReading,
 }
 
 /// The robot's end of a line. No method blocks.
@@ -181,7 +181,102 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+
+    use shared_proto::{Command, Hello, Request};
+
     use super::*;
+
+    /// A line, and what it passes on and tells.
+    struct Bench {
+        line: Line,
+        to_robot: Vec<Vec<u8>>,
+        news: Vec<News>,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let line = Line::open(&Listen::Tcp("127.0.0.1:0".into())).unwrap();
+            Self { line, to_robot: Vec::new(), news: Vec::new() }
+        }
+
+        /// A client that has said hello.
+        fn client(&mut self, session: u32) -> TcpStream {
+            let mut client = TcpStream::connect(&self.line.address()["tcp:".len()..]).unwrap();
+            client.write_all(&Encoder::new().hello(Hello::of_this_build(session))).unwrap();
+            let known = self.count(News::Connected);
+            while self.count(News::Connected) == known {
+                self.pass_on(usize::MAX);
+            }
+            client
+        }
+
+        fn count(&self, what: News) -> usize {
+            self.news.iter().filter(|news| **news == what).count()
+        }
+
+        /// Passes on frames until this many have been.
+        fn pass_on(&mut self, frames: usize) {
+            let Self { line, to_robot, news } = self;
+            let passed = std::cell::Cell::new(0);
+            let mut take = |bytes: &[u8]| {
+                passed.set(passed.get() + 1);
+                to_robot.push(bytes.to_vec());
+            };
+            line.pass_on(&|| passed.get() < frames, &mut take, &mut |told| news.push(told));
+        }
+    }
+
+    #[test]
+    fn a_client_that_does_not_read_is_cut_off_and_holds_nobody_up() {
+        /// More than the system holds for a connection.
+        const CHUNKS_MAX: usize = 64 * 1024;
+        let mut bench = Bench::new();
+        let _silent = bench.client(1);
+        let mut reader = bench.client(2);
+        reader.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let (mut chunks, mut heard) = (0, [0; 1024]);
+        while bench.count(News::NotReading) == 0 && chunks < CHUNKS_MAX {
+            chunks += 1;
+            let Bench { line, news, .. } = &mut bench;
+            line.write(&[chunks as u8; 1024], &mut |told| news.push(told));
+            reader.read_exact(&mut heard).expect("nobody holds this one up");
+            assert_eq!(heard, [chunks as u8; 1024]);
+        }
+        assert_eq!((bench.count(News::NotReading), bench.count(News::Disconnected)), (1, 0));
+    }
+
+    #[test]
+    fn frames_of_two_clients_take_turns_however_many_one_of_them_sends() {
+        let mut bench = Bench::new();
+        let (mut flood, mut other) = (bench.client(1), bench.client(2));
+        bench.pass_on(usize::MAX);
+        let frame = |session: u32, command| {
+            let request = Request { session, id: 1, until_ms: 0, command };
+            Encoder::new().message(&request).to_vec()
+        };
+        flood.write_all(&frame(1, Command::Status).repeat(100)).unwrap();
+        other.write_all(&frame(2, Command::EmergencyStop)).unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+        bench.to_robot.clear();
+        bench.pass_on(4);
+        let sessions: Vec<u32> = bench
+            .to_robot
+            .iter()
+            .map(|bytes| {
+                let mut decoder = shared_proto::Decoder::new();
+                let mut session = 0;
+                for &byte in bytes {
+                    if let Some(Ok(frame)) = decoder.push(byte) {
+                        session = frame.message::<Request>().unwrap().session;
+                    }
+                }
+                session
+            })
+            .collect();
+        assert!(sessions.len() <= 5 && sessions[..2].contains(&2), "{sessions:?}");
+    }
 
     #[test]
     fn only_this_machine_reaches_a_loopback_address_and_a_terminal() {

@@ -48,7 +48,6 @@ pub struct Session {
     port: String,
     number: u32,
     robot_clock: RobotClock,
-    lease: Duration,
     encoder: Encoder,
     decoder: Decoder,
     next_id: u32,
@@ -74,7 +73,6 @@ impl Session {
             port,
             number,
             robot_clock: RobotClock::default(),
-            lease: LEASE,
             encoder: Encoder::new(),
             decoder: Decoder::new(),
             next_id: 1,
@@ -103,14 +101,9 @@ impl Session {
         self.cancel.is_requested()
     }
 
-    /// Gives this lease from now on, instead of [`LEASE`]; a robot accepts up to 10 s.
-    pub fn set_lease(&mut self, lease: Duration) {
-        self.lease = lease;
-    }
-
     /// When a lease that is given now ends, on the robot's clock \[ms\].
     pub fn lease_end_ms(&self) -> u64 {
-        self.robot_clock.lease_end_ms(self.lease, self.clock.now_us())
+        self.robot_clock.lease_end_ms(LEASE, self.clock.now_us())
     }
 
     /// A number for the next motion, different from that of the last.
@@ -188,7 +181,7 @@ impl Session {
             if !std::mem::take(&mut first) {
                 self.statistics.retries += 1;
             }
-            if request.command.changes_something() {
+            if request.command.needs_lease() {
                 request.until_ms = self.lease_end_ms();
             }
             let frame = self.encoder.message(&request);
@@ -222,7 +215,7 @@ impl Session {
 
     /// Sends a request without waiting for the answer: for what is soon repeated anyway.
     pub async fn post(&mut self, command: Command) -> Result<()> {
-        let until_ms = if command.changes_something() { self.lease_end_ms() } else { 0 };
+        let until_ms = if command.needs_lease() { self.lease_end_ms() } else { 0 };
         self.post_until(command, until_ms).await.map(drop)
     }
 

@@ -19,7 +19,7 @@ pub struct Request {
     pub id: u32,
     /// The lease: when this ends to be the host's wish, on the robot's clock \[ms since power-on\].
     ///
-    /// Later than that, a command that [changes something](Command::changes_something) is refused, however it
+    /// Later than that, a command that [needs a lease](Command::needs_lease) is refused, however it
     /// was held up; a motion lives until then, unless it is renewed. Other commands have 0.
     pub until_ms: u64,
     /// What to do.
@@ -100,9 +100,9 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether the robot is not as before: such a command needs a [lease](Request::until_ms), and the driver's
-    /// session while there is a driver.
-    pub const fn changes_something(&self) -> bool {
+    /// Whether it changes something: such a command needs a [lease](Request::until_ms), and the driver's session while
+    /// there is a driver.
+    pub const fn needs_lease(&self) -> bool {
         match self {
             Command::WriteConfig(_)
             | Command::SaveConfig

@@ -105,7 +105,7 @@ pub enum Command {
     /// Drive a motion: straight, spin, arc, or a velocity for a time.
     #[command(subcommand)]
     Drive(DriveArgs),
-    /// Brake along a ramp; --now cuts the motors and latches a fault.
+    /// Brake along a ramp and switch the motors off; --now cuts them at once and latches a fault.
     Stop {
         /// Zero duty at once, as the emergency stop does.
         #[arg(long)]

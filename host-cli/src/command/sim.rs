@@ -29,7 +29,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };
     if !listen.is_local() && !args.insecure {
         return Err(Error::new(
-            "whoever reaches that address can drive the robot: the protocol asks nobody who he is",
+            "anyone who can reach that address can drive the robot: there is no password",
         )
         .hint("--listen tcp:127.0.0.1:7700 for this machine alone; --insecure if you mean it"));
     }
@@ -52,7 +52,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         ServeEvent::Client(News::Stranger) => {
             note("a program that does not speak Beeline's protocol was cut off");
         }
-        ServeEvent::Client(News::Deaf) => note("a client that did not read was cut off"),
+        ServeEvent::Client(News::NotReading) => note("a client that did not read was cut off"),
         ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
     };
     Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)

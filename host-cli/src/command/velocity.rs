@@ -26,9 +26,9 @@ pub(super) fn run(
         VelocitySource::Stdin => Some(Lines::of_stdin()),
         VelocitySource::Speed(_) => None,
     };
-    let (end, failed) = with_robot(&common.port, &common.sim(), async |session, _| {
+    let failed = with_robot(&common.port, &common.sim(), async |session, _| {
         if session.clock().is_virtual() && (lines.is_some() || duration.is_none()) {
-            return Err(Error::new("this simulated robot's time runs faster than yours")
+            return Err(Error::new("the simulator in this process runs faster than real time")
                 .hint("--for TIME; or `beeline sim --listen tcp:127.0.0.1:7700`, and --port with its address"));
         }
         let config = session.read_config().await?;
@@ -47,13 +47,12 @@ pub(super) fn run(
             }),
             (VelocitySource::Stdin, None) => None,
         };
-        let end = drive_at(session, acceleration.mps2(radius_m), &mut wanted).await?;
-        Ok((end, failed))
+        drive_at(session, acceleration.mps2(radius_m), &mut wanted).await?;
+        Ok(failed)
     })?;
     if let Some(error) = failed {
         return Err(error);
     }
-    debug_assert_eq!(end, shared_proto::MotionEnd::Stopped);
     tell(common.json, json!({ "end": "completed" }), "done");
     Ok(())
 }

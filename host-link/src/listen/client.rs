@@ -137,7 +137,7 @@ impl Client {
             return false;
         }
         if self.unsent.len() > UNREAD_MAX {
-            tell(News::Deaf);
+            tell(News::NotReading);
             return false;
         }
         true

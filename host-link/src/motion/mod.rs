@@ -16,12 +16,14 @@ use shared_proto::{
     WheelPair,
 };
 
-use crate::error::{Error, Left, Result};
+use crate::error::{Error, Result};
 use crate::session::Session;
 
 pub use self::velocity::{EVERY, Twist, drive_at};
 
-use self::rest::{bring_to_rest, leave_as_found, stop_if_cancelled, wait_for_stop};
+use self::rest::{
+    bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+};
 
 /// The host renews a motion this often: of the six renewals in a [`LEASE`], five may be lost;
 /// one fits into the shortest `protection.link_timeout_s`; and a line of
@@ -147,15 +149,7 @@ pub async fn drive_into(
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<MotionEnd> {
-    let status = session.status().await?;
-    if let Some(report) = status.fault {
-        // The robot may still be braking for the fault, which says more than its state.
-        return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
-    }
-    let found = status.state;
-    if is_moving(found) {
-        return Err(Error::AlreadyMoving(found));
-    }
+    let found = standing(session).await?;
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
     let mut commanded = false;
     // Telemetry of earlier motions must not be taken for this one's.
@@ -169,11 +163,7 @@ pub async fn drive_into(
             false => leave_as_found(session, found).await,
         };
         telemetry.extend(session.take_all_telemetry());
-        return Err(match rest {
-            _ if !error.is_cancelled() => error,
-            Ok(state) => Error::Cancelled(Left::In(state)),
-            Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
-        });
+        return Err(left_at(error, rest));
     }
     session.request(Command::Disarm).await?;
     session.request(Command::Subscribe { period_ms: 0 }).await?;

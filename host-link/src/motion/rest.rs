@@ -1,6 +1,6 @@
 //! How a motion is ended early, and how the robot is brought to standstill.
 
-use shared_proto::{Command, State};
+use shared_proto::{Command, Refusal, State};
 
 use super::{RENEW_EVERY, is_moving};
 use crate::error::{Error, Left, Result};
@@ -13,6 +13,28 @@ pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
         return Err(Error::Cancelled(Left::In(State::Driving)));
     }
     Ok(())
+}
+
+/// The state of a robot that may be driven: an error if it moves, or if a fault is latched.
+pub(super) async fn standing(session: &mut Session) -> Result<State> {
+    let status = session.status().await?;
+    if let Some(report) = status.fault {
+        // The robot may still be braking for the fault, which says more than its state.
+        return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
+    }
+    if is_moving(status.state) {
+        return Err(Error::AlreadyMoving(status.state));
+    }
+    Ok(status.state)
+}
+
+/// The error of a drive that failed; a cancelled one says in which state it left the robot.
+pub(super) fn left_at(error: Error, rest: Result<State>) -> Error {
+    match rest {
+        _ if !error.is_cancelled() => error,
+        Ok(state) => Error::Cancelled(Left::In(state)),
+        Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
+    }
 }
 
 /// Brakes, waits for the robot to stand still after a ramp of this length \[s\], and disarms it; returns its state.

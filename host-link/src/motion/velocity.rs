@@ -2,11 +2,13 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, MotionEnd, Refusal, Velocity};
+use shared_proto::{Command, Refusal, Velocity};
 
-use super::rest::{bring_to_rest, leave_as_found, wait_for_stop};
-use super::{ends_motion, is_moving};
-use crate::error::{Error, Left, Result};
+use super::ends_motion;
+use super::rest::{
+    bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+};
+use crate::error::{Error, Result};
 use crate::session::Session;
 
 /// A velocity is commanded this often.
@@ -31,14 +33,8 @@ pub async fn drive_at(
     session: &mut Session,
     acceleration_mps2: f64,
     wanted: &mut dyn FnMut(f64) -> Option<Twist>,
-) -> Result<MotionEnd> {
-    let status = session.status().await?;
-    if let Some(report) = status.fault {
-        return Err(Error::Refused { request: "drive", refusal: Refusal::Faulted(report) });
-    }
-    if is_moving(status.state) {
-        return Err(Error::AlreadyMoving(status.state));
-    }
+) -> Result<()> {
+    let found = standing(session).await?;
     let mut fastest_mps = 0.0_f64;
     let mut commanded = false;
     let driven = follow(session, acceleration_mps2, wanted, &mut fastest_mps, &mut commanded).await;
@@ -54,17 +50,13 @@ pub async fn drive_at(
             return Err(Error::Faulted(report));
         }
         session.request(Command::Disarm).await?;
-        return status.motion_end.ok_or(Error::NeverEnded);
+        return Ok(());
     };
     let rest = match commanded {
         true => bring_to_rest(session, ramp_s).await,
-        false => leave_as_found(session, status.state).await,
+        false => leave_as_found(session, found).await,
     };
-    Err(match rest {
-        _ if !error.is_cancelled() => error,
-        Ok(state) => Error::Cancelled(Left::In(state)),
-        Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
-    })
+    Err(left_at(error, rest))
 }
 
 /// Commands one velocity after another; ends with the last one, or with the motion.
@@ -80,7 +72,7 @@ async fn follow(
     let motion = session.new_motion();
     let start_us = session.clock().now_us();
     loop {
-        super::rest::stop_if_cancelled(session)?;
+        stop_if_cancelled(session)?;
         let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
         let Some(Twist { forward_mps, turn_rad_s }) = wanted(elapsed_s) else { return Ok(()) };
         let velocity = Velocity { motion, forward_mps, turn_rad_s, acceleration_mps2 };

@@ -196,7 +196,7 @@ pub fn all() -> Vec<(String, Any)> {
 fn requests() -> Vec<(String, Any)> {
     let mut all = Vec::new();
     let mut request = |name: &str, command: Command| {
-        let until_ms = if command.changes_something() { 20_975 } else { 0 };
+        let until_ms = if command.needs_lease() { 20_975 } else { 0 };
         let request = Request { session: 0xA1B2, id: 7, until_ms, command };
         all.push((format!("request.{name}"), Any::Request(request)));
     };

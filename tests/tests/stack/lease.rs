@@ -2,13 +2,15 @@
 
 use beeline_tests::robot::{Robot, meters, on_robot};
 use futures_lite::future;
-use host_link::Motion;
+use host_link::clock::TimeSource;
+use host_link::wire::Waiting;
+use host_link::{Clock, Motion, Session, Wire};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::{
     Answer, Channel, Command, Decoder, Encoder, Fault, MotionId, Refusal, Request, State,
 };
-use sim_target::{Scenario, now_us, sleep_until_us};
+use sim_target::{HostWire, Scenario, now_us, sleep_until_us};
 
 use crate::safety::begins_to_stop_us;
 
@@ -93,6 +95,70 @@ fn a_robot_whose_host_died_stops_within_250_ms_whatever_is_queued() {
         });
     }
     println!("begins to stop after {latest_ms} ms at the latest");
+}
+
+/// A host whose clock runs at another rate than the robot's: in the simulator both are one.
+#[derive(Clone, Copy)]
+struct Skewed(f64);
+
+impl TimeSource for Skewed {
+    fn now_us(&self) -> u64 {
+        (now_us() as f64 * self.0) as u64 + 3_000_000
+    }
+
+    fn sleep_until_us(&self, t_us: u64) -> Waiting<'_, ()> {
+        let at_us = (t_us.saturating_sub(3_000_000) as f64 / self.0).ceil() as u64;
+        Box::pin(sleep_until_us(at_us))
+    }
+
+    fn is_virtual(&self) -> bool {
+        true
+    }
+}
+
+/// The host's end of the line, for a session with a clock of its own.
+struct Line(HostWire);
+
+impl Wire for Line {
+    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
+        Box::pin(async move {
+            self.0.write(bytes).await;
+            Ok(())
+        })
+    }
+
+    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
+        Box::pin(async move {
+            let mut buffer = vec![0; 512];
+            let len = self.0.read(&mut buffer).await;
+            buffer.truncate(len);
+            Ok(buffer)
+        })
+    }
+}
+
+#[test]
+fn a_host_whose_clock_runs_wrong_drives_and_its_robot_stops_in_time_all_the_same() {
+    for rate in [0.5, 0.95, 0.999, 1.001, 1.05, 2.0] {
+        on_robot(&Scenario::default(), async |robot| {
+            let clock = Clock::new(Skewed(rate));
+            let wire = Line(robot.wire.clone());
+            robot.session = Session::new(wire, clock, 2, "skewed".into());
+            robot.session.open().await.expect("the robot answers");
+            let id = robot.cruise(&ahead(), 6.0).await;
+            assert_eq!(
+                (robot.state().await, robot.fault().await),
+                (State::Driving, None),
+                "{rate}"
+            );
+            robot.session.post(Command::Renew { motion: id }).await.expect("sent");
+            let event_us = now_us();
+            sleep_until_us(event_us + 1_500_000).await;
+            let begins_us = begins_to_stop_us(&robot.snapshots_from(event_us), 0.2) - event_us;
+            println!("rate {rate}: {} ms", begins_us / 1000);
+            assert!((50_000..=250_000).contains(&begins_us), "{rate}: {begins_us}");
+        });
+    }
 }
 
 #[test]

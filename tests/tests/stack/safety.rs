@@ -283,6 +283,35 @@ fn a_host_that_talks_but_does_not_renew_is_named_time_to_live() {
 }
 
 #[test]
+fn a_fault_says_how_the_wheels_were_just_before_the_motors_went_off() {
+    // Raised by the control tick itself: the wheel that is held lags, and is driven harder.
+    on_robot(&Scenario::default(), async |robot| {
+        let id = robot.cruise(&AHEAD, 2.0).await;
+        robot.lab.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+        robot.renew(id, 0.3).await;
+        let report = robot.fault().await.expect("named");
+        assert_eq!(report.fault, Fault::EncoderDead(Wheel::Left));
+        let (left, right) = (report.wheels.left, report.wheels.right);
+        assert!((2_000..20_000).contains(&left.error_um), "behind: {report:?}");
+        assert!(left.speed_um_s.abs() < 20_000 && left.duty > right.duty, "{report:?}");
+        assert!((100_000..140_000).contains(&right.speed_um_s), "{report:?}");
+        assert!(right.error_um.abs() < 2_000 && right.duty > 4_000, "{report:?}");
+        assert!((11_000..12_500).contains(&report.supply_mv), "{report:?}");
+    });
+    // Raised by another task, between two ticks.
+    on_robot(&Scenario::default(), async |robot| {
+        robot.cruise(&AHEAD, 2.0).await;
+        robot.tell(Command::EmergencyStop).await;
+        robot.listen(0.3).await;
+        let report = robot.fault().await.expect("latched");
+        let as_at_cruise = |wheel: shared_proto::WheelAtFault| {
+            (100_000..140_000).contains(&wheel.speed_um_s) && wheel.duty > 4_000
+        };
+        assert!(report.wheels.all(as_at_cruise), "and not how they are by now: {report:?}");
+    });
+}
+
+#[test]
 fn a_late_control_tick_is_a_fault_and_cuts_the_motors() {
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(&AHEAD, 2.0).await;

@@ -162,8 +162,9 @@ fn a_host_drives_at_velocities_from_start_to_standstill() {
             5.0..8.0 => Some(Twist { forward_mps: 0.1, turn_rad_s: 0.0 }),
             _ => None,
         };
-        let end = drive_at(&mut robot.session, 0.2, &mut wanted).await.expect("it drives");
-        assert_eq!(end, MotionEnd::Stopped);
+        drive_at(&mut robot.session, 0.2, &mut wanted).await.expect("it drives");
+        let status = robot.session.status().await.expect("it answers");
+        assert_eq!(status.motion_end, Some(MotionEnd::Stopped));
         let pose = robot.snapshot().pose;
         // The encoder check takes half a second of the first five.
         assert!((0.9..1.4).contains(&pose.heading_rad), "{pose:?}");

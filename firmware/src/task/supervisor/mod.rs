@@ -34,7 +34,7 @@ use crate::protection::Thresholds;
 use crate::shared::{ControlEvent, Follow, LoopSettings, Outgoing, Shared, SupplyLimits};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
-use motions::Wanted;
+use motions::MotionCommand;
 
 /// A plan starts this many ticks ahead: planning may take most of that time on a slow MCU.
 const PLAN_AHEAD_TICKS: u32 = 10;
@@ -119,7 +119,7 @@ struct Supervisor<'a, M: RawMutex, S> {
     /// When the last plan begins.
     plan_starts: Instant,
     /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
-    waiting: Option<(Wanted, WheelPair<ProfileState>)>,
+    waiting: Option<(MotionCommand, WheelPair<ProfileState>)>,
     /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
     /// The plan that the profile task follows.

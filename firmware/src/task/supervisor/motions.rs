@@ -15,24 +15,24 @@ use crate::units::CONTROL_PERIOD_US;
 
 /// A motion that a host wants.
 #[derive(Clone, Copy)]
-pub(super) enum Wanted {
+pub(super) enum MotionCommand {
     Drive(Drive),
     Velocity(Velocity),
 }
 
-impl Wanted {
+impl MotionCommand {
     fn motion(&self) -> MotionId {
         match self {
-            Wanted::Drive(drive) => drive.motion,
-            Wanted::Velocity(velocity) => velocity.motion,
+            MotionCommand::Drive(drive) => drive.motion,
+            MotionCommand::Velocity(velocity) => velocity.motion,
         }
     }
 
     /// Which way each wheel is checked. The wheels of a velocity may turn either way next, so both are.
     pub(super) fn directions(&self, config: &Config) -> WheelPair<Direction> {
         match self {
-            Wanted::Drive(drive) => drive.distance.map(Direction::of),
-            Wanted::Velocity(velocity) => {
+            MotionCommand::Drive(drive) => drive.distance.map(Direction::of),
+            MotionCommand::Velocity(velocity) => {
                 let speeds = velocity.wheels_mps(config).unwrap_or(WheelPair::both(0.0));
                 speeds.map(|speed| match Direction::of(speed) {
                     Direction::Still => Direction::Forward,
@@ -50,8 +50,8 @@ impl Wanted {
         config: &Config,
     ) -> Result<Plan, MotionError> {
         match self {
-            Wanted::Drive(drive) => Plan::drive(start_tick, from, drive, config),
-            Wanted::Velocity(velocity) => {
+            MotionCommand::Drive(drive) => Plan::drive(start_tick, from, drive, config),
+            MotionCommand::Velocity(velocity) => {
                 let speeds = velocity.wheels_mps(config)?;
                 let acceleration = velocity.acceleration_mps2;
                 Plan::cruise(start_tick, from, speeds, acceleration, &config.geometry)
@@ -75,7 +75,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
         self.may_move()?;
         let start_at = drive.start_us.map(|start_us| self.start_instant(start_us)).transpose()?;
-        self.start_motion(Wanted::Drive(*drive), start_at)
+        self.start_motion(MotionCommand::Drive(*drive), start_at)
     }
 
     pub(super) fn execute_velocity(&mut self, velocity: &Velocity) -> Result<Answer, Refusal> {
@@ -86,7 +86,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         }
         if self.motion != Some(velocity.motion) {
             self.may_move()?;
-            self.start_motion(Wanted::Velocity(*velocity), None)?;
+            self.start_motion(MotionCommand::Velocity(*velocity), None)?;
             self.velocity = Some(*velocity);
             return Ok(Answer::Done);
         }
@@ -103,7 +103,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.velocity = Some(*velocity);
         if let Some((wanted, _)) = &mut self.waiting {
             // The encoder check is under way; this is driven afterwards.
-            *wanted = Wanted::Velocity(*velocity);
+            *wanted = MotionCommand::Velocity(*velocity);
         } else if Instant::now() < self.plan_starts {
             self.next_velocity = Some(*velocity);
         } else {
@@ -117,11 +117,11 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let Some(plan) = &self.plan else { return };
         let start = self.plan_start_tick();
         let from = plan.at(start);
-        self.begin(&Wanted::Velocity(velocity), from);
+        self.begin(&MotionCommand::Velocity(velocity), from);
     }
 
     /// Whether the wheels that this turns have been checked.
-    pub(super) fn is_probed(&self, wanted: &Wanted) -> bool {
+    pub(super) fn is_probed(&self, wanted: &MotionCommand) -> bool {
         let directions = wanted.directions(&self.config);
         directions
             .zip(self.probed)
@@ -141,7 +141,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// A new motion, in place of the one under way.
     fn start_motion(
         &mut self,
-        wanted: Wanted,
+        wanted: MotionCommand,
         start_at: Option<Instant>,
     ) -> Result<Answer, Refusal> {
         let probed = self.is_probed(&wanted);

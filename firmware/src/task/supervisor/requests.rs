@@ -49,7 +49,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Whether this session may do this now: only the driver changes anything, and nothing after its lease.
     fn permit(&mut self, request: &Request) -> Result<(), Refusal> {
-        if !request.command.changes_something() {
+        if !request.command.needs_lease() {
             return Ok(());
         }
         let takes = match request.command {

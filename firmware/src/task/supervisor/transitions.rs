@@ -4,7 +4,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{MotionEnd, State, WheelPair};
 
-use super::motions::Wanted;
+use super::motions::MotionCommand;
 use super::{PLAN_AHEAD, Supervisor};
 use crate::hal::Store;
 use crate::probe::{Direction, Probe};
@@ -26,7 +26,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// Armed to driving; the encoder check comes first.
-    pub(super) fn begin_probe(&mut self, wanted: Wanted, from: WheelPair<ProfileState>) {
+    pub(super) fn begin_probe(&mut self, wanted: MotionCommand, from: WheelPair<ProfileState>) {
         let id = self.next_order();
         let counts = self.shared.snapshot.get().measured.counts;
         let directions = wanted.directions(&self.config);
@@ -42,7 +42,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Armed to driving; the wheels rest until the start time.
     pub(super) fn begin_wait(
         &mut self,
-        wanted: Wanted,
+        wanted: MotionCommand,
         from: WheelPair<ProfileState>,
         start_at: Instant,
     ) {
@@ -63,7 +63,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// Driving to driving: the encoder check or the wait is over.
-    pub(super) fn begin(&mut self, wanted: &Wanted, from: WheelPair<ProfileState>) {
+    pub(super) fn begin(&mut self, wanted: &MotionCommand, from: WheelPair<ProfileState>) {
         match wanted.plan(self.plan_start_tick(), from, &self.config) {
             Ok(plan) => self.follow(plan),
             // The same motion was planned when the command came; the configuration has not changed.

@@ -17,6 +17,7 @@ mod words;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 const HELP: &str = "\
 cargo xtask <chore>
@@ -71,8 +72,15 @@ fn main() -> ExitCode {
 }
 
 /// The repository's root.
+///
+/// Asked at run time: with one build folder for two checkouts, cargo may run the program built in the other.
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the root")
+    static ROOT: OnceLock<PathBuf> = OnceLock::new();
+    ROOT.get_or_init(|| {
+        let package = std::env::var_os("CARGO_MANIFEST_DIR")
+            .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
+        package.parent().expect("xtask lies in the root").to_path_buf()
+    })
 }
 
 /// Where everything is built.

@@ -7,6 +7,7 @@ mod determinism;
 mod fault_cases;
 mod healthy;
 mod hello;
+mod latched;
 mod lease;
 mod motion;
 mod retry;

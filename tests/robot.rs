@@ -206,7 +206,7 @@ impl Robot {
 }
 
 /// A motion in metres.
-pub fn meters(left: f64, right: f64, cruise: f64, acceleration: f64) -> Motion {
+pub const fn meters(left: f64, right: f64, cruise: f64, acceleration: f64) -> Motion {
     let distance = WheelPair::new(left, right);
     Motion { unit: TravelUnit::Meter, distance, cruise, acceleration }
 }

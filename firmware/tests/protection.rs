@@ -26,6 +26,8 @@ enum Mishap {
     Blocked(f64),
     /// The wheel is held to this share of its speed.
     Creeping(f64),
+    /// Somebody pushes it, with what would give it this acceleration \[m/s^2\], for so long \[ms\].
+    Shoved(f64, u32),
     /// The count jumps.
     Glitch(i64),
 }
@@ -40,6 +42,8 @@ struct Bench {
     /// Of a line that floats: where the count has got to, and the other line's edges; and chance.
     floating: (i64, i64),
     noise: u64,
+    /// Of a hand that pushes.
+    shoved_ms: u32,
     pid: PidState,
     estimator: SpeedEstimator,
 }
@@ -51,9 +55,16 @@ const TIME_CONSTANT_S: f64 = 0.06;
 
 impl Bench {
     fn physics(&mut self, duty: f64, mishap: Mishap) {
+        let hand = match mishap {
+            Mishap::Shoved(mps2, ms) if self.shoved_ms < ms => {
+                self.shoved_ms += 1;
+                mps2 * DUTY_PER_MPS * TIME_CONSTANT_S
+            }
+            _ => 0.0,
+        };
         // Ten steps a tick.
         for _ in 0..10 {
-            let push = duty - DUTY_PER_MPS * self.speed_mps;
+            let push = duty + hand - DUTY_PER_MPS * self.speed_mps;
             let friction = if self.speed_mps == 0.0 {
                 push.clamp(-FRICTION, FRICTION)
             } else {
@@ -129,6 +140,7 @@ fn run(
         sign: 1.0,
         floating: (0, 0),
         noise: 1,
+        shoved_ms: 0,
         pid: PidState::default(),
         estimator: SpeedEstimator::new(q, 0),
     });
@@ -171,7 +183,7 @@ fn run(
         );
         let speed = WheelPair::default();
         let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
-        if let Some(fault) = protection.step(&setpoints, &measured, duty) {
+        if let Some(fault) = protection.step(&setpoints, &measured, duty, UNSCALED) {
             return Some((fault, tick.wrapping_sub(mishap_ms)));
         }
     }
@@ -241,6 +253,47 @@ fn backwards_and_at_full_speed_a_dead_or_reversed_encoder_is_named_too() {
             assert!(after_ms <= 90, "{mishap:?}: {after_ms} ms");
         }
     }
+}
+
+#[test]
+fn an_encoder_reversed_at_rest_is_named_before_the_wheel_runs_away() {
+    let config = Config::default();
+    for (cruise, acceleration) in [(0.05, 0.1), (0.118, 0.023), (0.35, 0.5), (0.4, 1.0)] {
+        for way in [1.0, -1.0] {
+            let drives = [metres(0.01, 0.01, 0.1, 0.5), metres(way, way, cruise, acceleration)];
+            // Once while the first motion's end is held, and once as the second one begins.
+            for mishap_ms in [600, 1000, 1001] {
+                let (fault, after_ms) =
+                    run(&config, &drives, Mishap::EncoderReversed, mishap_ms, 700).unwrap();
+                assert_eq!(fault, Fault::EncoderReversed(Wheel::Left), "{cruise} {mishap_ms}");
+                println!("{cruise} {way} {mishap_ms}: after {after_ms} ms");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wheel_at_rest_that_somebody_pushes_is_no_reversed_encoder() {
+    let config = Config::default();
+    let drives = [metres(0.01, 0.01, 0.1, 0.5)];
+    let (mut pushed, mut tripped) = (0, 0);
+    for mps2 in [0.5, 1.0, 2.0, 4.0, 8.0, 16.0] {
+        for (ms, way) in
+            [5, 10, 20, 40, 80, 160, 320].into_iter().flat_map(|ms| [(ms, 1.0), (ms, -1.0)])
+        {
+            for mishap_ms in (300..700).step_by(23) {
+                let mishap = Mishap::Shoved(way * mps2, ms);
+                pushed += 1;
+                if let Some((fault, _)) = run(&config, &drives, mishap, mishap_ms, 1500) {
+                    tripped += 1;
+                    let expected = [Fault::FollowingError(Wheel::Left), Fault::Stall(Wheel::Left)];
+                    assert!(expected.contains(&fault), "{fault}: {mishap:?} at {mishap_ms}");
+                }
+            }
+        }
+    }
+    println!("{tripped} of {pushed} were pushed farther off than is permitted");
+    assert!((100..pushed / 2).contains(&tripped));
 }
 
 #[test]

@@ -128,6 +128,8 @@ impl Moment {
     pub fn if_armed(&self, fault: Fault) -> Vec<Name> {
         match self.situation {
             Situation::Over => vec![Name::Harmless, Name::Fault(fault)],
+            // The host died, or its commands never arrived.
+            _ if self.armed_us == u64::MAX => vec![Name::Harmless],
             _ => vec![Name::Fault(fault)],
         }
     }

@@ -215,7 +215,7 @@ impl Control {
         }
         let Measured { travel, speed, .. } = measured;
         let duty = step_both(&self.gains, loops, setpoints, travel, speed, supply_scale);
-        if let Some(fault) = self.protection.step(setpoints, measured, duty) {
+        if let Some(fault) = self.protection.step(setpoints, measured, duty, supply_scale) {
             shared.raise_in_tick(fault, measured.t_us);
         }
         Output { enabled: true, probing: false, duty }

@@ -233,3 +233,60 @@ fn with_those_motors_too_a_dead_encoder_is_named_before_10_mm() {
         }
     }
 }
+
+/// Between two motions no encoder check is made: the wheels have shown that they answer.
+#[test]
+fn lines_exchanged_between_two_motions_are_named_within_10_mm() {
+    let mut scenario = Scenario::default();
+    let mut farthest_m: f64 = 0.0;
+    for (supply_v, payload_kg) in [(12.0, 0.0), (9.5, 4.0), (18.0, 0.0), (18.0, 4.0)] {
+        scenario.plant.supply.open_circuit_v = supply_v;
+        scenario.plant.body.payload_kg = payload_kg;
+        for exchanged in [PlantFault::EncoderReversed, PlantFault::MotorReversed] {
+            for wheel in Wheel::BOTH {
+                for motion in NEXT_MOTIONS {
+                    let moved_m =
+                        moves_after_exchange_m(&scenario, exchanged(wheel), wheel, &motion);
+                    farthest_m = farthest_m.max(moved_m);
+                }
+            }
+        }
+    }
+    println!("farthest: {:.1} mm", farthest_m * 1e3);
+}
+
+/// Slow and fast, gently and hard, ahead, back, on the spot.
+const NEXT_MOTIONS: [Motion; 6] = [
+    meters(1.0, 1.0, 0.05, 0.1),
+    meters(-1.0, -1.0, 0.05, 0.1),
+    meters(-1.0, -1.0, 0.12, 0.023),
+    meters(-1.0, 1.0, 0.12, 0.5),
+    meters(1.0, 1.0, 0.3, 0.5),
+    meters(-1.0, -1.0, 0.3, 0.2),
+];
+
+fn moves_after_exchange_m(
+    scenario: &Scenario,
+    exchanged: PlantFault,
+    wheel: Wheel,
+    motion: &Motion,
+) -> f64 {
+    on_robot(scenario, async |robot| {
+        let id = robot.cruise(&meters(0.05, 0.05, 0.2, 0.5), 0.1).await;
+        robot.finish(id).await;
+        robot.lab.inject(exchanged);
+        robot.listen(0.1).await;
+        let (start, start_us) = (robot.snapshot(), now_us());
+        robot.cruise(motion, 2.0).await;
+        let case = format!("{exchanged:?}, {:?}, {motion:?}", scenario.plant.supply);
+        let report = robot.fault().await.unwrap_or_else(|| panic!("{case}: no fault"));
+        assert_eq!(report.fault, Fault::EncoderReversed(wheel), "{case}");
+        // The other wheel follows its setpoint, which may have come some way.
+        let rolled_m =
+            |snapshot: &Snapshot| (snapshot.rolled_m.get(wheel) - start.rolled_m.get(wheel)).abs();
+        let snapshots = robot.snapshots_from(start_us);
+        let moved_m = snapshots.iter().map(rolled_m).fold(0.0, f64::max);
+        assert!(moved_m < MOVED_M_MAX, "{case}: {moved_m}");
+        moved_m
+    })
+}

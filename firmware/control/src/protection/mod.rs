@@ -9,6 +9,7 @@
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
 //! | `EncoderDead` | the count goes back and forth 6 times in about a stall time, and is 6 counts and 15 % of the permitted following error off |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
+//! | `EncoderReversed` | the count has run against the setpoint, or away from one at rest, for at least 6 counts and 5 % of the permitted following error, faster and faster, and as far as the duty against it would have driven the wheel the other way |
 //! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
 //! | `Stall` | the setpoint rests, and the wheel has stood for 10 stall times, 4 counts off, at a duty of 0.1 and more above ks |
@@ -29,6 +30,7 @@ use shared_proto::{Config, Fault, Wheel, WheelPair};
 
 use crate::capture::Measured;
 use crate::profile::Setpoint;
+use crate::supply::SCALE_BITS;
 use crate::units::{Duty, Travel};
 
 use thresholds::WheelThresholds;
@@ -42,14 +44,20 @@ struct WheelSample {
     /// The setpoint rests.
     rests: bool,
     duty: Duty,
+    /// By which the duty was scaled for the supply.
+    supply_scale: i32,
 }
 
 impl WheelSample {
     #[inline(always)]
-    fn new(setpoint: &Setpoint, travel: Travel, counts: i64, duty: Duty) -> Self {
+    fn new(
+        setpoint: &Setpoint,
+        (travel, counts): (Travel, i64),
+        (duty, supply_scale): (Duty, i32),
+    ) -> Self {
         let positions =
             Positions { setpoint: setpoint.travel.0.to_bits(), travel: travel.0.to_bits() };
-        Self { positions, counts, rests: setpoint.speed.0 == 0, duty }
+        Self { positions, counts, rests: setpoint.speed.0 == 0, duty, supply_scale }
     }
 }
 
@@ -86,24 +94,26 @@ impl Protection {
     }
 
     /// One tick; returns the first fault found, the left wheel's before the right wheel's.
+    ///
+    /// `supply_scale`: by which the duty was scaled for the supply, as in [`step_both`](crate::pid::step_both).
     #[inline(never)]
     pub fn step(
         &mut self,
         setpoints: &WheelPair<Setpoint>,
         measured: &Measured,
         duty: WheelPair<Duty>,
+        supply_scale: i32,
     ) -> Option<Fault> {
+        let Measured { travel, counts, .. } = measured;
         let left = WheelSample::new(
             &setpoints.left,
-            measured.travel.left,
-            measured.counts.left,
-            duty.left,
+            (travel.left, counts.left),
+            (duty.left, supply_scale),
         );
         let right = WheelSample::new(
             &setpoints.right,
-            measured.travel.right,
-            measured.counts.right,
-            duty.right,
+            (travel.right, counts.right),
+            (duty.right, supply_scale),
         );
         if !self.watching {
             self.watching = true;
@@ -153,6 +163,42 @@ struct Change {
     positions: Positions,
 }
 
+/// A series of changes against the setpoint.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Before its first change.
+    start: Positions,
+    /// At its first change.
+    tick: u32,
+    /// How far the wheel had turned before, and in how many ticks.
+    before: (i64, u32),
+    /// Sum of the duty over its ticks \[2^-30\].
+    push: i64,
+    /// The wheel did not turn as the duty would have driven it the other way.
+    pushed_by_hand: bool,
+}
+
+/// What the motor did to a wheel, in duty times ticks \[2^-30\].
+#[derive(Clone, Copy)]
+struct Driven {
+    /// By its duty beyond friction.
+    by: i64,
+    /// For the way and the speed that the wheel gained.
+    needed: i64,
+}
+
+impl Driven {
+    /// The wheel moved as the motor would have driven it: with up to four times the configured inertia, or half.
+    fn explains_the_way(self) -> bool {
+        2 * self.by >= self.needed && self.by <= 4 * self.needed
+    }
+}
+
+/// Travel per tick.
+fn per_tick((travel, ticks): (i64, u32)) -> i64 {
+    travel / i64::from(ticks.max(1))
+}
+
 const CHECKPOINTS_LEN: usize = 8;
 /// Changes kept, so that 4 ticks are covered at one change a tick; a power of two.
 const CHANGES_LEN: usize = 8;
@@ -162,6 +208,8 @@ const CHANGES_LEN: usize = 8;
 /// of quantisation is a quarter of the time; the factor of two thirds allows for that.
 const LAST_COUNTS: u64 = 2;
 const LAST_TICKS: u32 = 4;
+/// Changes over which the speed of a wheel is taken that turns the wrong way.
+const LATELY: usize = 4;
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
 /// So often in a stall time a count goes back only if a line floats or is cut.
@@ -182,8 +230,8 @@ struct WheelMonitor {
     /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
     changes: [Change; CHANGES_LEN],
     changed: usize,
-    /// Where the present series of changes against the setpoint began.
-    run: Option<Positions>,
+    /// The present series of changes against the setpoint, or away from one at rest.
+    run: Option<Run>,
     /// Where monitoring began; stands in for checkpoints that are not taken yet.
     start: Positions,
     checkpoints: [Positions; CHECKPOINTS_LEN],
@@ -271,7 +319,7 @@ impl WheelMonitor {
             && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
         {
             Some(Fault::EncoderDead)
-        } else if self.runs_backward(limits, positions) {
+        } else if self.is_driven_away(limits, view) {
             Some(Fault::EncoderReversed)
         } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
@@ -287,10 +335,23 @@ impl WheelMonitor {
     fn record(&mut self, view: &WheelSample, forward: bool) {
         let positions = view.positions;
         let advanced = positions.since(self.last.positions).setpoint;
-        if advanced == 0 || (advanced > 0) == forward {
+        // Towards which the wheel should turn: with the setpoint, or back to one that rests.
+        let wanted = match advanced {
+            0 => positions.setpoint.wrapping_sub(self.last.positions.travel),
+            _ => advanced,
+        };
+        if wanted != 0 && (wanted > 0) == forward {
             self.run = None;
         } else if self.run.is_none() {
-            self.run = Some(self.last.positions);
+            let earlier = self.change(LATELY.min(self.changed));
+            let turned = self.last.positions.since(earlier.positions).travel.abs();
+            self.run = Some(Run {
+                start: self.last.positions,
+                tick: self.tick,
+                before: (turned, self.tick.wrapping_sub(earlier.tick)),
+                push: 0,
+                pushed_by_hand: false,
+            });
         }
         self.last = Change { tick: self.tick, counts: view.counts, positions };
         self.changes[self.changed % CHANGES_LEN] = self.last;
@@ -302,13 +363,41 @@ impl WheelMonitor {
         self.changes[self.changed.wrapping_sub(age) % CHANGES_LEN]
     }
 
-    fn runs_backward(&self, limits: &WheelThresholds, positions: Positions) -> bool {
-        self.run.is_some_and(|start| {
-            let run = positions.since(start);
-            run.travel.abs() >= limits.reversed_run
-                && run.setpoint.abs() >= run.travel.abs() >> 1
-                && (run.setpoint > 0) != (run.travel > 0)
-        })
+    /// The count goes the other way than the motor drives the wheel.
+    ///
+    /// Two rules: the setpoint advanced, which needs no model of the motor; or the wheel went away from one that
+    /// hardly moved, faster and faster, just as the feedforward's motor would.
+    fn is_driven_away(&mut self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let Some(mut run) = self.run else { return false };
+        run.push += i64::from(view.duty.0.to_bits());
+        self.run = Some(run);
+        let moved = view.positions.since(run.start);
+        let way = moved.travel.abs();
+        if 2 * way < limits.runaway || (run.push > 0) == (moved.travel > 0) {
+            return false;
+        }
+        let ticks = self.tick.wrapping_sub(run.tick);
+        let earlier = self.change(LATELY.min(self.changed));
+        let lately = (
+            self.last.positions.since(earlier.positions).travel.abs(),
+            self.last.tick.wrapping_sub(earlier.tick),
+        );
+        let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(view.supply_scale);
+        let driven = Driven {
+            by: run.push.abs() - at_supply(limits.friction * i64::from(ticks)),
+            needed: at_supply(limits.needed(way, run.before, lately)),
+        };
+        if !driven.explains_the_way() {
+            run.pushed_by_hand = true;
+            self.run = Some(run);
+        }
+        // A hand that pushes a wheel back which should advance is taken for it.
+        let advanced = moved.setpoint.abs() >= way >> 1
+            && (moved.setpoint > 0) != (moved.travel > 0)
+            && way >= limits.reversed_run;
+        // Half as fast again as on average: at an even acceleration it is twice as fast.
+        let speeds_up = 2 * per_tick(lately) * i64::from(ticks) >= 3 * way;
+        advanced || (way >= limits.runaway && speeds_up && !run.pushed_by_hand)
     }
 
     fn standing_ticks(&self) -> u32 {

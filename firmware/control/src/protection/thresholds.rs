@@ -3,7 +3,7 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, WheelPair};
 
-use super::CHECKPOINTS_LEN;
+use super::{CHECKPOINTS_LEN, per_tick};
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, MetersPerCount};
@@ -34,6 +34,14 @@ pub(super) struct WheelThresholds {
     pub standing_advance: i64,
     pub creeping_advance: i64,
     pub reversed_run: i64,
+    /// A wheel that is driven away has gone this far.
+    pub runaway: i64,
+    /// Duty that friction takes \[2^-30\].
+    pub friction: i64,
+    /// Duty times ticks \[2^-30\] that a step of travel takes against the motor's own voltage \[2^-8\].
+    pub speed_cost: i64,
+    /// Duty times ticks \[2^-30\] that a speed of one step of travel per tick takes.
+    pub acceleration_cost: i64,
     pub resting_error: i64,
     pub resting_duty: u32,
 }
@@ -46,6 +54,9 @@ impl WheelThresholds {
         let steps = |m: f64| truncate(m, TRAVEL_BITS);
         let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
+        let feedforward = &config.feedforward;
+        // Of a step of travel in a duty of 2^-30.
+        let share = hz / f64::from(1 << (TRAVEL_BITS - I2F30::FRAC_NBITS));
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max: steps(error_m_max),
@@ -55,9 +66,21 @@ impl WheelThresholds {
             standing_advance: at_least(4.0, 0.002),
             creeping_advance: at_least(8.0, 0.004),
             reversed_run: at_least(6.0, 0.15 * error_m_max),
+            runaway: at_least(6.0, 0.05 * error_m_max),
+            friction: nearest(feedforward.ks, I2F30::FRAC_NBITS),
+            speed_cost: nearest(feedforward.kv_s_per_m * share, 8),
+            acceleration_cost: nearest(feedforward.ka_s2_per_m * share * hz, 0),
             resting_error: steps(4.0 * q_m),
-            resting_duty: nearest(config.feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
+            resting_duty: nearest(feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }
+    }
+}
+
+impl WheelThresholds {
+    /// Duty times ticks that takes a wheel so far, from one speed to another \[2^-30\]; speeds as travel and ticks.
+    pub fn needed(&self, way: i64, before: (i64, u32), after: (i64, u32)) -> i64 {
+        let gained = per_tick(after) - per_tick(before);
+        (self.speed_cost * way >> 8) + self.acceleration_cost * gained
     }
 }
 

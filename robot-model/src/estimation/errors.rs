@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::moved_within_range;
-use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::normal_equations::{CampaignEquations, Sums, Unit};
 use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
@@ -188,10 +188,7 @@ pub(crate) fn cross_validated(
 ) -> Errors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let each = parallel::map(&runs, |run| {
-        let sums = match runs.len() {
-            1 => equations.total.clone(),
-            _ => equations.without(|_, unit| unit.run == *run),
-        };
+        let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
@@ -200,10 +197,11 @@ pub(crate) fn cross_validated(
         .iter()
         .enumerate()
         .map(|(index, unit)| {
-            let sums = match runs.len() {
-                1 => equations.without(|other, _| other == index),
-                _ => equations.without(|_, other| other.run == unit.run),
+            let same = |other, of: &Unit| match runs.len() {
+                1 => other == index,
+                _ => of.run == unit.run,
             };
+            let sums = equations.without(same);
             let delta = equations.solve(&sums, columns).delta;
             unit.sums.chi_squared(columns, &delta)
         })

@@ -41,11 +41,11 @@ impl NormalEquations {
         }
     }
 
-    pub fn add(&mut self, other: &Self, sign: f64) {
-        self.gram += &other.gram * sign;
-        self.right += &other.right * sign;
-        self.squares += other.squares * sign;
-        self.rows += other.rows * sign;
+    pub fn add(&mut self, other: &Self) {
+        self.gram += &other.gram;
+        self.right += &other.right;
+        self.squares += other.squares;
+        self.rows += other.rows;
     }
 
     /// The same sums about a point that differs in one column by `delta`.
@@ -53,22 +53,72 @@ impl NormalEquations {
         self.squares += delta * (delta * self.gram[(column, column)] - 2.0 * self.right[column]);
         self.right -= self.gram.column(column) * delta;
     }
+}
+
+/// Sums as in (1), of which a fit asks the columns that it needs.
+pub(crate) trait Sums {
+    fn gram(&self, row: usize, column: usize) -> f64;
+    fn right(&self, row: usize) -> f64;
+    fn squares(&self) -> f64;
 
     /// chi^2 of (1) after moving these columns by `delta`.
-    pub fn chi_squared(&self, columns: &[usize], delta: &DVector<f64>) -> f64 {
-        let linear: f64 = columns.iter().zip(delta).map(|(i, d)| self.right[*i] * d).sum();
-        self.squares - 2.0 * linear + self.quadratic(columns, delta)
+    fn chi_squared(&self, columns: &[usize], delta: &DVector<f64>) -> f64 {
+        let linear: f64 = columns.iter().zip(delta).map(|(i, d)| self.right(*i) * d).sum();
+        self.squares() - 2.0 * linear + self.quadratic(columns, delta)
     }
 
     /// d'A d of (1): how far apart predictions are that differ by `delta`, in sigmas squared.
-    pub fn quadratic(&self, columns: &[usize], delta: &DVector<f64>) -> f64 {
+    fn quadratic(&self, columns: &[usize], delta: &DVector<f64>) -> f64 {
         let mut sum = 0.0;
         for (i, a) in columns.iter().enumerate() {
             for (j, b) in columns.iter().enumerate() {
-                sum += delta[i] * self.gram[(*a, *b)] * delta[j];
+                sum += delta[i] * self.gram(*a, *b) * delta[j];
             }
         }
         sum
+    }
+}
+
+impl Sums for NormalEquations {
+    fn gram(&self, row: usize, column: usize) -> f64 {
+        self.gram[(row, column)]
+    }
+
+    fn right(&self, row: usize) -> f64 {
+        self.right[row]
+    }
+
+    fn squares(&self) -> f64 {
+        self.squares
+    }
+}
+
+/// Some sums less others. Taken column by column when asked for: a copy of all columns for each run that is left
+/// out takes longer than the fit.
+pub(crate) struct Less<'a, S> {
+    all: &'a NormalEquations,
+    less: Vec<&'a S>,
+}
+
+impl<'a, S: Sums> Less<'a, S> {
+    pub fn new(all: &'a NormalEquations, less: Vec<&'a S>) -> Self {
+        Self { all, less }
+    }
+}
+
+impl<S: Sums> Sums for Less<'_, S> {
+    fn gram(&self, row: usize, column: usize) -> f64 {
+        self.less
+            .iter()
+            .fold(self.all.gram[(row, column)], |sum, less| sum - less.gram(row, column))
+    }
+
+    fn right(&self, row: usize) -> f64 {
+        self.less.iter().fold(self.all.right[row], |sum, less| sum - less.right(row))
+    }
+
+    fn squares(&self) -> f64 {
+        self.less.iter().fold(self.all.squares, |sum, less| sum - less.squares())
     }
 }
 
@@ -165,7 +215,7 @@ impl CampaignEquations {
                 let mut gram = DMatrix::from_row_slice(columns, columns, &gram);
                 gram.fill_lower_triangle_with_upper_triangle();
                 let sums = NormalEquations { gram, right: DVector::from_vec(right), squares, rows };
-                total.add(&sums, 1.0);
+                total.add(&sums);
                 if rows > 0.0 {
                     units.push(Unit { run: index, kind: prepared.runs[index].kind, sums });
                 }
@@ -184,14 +234,14 @@ impl CampaignEquations {
     }
 
     /// The best values of these columns by these sums, with the others fixed.
-    pub fn solve(&self, sums: &NormalEquations, columns: &[usize]) -> Solution {
+    pub fn solve(&self, sums: &impl Sums, columns: &[usize]) -> Solution {
         let n = columns.len();
         let spread = |i: usize| self.priors[columns[i]].spread;
         // In units of the spreads, so that all numbers are comparable and the prior is the identity.
         let mut matrix = DMatrix::from_fn(n, n, |i, j| {
-            spread(i) * sums.gram[(columns[i], columns[j])] * spread(j)
+            spread(i) * sums.gram(columns[i], columns[j]) * spread(j)
         });
-        let mut right = DVector::from_fn(n, |i, _| spread(i) * sums.right[columns[i]]);
+        let mut right = DVector::from_fn(n, |i, _| spread(i) * sums.right(columns[i]));
         for i in 0..n {
             let prior = self.priors[columns[i]];
             matrix[(i, i)] += 1.0;
@@ -230,13 +280,8 @@ impl CampaignEquations {
     }
 
     /// The sums of all units but those that `left_out` names.
-    pub fn without(&self, left_out: impl Fn(usize, &Unit) -> bool) -> NormalEquations {
-        let mut sums = self.total.clone();
-        for (index, unit) in self.units.iter().enumerate() {
-            if left_out(index, unit) {
-                sums.add(&unit.sums, -1.0);
-            }
-        }
-        sums
+    pub fn without(&self, left_out: impl Fn(usize, &Unit) -> bool) -> Less<'_, NormalEquations> {
+        let named = self.units.iter().enumerate().filter(|(index, unit)| left_out(*index, unit));
+        Less::new(&self.total, named.map(|(_, unit)| &unit.sums).collect())
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::{Fitted, moved_within_range, raise_to_zero, within_signs};
-use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::normal_equations::{CampaignEquations, Sums};
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
 

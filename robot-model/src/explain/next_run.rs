@@ -256,7 +256,7 @@ fn separating(
         let Some(planned) = predicted(prepared, &candidate, &fitted.terms) else { continue };
         let planned = CampaignEquations::gather(&planned, &terms, &fitted.noise);
         let mut both = campaign.total.clone();
-        both.add(&planned.total, 1.0);
+        both.add(&planned.total);
         let (with_campaign, alone) = (pairs(&both), pairs(&planned.total));
         separations.push(Separation { kind: candidate.kind, with_campaign, alone });
     }

@@ -19,7 +19,7 @@ use crate::effect::definition::Effect;
 use crate::estimation::errors::{Errors, TrackErrors, cross_validated, tracks};
 use crate::estimation::fit::{Fitted, fit_noise};
 use crate::estimation::most_likely_noise::Search;
-use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::estimation::normal_equations::{CampaignEquations, Less, Sums};
 use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
@@ -266,8 +266,7 @@ fn lowers_tracks(
 /// chi^2 of each run, with these columns fitted to all other runs.
 pub(super) fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
     let each = equations.units.iter().map(|unit| {
-        let mut others: NormalEquations = equations.total.clone();
-        others.add(&unit.sums, -1.0);
+        let others = Less::new(&equations.total, vec![&unit.sums]);
         let delta = equations.solve(&others, columns).delta;
         unit.sums.chi_squared(columns, &delta)
     });

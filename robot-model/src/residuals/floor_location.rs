@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::normal_equations::{CampaignEquations, Sums};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::distributions::chi_squared;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};

@@ -12,7 +12,7 @@ use core::ops::Range;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::normal_equations::{CampaignEquations, Sums};
 use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
 use crate::residuals::heavy_tails::heavy_tails;

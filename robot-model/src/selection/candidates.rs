@@ -8,7 +8,7 @@ use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Group};
 use crate::estimation::errors::{TrackErrors, cross_validated_tracks, tracks};
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::CampaignEquations;
+use crate::estimation::normal_equations::{CampaignEquations, Sums};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::selection::dispersion::{run_scatter, scatter};

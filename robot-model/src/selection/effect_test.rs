@@ -14,7 +14,7 @@
 use nalgebra::DVector;
 
 use crate::effect::definition::{Effect, Parameter, Role};
-use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::estimation::normal_equations::{CampaignEquations, Less, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::run_kind::RunKind;
 use crate::selection::dispersion::{Spread, known_from, spread};
@@ -129,8 +129,8 @@ impl Gain {
 fn gain_on(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
-    fitted_to: &NormalEquations,
-    on: &NormalEquations,
+    fitted_to: &impl Sums,
+    on: &impl Sums,
 ) -> Gain {
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
     let without = equations.solve(fitted_to, hypothesis.model).delta;
@@ -141,7 +141,7 @@ fn gain_on(
         difference[i] -= value;
     }
     let pull = DVector::from_fn(both.len(), |i, _| {
-        both.iter().zip(&difference).map(|(j, d)| on.gram[(both[i], *j)] * d).sum()
+        both.iter().zip(&difference).map(|(j, d)| on.gram(both[i], *j) * d).sum()
     });
     Gain {
         gain,
@@ -276,8 +276,7 @@ fn worse_kind(
         }
         let score = |left_out: &dyn Fn(usize) -> bool| {
             let rest = equations.without(|index, _| left_out(index));
-            let mut on = equations.total.clone();
-            on.add(&rest, -1.0);
+            let on = Less::new(&equations.total, vec![&rest]);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {
                 covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()

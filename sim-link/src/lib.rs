@@ -31,7 +31,7 @@ pub fn camera_trigger(lab: Lab) -> Trigger {
 }
 
 /// The host's end of the simulated serial line.
-struct SimWire(HostWire);
+pub struct SimWire(pub HostWire);
 
 impl Wire for SimWire {
     fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {

@@ -4,13 +4,14 @@ use beeline_tests::robot::{Robot, meters, on_robot};
 use futures_lite::future;
 use host_link::clock::TimeSource;
 use host_link::wire::Waiting;
-use host_link::{Clock, Motion, Session, Wire};
+use host_link::{Clock, Motion, Session};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::{
     Answer, Channel, Command, Decoder, Encoder, Fault, MotionId, Refusal, Request, State,
 };
-use sim_target::{HostWire, Scenario, now_us, sleep_until_us};
+use sim_link::SimWire;
+use sim_target::{Scenario, now_us, sleep_until_us};
 
 use crate::safety::begins_to_stop_us;
 
@@ -116,33 +117,12 @@ impl TimeSource for Skewed {
     }
 }
 
-/// The host's end of the line, for a session with a clock of its own.
-struct Line(HostWire);
-
-impl Wire for Line {
-    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
-        Box::pin(async move {
-            self.0.write(bytes).await;
-            Ok(())
-        })
-    }
-
-    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
-        Box::pin(async move {
-            let mut buffer = vec![0; 512];
-            let len = self.0.read(&mut buffer).await;
-            buffer.truncate(len);
-            Ok(buffer)
-        })
-    }
-}
-
 #[test]
 fn a_host_whose_clock_runs_wrong_drives_and_its_robot_stops_in_time_all_the_same() {
     for rate in [0.5, 0.95, 0.999, 1.001, 1.05, 2.0] {
         on_robot(&Scenario::default(), async |robot| {
             let clock = Clock::new(Skewed(rate));
-            let wire = Line(robot.wire.clone());
+            let wire = SimWire(robot.wire.clone());
             robot.session = Session::new(wire, clock, 2, "skewed".into());
             robot.session.open().await.expect("the robot answers");
             let id = robot.cruise(&ahead(), 6.0).await;

@@ -80,7 +80,7 @@ impl WheelThresholds {
     /// Duty times ticks that takes a wheel so far, from one speed to another \[2^-30\]; speeds as travel and ticks.
     pub fn needed(&self, way: i64, before: (i64, u32), after: (i64, u32)) -> i64 {
         let gained = per_tick(after) - per_tick(before);
-        (self.speed_cost * way >> 8) + self.acceleration_cost * gained
+        ((self.speed_cost * way) >> 8) + self.acceleration_cost * gained
     }
 }
 

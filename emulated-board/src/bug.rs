@@ -96,6 +96,14 @@ impl BugInjector {
         }
     }
 
+    /// The non-maskable interrupt, which the emulator cannot raise: the next interrupt of the control timer, the clock or
+    /// the guard is a hard fault instead, whose handler does the same. On a chip it comes at once.
+    pub fn raise_nmi(&mut self, host: &mut dyn Host) {
+        for name in ["TIM2", "TIM5", "SysTick"] {
+            self.plant(Bug { place: Place::Function(name), effect: Effect::HardFault }, host);
+        }
+    }
+
     pub fn on_access(&mut self, access: &Access) {
         if self.waiting.is_empty() {
             return;

@@ -23,6 +23,10 @@ const DEVICE: u64 = 0x6419;
 const PORT_E: usize = 4;
 const STOP_LINE: u8 = 15;
 
+/// Clock control, and in it the clock security system.
+const RCC_CR: u64 = 0x4002_3800;
+const CSSON: u32 = 1 << 19;
+
 /// Accesses of peripherals that are kept: those of the start.
 const EARLY: usize = 20_000;
 
@@ -73,12 +77,17 @@ impl Nucleo {
         });
     }
 
-    /// The clock from outside stops. The emulator leaves out the interrupt that this raises (6.2.7), so that the
-    /// guard is what restarts the board.
+    /// The clock from outside stops. The interrupt that this raises is not emulated:
+    /// [`BugInjector::raise_nmi`](crate::bug::BugInjector::raise_nmi) stands in for it.
     pub(crate) fn fail_clock(&mut self, at: VirtualNanos) {
         self.mcu.drive_clocks(at, |clocks, registers, context| {
             clocks.fail_hse(registers, context);
         });
+    }
+
+    /// Whether a clock that stops raises an interrupt: the clock security system is on (RM0090, 6.2.7).
+    pub(crate) fn watches_clock(&mut self, at: VirtualNanos) -> bool {
+        self.register(at, RCC_CR) & CSSON != 0
     }
 
     /// A register's content; reading has no effect.

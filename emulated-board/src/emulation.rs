@@ -245,7 +245,11 @@ impl Driver<Nucleo> for Lockstep {
                 self.array.show(host);
             }
             let around = slot.as_mut().expect("begun at the first stop");
+            let clock_fails = around.monitor.0.borrow().clock_fails;
             around.meet(machine.board_mut(), stop.at);
+            if clock_fails && machine.board_mut().watches_clock(stop.at) {
+                self.bug_injector.raise_nmi(host);
+            }
             if around.poll_host() {
                 *slot = None;
                 return None;

@@ -132,7 +132,7 @@ impl Promise {
             }
             Kind::CoreStands(_) => (Bound::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog)),
             Kind::Program(what, ..) => program(what),
-            Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Watchdog)),
+            Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Panic)),
             // The emulator resets the chip by its pin in both cases.
             // A host that had not said hello before does not know of the restart, and drives.
             Kind::PowerCut | Kind::ResetPin if moment.is_before_the_host() => {

@@ -173,8 +173,7 @@ fn an_external_clock_that_stops_at_cruise_has_the_motors_off_at_once_and_the_boa
         .unwrap();
     assert!(ended.unexpected.is_empty(), "{:#?}", ended.unexpected);
     let (cause, powered_us, state) = ended.found;
-    // On a chip the interrupt restarts it, as a panic; here the guard does.
-    assert_eq!((cause, state), (ResetCause::Watchdog, State::Idle));
+    assert_eq!((cause, state), (ResetCause::Panic, State::Idle));
     assert!(powered_us <= 100, "{powered_us} us");
 }
 

@@ -56,7 +56,8 @@ fn change(input: &mut Vec<u8>, all: &[Vec<u8>], random: &mut ChaCha8Rng) {
             input.splice(at..end, other[from..to].iter().copied());
         }
         _ => {
-            const NUMBERS: [&str; 8] = ["0", "-1", "1e308", "-1e-308", "nan", "inf", "1e-7", "65536"];
+            const NUMBERS: [&str; 8] =
+                ["0", "-1", "1e308", "-1e-308", "nan", "inf", "1e-7", "65536"];
             let number = NUMBERS[random.random_range(0..NUMBERS.len())];
             input.splice(at..end, number.bytes());
         }

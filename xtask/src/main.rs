@@ -8,6 +8,7 @@ mod emulated;
 #[cfg(test)]
 mod example;
 mod firmware;
+mod fuzz;
 mod lengths;
 mod needs;
 mod source;
@@ -30,6 +31,9 @@ cargo xtask <chore>
   bench faults [--seed S] [--cases N] [--case I] [--threads T]
                      random faults at random instants on the emulated board: are the motors off
                      in time, and is each called what it is?
+  fuzz [TARGET] [--seconds S] [--minimise]
+                     searches for inputs that break a fuzz target, or each of them, guided by coverage;
+                     `--minimise` then keeps the fewest that reach the same code, in fuzz/corpus
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
         ["arrows"] => arrows::run(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
+        ["fuzz", ref args @ ..] => fuzz::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),

@@ -60,8 +60,8 @@ pub fn run_csv(input: &[u8]) {
             };
         }
     }
-    let (again, warnings) = parse_run(file, written.as_bytes())
-        .unwrap_or_else(|error| panic!("{error}\n{written}"));
+    let (again, warnings) =
+        parse_run(file, written.as_bytes()).unwrap_or_else(|error| panic!("{error}\n{written}"));
     assert!(warnings.is_empty());
     assert_eq!(rows, again);
 }

@@ -47,7 +47,7 @@ macro_rules! targets {
 }
 
 targets! {
-    "frames" 4096 None, frames::frames,
+    "frames" 1024 None, frames::frames,
         "any bytes on a line: a good frame, passed on, is the same; a flipped bit never changes what arrives";
     "messages" 512 None, frames::messages,
         "any payload on any channel: what is read is written and read the same, no longer than said; an accepted \

@@ -77,7 +77,7 @@ impl Host {
                 let button = PlantFault::EmergencyStop;
                 self.lab.inject(button);
                 self.stands_without_current("the button");
-                if bytes.byte() % 2 == 0 {
+                if bytes.byte().is_multiple_of(2) {
                     self.lab.mend(button);
                 }
             }
@@ -120,8 +120,7 @@ impl Host {
         // Damage before it may have taken the frame with it.
         if why != "the button" {
             self.wire.write_now(&[0]);
-            let again =
-                Request { session: 1, id: 8, until_ms: 0, command: Command::EmergencyStop };
+            let again = Request { session: 1, id: 8, until_ms: 0, command: Command::EmergencyStop };
             // No session has agreed on the protocol: the robot reads no request.
             let hello = self.encoder.hello(Hello::of_this_build(1));
             self.send(&hello);

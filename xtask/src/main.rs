@@ -3,6 +3,7 @@
 mod arrows;
 mod bench;
 mod circles;
+mod dependencies;
 mod documents;
 mod emulated;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod needs;
 mod source;
 mod steps;
 mod test;
+mod third_party;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -39,6 +41,8 @@ cargo xtask <chore>
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware and faults are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
+  dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml
+  third-party        writes THIRD-PARTY.txt, the notice of whose code is in the programs
   help               this
 ";
 
@@ -50,6 +54,8 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test"] => test::run(),
+        ["dependencies"] => dependencies::check(),
+        ["third-party"] => third_party::run(),
         ["arrows"] => arrows::run(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),

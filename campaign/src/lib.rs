@@ -64,7 +64,7 @@ pub mod write;
 mod tests;
 
 pub use error::{CampaignError, CopiedRun, Place, Warning, how_far};
-pub use read::read_run;
+pub use read::{parse_run, read_run};
 pub use recorded::{Campaign, Run};
 pub use robot_toml::{RobotFile, RunFacts, mean_radius_m};
 pub use row::{Column, Row};

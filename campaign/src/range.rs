@@ -37,6 +37,25 @@ pub(crate) const KEYS: [(&str, Range); 9] = [
     ("payload_kg", range(0.0, 1e5, "kg")),
 ];
 
+/// The keys of `plan.toml`; distances and turns have either sign. A plan is written to the micrometre, the microsecond and the
+/// nanodegree: what is less would be zero when it is read again.
+const PLAN_KEYS: [(&str, Range); 9] = [
+    ("acceleration_mps2", range(1e-6, 1e6, "m/s^2")),
+    ("straight_m", range(1e-6, 1e6, "m")),
+    ("spin_deg", range(1e-6, 1e6, "degrees")),
+    ("arc_deg", range(1e-6, 1e6, "degrees")),
+    ("radius_m", range(1e-6, 1e6, "m")),
+    ("speed_mps", range(1e-6, 1e3, "m/s")),
+    ("rest_s", range(1e-6, 1e6, "s")),
+    ("heading_deg", range(-1e6, 1e6, "degrees")),
+    ("payload_kg", range(0.0, 1e5, "kg")),
+];
+
+/// The range of a key of `plan.toml`.
+pub(crate) fn of_plan_key(key: &str) -> Option<Range> {
+    PLAN_KEYS.iter().find(|(name, _)| *name == key).map(|(_, range)| *range)
+}
+
 /// The range of a key of `robot.toml`.
 pub(crate) fn of_key(key: &str) -> Option<Range> {
     KEYS.iter().find(|(name, _)| *name == key).map(|(_, range)| *range)

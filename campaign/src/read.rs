@@ -3,6 +3,7 @@
 //! Whether a robot can have driven the runs is a matter of `checks`.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::copies;
@@ -128,7 +129,18 @@ pub(super) fn run_files(folder: &Path) -> Result<RunFiles, CampaignError> {
 
 /// Reads one run file.
 pub fn read_run(file: &Path) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
-    let table = Table::read(file, Column::from_name, &Column::REQUIRED)?;
+    rows_of(file, Table::read(file, Column::from_name, &Column::REQUIRED)?)
+}
+
+/// Reads the content of a run file; errors call it `file`.
+pub fn parse_run(
+    file: &Path,
+    content: impl Read,
+) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
+    rows_of(file, Table::parse(file, content, Column::from_name, &Column::REQUIRED)?)
+}
+
+fn rows_of(file: &Path, table: Table) -> Result<(Vec<Row>, Vec<Warning>), CampaignError> {
     check_positions(file, &table)?;
     let rows = table
         .rows

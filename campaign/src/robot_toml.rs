@@ -125,8 +125,8 @@ impl RobotFile {
         Self::parse(file, &text)
     }
 
-    /// Reads and checks the text of a `robot.toml`.
-    pub(super) fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
+    /// Reads and checks the text of a `robot.toml`; errors call it `file`.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
         let robot: Self = toml::from_str(text).map_err(|error| {
             let place = error
                 .span()

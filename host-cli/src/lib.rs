@@ -16,6 +16,7 @@
 //! | [`survey`] | records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`picture`] | the page and the drawing of a calibration |
+//! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
 //! | [`quantity`] | numbers with units, read and written |
@@ -29,6 +30,7 @@ pub mod calibrate;
 pub mod cli;
 pub mod command;
 pub mod compare;
+pub mod config_text;
 pub mod error;
 pub mod escape;
 pub mod explain;

@@ -3,16 +3,19 @@
 mod arrows;
 mod bench;
 mod circles;
+mod dependencies;
 mod documents;
 mod emulated;
 #[cfg(test)]
 mod example;
 mod firmware;
+mod fuzz;
 mod lengths;
 mod needs;
 mod source;
 mod steps;
 mod test;
+mod third_party;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -30,11 +33,16 @@ cargo xtask <chore>
   bench faults [--seed S] [--cases N] [--case I] [--threads T]
                      random faults at random instants on the emulated board: are the motors off
                      in time, and is each called what it is?
+  fuzz [TARGET] [--seconds S] [--minimise]
+                     searches for inputs that break a fuzz target, or each of them, guided by coverage;
+                     `--minimise` then keeps the fewest that reach the same code, in fuzz/corpus
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware and faults are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
+  dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml
+  third-party        writes THIRD-PARTY.txt, the notice of whose code is in the programs
   help               this
 ";
 
@@ -46,9 +54,12 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match args[..] {
         ["test"] => test::run(),
+        ["dependencies"] => dependencies::check(),
+        ["third-party"] => third_party::run(),
         ["arrows"] => arrows::run(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
+        ["fuzz", ref args @ ..] => fuzz::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),

@@ -46,9 +46,26 @@ const NEEDS: &[Need] = &[
     },
 ];
 
-/// Looks for each need, and installs what is missing.
+/// What `cargo xtask fuzz` needs besides.
+const FUZZ: &[Need] = &[Need {
+    name: "c++",
+    why: "compiles libFuzzer",
+    check: &["c++", "--version"],
+    install: Install::Debian(&["g++"]),
+}];
+
+/// Looks for each need of the tests, and installs what is missing.
 pub fn meet() -> Outcome {
-    NEEDS.iter().try_for_each(|need| {
+    meet_all(NEEDS)
+}
+
+/// The same for the coverage-guided search.
+pub fn meet_for_fuzzing() -> Outcome {
+    meet_all(FUZZ)
+}
+
+fn meet_all(needs: &[Need]) -> Outcome {
+    needs.iter().try_for_each(|need| {
         if is_met(need) {
             println!("    {}: there", need.name);
             return Ok(());

@@ -18,13 +18,13 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use robot_model::recording::Piece;
 use serde::Deserialize;
 use shared_proto::Config;
 use toml::Spanned;
 
+use super::piece::{self, RawPiece, degrees};
 use super::{CampaignPlan, DURATION_S_MAX, PlannedRun};
-use crate::{CampaignError, Place};
+use crate::{CampaignError, Place, range};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,17 +49,6 @@ struct RawRun {
     #[serde(default)]
     shows: String,
     pieces: Spanned<Vec<Spanned<RawPiece>>>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawPiece {
-    straight_m: Option<f64>,
-    spin_deg: Option<f64>,
-    arc_deg: Option<f64>,
-    radius_m: Option<f64>,
-    speed_mps: Option<f64>,
-    rest_s: Option<f64>,
 }
 
 /// The file with the plan of a campaign: a campaign that is continued follows the same plan.
@@ -88,10 +77,8 @@ impl CampaignPlan {
             CampaignError::new(Place::of_byte(file, text, byte), problem, hint)
         };
         let acceleration_mps2 = *raw.acceleration_mps2.get_ref();
-        if !(acceleration_mps2 > 0.0 && acceleration_mps2.is_finite()) {
-            let problem = format!("acceleration_mps2 = {acceleration_mps2} is invalid");
-            return Err(fail(raw.acceleration_mps2.span().start, problem, "it must be above zero"));
-        }
+        check("acceleration_mps2", acceleration_mps2)
+            .map_err(|(problem, hint)| fail(raw.acceleration_mps2.span().start, problem, &hint))?;
         if raw.run.is_empty() {
             let problem = "there is no run in this plan";
             return Err(CampaignError::new(Place::whole(file), problem, "add a [[run]]"));
@@ -137,8 +124,9 @@ impl CampaignPlan {
                 quoted(&run.name),
                 quoted(&run.kind)
             );
-            if run.heading_rad != 0.0 {
-                let _ = writeln!(text, "heading_deg = {}", degrees(run.heading_rad));
+            let heading_deg = degrees(run.heading_rad);
+            if heading_deg != 0.0 {
+                let _ = writeln!(text, "heading_deg = {heading_deg}");
             }
             if run.payload_kg != 0.0 {
                 let _ = writeln!(text, "payload_kg = {}", run.payload_kg);
@@ -151,7 +139,7 @@ impl CampaignPlan {
             }
             text.push_str("pieces = [\n");
             for piece in &run.pieces {
-                let _ = writeln!(text, "  {},", line(piece));
+                let _ = writeln!(text, "  {},", piece::line(piece));
             }
             text.push_str("]\n");
         }
@@ -171,28 +159,19 @@ fn planned(
         let problem = format!("`{name}` cannot be the name of a run");
         return Err(fail(name_at, problem, "use letters, digits, - and _"));
     }
-    let number = |given: &Option<Spanned<f64>>, what: &str, least: f64| match given {
+    let number = |given: &Option<Spanned<f64>>, key: &str| match given {
         None => Ok(0.0),
-        Some(value) if *value.get_ref() >= least && value.get_ref().is_finite() => {
-            Ok(*value.get_ref())
-        }
-        Some(value) => {
-            let problem = format!("{what} = {} is invalid", value.get_ref());
-            Err(fail(
-                value.span().start,
-                problem,
-                "it must be a finite number, a load not negative",
-            ))
-        }
+        Some(value) => check(key, *value.get_ref())
+            .map_err(|(problem, hint)| fail(value.span().start, problem, &hint)),
     };
-    let heading_deg = number(&raw.heading_deg, "heading_deg", f64::NEG_INFINITY)?;
-    let payload_kg = number(&raw.payload_kg, "payload_kg", 0.0)?;
+    let heading_deg = number(&raw.heading_deg, "heading_deg")?;
+    let payload_kg = number(&raw.payload_kg, "payload_kg")?;
     if raw.pieces.get_ref().is_empty() {
         let problem = format!("the run `{name}` has no pieces");
         return Err(fail(raw.pieces.span().start, problem, "give it at least one piece"));
     }
     let pieces = raw.pieces.get_ref().iter().map(|raw| {
-        piece(raw.get_ref()).map_err(|problem| {
+        piece::parse(raw.get_ref()).map_err(|problem| {
             let hint = "a piece is { straight_m, speed_mps }, { spin_deg, speed_mps }, { arc_deg, radius_m, speed_mps } or { rest_s }";
             fail(raw.span().start, problem, hint)
         })
@@ -218,71 +197,14 @@ fn planned(
     Ok(run)
 }
 
-fn line(piece: &Piece) -> String {
-    // Rounded to micrometres, so that nobody has to read 0.24499999999999997.
-    let short = |value: f64| (value * 1e6).round() / 1e6;
-    match *piece {
-        Piece::Straight { travel_m, speed_mps } => {
-            let (travel_m, speed_mps) = (short(travel_m), short(speed_mps));
-            format!("{{ straight_m = {travel_m}, speed_mps = {speed_mps} }}")
-        }
-        Piece::Spin { turn_rad, speed_mps } => {
-            format!("{{ spin_deg = {}, speed_mps = {} }}", degrees(turn_rad), short(speed_mps))
-        }
-        Piece::Arc { radius_m, turn_rad, speed_mps } => {
-            let deg = degrees(turn_rad);
-            let (radius_m, speed_mps) = (short(radius_m), short(speed_mps));
-            format!("{{ arc_deg = {deg}, radius_m = {radius_m}, speed_mps = {speed_mps} }}")
-        }
-        Piece::Rest { duration_s } => format!("{{ rest_s = {duration_s} }}"),
-    }
-}
-
-/// Degrees without the last digits, which are rounding errors.
-fn degrees(rad: f64) -> f64 {
-    (rad.to_degrees() * 1e9).round() / 1e9
-}
-
-/// A piece, or what is wrong with it.
-fn piece(raw: &RawPiece) -> Result<Piece, String> {
-    let RawPiece { straight_m, spin_deg, arc_deg, radius_m, speed_mps, rest_s } = *raw;
-    let speed = || match speed_mps {
-        Some(speed_mps) if speed_mps > 0.0 && speed_mps.is_finite() => Ok(speed_mps),
-        Some(speed_mps) => Err(format!("speed_mps = {speed_mps} must be above zero")),
-        None => Err("speed_mps is missing".to_owned()),
-    };
-    let far = |name: &str, value: f64| {
-        if value != 0.0 && value.is_finite() {
-            Ok(value)
-        } else {
-            Err(format!("{name} = {value} must be a number, and not zero"))
-        }
-    };
-    match (straight_m, spin_deg, arc_deg, radius_m, rest_s) {
-        (Some(travel_m), None, None, None, None) => {
-            Ok(Piece::Straight { travel_m: far("straight_m", travel_m)?, speed_mps: speed()? })
-        }
-        (None, Some(deg), None, None, None) => {
-            Ok(Piece::Spin { turn_rad: far("spin_deg", deg)?.to_radians(), speed_mps: speed()? })
-        }
-        (None, None, Some(deg), Some(radius_m), None) => {
-            if !(radius_m > 0.0 && radius_m.is_finite()) {
-                return Err(format!("radius_m = {radius_m} must be above zero"));
-            }
-            let turn_rad = far("arc_deg", deg)?.to_radians();
-            Ok(Piece::Arc { radius_m, turn_rad, speed_mps: speed()? })
-        }
-        (None, None, None, None, Some(duration_s)) => {
-            if speed_mps.is_some() {
-                Err("a rest has no speed".into())
-            } else if duration_s > 0.0 && duration_s.is_finite() {
-                Ok(Piece::Rest { duration_s })
-            } else {
-                Err(format!("rest_s = {duration_s} must be above zero"))
-            }
-        }
-        (None, None, Some(_), None, None) => Err("an arc needs radius_m".into()),
-        _ => Err("a piece is one of straight, spin, arc and rest".into()),
+/// A number of this key; otherwise the problem and what to try.
+fn check(key: &str, value: f64) -> Result<f64, (String, String)> {
+    match range::of_plan_key(key).filter(|range| !range.contains(value)) {
+        None => Ok(value),
+        Some(range) => Err((
+            format!("{key} = {} is invalid", range::short(value)),
+            format!("it must be {range}"),
+        )),
     }
 }
 
@@ -314,10 +236,22 @@ mod tests {
             assert_eq!((a.payload_kg, a.held_out), (b.payload_kg, b.held_out));
             // Through degrees and back: nine digits.
             assert!((a.heading_rad - b.heading_rad).abs() < 1e-10);
-            assert_eq!(line(&a.pieces[0]), line(&b.pieces[0]));
+            assert_eq!(piece::line(&a.pieces[0]), piece::line(&b.pieces[0]));
             assert_eq!(a.pieces.len(), b.pieces.len());
         }
         assert_eq!(back.to_toml(), plan.to_toml());
+    }
+
+    #[test]
+    fn a_plan_with_more_digits_than_are_written_reads_back_as_it_was() {
+        let plan = parse(
+            "acceleration_mps2 = 0.3\n[[run]]\nname = \"a\"\nheading_deg = 1e-12\npieces = [\n\
+             { straight_m = 0.0024, speed_mps = 1.4e-6 }, { spin_deg = 1.0000000004, speed_mps = 0.1 }]\n",
+        )
+        .unwrap();
+        let back = parse(&plan.to_toml()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back.to_toml(), plan.to_toml());
+        assert_eq!(back.runs[0].pieces[0], plan.runs[0].pieces[0]);
     }
 
     #[test]
@@ -344,8 +278,27 @@ mod tests {
             (run("pieces = [{ arc_deg = 9, speed_mps = 1 }]"), 4, 11, "radius_m"),
             (run("pieces = [{ rest_s = 1, speed_mps = 1 }]"), 4, 11, "no speed"),
             (run("pieces = [{ straight_m = 1, rest_s = 1 }]"), 4, 11, "one of"),
-            (run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"), 3, 8, "would take"),
-            (run("pieces = [{ spin_deg = 3600000, speed_mps = 0.1 }]"), 3, 8, "would take"),
+            (run("pieces = [{ straight_m = 1, speed_mps = 1e-4 }]"), 3, 8, "would take"),
+            (
+                run("pieces = [{ straight_m = 1, speed_mps = 1e-9 }]"),
+                4,
+                11,
+                "from 1e-6 to 1000 m/s",
+            ),
+            (
+                run("pieces = [{ straight_m = 1, speed_mps = 1e84 }]"),
+                4,
+                11,
+                "from 1e-6 to 1000 m/s",
+            ),
+            (run("pieces = [{ straight_m = -1e-7, speed_mps = 1 }]"), 4, 11, "either way"),
+            (
+                run("payload_kg = 1e200\npieces = [{ rest_s = 1 }]"),
+                4,
+                14,
+                "payload_kg = 1e200 is invalid",
+            ),
+            (run("pieces = [{ spin_deg = 900000, speed_mps = 0.02 }]"), 3, 8, "would take"),
             (run("pieces = []"), 4, 10, "has no pieces"),
             (run("held_out = 1\npieces = [{ rest_s = 1 }]"), 4, 12, "expected a boolean"),
             (run("payload_kg = nan\npieces = [{ rest_s = 1 }]"), 4, 14, "is invalid"),

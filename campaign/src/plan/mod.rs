@@ -6,12 +6,13 @@
 //! | --- | --- |
 //! | [`default_plan`] | the campaign that tells all effects apart, on a given floor |
 //! | [`run_kinds`] | single kinds of runs, by the names that `explain` suggests |
-//! | `file` | `plan.toml`, which people edit |
+//! | `file`, `piece` | `plan.toml`, which people edit |
 //! | [`floor`] | how much floor a run needs |
 
 pub mod default_plan;
 mod file;
 pub mod floor;
+mod piece;
 pub mod run_kinds;
 
 use std::fmt;

@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::ui;
 use campaign::live_file::whole_lines;
 use campaign::table::Table;
-use campaign::{CampaignError, Column};
+use campaign::{CampaignError, Column, Warning};
 
 /// A run does not turn if the yaw rate by the wheels has a smaller standard deviation than this
 /// \[rad/s\].
@@ -98,34 +98,48 @@ impl GyroLog {
 
     /// The readings in all whole lines of the log; none if there is no row yet.
     fn so_far(&self) -> Result<Vec<(f64, f64)>> {
-        const HEADER_AND_TWO_ROWS: usize = 3;
         let text = whole_lines(&self.path)
             .map_err(|error| CampaignError::io(&self.path, "read it", error))?;
-        if text.is_empty() {
-            return Ok(Vec::new());
-        }
-        let known = |name: &str| {
-            Column::from_name(name).filter(|column| matches!(column, Column::Time | Column::GyroZ))
-        };
-        let required = [Column::Time, Column::GyroZ];
-        let short = text.lines().count() < HEADER_AND_TWO_ROWS;
-        // Two rows stand in for those that will come, so that the header is checked now.
-        let text = if short { header_and_zeros(&text) } else { text };
-        let table = Table::parse(&self.path, text.as_bytes(), known, &required)?;
-        if short {
-            return Ok(Vec::new());
-        }
+        let (readings, warnings) = parse(&self.path, text)?;
         if self.before == 0 {
-            table.warnings.iter().for_each(ui::warn);
+            warnings.iter().for_each(ui::warn);
         }
-        let reading = |cells: &[(Column, Option<f64>)]| {
-            let cell = |wanted| {
-                cells.iter().find(|(column, _)| *column == wanted).and_then(|(_, value)| *value)
-            };
-            Some((cell(Column::Time)?, cell(Column::GyroZ)?))
-        };
-        Ok(table.rows.iter().filter_map(|(_, cells)| reading(cells)).collect())
+        Ok(readings)
     }
+}
+
+/// The readings in the text of a log, which errors call `file`: time on the logger's clock, rate \[s, rad/s\].
+/// None if there is no row yet.
+///
+/// # Errors
+/// If a column is missing, or a cell is no number of its column.
+#[allow(clippy::type_complexity, reason = "readings and warnings, as every table gives them")]
+pub fn parse(
+    file: &Path,
+    text: String,
+) -> std::result::Result<(Vec<(f64, f64)>, Vec<Warning>), CampaignError> {
+    const HEADER_AND_TWO_ROWS: usize = 3;
+    if text.is_empty() {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let known = |name: &str| {
+        Column::from_name(name).filter(|column| matches!(column, Column::Time | Column::GyroZ))
+    };
+    let required = [Column::Time, Column::GyroZ];
+    let short = text.lines().count() < HEADER_AND_TWO_ROWS;
+    // Two rows stand in for those that will come, so that the header is checked now.
+    let text = if short { header_and_zeros(&text) } else { text };
+    let table = Table::parse(file, text.as_bytes(), known, &required)?;
+    if short {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let reading = |cells: &[(Column, Option<f64>)]| {
+        let cell = |wanted| {
+            cells.iter().find(|(column, _)| *column == wanted).and_then(|(_, value)| *value)
+        };
+        Some((cell(Column::Time)?, cell(Column::GyroZ)?))
+    };
+    Ok((table.rows.iter().filter_map(|(_, cells)| reading(cells)).collect(), table.warnings))
 }
 
 fn header_and_zeros(text: &str) -> String {

@@ -118,6 +118,11 @@ impl Custom {
                 (typical / 30.0, typical * 30.0)
             }
         };
+        if !is_plausible(range) {
+            let problem = format!("no plausible value of `{name}` follows from this");
+            let hint = "numbers of everyday size in SI units, and units with small powers; or declare its range";
+            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, hint));
+        }
         let role = if is_amplitude { Role::Amplitude } else { Role::Shape };
         Ok(Parameter {
             name: Cow::Owned(name.into()),
@@ -129,6 +134,13 @@ impl Custom {
             usual: None,
         })
     }
+}
+
+/// Whether a range can be searched: neither so wide nor so narrow that its numbers overflow when they are squared.
+fn is_plausible((low, high): (f64, f64)) -> bool {
+    const SIZES: core::ops::RangeInclusive<f64> = 1e-100..=1e100;
+    let bounded = |end: f64| end == 0.0 || SIZES.contains(&end.abs());
+    bounded(low) && bounded(high) && low < high
 }
 
 fn list(names: &[String]) -> String {

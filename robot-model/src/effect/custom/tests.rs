@@ -230,6 +230,33 @@ fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
     assert!((k.value - 0.06).abs() < 3.0 * k.sigma, "{k:?}");
 }
 
+#[test]
+fn numbers_and_units_without_a_plausible_value_are_refused_with_their_place() {
+    for text in [
+        // The slope underflows, overflows, or is so small that its reciprocal overflows.
+        "dtheta = k*ln(t_run*ln(0+abs(he-1e308)))*sign(v)*min(v, v)",
+        "dtheta = k * v * 1e-200 * 1e-120",
+        "dtheta = k * v * 1e-300",
+        "dtheta = k * v * 1e300",
+        "dn = k * exp(-abs(v)/c) * v^99.9 * v^99.9 * v^99.9 * v^99.9 * v^99.9 * v^99.9 * v^99.9",
+    ] {
+        let custom = Custom::from_equation(text).unwrap();
+        match custom.build() {
+            Ok(effect) => {
+                for parameter in effect.facts().parameters {
+                    let ends = [parameter.low, parameter.high];
+                    assert!(ends.iter().all(|end| end.is_finite()), "{text}: {parameter:?}");
+                    assert!(ends.iter().all(|end| end.abs() < 1e101), "{text}: {parameter:?}");
+                    assert!(parameter.low < parameter.high, "{text}: {parameter:?}");
+                }
+            }
+            Err(error) => assert!(custom.expression.get(error.at.clone()).is_some(), "{error:?}"),
+        }
+    }
+    let refused = Custom::from_equation("dtheta = k * v * 1e-300").unwrap().build().unwrap_err();
+    assert!(refused.problem.contains("no plausible value of `k`"), "{refused:?}");
+}
+
 proptest::proptest! {
     #[test]
     fn no_text_makes_the_reader_panic(text in "[a-z0-9 .+*/^()\\[\\],=é_-]{0,60}") {

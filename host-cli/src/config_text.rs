@@ -1,0 +1,157 @@
+//! The robot's configuration as text: single fields by their names, and the file that `beeline config export` writes.
+
+use std::path::Path;
+
+use shared_proto::{Config, ConfigError};
+use toml::Value;
+
+use crate::error::{Context, Error, Result};
+
+/// Reads the text of a configuration file; errors call it `file`.
+///
+/// # Errors
+/// If it is no TOML, lacks a field or has one too many, or a value is out of its range.
+pub fn parse(file: &Path, text: &str) -> Result<Config> {
+    let config: Config = toml::from_str(text).map_err(|error| {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let problem = error.message().replace('\n', " ");
+        Error::new(format_args!("{}:{line}:{column}: {problem}", file.display()))
+            .hint("`beeline config export` writes a file with every field")
+    })?;
+    config
+        .validate()
+        .map_err(|error| out_of_range(format_args!("{}: {error}", file.display()), &error))?;
+    Ok(config)
+}
+
+fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
+    Error::new(what).hint(match error {
+        ConfigError::OutOfRange { .. } => "values are in SI units: metres, seconds, volts",
+        ConfigError::DistancePerCount { .. } => {
+            "change the three together, with `beeline config import`"
+        }
+    })
+}
+
+/// The configuration as a tree of tables.
+pub fn to_value(config: &Config) -> Result<Value> {
+    Value::try_from(config).context("the configuration")
+}
+
+/// Every field by its whole name.
+pub fn flatten(config: &Config) -> Result<Vec<(String, Value)>> {
+    Ok(leaves(&to_value(config)?))
+}
+
+/// Every value below this one by its name from here.
+pub fn leaves(value: &Value) -> Vec<(String, Value)> {
+    match value {
+        Value::Table(table) => table
+            .iter()
+            .flat_map(|(name, value)| {
+                leaves(value).into_iter().map(move |(path, leaf)| match path.as_str() {
+                    "" => (name.clone(), leaf),
+                    _ => (format!("{name}.{path}"), leaf),
+                })
+            })
+            .collect(),
+        leaf => vec![(String::new(), leaf.clone())],
+    }
+}
+
+/// The value of a field, or the table of a group of fields.
+///
+/// # Errors
+/// If there is none of this name, with similar names.
+pub fn get<'a>(value: &'a Value, field: &str) -> Result<&'a Value> {
+    field
+        .split('.')
+        .try_fold(value, |value, name| value.get(name))
+        .ok_or_else(|| no_such_field(value, field))
+}
+
+fn no_such_field(root: &Value, field: &str) -> Error {
+    let last = field.trim_end_matches('.').rsplit('.').next().unwrap_or(field);
+    let similar: Vec<_> = leaves(root)
+        .into_iter()
+        .map(|(path, _)| path)
+        .filter(|path| {
+            !last.is_empty() && path.contains(last)
+                || path.rsplit('.').next().is_some_and(|name| last.contains(name))
+        })
+        .take(4)
+        .collect();
+    let error = Error::new(format_args!("the configuration has no field `{field}`"));
+    if similar.is_empty() {
+        error.hint("`beeline config get` lists them")
+    } else {
+        error.hint(format_args!("did you mean {}?", similar.join(" or ")))
+    }
+}
+
+/// The configuration with one field changed.
+///
+/// # Errors
+/// If there is no such field, or the text is no value that it may have.
+pub fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
+    let mut root = to_value(config)?;
+    let unknown = no_such_field(&root, field);
+    let mut place = &mut root;
+    for name in field.split('.') {
+        match place.get_mut(name) {
+            Some(inner) => place = inner,
+            None => return Err(unknown),
+        }
+    }
+    *place = match place {
+        Value::Float(_) => Value::Float(text.trim().parse().map_err(|_| {
+            Error::new(format_args!("{field} = {text}: must be a number, in SI units"))
+                .hint("for example 0.9919")
+        })?),
+        Value::Boolean(_) => Value::Boolean(text.parse().map_err(|_| {
+            Error::new(format_args!("{field} = {text}: must be true or false"))
+                .hint(format_args!("`beeline config set {field} true`"))
+        })?),
+        Value::String(_) if text.chars().any(char::is_control) => {
+            return Err(Error::new(format_args!(
+                "{field} = {text:?}: must not hold control characters"
+            )));
+        }
+        Value::String(_) => Value::String(text.into()),
+        _ => {
+            return Err(Error::new(format_args!("{field} is a group of fields"))
+                .hint(format_args!("`beeline config get {field}` lists them")));
+        }
+    };
+    let changed: Config = root.try_into().map_err(|_| {
+        Error::new(format_args!(
+            "{field} = {text}: too long, at most {} bytes",
+            shared_proto::NAME_LEN_MAX
+        ))
+        .hint("choose a shorter one")
+    })?;
+    changed.validate().map_err(|error| out_of_range(error, &error))?;
+    Ok(changed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_can_be_set_by_the_name_that_get_shows() {
+        let config = Config::default();
+        for (path, leaf) in flatten(&config).unwrap() {
+            let text = leaf.as_str().map_or_else(|| leaf.to_string(), str::to_owned);
+            assert_eq!(set(&config, &path, &text).unwrap(), config, "{path}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_name_suggests_the_right_one() {
+        let error = set(&Config::default(), "wheel_weight", "1").unwrap_err();
+        assert_eq!(error.hint_text(), Some("did you mean geometry.wheel_weight?"));
+    }
+}

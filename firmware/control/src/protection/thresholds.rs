@@ -3,10 +3,13 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, WheelPair};
 
-use super::{CHECKPOINTS_LEN, per_tick};
+use super::sample::per_tick;
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, MetersPerCount};
+
+/// Checkpoints in a stall time.
+pub(super) const CHECKPOINTS_LEN: usize = 8;
 
 /// Fractional bits of a [`Travel`].
 const TRAVEL_BITS: u32 = 32;

@@ -1,0 +1,278 @@
+//! The state of one wheel, and the rules.
+
+use shared_proto::{Fault, Wheel};
+
+use super::runaway::Run;
+use super::sample::{Positions, WheelSample};
+use super::thresholds::{CHECKPOINTS_LEN, WheelThresholds};
+
+/// A kind of fault that needs a wheel.
+pub type WheelFault = fn(Wheel) -> Fault;
+
+/// A change of the count.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    tick: u32,
+    counts: i64,
+    positions: Positions,
+}
+
+/// Changes kept, so that 4 ticks are covered at one change a tick; a power of two.
+const CHANGES_LEN: usize = 8;
+/// Counts and ticks over which the rate before a standstill is taken.
+///
+/// Few, to see a wheel slow down over about 4 counts. At 2 ms per count, as at the paper's cruise, one tick
+/// of quantisation is a quarter of the time; the factor of two thirds allows for that.
+const LAST_COUNTS: u64 = 2;
+const LAST_TICKS: u32 = 4;
+/// Changes over which the speed of a wheel is taken that turns the wrong way.
+const LATELY: usize = 4;
+/// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
+const ONE_LINE: u32 = 2;
+/// So often in a stall time a count goes back only if a line floats or is cut.
+const FLAPS: u32 = 6;
+
+/// The state of one wheel's monitor.
+#[derive(Clone, Copy, Debug)]
+pub struct WheelMonitor {
+    tick: u32,
+    /// The newest change that led to a new count; before the first one, the start.
+    last: Change,
+    /// The count, and what it was before it changed last.
+    counts: (i64, i64),
+    /// How often it has gone back; halved by each change that led to a new count.
+    goings_back: u32,
+    /// How often it has gone back in about the last stall time.
+    flaps: u32,
+    /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
+    changes: [Change; CHANGES_LEN],
+    changed: usize,
+    /// The present series of changes against the setpoint, or away from one at rest.
+    run: Option<Run>,
+    /// Where monitoring began; stands in for checkpoints that are not taken yet.
+    start: Positions,
+    checkpoints: [Positions; CHECKPOINTS_LEN],
+    /// The index of the next checkpoint.
+    checkpoint: usize,
+    /// Every checkpoint has been taken once.
+    round_taken: bool,
+    checkpoint_tick: u32,
+}
+
+impl WheelMonitor {
+    pub const BLANK: Self = {
+        const POSITIONS: Positions = Positions { setpoint: 0, travel: 0 };
+        const CHANGE: Change = Change { tick: 0, counts: 0, positions: POSITIONS };
+        Self {
+            tick: 0,
+            last: CHANGE,
+            counts: (0, 0),
+            goings_back: 0,
+            flaps: 0,
+            changes: [CHANGE; CHANGES_LEN],
+            changed: 0,
+            run: None,
+            start: POSITIONS,
+            checkpoints: [POSITIONS; CHECKPOINTS_LEN],
+            checkpoint: 0,
+            round_taken: false,
+            checkpoint_tick: 0,
+        }
+    };
+
+    /// Resets only what will be read: this runs within a control tick.
+    pub fn begin(&mut self, view: &WheelSample) {
+        self.tick = 0;
+        self.start = view.positions;
+        self.last = Change { tick: 0, counts: view.counts, positions: self.start };
+        self.counts = (view.counts, view.counts);
+        (self.goings_back, self.flaps) = (0, 0);
+        self.changes[0] = self.last;
+        self.changed = 1;
+        self.run = None;
+        self.checkpoint = 0;
+        self.round_taken = false;
+        self.checkpoint_tick = 0;
+    }
+
+    #[inline(always)]
+    pub fn step(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+        self.tick = self.tick.wrapping_add(1);
+        let moved = view.counts.wrapping_sub(self.counts.0);
+        if moved != 0 {
+            if moved.unsigned_abs() > limits.counts_per_tick_max {
+                return Some(Fault::CountRate);
+            }
+            let goes_back = view.counts == self.counts.1 && moved.unsigned_abs() == 1;
+            self.counts = (view.counts, self.counts.0);
+            if goes_back {
+                (self.goings_back, self.flaps) = (self.goings_back + 1, self.flaps + 1);
+            } else {
+                self.goings_back >>= 1;
+                self.record(view, moved > 0);
+            }
+        }
+        if self.is_quiet(limits, view) { None } else { self.examine(limits, view) }
+    }
+
+    /// A shorter question than the rules, and none of them applies if the answer is yes.
+    #[inline(always)]
+    fn is_quiet(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let Positions { setpoint, travel } = view.positions;
+        let advance = setpoint.abs_diff(self.last.positions.setpoint);
+        !view.rests
+            && self.run.is_none()
+            && !self.checkpoint_is_due(limits)
+            && setpoint.abs_diff(travel) <= limits.error_max as u64
+            && advance < limits.standing_advance as u64
+    }
+
+    /// All rules.
+    #[inline(never)]
+    fn examine(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+        let positions = view.positions;
+        let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
+        if self.flaps >= FLAPS
+            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
+        {
+            Some(Fault::EncoderDead)
+        } else if self.is_driven_away(limits, view) {
+            Some(Fault::EncoderReversed)
+        } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
+            Some(self.diagnose(limits))
+        } else if self.presses(limits, view) {
+            Some(Fault::Stall)
+        } else if too_far {
+            Some(Fault::FollowingError)
+        } else {
+            None
+        }
+    }
+
+    fn record(&mut self, view: &WheelSample, forward: bool) {
+        let positions = view.positions;
+        let advanced = positions.since(self.last.positions).setpoint;
+        // Towards which the wheel should turn: with the setpoint, or back to one that rests.
+        let wanted = match advanced {
+            0 => positions.setpoint.wrapping_sub(self.last.positions.travel),
+            _ => advanced,
+        };
+        if wanted != 0 && (wanted > 0) == forward {
+            self.run = None;
+        } else if self.run.is_none() {
+            let (turned, ticks) = self.lately();
+            let before = (turned, ticks + self.standing_ticks());
+            self.run = Some(Run::new(self.last.positions, self.tick, before));
+        }
+        self.last = Change { tick: self.tick, counts: view.counts, positions };
+        self.changes[self.changed % CHANGES_LEN] = self.last;
+        self.changed = self.changed.wrapping_add(1);
+    }
+
+    /// The `age`-th newest change, from 1.
+    fn change(&self, age: usize) -> Change {
+        self.changes[self.changed.wrapping_sub(age) % CHANGES_LEN]
+    }
+
+    /// The travel over the newest changes, and its ticks.
+    fn lately(&self) -> (i64, u32) {
+        let earlier = self.change(LATELY.min(self.changed));
+        (
+            self.last.positions.since(earlier.positions).travel.abs(),
+            self.last.tick.wrapping_sub(earlier.tick),
+        )
+    }
+
+    /// The count goes the other way than the motor drives the wheel.
+    fn is_driven_away(&mut self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let (tick, lately) = (self.tick, self.lately());
+        self.run.as_mut().is_some_and(|run| run.is_driven_away(limits, view, (tick, lately)))
+    }
+
+    fn standing_ticks(&self) -> u32 {
+        self.tick.wrapping_sub(self.last.tick)
+    }
+
+    /// The count stands still while the setpoint advances.
+    ///
+    /// A setpoint that only catches up with the wheel tells nothing: after the encoder check the wheel is
+    /// ahead of its motion.
+    ///
+    /// `too_far`: the error is above its limit already, so there is no time to wait.
+    fn stands(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
+        let since = positions.since(self.last.positions).setpoint;
+        let advance = since.abs();
+        let error = positions.setpoint.wrapping_sub(positions.travel);
+        let ahead = if since < 0 { error.wrapping_neg() } else { error };
+        (advance.min(ahead) >= limits.standing_advance
+            && self.standing_ticks() >= limits.stall_ticks)
+            || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
+    }
+
+    /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
+    fn presses(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        let positions = view.positions;
+        view.rests
+            && self.standing_ticks() >= 10 * limits.stall_ticks
+            && view.duty.0.to_bits().unsigned_abs() >= limits.resting_duty
+            && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
+    }
+
+    #[inline(always)]
+    fn checkpoint_is_due(&self, limits: &WheelThresholds) -> bool {
+        self.tick.wrapping_sub(self.checkpoint_tick) >= limits.checkpoint_ticks
+    }
+
+    /// The wheel falls far behind although its count still changes now and then.
+    fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
+        if !self.checkpoint_is_due(limits) {
+            return false;
+        }
+        self.checkpoint_tick = self.tick;
+        self.flaps -= self.flaps.div_ceil(CHECKPOINTS_LEN as u32);
+        let slot = self.checkpoint % CHECKPOINTS_LEN;
+        let taken = core::mem::replace(&mut self.checkpoints[slot], positions);
+        let oldest = if self.round_taken { taken } else { self.start };
+        self.checkpoint = (slot + 1) % CHECKPOINTS_LEN;
+        self.round_taken |= self.checkpoint == 0;
+        let moved = positions.since(oldest);
+        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
+        // `EncoderReversed` has its own rule.
+        self.run.is_none()
+            && moved.setpoint.abs() >= limits.creeping_advance
+            && along < moved.setpoint.abs() >> 3
+    }
+
+    /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
+    #[cold]
+    fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
+        let last = self.last;
+        if self.changed == 1 || self.goings_back.max(self.flaps) >= ONE_LINE {
+            return Fault::EncoderDead;
+        }
+        // A count that still changes now and then comes from a live encoder.
+        if self.standing_ticks() < limits.stall_ticks / 2 {
+            return Fault::Stall;
+        }
+        let known = self.changed.min(CHANGES_LEN);
+        let mut age = 2;
+        while age < known && !self.covers(age) {
+            age += 1;
+        }
+        let moved = last.positions.since(self.change(age).positions);
+        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
+        // Two thirds; shifted first, so that nothing overflows.
+        if along > 0 && 3 * (along >> 3) >= 2 * (moved.setpoint.abs() >> 3) {
+            Fault::EncoderDead
+        } else {
+            Fault::Stall
+        }
+    }
+
+    /// Whether the time from the `age`-th newest change to the newest is long enough to tell the rate.
+    fn covers(&self, age: usize) -> bool {
+        let (last, earlier) = (self.change(1), self.change(age));
+        last.counts.abs_diff(earlier.counts) >= LAST_COUNTS
+            && last.tick.wrapping_sub(earlier.tick) >= LAST_TICKS
+    }
+}

@@ -169,7 +169,8 @@ pub(crate) fn tracks(
 ) -> TrackErrors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let runs = parallel::map(&runs, |run| {
-        let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
+        let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
+        let sums = equations.without(left_out);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
@@ -190,23 +191,21 @@ pub(crate) fn cross_validated(
     let each = parallel::map(&runs, |run| {
         let sums = match runs.len() {
             1 => equations.total.clone(),
-            _ => equations.without(|_, unit| unit.run == *run),
+            _ => equations.without(equations.units_of(*run)),
         };
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
-    let chi_squared = equations
-        .units
-        .iter()
-        .enumerate()
-        .map(|(index, unit)| {
-            let sums = match runs.len() {
-                1 => equations.without(|other, _| other == index),
-                _ => equations.without(|_, other| other.run == unit.run),
-            };
-            let delta = equations.solve(&sums, columns).delta;
-            unit.sums.chi_squared(columns, &delta)
-        })
-        .sum();
+    let units: Vec<usize> = (0..equations.units.len()).collect();
+    let on_each = parallel::map(&units, |index| {
+        let unit = &equations.units[*index];
+        let sums = match runs.len() {
+            1 => equations.without([*index]),
+            _ => equations.without(equations.units_of(unit.run)),
+        };
+        let delta = equations.solve(&sums, columns).delta;
+        unit.sums.chi_squared(columns, &delta)
+    });
+    let chi_squared = on_each.into_iter().sum();
     total(each, chi_squared, equations.total.rows)
 }

@@ -9,6 +9,8 @@
 //! and every refit, cross-validation and test after that is arithmetic on sums of these over runs. The run is the
 //! unit throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::effect::composition::{PlacedTerm, Terms};
@@ -229,14 +231,18 @@ impl CampaignEquations {
         flat.total.chi_squared(others, &delta)
     }
 
-    /// The sums of all units but those that `left_out` names.
-    pub fn without(&self, left_out: impl Fn(usize, &Unit) -> bool) -> NormalEquations {
+    /// The sums of all units but these, given in their order.
+    pub fn without(&self, left_out: impl IntoIterator<Item = usize>) -> NormalEquations {
         let mut sums = self.total.clone();
-        for (index, unit) in self.units.iter().enumerate() {
-            if left_out(index, unit) {
-                sums.add(&unit.sums, -1.0);
-            }
+        for unit in left_out {
+            sums.add(&self.units[unit].sums, -1.0);
         }
         sums
+    }
+
+    /// The units of a run, which stand together.
+    pub fn units_of(&self, run: usize) -> Range<usize> {
+        let before = |end: usize| self.units.partition_point(|unit| unit.run < end);
+        before(run)..before(run + 1)
     }
 }

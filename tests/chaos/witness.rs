@@ -1,0 +1,165 @@
+//! What really crossed the line, and when: all that hosts sent, that the robot heard, and that it answered.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use shared_proto::{
+    Answer, Channel, Command, Config, Decoder, Event, MotionId, Reply, Request, State, Telemetry,
+};
+use sim_target::now_us;
+
+/// The requests in these bytes that are whole.
+pub(crate) fn requests(bytes: &[u8]) -> Vec<Request> {
+    let mut decoder = Decoder::new();
+    let whole = bytes.iter().filter_map(|byte| match decoder.push(*byte) {
+        Some(Ok(frame)) if frame.channel == Channel::Request => frame.message::<Request>(),
+        _ => None,
+    });
+    whole.collect()
+}
+
+/// Everything that the invariants need to know.
+#[derive(Default)]
+pub(crate) struct Witness {
+    /// When a living host last wanted a motion.
+    pub wanted_us: Option<u64>,
+    /// What hosts wanted to be written.
+    pub configs: Vec<Config>,
+    /// Whose a motion is, by the session that first asked for it.
+    owners: BTreeMap<MotionId, u32>,
+    asked: BTreeMap<(u32, u32), Command>,
+    /// Sessions that the robot has told that they drive.
+    armed: BTreeSet<u32>,
+    driver: Option<u32>,
+    /// When the robot last heard each of these, whole.
+    pub heard_arm_us: Option<u64>,
+    pub heard_emergency_stop_us: Option<u64>,
+    heard_clear: bool,
+    heard_subscribe: bool,
+    /// When somebody last made the robot restart.
+    pub restarted_us: Option<u64>,
+    fault: Option<u32>,
+    last: Option<(u32, u64, State)>,
+    offset_us: i128,
+    /// What was broken on the line itself.
+    pub broken: Vec<String>,
+}
+
+impl Witness {
+    /// The robot's clock, as its last frame showed it \[ms\].
+    pub(crate) fn robot_ms(&self) -> u64 {
+        u64::try_from((i128::from(now_us()) + self.offset_us) / 1000).unwrap_or(0)
+    }
+
+    /// The session that the robot has told last that it drives.
+    pub(crate) fn driver(&self) -> Option<u32> {
+        self.driver
+    }
+
+    /// The number of the fault that was reported last and is not cleared.
+    pub(crate) fn fault(&self) -> Option<u32> {
+        self.fault
+    }
+
+    /// Somebody makes the robot restart: its sessions, numbers and faults begin anew.
+    pub(crate) fn restart(&mut self) {
+        self.restarted_us = Some(now_us());
+        (self.driver, self.fault, self.last) = (None, None, None);
+    }
+
+    pub(crate) fn host_sends(&mut self, bytes: &[u8]) {
+        for Request { session, id, command, .. } in requests(bytes) {
+            match &command {
+                Command::Drive(drive) => self.wants(drive.motion, session),
+                Command::Velocity(velocity) => self.wants(velocity.motion, session),
+                Command::Renew { motion } => self.wants(*motion, session),
+                Command::WriteConfig(config) => self.configs.push(config.clone()),
+                _ => {}
+            }
+            self.asked.insert((session, id), command);
+        }
+    }
+
+    fn wants(&mut self, motion: MotionId, session: u32) {
+        self.wanted_us = Some(now_us());
+        self.owners.entry(motion).or_insert(session);
+    }
+
+    pub(crate) fn robot_hears(&mut self, bytes: &[u8]) {
+        for request in requests(bytes) {
+            match request.command {
+                Command::Arm { .. } => self.heard_arm_us = Some(now_us()),
+                Command::EmergencyStop => self.heard_emergency_stop_us = Some(now_us()),
+                Command::ClearFault { .. } => self.heard_clear = true,
+                Command::Subscribe { .. } => self.heard_subscribe = true,
+                _ => {}
+            }
+        }
+    }
+
+    pub(crate) fn robot_sends(&mut self, bytes: &[u8]) {
+        let mut decoder = Decoder::new();
+        for byte in bytes {
+            let Some(Ok(frame)) = decoder.push(*byte) else { continue };
+            match frame.channel {
+                Channel::Reply => frame.message().into_iter().for_each(|reply| self.reply(&reply)),
+                Channel::Telemetry => {
+                    frame.message().into_iter().for_each(|telemetry| self.telemetry(&telemetry));
+                }
+                Channel::Event => frame.message().into_iter().for_each(|event| self.event(&event)),
+                _ => {}
+            }
+        }
+    }
+
+    fn reply(&mut self, reply: &Reply) {
+        self.offset_us = i128::from(reply.t_us) - i128::from(now_us());
+        let Ok(answer) = &reply.outcome else { return };
+        if let Answer::Status(status) = answer {
+            self.fault = status.fault.map(|report| report.number);
+        }
+        match self.asked.get(&(reply.session, reply.id)) {
+            Some(Command::Arm { .. }) => {
+                self.armed.insert(reply.session);
+                self.driver = Some(reply.session);
+            }
+            Some(Command::Drive(_) | Command::Velocity(_) | Command::Renew { .. })
+                if self.driver.is_some_and(|driver| driver != reply.session) =>
+            {
+                let driver = self.driver;
+                self.broken.push(format!("session {} moves it, and {driver:?} drives", reply.session));
+            }
+            _ => {}
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        match event {
+            Event::Fault(report) => self.fault = Some(report.number),
+            Event::MotionEnded { motion, .. } => {
+                if let Some(owner) = self.owners.get(motion)
+                    && !self.armed.contains(owner)
+                {
+                    self.broken.push(format!("a motion of session {owner}, which never drove"));
+                }
+            }
+            Event::State { .. } => {}
+        }
+    }
+
+    fn telemetry(&mut self, now: &Telemetry) {
+        let cleared = std::mem::take(&mut self.heard_clear);
+        let subscribed = std::mem::take(&mut self.heard_subscribe);
+        if let Some((number, t_us, state)) = self.last.replace((now.number, now.t_us, now.state)) {
+            if now.t_us <= t_us {
+                self.broken.push(format!("telemetry of {} us after {t_us} us", now.t_us));
+            }
+            let ahead = now.number.wrapping_sub(number);
+            if !subscribed && (ahead == 0 || ahead > u32::MAX / 2) {
+                self.broken.push(format!("telemetry number {} after {number}", now.number));
+            }
+            if state == State::Faulted && now.state != State::Faulted && !cleared {
+                self.broken.push(format!("{} after a fault that nobody cleared", now.state.name()));
+            }
+        }
+    }
+}

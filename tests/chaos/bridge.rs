@@ -31,8 +31,9 @@ impl Weather {
     /// A fifth of the sessions have good lines; in the others each share is drawn by itself.
     pub(crate) fn draw(rng: &mut ChaCha8Rng) -> Self {
         let bad = rng.random_bool(0.8);
-        let mut share =
-            |most: f64| if bad && rng.random_bool(0.6) { most * rng.random::<f64>().powi(2) } else { 0.0 };
+        let mut share = |most: f64| {
+            if bad && rng.random_bool(0.6) { most * rng.random::<f64>().powi(2) } else { 0.0 }
+        };
         let (lost, damaged, twice, again) = (share(0.3), share(0.1), share(0.2), share(0.2));
         let late = share(0.2);
         Self { lost, damaged, twice, again, late, late_us_max: rng.random_range(10_000..3_000_000) }

@@ -86,7 +86,8 @@ async fn one_host(
     // Within what is promised of two clocks: a thousandth.
     let rate = rng.random_range(0.9995..1.0005);
     let clock = Clock::new(HostClock { rate, began_us: rng.random_range(0..1 << 40) });
-    let mut session = Session::new(connection, clock, rng.random_range(1..u32::MAX), "chaos".into());
+    let mut session =
+        Session::new(connection, clock, rng.random_range(1..u32::MAX), "chaos".into());
     for _ in 0..rng.random_range(1..6) {
         let began_us = now_us();
         let hangs = async {
@@ -160,7 +161,8 @@ async fn save(session: &mut Session, rng: &mut ChaCha8Rng) -> Result<(), Error> 
 async fn travel(session: &mut Session, rng: &mut ChaCha8Rng) -> Result<(), Broken> {
     let way = |rng: &mut ChaCha8Rng| rng.random_range(-0.5..0.5);
     let (left, right) = (way(rng), way(rng));
-    let motion: Motion = meters(left, right, rng.random_range(0.1..0.3), rng.random_range(0.5..1.5));
+    let motion: Motion =
+        meters(left, right, rng.random_range(0.1..0.3), rng.random_range(0.5..1.5));
     let options = RecordOptions { period_ms: 20, ..RecordOptions::default() };
     let mut telemetry = Vec::new();
     let end = drive_into(session, &motion, options, &mut telemetry, &mut |_| ()).await;

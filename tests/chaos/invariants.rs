@@ -37,14 +37,23 @@ pub(crate) struct Invariants {
 
 impl Invariants {
     /// Every millisecond; a sentence for what does not hold.
-    pub(crate) fn check(&mut self, now_us: u64, lab: &Lab, witness: &mut Witness) -> Result<(), String> {
+    pub(crate) fn check(
+        &mut self,
+        now_us: u64,
+        lab: &Lab,
+        witness: &mut Witness,
+    ) -> Result<(), String> {
         if let Some(broken) = witness.broken.pop() {
             return Err(broken);
         }
         let (speed_mps, powered) = lab.plant(|plant| {
             let radius_m = plant.parameters().geometry.wheel_radius_m;
-            let rims: WheelPair<f64> = plant.wheel_speeds_rad_s().zip(radius_m).map(|(speed, radius)| speed * radius);
-            (rims.left.abs().max(rims.right.abs()), plant.currents_a().any(|current_a| current_a != 0.0))
+            let rims: WheelPair<f64> =
+                plant.wheel_speeds_rad_s().zip(radius_m).map(|(speed, radius)| speed * radius);
+            (
+                rims.left.abs().max(rims.right.abs()),
+                plant.currents_a().any(|current_a| current_a != 0.0),
+            )
         });
         let ends_us = witness.wanted_us.map_or(0, |wanted_us| wanted_us + LEASE_US);
         if now_us < ends_us {
@@ -89,7 +98,9 @@ pub(crate) fn check_flash(content: Option<&str>, witness: &Witness) -> Result<()
     let Some(text) = content else { return Ok(()) };
     let saved: Config = match toml::from_str(text) {
         Ok(saved) => saved,
-        Err(error) => return Err(format!("the saved configuration cannot be read: {}", error.message())),
+        Err(error) => {
+            return Err(format!("the saved configuration cannot be read: {}", error.message()));
+        }
     };
     match saved == Config::default() || witness.configs.contains(&saved) {
         true => Ok(()),

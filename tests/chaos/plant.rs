@@ -35,11 +35,9 @@ impl Plant {
                 request.until_ms = witness.robot_ms() + 200;
                 true
             }
-            Self::NoSessionCheck => {
-                witness.driver().is_some_and(|driver| {
-                    std::mem::replace(&mut request.session, driver) != driver
-                })
-            }
+            Self::NoSessionCheck => witness
+                .driver()
+                .is_some_and(|driver| std::mem::replace(&mut request.session, driver) != driver),
             _ => false,
         };
         let mut changed = requests(bytes);

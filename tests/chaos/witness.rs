@@ -1,6 +1,6 @@
 //! What really crossed the line, and when: all that hosts sent, that the robot heard, and that it answered.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use shared_proto::{
     Answer, Channel, Command, Config, Decoder, Event, MotionId, Reply, Request, State, Telemetry,
@@ -25,16 +25,19 @@ pub(crate) struct Witness {
     /// What hosts wanted to be written.
     pub configs: Vec<Config>,
     /// Whose a motion is, by the session that first asked for it.
-    owners: BTreeMap<MotionId, u32>,
+    owners: BTreeMap<u32, u32>,
     asked: BTreeMap<(u32, u32), Command>,
-    /// Sessions that the robot has told that they drive.
-    armed: BTreeSet<u32>,
-    driver: Option<u32>,
+    /// When the robot last heard a session arm it: an answer that finds no room is dropped.
+    armed_us: BTreeMap<u32, u64>,
+    /// The session that the robot has told last that it drives, and when.
+    driver: Option<(u32, u64)>,
     /// When the robot last heard each of these, whole.
     pub heard_arm_us: Option<u64>,
     pub heard_emergency_stop_us: Option<u64>,
-    heard_clear: bool,
-    heard_subscribe: bool,
+    heard_clear_us: Option<u64>,
+    heard_subscribe_us: Option<u64>,
+    /// When telemetry last showed no fault.
+    sound_us: u64,
     /// When somebody last made the robot restart.
     pub restarted_us: Option<u64>,
     fault: Option<u32>,
@@ -52,7 +55,7 @@ impl Witness {
 
     /// The session that the robot has told last that it drives.
     pub(crate) fn driver(&self) -> Option<u32> {
-        self.driver
+        self.driver.map(|(session, _)| session)
     }
 
     /// The number of the fault that was reported last and is not cleared.
@@ -81,16 +84,19 @@ impl Witness {
 
     fn wants(&mut self, motion: MotionId, session: u32) {
         self.wanted_us = Some(now_us());
-        self.owners.entry(motion).or_insert(session);
+        self.owners.entry(motion.0).or_insert(session);
     }
 
     pub(crate) fn robot_hears(&mut self, bytes: &[u8]) {
         for request in requests(bytes) {
             match request.command {
-                Command::Arm { .. } => self.heard_arm_us = Some(now_us()),
+                Command::Arm { .. } => {
+                    self.heard_arm_us = Some(now_us());
+                    self.armed_us.insert(request.session, now_us());
+                }
                 Command::EmergencyStop => self.heard_emergency_stop_us = Some(now_us()),
-                Command::ClearFault { .. } => self.heard_clear = true,
-                Command::Subscribe { .. } => self.heard_subscribe = true,
+                Command::ClearFault { .. } => self.heard_clear_us = Some(now_us()),
+                Command::Subscribe { .. } => self.heard_subscribe_us = Some(now_us()),
                 _ => {}
             }
         }
@@ -118,15 +124,23 @@ impl Witness {
             self.fault = status.fault.map(|report| report.number);
         }
         match self.asked.get(&(reply.session, reply.id)) {
-            Some(Command::Arm { .. }) => {
-                self.armed.insert(reply.session);
-                self.driver = Some(reply.session);
-            }
-            Some(Command::Drive(_) | Command::Velocity(_) | Command::Renew { .. })
-                if self.driver.is_some_and(|driver| driver != reply.session) =>
-            {
-                let driver = self.driver;
-                self.broken.push(format!("session {} moves it, and {driver:?} drives", reply.session));
+            Some(Command::Arm { .. }) => self.driver = Some((reply.session, now_us())),
+            Some(command @ (Command::Drive(_) | Command::Velocity(_) | Command::Renew { .. })) => {
+                let since_us = self.armed_us.get(&reply.session).copied();
+                if let Some((driver, told_us)) = self.driver
+                    && driver != reply.session
+                    && since_us.is_none_or(|since_us| since_us < told_us)
+                {
+                    let name = match command {
+                        Command::Renew { .. } => "renews its motion",
+                        _ => "drives it",
+                    };
+                    let (session, ms) = (reply.session, now_us() / 1000);
+                    self.broken.push(format!(
+                        "session {session} {name} at {ms} ms, and {driver} armed it at {} ms",
+                        told_us / 1000
+                    ));
+                }
             }
             _ => {}
         }
@@ -136,8 +150,8 @@ impl Witness {
         match event {
             Event::Fault(report) => self.fault = Some(report.number),
             Event::MotionEnded { motion, .. } => {
-                if let Some(owner) = self.owners.get(motion)
-                    && !self.armed.contains(owner)
+                if let Some(owner) = self.owners.get(&motion.0)
+                    && !self.armed_us.contains_key(owner)
                 {
                     self.broken.push(format!("a motion of session {owner}, which never drove"));
                 }
@@ -147,19 +161,27 @@ impl Witness {
     }
 
     fn telemetry(&mut self, now: &Telemetry) {
-        let cleared = std::mem::take(&mut self.heard_clear);
-        let subscribed = std::mem::take(&mut self.heard_subscribe);
+        /// A command that is heard takes effect, and shows in telemetry, within this \[us\].
+        const EFFECT_US: u64 = 50_000;
+        let since = |heard_us: Option<u64>, from_us: u64| {
+            heard_us.is_some_and(|heard_us| heard_us + EFFECT_US > from_us)
+        };
         if let Some((number, t_us, state)) = self.last.replace((now.number, now.t_us, now.state)) {
             if now.t_us <= t_us {
                 self.broken.push(format!("telemetry of {} us after {t_us} us", now.t_us));
             }
             let ahead = now.number.wrapping_sub(number);
+            let subscribed = since(self.heard_subscribe_us, now_us());
             if !subscribed && (ahead == 0 || ahead > u32::MAX / 2) {
                 self.broken.push(format!("telemetry number {} after {number}", now.number));
             }
-            if state == State::Faulted && now.state != State::Faulted && !cleared {
+            let ended = state == State::Faulted && now.state != State::Faulted;
+            if ended && !since(self.heard_clear_us, self.sound_us) {
                 self.broken.push(format!("{} after a fault that nobody cleared", now.state.name()));
             }
+        }
+        if now.state != State::Faulted {
+            self.sound_us = now_us();
         }
     }
 }

@@ -36,7 +36,10 @@ fn main() -> ExitCode {
     if let Some(folder) = std::env::args().skip_while(|word| word != "--one").nth(1) {
         return compare(&folder);
     }
-    println!("{:<10} {:>9} {:>6} {:>9} {:>10} {:>16}", "", "rows", "runs", "seconds", "memory", "half the input");
+    println!(
+        "{:<10} {:>9} {:>6} {:>9} {:>10} {:>16}",
+        "", "rows", "runs", "seconds", "memory", "half the input"
+    );
     let mut holds = true;
     for case in CASES {
         let half = Case { runs: case.runs / 2, ..case };
@@ -130,12 +133,15 @@ fn rows(seed: u64, len: usize) -> String {
         let t_s = row as f64 / RATE_HZ;
         let share = (std::f64::consts::TAU * t_s / PERIOD_S).sin();
         let share = if share.abs() < 0.3 { 0.0 } else { share };
-        let wheels = [-0.5, 0.5].map(|side| (speed_mps + side * TRACK_M * turn_rad_s) * share / RATE_HZ);
-        let counts = travel_m.map(|m: f64| (m / (RADIUS_M * std::f64::consts::TAU) * COUNTS_PER_REV).floor());
+        let wheels =
+            [-0.5, 0.5].map(|side| (speed_mps + side * TRACK_M * turn_rad_s) * share / RATE_HZ);
+        let counts = travel_m
+            .map(|m: f64| (m / (RADIUS_M * std::f64::consts::TAU) * COUNTS_PER_REV).floor());
         let _ = write!(text, "{t_s:.6},{},{},", counts[0], counts[1]);
         if row % 2 == 0 {
             let [x_m, y_m, heading_rad] = pose;
-            let seen = [x_m + 1e-3 * normal(), y_m + 1e-3 * normal(), heading_rad + 2e-3 * normal()];
+            let seen =
+                [x_m + 1e-3 * normal(), y_m + 1e-3 * normal(), heading_rad + 2e-3 * normal()];
             let _ = writeln!(text, "{:.7},{:.7},{:.7}", seen[0], seen[1], seen[2]);
         } else {
             text.push_str(",,\n");

@@ -30,10 +30,12 @@ cargo xtask <chore>
   bench faults [--seed S] [--cases N] [--case I] [--threads T]
                      random faults at random instants on the emulated board: are the motors off
                      in time, and is each called what it is?
+  bench crash        ends every command that writes at every system call that changes the file system
+                     (Linux on x86-64): is what is left old or new, and does it complete afterwards?
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
-                     these, which firmware and faults are none of
+                     these, which firmware, faults and crash are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
   help               this
 ";
@@ -52,6 +54,7 @@ fn main() -> ExitCode {
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),
+        ["bench", "crash"] => bench::crash(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),
         ["help" | "--help" | "-h"] | [] => {

@@ -10,6 +10,7 @@ use crate::hex::hex;
 use crate::limits;
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
+use crate::survey::record::recorded_meanwhile;
 use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
@@ -37,11 +38,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         // The noise of a simulated run is that of its number.
         if is_simulated && next_number(&args.campaign)? != number {
-            return Err(Error::new(format_args!(
-                "another process has just recorded into {}",
-                args.campaign.display()
-            ))
-            .hint("give the command again"));
+            return Err(recorded_meanwhile(&args.campaign));
         }
         // The robot's own clock restarts at every power-on, so the start is on the campaign's. A
         // simulated run has none, so that the same seed gives the same bytes.

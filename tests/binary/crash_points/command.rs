@@ -50,9 +50,15 @@ pub const ALL: &[Writing] = &[
     writing(EXPORT, &[SAVE]),
     writing("config export robot.toml --force --flash flash", &["config export robot.toml", SAVE]),
     writing("config save --flash flash", &[]),
-    Writing { order: Some(("state", "flash")), ..writing(CALIBRATE, &["config save --flash flash"]) },
+    Writing {
+        order: Some(("state", "flash")),
+        ..writing(CALIBRATE, &["config save --flash flash"])
+    },
     writing("calibrate --undo --flash flash", &["config save --flash flash", CALIBRATE]),
-    Writing { order: Some(("state", "flash")), ..writing(APPLY, &["config save --flash flash", RECORD, ADD]) },
+    Writing {
+        order: Some(("state", "flash")),
+        ..writing(APPLY, &["config save --flash flash", RECORD, ADD])
+    },
     writing("apply --undo --flash flash", &["config save --flash flash", RECORD, ADD, APPLY]),
 ];
 

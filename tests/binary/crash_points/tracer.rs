@@ -51,7 +51,8 @@ pub fn trace(mut command: Command, folder: &Path, at: impl FnMut(&Stop, u32) -> 
         command.pre_exec(|| ptrace::traceme().map_err(std::io::Error::from));
     }
     // Output must not hold it up: it goes into files beside the folder.
-    let outputs = [tempfile::NamedTempFile::new().unwrap(), tempfile::NamedTempFile::new().unwrap()];
+    let outputs =
+        [tempfile::NamedTempFile::new().unwrap(), tempfile::NamedTempFile::new().unwrap()];
     command.stdout(outputs[0].reopen().unwrap()).stderr(outputs[1].reopen().unwrap());
     let mut child = command.spawn().expect("the executable starts");
     drop(child.stdin.take());

@@ -28,8 +28,10 @@ impl Tree {
     /// The names of files that differ from those of another tree.
     pub fn differing<'a>(&'a self, other: &'a Self) -> Vec<&'a Path> {
         let all = self.0.keys().chain(other.0.keys());
-        let mut names: Vec<&Path> =
-            all.filter(|name| self.0.get(*name) != other.0.get(*name)).map(|name| &**name).collect();
+        let mut names: Vec<&Path> = all
+            .filter(|name| self.0.get(*name) != other.0.get(*name))
+            .map(|name| &**name)
+            .collect();
         names.sort();
         names.dedup();
         names

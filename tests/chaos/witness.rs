@@ -29,7 +29,7 @@ pub(crate) struct Witness {
     asked: BTreeMap<(u32, u32), Command>,
     /// When the robot last heard a session arm it: an answer that finds no room is dropped.
     armed_us: BTreeMap<u32, u64>,
-    /// The session that the robot has told last that it drives, and when.
+    /// The session that the robot has told last that it drives, and since when, by its clock: here the same.
     driver: Option<(u32, u64)>,
     /// When the robot last heard each of these, whole.
     pub heard_arm_us: Option<u64>,
@@ -118,18 +118,20 @@ impl Witness {
     }
 
     fn reply(&mut self, reply: &Reply) {
+        /// What is heard is obeyed within this \[us\].
+        const LINE_US: u64 = 20_000;
         self.offset_us = i128::from(reply.t_us) - i128::from(now_us());
         let Ok(answer) = &reply.outcome else { return };
         if let Answer::Status(status) = answer {
             self.fault = status.fault.map(|report| report.number);
         }
         match self.asked.get(&(reply.session, reply.id)) {
-            Some(Command::Arm { .. }) => self.driver = Some((reply.session, now_us())),
+            Some(Command::Arm { .. }) => self.driver = Some((reply.session, reply.t_us)),
             Some(command @ (Command::Drive(_) | Command::Velocity(_) | Command::Renew { .. })) => {
                 let since_us = self.armed_us.get(&reply.session).copied();
                 if let Some((driver, told_us)) = self.driver
                     && driver != reply.session
-                    && since_us.is_none_or(|since_us| since_us < told_us)
+                    && since_us.is_none_or(|since_us| since_us + LINE_US < told_us)
                 {
                     let name = match command {
                         Command::Renew { .. } => "renews its motion",

@@ -14,7 +14,7 @@ pub enum Plant {
     Nothing,
     /// A command is obeyed however late it comes: each arrives with a lease from now.
     NoLateCheck,
-    /// A command is obeyed whoever sends it: each arrives as the driver's.
+    /// Whoever arms the robot drives it: nobody is asked whether somebody else does.
     NoSessionCheck,
     /// A fault is latched no longer than until it has been reported.
     NoLatch,
@@ -35,9 +35,10 @@ impl Plant {
                 request.until_ms = witness.robot_ms() + 200;
                 true
             }
-            Self::NoSessionCheck => witness
-                .driver()
-                .is_some_and(|driver| std::mem::replace(&mut request.session, driver) != driver),
+            Self::NoSessionCheck => match &mut request.command {
+                Command::Arm { take } => !std::mem::replace(take, true),
+                _ => false,
+            },
             _ => false,
         };
         let mut changed = requests(bytes);

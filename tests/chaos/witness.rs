@@ -34,6 +34,9 @@ pub(crate) struct Witness {
     /// When the robot last heard each of these, whole.
     pub heard_arm_us: Option<u64>,
     pub heard_emergency_stop_us: Option<u64>,
+    /// When the robot last heard each session, and when somebody or a fault last switched its motors off.
+    heard_us: BTreeMap<u32, u64>,
+    off_us: Option<u64>,
     heard_clear_us: Option<u64>,
     heard_subscribe_us: Option<u64>,
     /// When telemetry last showed no fault.
@@ -89,12 +92,17 @@ impl Witness {
 
     pub(crate) fn robot_hears(&mut self, bytes: &[u8]) {
         for request in requests(bytes) {
+            self.heard_us.insert(request.session, now_us());
             match request.command {
+                Command::Disarm => self.off_us = Some(now_us()),
                 Command::Arm { .. } => {
                     self.heard_arm_us = Some(now_us());
                     self.armed_us.insert(request.session, now_us());
                 }
-                Command::EmergencyStop => self.heard_emergency_stop_us = Some(now_us()),
+                Command::EmergencyStop => {
+                    self.heard_emergency_stop_us = Some(now_us());
+                    self.off_us = Some(now_us());
+                }
                 Command::ClearFault { .. } => self.heard_clear_us = Some(now_us()),
                 Command::Subscribe { .. } => self.heard_subscribe_us = Some(now_us()),
                 _ => {}
@@ -123,10 +131,16 @@ impl Witness {
         self.offset_us = i128::from(reply.t_us) - i128::from(now_us());
         let Ok(answer) = &reply.outcome else { return };
         if let Answer::Status(status) = answer {
+            if status.fault.is_some() {
+                self.off_us = Some(now_us());
+            }
             self.fault = status.fault.map(|report| report.number);
         }
         match self.asked.get(&(reply.session, reply.id)) {
-            Some(Command::Arm { .. }) => self.driver = Some((reply.session, reply.t_us)),
+            Some(Command::Arm { take }) => {
+                let take = *take;
+                self.arms(reply, take);
+            }
             Some(command @ (Command::Drive(_) | Command::Velocity(_) | Command::Renew { .. })) => {
                 let since_us = self.armed_us.get(&reply.session).copied();
                 if let Some((driver, told_us)) = self.driver
@@ -148,9 +162,27 @@ impl Witness {
         }
     }
 
+    /// The robot has told a session that it drives.
+    fn arms(&mut self, reply: &Reply, take: bool) {
+        /// A driver that was heard so shortly before still drives: its silence is a second \[us\].
+        const ALIVE_US: u64 = 800_000;
+        if let Some((driver, told_us)) = self.driver.replace((reply.session, reply.t_us)) {
+            let alive =
+                self.heard_us.get(&driver).is_some_and(|heard_us| heard_us + ALIVE_US > reply.t_us);
+            let off = self.off_us.is_some_and(|off_us| off_us + 20_000 > told_us);
+            if driver != reply.session && !take && alive && !off {
+                let session = reply.session;
+                self.broken.push(format!("session {session} arms it, and {driver} drives"));
+            }
+        }
+    }
+
     fn event(&mut self, event: &Event) {
         match event {
-            Event::Fault(report) => self.fault = Some(report.number),
+            Event::Fault(report) => {
+                self.fault = Some(report.number);
+                self.off_us = Some(now_us());
+            }
             Event::MotionEnded { motion, .. } => {
                 if let Some(owner) = self.owners.get(&motion.0)
                     && !self.armed_us.contains_key(owner)
@@ -182,7 +214,9 @@ impl Witness {
                 self.broken.push(format!("{} after a fault that nobody cleared", now.state.name()));
             }
         }
-        if now.state != State::Faulted {
+        if now.state == State::Faulted {
+            self.off_us = Some(now_us());
+        } else {
             self.sound_us = now_us();
         }
     }

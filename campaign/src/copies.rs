@@ -26,6 +26,9 @@ const SHIFTS_MAX: usize = 200;
 const COMPARED: [Column; 5] =
     [Column::LeftCounts, Column::RightCounts, Column::X, Column::Y, Column::Heading];
 
+/// The place of x among them.
+const X: usize = 2;
+
 /// Takes the copies out of the runs, so that each recording counts once.
 ///
 /// Of copies one stays: one that is held out, as nothing may be fitted to what a model is tested with; else the longest; else the
@@ -37,17 +40,22 @@ pub(crate) fn take_out(runs: &mut Vec<Run>) -> Vec<CopiedRun> {
     order.sort_by_key(|index| {
         (!runs[*index].facts.held_out, usize::MAX - runs[*index].rows.len(), *index)
     });
-    let mut stay: Vec<usize> = Vec::new();
+    let near = Near::new(runs, &fingerprints);
+    let mut stays = vec![None; runs.len()];
     let mut copies = Vec::new();
-    for index in order {
-        let same = |other: &&usize| {
+    for (place, index) in order.into_iter().enumerate() {
+        let same = |other: &usize| {
             let (a, b) =
-                ((&runs[**other], &fingerprints[**other]), (&runs[index], &fingerprints[index]));
+                ((&runs[*other], &fingerprints[*other]), (&runs[index], &fingerprints[index]));
             if a.0.rows.len() >= b.0.rows.len() { is_copy(b, a) } else { is_copy(a, b) }
         };
-        match stay.iter().find(same) {
+        // In the order in which they came to stay.
+        let mut others = near.of(index, &runs[index], &fingerprints[index]);
+        others.retain(|other| stays[*other].is_some());
+        others.sort_unstable_by_key(|other| stays[*other]);
+        match others.iter().find(|other| same(other)) {
             Some(of) => copies.push((index, *of)),
-            None => stay.push(index),
+            None => stays[index] = Some(place),
         }
     }
     copies.sort_unstable();
@@ -81,6 +89,83 @@ impl Fingerprint {
             half_time: half_of(Column::Time),
             telling: posed.get(posed.len() / 2).copied(),
         }
+    }
+}
+
+/// Which runs have a row at the place of another run's telling row: no others can be copies, and to compare each run with each
+/// would take as many steps as the square of their number.
+struct Near {
+    /// The x of every row with a position, and the run.
+    rows: ByDigits,
+    /// The same of the telling rows alone.
+    telling: ByDigits,
+}
+
+/// x \[m\] and run, sorted, for each number of digits with which x is written: half a unit of the last one, and the rows.
+type ByDigits = Vec<(f64, Vec<(f64, usize)>)>;
+
+impl Near {
+    fn new(runs: &[Run], fingerprints: &[Fingerprint]) -> Self {
+        let half_digit = |run: &usize| fingerprints[*run].half_digit[X];
+        let all = 0..runs.len();
+        let rows = |run: usize| runs[run].rows.iter().filter_map(|row| row.x_m).collect();
+        let telling = |run: usize| {
+            let row = fingerprints[run].telling.map(|row| &runs[run].rows[row]);
+            row.and_then(|row| row.x_m).into_iter().collect()
+        };
+        Self {
+            rows: by_digits(all.clone(), half_digit, rows),
+            telling: by_digits(all, half_digit, telling),
+        }
+    }
+
+    /// The runs of which this one may be a copy, or that may be copies of it; itself as well.
+    fn of(&self, index: usize, run: &Run, fingerprint: &Fingerprint) -> Vec<usize> {
+        let half_digit = fingerprint.half_digit[X];
+        let own = fingerprint.telling.and_then(|row| run.rows[row].x_m);
+        let mut found = vec![index];
+        if let Some(x_m) = own {
+            find(&self.rows, x_m, half_digit, &mut found);
+        }
+        for x_m in run.rows.iter().filter_map(|row| row.x_m) {
+            find(&self.telling, x_m, half_digit, &mut found);
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+fn by_digits(
+    runs: std::ops::Range<usize>,
+    half_digit: impl Fn(&usize) -> f64,
+    places: impl Fn(usize) -> Vec<f64>,
+) -> ByDigits {
+    let mut all = ByDigits::new();
+    for run in runs {
+        let half = half_digit(&run);
+        let known = all.iter().position(|(other, _)| *other == half);
+        let at = known.unwrap_or_else(|| {
+            all.push((half, Vec::new()));
+            all.len() - 1
+        });
+        all[at].1.extend(places(run).into_iter().map(|x_m| (x_m, run)));
+    }
+    for (_, rows) in &mut all {
+        rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // A robot that stands still has the same pose in many rows.
+        rows.dedup();
+    }
+    all
+}
+
+/// Adds the runs with a row as close to x as [`Close`] asks.
+fn find(all: &ByDigits, x_m: f64, half_digit: f64, found: &mut Vec<usize>) {
+    for (half, rows) in all {
+        let within_m = within(*half, half_digit);
+        let from = rows.partition_point(|(other_m, _)| *other_m < x_m - within_m);
+        let near = rows[from..].iter().take_while(|(other_m, _)| *other_m <= x_m + within_m);
+        found.extend(near.map(|(_, run)| *run));
     }
 }
 
@@ -119,6 +204,12 @@ fn is_copy(
     alike.take(SHIFTS_MAX).any(|row| close.all(&a.rows, &b.rows, row.t_s - telling.t_s))
 }
 
+/// How close two numbers are to be the same, by half a unit of the last digit of each: what was rounded is off by half a digit at
+/// most; two floats of the same text by nothing.
+fn within(a: f64, b: f64) -> f64 {
+    if a == b { 0.01 * a } else { 1.01 * a.max(b) }
+}
+
 /// How close two numbers of a column are, to be the same: the digits of the file that has fewer.
 struct Close {
     within: [f64; COMPARED.len()],
@@ -127,8 +218,6 @@ struct Close {
 
 impl Close {
     fn new(a: &Fingerprint, b: &Fingerprint) -> Self {
-        // What was rounded is off by half a digit at most; two floats of the same text by nothing.
-        let within = |a: f64, b: f64| if a == b { 0.01 * a } else { 1.01 * a.max(b) };
         let mut all = [0.0; COMPARED.len()];
         for (index, all) in all.iter_mut().enumerate() {
             *all = within(a.half_digit[index], b.half_digit[index]);

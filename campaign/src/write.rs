@@ -28,30 +28,22 @@ impl CampaignWriter {
     /// An existing `robot.toml` stays as it is; that of another robot is refused.
     pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
         let toml = folder.join("robot.toml");
-        let lock;
-        let robot = if toml.exists() {
-            let campaigns = RobotFile::read(&toml)?;
-            if let Some((name, there, here)) = campaigns.difference(robot) {
-                let problem = format!("{name} = {there} is of another robot: this one has {here}");
-                let hint = "choose another folder, or correct the file if it is wrong";
-                return Err(CampaignError::new(Place::whole(&toml), problem, hint));
-            }
-            // Whether facts can be added must be known before a run is driven.
-            let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
-            facts::with_facts(&toml, &facts)?;
-            lock = FolderLock::take(folder)?;
-            facts::settle(folder)?;
-            RobotFile { runs: RobotFile::read(&toml)?.runs, ..campaigns }
-        } else {
-            let text = toml::to_string(robot).map_err(|error| {
+        let mut new = String::new();
+        if !toml.exists() {
+            new = toml::to_string(robot).map_err(|error| {
                 let hint = "check the robot's name and numbers";
                 CampaignError::new(Place::whole(&toml), format!("cannot write it: {error}"), hint)
             })?;
-            robot.check(&toml, &text)?;
+            robot.check(&toml, &new)?;
             fs::create_dir_all(folder)
                 .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
-            lock = FolderLock::take(folder)?;
-            write_own(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+        }
+        let lock = FolderLock::take(folder)?;
+        // Asked again: before the lock was ours, another process may have made it, and recorded.
+        let robot = if toml.exists() {
+            existing(folder, robot)?
+        } else {
+            write_own(&toml, new.as_bytes()).map_err(|error| unwritten(&toml, error))?;
             robot.clone()
         };
         Ok(Self { folder: folder.into(), robot, lock: Arc::new(lock) })
@@ -243,6 +235,22 @@ fn before_sections(text: &str, lines: &str) -> String {
     // After the last line that is not blank.
     let head = text[..at].trim_end();
     format!("{head}\n{lines}{}", &text[head.len()..].strip_prefix('\n').unwrap_or_default())
+}
+
+/// The robot of a folder that has one, with its facts settled; refused if it is another robot.
+fn existing(folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError> {
+    let toml = folder.join("robot.toml");
+    let there = RobotFile::read(&toml)?;
+    if let Some((name, there, here)) = there.difference(robot) {
+        let problem = format!("{name} = {there} is of another robot: this one has {here}");
+        let hint = "choose another folder, or correct the file if it is wrong";
+        return Err(CampaignError::new(Place::whole(&toml), problem, hint));
+    }
+    // Whether facts can be added must be known before a run is driven.
+    let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
+    facts::with_facts(&toml, &facts)?;
+    facts::settle(folder)?;
+    Ok(RobotFile { runs: RobotFile::read(&toml)?.runs, ..there })
 }
 
 fn unwritten(path: &Path, error: WriteError) -> CampaignError {

@@ -23,6 +23,8 @@ pub struct Stream {
     next: Option<u32>,
     /// The time of the newest frame \[us\].
     newest_us: u64,
+    /// The time of the last frame of this subscription that was delivered \[us\].
+    delivered_us: Option<u64>,
     /// Frames after a gap, by number.
     waiting: BTreeMap<u32, Telemetry>,
     /// Frames in order that were not taken yet.
@@ -49,6 +51,7 @@ impl Stream {
         self.give_up();
         self.lost = lost;
         self.next = None;
+        self.delivered_us = None;
     }
 
     /// Adds a frame that was received.
@@ -152,17 +155,29 @@ impl Stream {
         before.sort_unstable_by_key(|waits| waits.wrapping_sub(next));
         self.lost += u64::from(skipped) - before.len() as u64;
         for waits in before {
-            self.ready.extend(self.waiting.remove(&waits));
+            if let Some(telemetry) = self.waiting.remove(&waits) {
+                self.deliver(telemetry);
+            }
         }
         self.next = Some(number);
         self.release();
+    }
+
+    /// A frame that is older than the one before it came late, and its number is of another subscription.
+    fn deliver(&mut self, telemetry: Telemetry) {
+        if self.delivered_us.is_some_and(|before_us| telemetry.t_us <= before_us) {
+            self.lost += 1;
+            return;
+        }
+        self.delivered_us = Some(telemetry.t_us);
+        self.ready.push_back(telemetry);
     }
 
     fn release(&mut self) {
         while let Some(next) = self.next
             && let Some(telemetry) = self.waiting.remove(&next)
         {
-            self.ready.push_back(telemetry);
+            self.deliver(telemetry);
             self.next = Some(next.wrapping_add(1));
         }
         while self.ready.len() > READY_MAX {
@@ -182,7 +197,8 @@ mod tests {
         let terms = PidTerms::default();
         let wheel = WheelTelemetry { terms, ..WheelTelemetry::default() };
         let wheels = WheelPair::both(wheel);
-        let t_us = u64::from(number) * 10_000;
+        // Rises where the numbers wrap.
+        let t_us = u64::from(number.wrapping_add(1 << 31)) * 10_000;
         let pose = Pose::default();
         Telemetry { number, t_us, state: State::Idle, probing: false, wheels, supply_mv: 0, pose }
     }
@@ -250,9 +266,9 @@ mod tests {
         let half = u32::MAX / 2;
         let mut number = 0_u32;
         stream.push(frame(number));
-        for _ in 0..10_000 {
+        for step in 1..=10_000 {
             number = number.wrapping_add(half);
-            stream.push(frame(number));
+            stream.push(Telemetry { t_us: step << 45, ..frame(number) });
             stream.give_up();
         }
         assert_eq!(stream.drain().count(), 10_001);
@@ -292,6 +308,17 @@ mod tests {
         }
         assert_eq!(numbers(&mut stream), [100, 101, 102, 11, 12]);
         assert_eq!((stream.missing(0), stream.lost()), (None, 0));
+    }
+
+    #[test]
+    fn a_late_frame_of_an_earlier_subscription_is_dropped() {
+        let mut stream = Stream::default();
+        stream.restart();
+        for (number, t_us) in [(3, 5_551_000), (20, 5_360_000), (4, 5_561_000)] {
+            stream.push(Telemetry { t_us, ..frame(number) });
+        }
+        stream.give_up();
+        assert_eq!(numbers(&mut stream), [3, 4]);
     }
 
     #[test]

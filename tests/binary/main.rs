@@ -8,6 +8,8 @@ mod bad_input;
 mod bad_port;
 mod calculator;
 mod campaign;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod crash_points;
 mod drive;
 mod example;
 mod files;

@@ -9,7 +9,7 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
     let chosen: Vec<&str> = match name {
         "all" => known.iter().map(String::as_str).collect(),
         name if known.iter().any(|known| known == name) => vec![name],
-        "firmware" => return Err("`bench firmware` takes no arguments".into()),
+        "firmware" | "crash" => return Err(format!("`bench {name}` takes no arguments")),
         name => return Err(listing(&format!("no bench `{name}`"))),
     };
     chosen.into_iter().try_for_each(|name| {
@@ -19,10 +19,18 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
     })
 }
 
+/// Ends every command that writes at every point: a test, as it needs the executable, that is ignored unless asked for.
+pub fn crash() -> Outcome {
+    let test = "every_writing_command_ended_at_every_point";
+    let line = ["test", "--release", "-p", "host-cli", "--test", "binary", test, "--"];
+    let output = ["--ignored", "--nocapture"];
+    cargo(&[line.as_slice(), &output].concat(), &[], "each point that is wrong is named above")
+}
+
 /// The benches there are, after a message.
 pub fn listing(message: &str) -> String {
     let mut names = names();
-    names.extend(["firmware", "faults", "all"].map(String::from));
+    names.extend(["firmware", "faults", "crash", "all"].map(String::from));
     format!("{message}\n       benches: {}", names.join(", "))
 }
 

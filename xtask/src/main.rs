@@ -36,10 +36,12 @@ cargo xtask <chore>
   fuzz [TARGET] [--seconds S] [--minimise]
                      searches for inputs that break a fuzz target, or each of them, guided by coverage;
                      `--minimise` then keeps the fewest that reach the same code, in fuzz/corpus
+  bench crash        ends every command that writes at every system call that changes the file system
+                     (Linux on x86-64): is what is left old or new, and does it complete afterwards?
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
-                     these, which firmware and faults are none of
+                     these, which firmware, faults and crash are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
   dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml
   third-party        writes THIRD-PARTY.txt, the notice of whose code is in the programs
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),
+        ["bench", "crash"] => bench::crash(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),
         ["help" | "--help" | "-h"] | [] => {

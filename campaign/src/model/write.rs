@@ -28,9 +28,9 @@ impl ModelFile {
         })
     }
 
-    /// Writes the model if the file does not exist yet.
-    pub fn write_new(&self, file: &Path, robot: &str) -> Result<(), CampaignError> {
-        write_new(file, self.to_text(robot).as_bytes()).map(|_| ()).map_err(|error| {
+    /// Writes the model if the file does not exist yet; false if it does.
+    pub fn write_new(&self, file: &Path, robot: &str) -> Result<bool, CampaignError> {
+        write_new(file, self.to_text(robot).as_bytes()).map_err(|error| {
             let problem = format!("cannot write it ({error})");
             CampaignError::new(
                 Place::whole(file),

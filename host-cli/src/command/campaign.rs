@@ -238,7 +238,8 @@ fn what_to_record(
             asked.speeds_mps[1] = mps.max(0.05).min(config.limits.speed_mps_max);
         }
         let ExtraRuns { plan, later_s } = runs_of(kind, &asked, &taken)?;
-        return Ok((plan, RecordSettings { whole: false, later_s, ..settings }));
+        let runs_there = Some(taken.len());
+        return Ok((plan, RecordSettings { whole: false, later_s, runs_there, ..settings }));
     }
     let begun = plan_path(folder);
     let plan = if !args.plan.any() && begun.exists() {

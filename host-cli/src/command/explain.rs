@@ -19,6 +19,9 @@ use campaign::Campaign;
 use campaign::model::{EffectEntry, FitEntry, ModelFile};
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
+    if let Some(file) = &args.save {
+        check_new(file)?;
+    }
     let (read, campaign, data) = read_and_judge(&args.campaign)?;
     warn_if_single_run(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
@@ -45,11 +48,23 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     }
     if let Some(file) = &args.save {
         let found = found(&answer, &model, campaign.fitted_runs().count());
-        found.write_new(file, &read.robot.name)?;
+        if !found.write_new(file, &read.robot.name)? {
+            // Somebody else has written it meanwhile.
+            check_new(file)?;
+        }
         note(format_args!("{}: the model found, to predict other runs with", file.display()));
     }
     let missing = answer.steps.iter().any(|step| step.matters) || answer.unexplained.structure;
     if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+/// Refuses a file that exists: a model may have been edited by hand.
+fn check_new(file: &Path) -> Result<()> {
+    match file.exists() {
+        true => Err(Error::new(format_args!("{} exists", file.display()))
+            .hint("choose another name, or remove it")),
+        false => Ok(()),
+    }
 }
 
 /// The model that an answer predicts other runs with.

@@ -18,6 +18,7 @@ use crate::explain::{parameters, text};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 use crate::{json, words};
+use campaign::lock::FolderLock;
 use campaign::model::{
     EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
 };
@@ -138,6 +139,11 @@ fn split<'a>(
     Ok((effects.iter().map(|effect| effect.to_string_lossy().into_owned()).collect(), campaign))
 }
 
+/// Keeps other writers out of a folder.
+fn lock(folder: &Path) -> Result<FolderLock> {
+    Ok(FolderLock::take(folder)?)
+}
+
 /// A campaign with its model, about to be changed.
 struct Task {
     robot: String,
@@ -146,16 +152,24 @@ struct Task {
     model: ModelFile,
     /// The effects before the change.
     before: Vec<KnownEffect>,
+    /// Held until the model is written: what was read stays as it is.
+    _lock: FolderLock,
 }
 
 impl Task {
     fn new(folder: &Path, model: Option<&Path>) -> Result<Self> {
+        let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
+        let beside = file.parent().filter(|beside| !beside.as_os_str().is_empty());
+        let lock = match beside {
+            // What is wrong with the folder, `read` says better.
+            Some(beside) if !beside.is_dir() => read(folder).map(|_| beside).and_then(lock)?,
+            beside => lock(beside.unwrap_or(Path::new(".")))?,
+        };
         let (read, campaign) = read(folder)?;
         warn_if_single_run(&campaign);
-        let file = model.map_or_else(|| ModelFile::place(folder), Path::to_owned);
         let model = ModelFile::read_or_empty(&file)?;
         let before = model.effects.iter().map(|entry| entry.effect.clone()).collect();
-        Ok(Self { robot: read.robot.name, campaign, file, model, before })
+        Ok(Self { robot: read.robot.name, campaign, file, model, before, _lock: lock })
     }
 
     fn find(&self, id: &str) -> Result<KnownEffect> {

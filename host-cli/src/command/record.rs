@@ -10,6 +10,7 @@ use crate::hex::hex;
 use crate::limits;
 use crate::port::with_robot;
 use crate::survey::clock::LastRun;
+use crate::survey::record::recorded_meanwhile;
 use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
@@ -19,7 +20,8 @@ use host_link::Session;
 use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
-    let sim = common.sim().for_run(&common.port, next_number(&args.campaign)?)?;
+    let number = next_number(&args.campaign)?;
+    let sim = common.sim().for_run(&common.port, number)?;
     let (path, rows) = with_robot(&common.port, &sim, async |session, lab| {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
@@ -34,6 +36,10 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         }
         robot.simulated = common.sim().kept(&common.port);
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
+        // The noise of a simulated run is that of its number.
+        if is_simulated && next_number(&args.campaign)? != number {
+            return Err(recorded_meanwhile(&args.campaign));
+        }
         // The robot's own clock restarts at every power-on, so the start is on the campaign's. A
         // simulated run has none, so that the same seed gives the same bytes.
         let there = Campaign::read_if_any(&args.campaign)?;

@@ -30,6 +30,8 @@ pub struct RecordSettings {
     /// Whether the plan is that of the whole campaign, which is kept in its folder; otherwise its
     /// runs are added.
     pub whole: bool,
+    /// How many runs the folder had when its plan was made, if the plan depends on them.
+    pub runs_there: Option<usize>,
     /// Start at least this long after the campaign's last run \[s\].
     pub later_s: f64,
     /// Noise of the measured positions, if it is known \[m\].
@@ -46,6 +48,7 @@ impl Default for RecordSettings {
         Self {
             period_ms: 20,
             whole: true,
+            runs_there: None,
             later_s: 0.0,
             position_sigma_m: None,
             heading_sigma_rad: None,
@@ -153,6 +156,9 @@ pub async fn record_campaign(
     }
     let mut summary = Summary::default();
     let names = there.as_ref().map(Campaign::plain_names).unwrap_or_default();
+    if settings.runs_there.is_some_and(|planned| planned != names.len()) {
+        return Err(recorded_meanwhile(folder));
+    }
     let is_there = |run: &PlannedRun| names.contains(&run.name);
     summary.before = plan.runs.iter().filter(|run| is_there(run)).count();
     if summary.before > 0 {
@@ -207,6 +213,12 @@ pub async fn record_campaign(
         summary.recorded.push(path);
     }
     Ok(summary)
+}
+
+/// The error if a folder has other runs than those for which a run was planned.
+pub fn recorded_meanwhile(folder: &Path) -> Error {
+    let problem = format_args!("another process has just recorded into {}", folder.display());
+    Error::new(problem).hint("give the command again")
 }
 
 /// Opens the folder for this robot, with warnings if the robot has changed; also returns the

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::fit::moved_within_range;
-use crate::estimation::normal_equations::{CampaignEquations, Sums, Unit};
+use crate::estimation::normal_equations::{CampaignEquations, Sums};
 use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
@@ -169,7 +169,8 @@ pub(crate) fn tracks(
 ) -> TrackErrors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let runs = parallel::map(&runs, |run| {
-        let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
+        let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
+        let sums = equations.without(left_out);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
@@ -188,23 +189,23 @@ pub(crate) fn cross_validated(
 ) -> Errors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let each = parallel::map(&runs, |run| {
-        let sums = equations.without(|_, unit| runs.len() > 1 && unit.run == *run);
+        // The only run is predicted by the fit to itself.
+        let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
+        let sums = equations.without(left_out);
         let delta = equations.solve(&sums, columns).delta;
         squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
-    let chi_squared = equations
-        .units
-        .iter()
-        .enumerate()
-        .map(|(index, unit)| {
-            let same = |other, of: &Unit| match runs.len() {
-                1 => other == index,
-                _ => of.run == unit.run,
-            };
-            let sums = equations.without(same);
-            let delta = equations.solve(&sums, columns).delta;
-            unit.sums.chi_squared(columns, &delta)
-        })
-        .sum();
+    let units: Vec<usize> = (0..equations.units.len()).collect();
+    let on_each = parallel::map(&units, |index| {
+        let unit = &equations.units[*index];
+        let left_out = match runs.len() {
+            1 => *index..index + 1,
+            _ => equations.units_of(unit.run),
+        };
+        let sums = equations.without(left_out);
+        let delta = equations.solve(&sums, columns).delta;
+        unit.sums.chi_squared(columns, &delta)
+    });
+    let chi_squared = on_each.into_iter().sum();
     total(each, chi_squared, equations.total.rows)
 }

@@ -9,6 +9,8 @@
 //! and every refit, cross-validation and test after that is arithmetic on sums of these over runs. The run is the
 //! unit throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::effect::composition::{PlacedTerm, Terms};
@@ -279,9 +281,15 @@ impl CampaignEquations {
         flat.total.chi_squared(others, &delta)
     }
 
-    /// The sums of all units but those that `left_out` names.
-    pub fn without(&self, left_out: impl Fn(usize, &Unit) -> bool) -> Less<'_, NormalEquations> {
-        let named = self.units.iter().enumerate().filter(|(index, unit)| left_out(*index, unit));
-        Less::new(&self.total, named.map(|(_, unit)| &unit.sums).collect())
+    /// The sums of all units but these, given in their order.
+    pub fn without(&self, left_out: impl IntoIterator<Item = usize>) -> Less<'_, NormalEquations> {
+        let units = left_out.into_iter().map(|unit| &self.units[unit].sums);
+        Less::new(&self.total, units.collect())
+    }
+
+    /// The units of a run, which stand together.
+    pub fn units_of(&self, run: usize) -> Range<usize> {
+        let before = |end: usize| self.units.partition_point(|unit| unit.run < end);
+        before(run)..before(run + 1)
     }
 }

@@ -16,6 +16,7 @@ use nalgebra::DVector;
 use crate::effect::definition::{Effect, Parameter, Role};
 use crate::estimation::normal_equations::{CampaignEquations, Less, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
+use crate::numeric::parallel;
 use crate::recording::run_kind::RunKind;
 use crate::selection::dispersion::{Spread, known_from, spread};
 
@@ -188,15 +189,12 @@ fn test_amplitudes(
     let solution = equations.solve(&equations.total, &both);
     let first = hypothesis.model.len();
     let gain = gain_on(equations, hypothesis, &equations.total, &equations.total).gain;
-    let cross_validated_gain = equations
-        .units
-        .iter()
-        .enumerate()
-        .map(|(index, unit)| {
-            let others = equations.without(|other, _| other == index);
-            gain_on(equations, hypothesis, &others, &unit.sums).gain
-        })
-        .sum();
+    let units: Vec<usize> = (0..equations.units.len()).collect();
+    let on_each = parallel::map(&units, |index| {
+        let others = equations.without([*index]);
+        gain_on(equations, hypothesis, &others, &equations.units[*index].sums).gain
+    });
+    let cross_validated_gain = on_each.into_iter().sum();
     let spread = spread(equations, (hypothesis.model, hypothesis.asked), &solution.delta);
     let dispersion = spread.dispersion(hypothesis.scatter);
     let Spread { own_share, touched, better, one_run_alone, freedom, .. } = spread;
@@ -274,8 +272,8 @@ fn worse_kind(
         if on_kind <= ACTS_SHARE * on_all {
             continue;
         }
-        let score = |left_out: &dyn Fn(usize) -> bool| {
-            let rest = equations.without(|index, _| left_out(index));
+        let score = |left_out: &[usize]| {
+            let rest = equations.without(left_out.iter().copied());
             let on = Less::new(&equations.total, vec![&rest]);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {
@@ -289,13 +287,13 @@ fn worse_kind(
             };
             (excited, share)
         };
-        let (excited, mut gain) = score(&|index| left_out.contains(&index));
+        let (excited, mut gain) = score(&left_out);
         if !excited {
             let half = |parity: usize| {
                 let position = left_out.iter().enumerate();
                 let part: Vec<usize> =
                     position.filter(|(i, _)| i % 2 == parity).map(|(_, index)| *index).collect();
-                score(&|index| part.contains(&index)).1
+                score(&part).1
             };
             gain = half(0).add(half(1));
         }

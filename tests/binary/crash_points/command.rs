@@ -1,0 +1,95 @@
+//! Every command that writes, and what it starts from.
+
+use crate::temp_folder::TempFolder;
+
+use super::tree::Tree;
+
+/// A command that writes, and the commands that make the folder it starts from.
+pub struct Writing {
+    pub line: &'static str,
+    pub before: &'static [&'static str],
+    /// Whether it writes into the campaign folder `robot`, which has one writer at a time.
+    pub locks: bool,
+    /// A file that must be there before another one changes: `(first, then)`.
+    pub order: Option<(&'static str, &'static str)>,
+}
+
+const fn writing(line: &'static str, before: &'static [&'static str]) -> Writing {
+    Writing { line, before, locks: false, order: None }
+}
+
+const fn locking(line: &'static str, before: &'static [&'static str]) -> Writing {
+    Writing { locks: true, ..writing(line, before) }
+}
+
+const RECORD: &str = "campaign record robot --plan plan.toml";
+const SAVE: &str = "config set geometry.wheel_weight 0.995 --save --flash flash";
+const EXPORT: &str = "config export robot.toml --flash flash";
+const ADD: &str = "model add wheel_radius_ratio robot";
+const CALIBRATE: &str = "calibrate --flash flash -o picture.svg";
+const APPLY: &str = "apply robot --yes --flash flash";
+
+/// All of them.
+pub const ALL: &[Writing] = &[
+    locking("record robot straight 0.3m", &[]),
+    locking("record robot straight 0.3m", &["record robot straight 0.3m"]),
+    // What the robot compensates goes into a model.
+    locking("record robot straight 0.3m --flash flash", &[SAVE]),
+    locking(RECORD, &[]),
+    locking(RECORD, &["record robot straight 0.3m --name a"]),
+    locking("campaign record robot --run straight", &[RECORD]),
+    writing("campaign plan -o new.toml", &[]),
+    locking(ADD, &[RECORD]),
+    locking("model add wheel_radius_scale robot", &[RECORD, ADD]),
+    locking("model remove wheel_radius_ratio robot", &[RECORD, ADD]),
+    locking("model fit robot", &[RECORD, ADD, "record robot straight 0.3m"]),
+    writing("explain robot --save found.toml", &[RECORD]),
+    writing("report robot -o report.html", &[RECORD]),
+    writing(SAVE, &[]),
+    writing("config import robot.toml --save --flash flash", &[SAVE, EXPORT]),
+    writing(EXPORT, &[SAVE]),
+    writing("config export robot.toml --force --flash flash", &["config export robot.toml", SAVE]),
+    writing("config save --flash flash", &[]),
+    Writing {
+        order: Some(("state", "flash")),
+        ..writing(CALIBRATE, &["config save --flash flash"])
+    },
+    writing("calibrate --undo --flash flash", &["config save --flash flash", CALIBRATE]),
+    Writing {
+        order: Some(("state", "flash")),
+        ..writing(APPLY, &["config save --flash flash", RECORD, ADD])
+    },
+    writing("apply --undo --flash flash", &["config save --flash flash", RECORD, ADD, APPLY]),
+];
+
+/// Two runs, one of them with facts; and enough of a drive to fit the ratio of the radii to.
+const PLAN: &str = "\
+acceleration_mps2 = 0.3
+[[run]]
+name = \"a\"
+payload_kg = 2.5
+held_out = true
+pieces = [{ straight_m = 0.3, speed_mps = 0.2 }]
+[[run]]
+name = \"b\"
+pieces = [{ straight_m = 1, speed_mps = 0.2 }]
+";
+
+impl Writing {
+    /// What it starts from.
+    pub fn start(&self) -> Tree {
+        let temp = TempFolder::new();
+        temp.write("plan.toml", PLAN);
+        for line in self.before {
+            temp.run(line).ok();
+        }
+        Tree::of(&temp.path(""))
+    }
+}
+
+/// A folder with these files.
+pub fn folder(tree: &Tree) -> TempFolder {
+    let temp = TempFolder::new();
+    tree.write(&temp.path(""));
+    temp
+}

@@ -9,7 +9,7 @@ mod wiring {
     use embassy_stm32::interrupt::{self, InterruptExt};
     use embassy_stm32::usart::{self, Uart};
     use embassy_stm32::{bind_interrupts, dma, peripherals};
-    use firmware::board::bridge::{Bridge, Mode, Pins};
+    use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -55,12 +55,14 @@ mod wiring {
         let pins = Pins {
             left_a: p.PA8,
             left_b: p.PA9,
+            left_c: p.PA6,
             right_a: p.PA10,
             right_b: p.PA11,
+            right_c: p.PA7,
             enable: p.PB10,
             stop: p.PB12,
         };
-        let (motors, stop_line) = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
+        let (motors, stop_line) = Bridge::new(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
 

@@ -8,7 +8,7 @@
 //! | [`control_timer`] | the timer behind the control tick |
 //! | `clocks` | the clock tree |
 //! | [`encoders`] | two timers in encoder mode |
-//! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
+//! | [`bridge`] | the motor drivers' lines, and the stop line |
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
@@ -55,11 +55,6 @@ compile_error!(
 );
 
 /// Switches both motors off at once, whatever the tasks are doing: the last action before a restart.
-/// Writes registers only, without a lock, so that any interrupt can call it.
 pub fn motors_off() {
-    let pwm = embassy_stm32::pac::TIM1;
-    for channel in 0..4 {
-        pwm.ccr(channel).write(|w| w.set_ccr(0));
-    }
-    driver_disable();
+    bridge::off();
 }

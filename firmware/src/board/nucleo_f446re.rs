@@ -26,7 +26,8 @@ pub fn clocks() -> embassy_stm32::Config {
     clocks_of_168_mhz(None)
 }
 
-/// The driver's enable pin low: PB10.
-pub(super) fn driver_disable() {
-    pac::GPIOB.bsrr().write(|w| w.set_br(10, true));
+/// The drivers' enable pin, PB10.
+#[inline(always)]
+pub(super) fn set_enable_pin(high: bool) {
+    pac::GPIOB.bsrr().write(|w| if high { w.set_bs(10, true) } else { w.set_br(10, true) });
 }

@@ -289,6 +289,11 @@ impl PlantAndHost {
                 board.turn_encoder(at, wheel, levels);
             }
         }
+        // First: a reset makes the chip forget what its pins are driven to.
+        let (button, fault) =
+            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
+        let fault_line_high = self.wiring.fault_line_high(fault);
+        board.set_safety_inputs(at, button, fault_line_high, self.wiring.enable_inverted);
         let lines = board.motor_lines();
         let effect = self.wiring.effect(&lines);
         let (duty, enabled) = (effect.map(|effect| effect.duty()), effect.any(|e| e.coast < 1.0));
@@ -304,10 +309,6 @@ impl PlantAndHost {
         self.chassis.drive(duty, enabled);
         self.act_on_chip(board, at);
         board.set_supply_v(self.chassis.supply_v());
-        let (button, fault) =
-            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
-        let fault_line_high = self.wiring.fault_line_high(fault);
-        board.set_safety_inputs(at, button, fault_line_high, self.wiring.enable_inverted);
         let bytes = board.line().take();
         if !bytes.is_empty() {
             self.chassis.give_to_host(&bytes);

@@ -32,7 +32,7 @@ pub struct Board {
 }
 
 /// The boards, the reference board first.
-pub const BOARDS: [Board; 3] = [
+pub const BOARDS: [Board; 5] = [
     Board {
         name: "nucleo-f429zi",
         bin: "nucleo_f429zi",
@@ -51,6 +51,20 @@ pub const BOARDS: [Board; 3] = [
         name: "nucleo-f446re",
         bin: "nucleo_f446re",
         features: "board-nucleo-f446re",
+        flash_kib_max: 96,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "nucleo-f411re",
+        bin: "nucleo_f411re",
+        features: "board-nucleo-f411re",
+        flash_kib_max: 96,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "black-pill-f411",
+        bin: "black_pill_f411",
+        features: "board-black-pill-f411",
         flash_kib_max: 96,
         ram_kib_max: 24,
     },
@@ -138,6 +152,7 @@ fn find_compiler() -> Result<Compiler, String> {
         return Ok(Compiler::Pinned);
     }
     println!("    it cannot be fetched: the distribution's compiler builds the images");
+    distribution_compiler()?;
     Ok(Compiler::Distribution)
 }
 
@@ -186,11 +201,11 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
     Ok(target.join(TARGET).join("release").join(board.bin))
 }
 
-/// Debian's cargo, with everything that it needs.
-fn distribution_cargo() -> Result<Command, String> {
+/// Debian's compiler, installed if it can be.
+fn distribution_compiler() -> Outcome {
     let there = |path: &str| Path::new(path).exists();
     if !PACKAGES.iter().all(|package| quiet("dpkg", &["-s", package])) {
-        needs::install(&PACKAGES)?;
+        needs::install(&PACKAGES).map_err(|_| no_compiler())?;
     }
     if !there("/usr/bin/cargo") || !there("/usr/bin/rustc") {
         return Err(format!(
@@ -198,6 +213,24 @@ fn distribution_cargo() -> Result<Command, String> {
             PACKAGES.join(", ")
         ));
     }
+    Ok(())
+}
+
+/// What to do where neither compiler can be had.
+fn no_compiler() -> String {
+    format!(
+        "no compiler here builds for boards: the target {TARGET} is missing and cannot be fetched, and Debian's \
+         compiler cannot be installed in its place\n       \
+         do one of these, then repeat the command:\n       \
+         - with a network, run `rustup target add {TARGET}` in this folder\n       \
+         - under Debian, as root, run `apt-get install {}`",
+        PACKAGES.join(" ")
+    )
+}
+
+/// Debian's cargo, with everything that it needs.
+fn distribution_cargo() -> Result<Command, String> {
+    distribution_compiler()?;
     let mut command = Command::new("/usr/bin/cargo");
     command
         // Not rustup's, which stand earlier in the path.

@@ -88,6 +88,7 @@ mod wiring {
             green: led(p.PB0.into()),
             blue: Some(led(p.PB7.into())),
             red: Some(led(p.PB14.into())),
+            lit: Level::High,
         };
         let store = FlashStore::new(StoreFlash::new(p.FLASH));
 

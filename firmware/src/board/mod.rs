@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | [`control_timer`] | the timer behind the control tick |
 //! | `clocks` | the clock tree |
+//! | `one_bank` | the store in a flash of one bank |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | the motor drivers' lines, and the stop line |
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
@@ -46,10 +47,31 @@ mod nucleo_f446re;
 #[cfg(feature = "board-nucleo-f446re")]
 pub use nucleo_f446re::*;
 
-#[cfg(all(feature = "usb", feature = "board-nucleo-f446re"))]
-compile_error!("the NUCLEO-F446RE has no USB connector of its own");
+#[cfg(feature = "board-nucleo-f411re")]
+mod nucleo_f411re;
+#[cfg(feature = "board-nucleo-f411re")]
+pub use nucleo_f411re::*;
 
-#[cfg(all(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
+#[cfg(feature = "board-black-pill-f411")]
+mod black_pill_f411;
+#[cfg(feature = "board-black-pill-f411")]
+pub use black_pill_f411::*;
+
+#[cfg(not(feature = "board-nucleo-f429zi"))]
+mod one_bank;
+
+#[cfg(all(feature = "usb", not(feature = "board-nucleo-f429zi")))]
+compile_error!("only the NUCLEO-F429ZI has an image with the link on its own USB connector");
+
+/// `cargo build --features board-...` leaves the default board's feature on.
+#[cfg(all(
+    feature = "board-nucleo-f429zi",
+    any(
+        feature = "board-nucleo-f446re",
+        feature = "board-nucleo-f411re",
+        feature = "board-black-pill-f411"
+    )
+))]
 compile_error!(
     "an image is for one board: with another board's feature, add --no-default-features"
 );

@@ -2,6 +2,7 @@
 
 mod arrows;
 mod bench;
+mod boards;
 mod circles;
 mod documents;
 mod emulated;
@@ -35,6 +36,7 @@ cargo xtask <chore>
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware and faults are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
+  boards             writes the pin tables and wiring pictures in docs/boards/
   help               this
 ";
 
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
     let outcome = match args[..] {
         ["test"] => test::run(),
         ["arrows"] => arrows::run(),
+        ["boards"] => boards::write(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
         ["emulate", ref args @ ..] => emulated::serve(args),

@@ -6,7 +6,9 @@
 use std::process::Command;
 
 use crate::steps::{Steps, cargo, run as command};
-use crate::{Outcome, arrows, circles, documents, emulated, firmware, lengths, needs, root, words};
+use crate::{
+    Outcome, arrows, boards, circles, documents, emulated, firmware, lengths, needs, root, words,
+};
 
 pub fn run() -> Outcome {
     let mut steps = Steps::default();
@@ -26,13 +28,14 @@ pub fn check() -> Outcome {
 /// Each of these is run, whatever becomes of the others: all that is to be fixed is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
-    let checks: [(&'static str, Check); 6] = [
+    let checks: [(&'static str, Check); 7] = [
         ("format", format),
         ("words", words::check),
         ("documents", documents::check),
         ("lengths", lengths::check),
         ("circles", circles::check),
         ("arrows", arrows::check),
+        ("boards", boards::check),
     ];
     let outcomes = checks.map(|(name, check)| steps.run(name, check));
     let failures: Vec<String> = outcomes.into_iter().filter_map(Outcome::err).collect();

@@ -2,11 +2,12 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod wiring {
-    #[macro_use]
-    #[path = "../wiring/usart2.rs"]
-    mod usart2;
+#[macro_use]
+#[path = "wiring/usart2.rs"]
+mod usart2;
 
+#[cfg(target_os = "none")]
+mod wiring {
     robot! {
         left_encoder: PC6 PC7,
         lines_c: PA6 PA7,

@@ -5,14 +5,13 @@ use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
     Sysclk,
 };
-use embassy_stm32::time::mhz;
 
 /// Turns of a loop of four to ten cycles at 16 MHz: 4 to 9 ms. A crystal takes 2, and the watchdog waits for 21.
 const CRYSTAL_TURNS_MAX: u32 = 15_000;
 
 /// What a NUCLEO board gets from its ST-LINK.
 #[cfg(not(feature = "board-black-pill-f411"))]
-pub(super) const FROM_ST_LINK: Hse = Hse { freq: mhz(8), mode: HseMode::Bypass };
+pub(super) const FROM_ST_LINK: Hse = Hse { freq: embassy_stm32::time::mhz(8), mode: HseMode::Bypass };
 
 /// How the core's clock is made: half of what the loop gives.
 pub(super) struct Tree {

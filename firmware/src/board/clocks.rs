@@ -11,7 +11,8 @@ const CRYSTAL_TURNS_MAX: u32 = 15_000;
 
 /// What a NUCLEO board gets from its ST-LINK.
 #[cfg(not(feature = "board-black-pill-f411"))]
-pub(super) const FROM_ST_LINK: Hse = Hse { freq: embassy_stm32::time::mhz(8), mode: HseMode::Bypass };
+pub(super) const FROM_ST_LINK: Hse =
+    Hse { freq: embassy_stm32::time::mhz(8), mode: HseMode::Bypass };
 
 /// How the core's clock is made: half of what the loop gives.
 pub(super) struct Tree {

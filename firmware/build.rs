@@ -9,12 +9,18 @@ fn main() {
     if variable("CARGO_CFG_TARGET_OS").is_none_or(|os| os != "none") {
         return;
     }
-    let boards = ["nucleo_f429zi", "nucleo_f446re"];
+    // Boards and their memory maps.
+    let boards = [
+        ("NUCLEO_F429ZI", "two_banks"),
+        ("NUCLEO_F446RE", "one_bank"),
+        ("NUCLEO_F411RE", "one_bank"),
+        ("BLACK_PILL_F411", "one_bank"),
+    ];
     let chosen =
-        |board: &&str| variable(&format!("CARGO_FEATURE_BOARD_{}", board.to_uppercase())).is_some();
-    if let Some(board) = boards.into_iter().find(chosen) {
+        |(board, _): &(&str, &str)| variable(&format!("CARGO_FEATURE_BOARD_{board}")).is_some();
+    if let Some((_, map)) = boards.into_iter().find(chosen) {
         let out = PathBuf::from(variable("OUT_DIR").expect("cargo sets OUT_DIR"));
-        std::fs::copy(format!("memory/{board}.x"), out.join("memory.x"))
+        std::fs::copy(format!("memory/{map}.x"), out.join("memory.x"))
             .expect("the memory map is there");
         println!("cargo::rustc-link-search={}", out.display());
         for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {

@@ -44,6 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         count: true,
         by_function: false,
         revision: emulated_board::REVISION,
+        wiring: emulated_board::Wiring::default(),
     };
     print_functions(emulation.clone())?;
     let ended = emulation.run(|mut bench: Bench| async move {

@@ -14,6 +14,7 @@ use rigless::soc::{Bus, Error, Region, Width};
 use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
+use crate::motor_driver::{BoardLines, WheelLines, Wiring};
 use crate::uart_peer::UartPeer;
 
 /// How long the emulated core takes for an instruction \[ns\].
@@ -60,7 +61,7 @@ pub struct Nucleo {
 
 impl Nucleo {
     /// The board out of reset.
-    pub fn new(revision: u16) -> Result<Self, Error> {
+    pub fn new(revision: u16, wiring: Wiring) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new()?;
         // The ST-LINK's clock output.
         mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);
@@ -75,7 +76,7 @@ impl Nucleo {
         board.show_revision();
         board.set_stop_line(VirtualNanos(0), false);
         // Not asserted before the first instruction: the fault line is pulled up, the button down.
-        board.set_safety_inputs(VirtualNanos(0), false, false);
+        board.set_safety_inputs(VirtualNanos(0), false, true, wiring.enable_inverted);
         Ok(board)
     }
 
@@ -83,25 +84,29 @@ impl Nucleo {
         self.mcu.usart[USART3].chip_mut().expect("attached in `new`")
     }
 
-    /// Mean voltages that the bridge puts on the motors, as shares of the supply, and its enable.
-    ///
-    /// Sign-magnitude: PWM on TIM1's channels 1 and 3, direction on PE11 and PE14, enable on PF15.
-    pub(crate) fn motors(&mut self) -> (WheelPair<f64>, bool) {
+    /// The lines to the motor drivers: TIM1's channels, PE10 and PE12, and PF15 for both.
+    pub(crate) fn motor_lines(&mut self) -> BoardLines {
         let (port, registers) = self.mcu.port(PORT_F);
-        let enabled = port.level(pin(15), registers) == Level::High;
+        let enable = port.level(pin(15), registers) == Level::High;
         let (port, registers) = self.mcu.port(PORT_E);
-        let backward = WheelPair {
-            left: port.level(pin(11), registers) == Level::High,
-            right: port.level(pin(14), registers) == Level::High,
-        };
+        let c = WheelPair { left: 10, right: 12 }
+            .map(|number| port.level(pin(number), registers) == Level::High);
         let (timer, registers) = self.mcu.advanced_timer(0);
         let share = |channel| {
             let pulse = timer.pulse(channel_of(channel), registers);
             pulse.map_or(0.0, |pulse| pulse.width.0 as f64 / pulse.period.0 as f64)
         };
-        let magnitude = WheelPair { left: share(1), right: share(3) };
-        let duty = magnitude.zip(backward).map(|(d, backward)| if backward { -d } else { d });
-        (duty, enabled)
+        let wheels = WheelPair {
+            left: WheelLines { a: share(1), b: share(2), c: c.left },
+            right: WheelLines { a: share(3), b: share(4), c: c.right },
+        };
+        BoardLines { wheels, enable }
+    }
+
+    /// The period of the PWM \[ns\]; `None` while the timer lets no pulse out.
+    pub(crate) fn pwm_period_ns(&mut self) -> Option<u64> {
+        let (timer, registers) = self.mcu.advanced_timer(0);
+        timer.pulse(channel_of(1), registers).map(|pulse| pulse.period.0)
     }
 
     /// Puts the levels of an encoder's lines at a count on its timer's pins.
@@ -122,16 +127,23 @@ impl Nucleo {
         self.mcu.adc[0].set_input(channel, (supply_v * DIVIDER * 1000.0).round().max(0.0) as u32);
     }
 
-    /// Presses the button (PC13, high when pressed), pulls the driver's fault line (PF14, low).
-    pub(crate) fn set_safety_inputs(&mut self, at: VirtualNanos, button: bool, fault: bool) {
+    /// Presses the button (PC13, high when pressed), sets the driver's fault line (PF14), and the resistor on the
+    /// enable line.
+    pub(crate) fn set_safety_inputs(
+        &mut self,
+        at: VirtualNanos,
+        button: bool,
+        fault_line_high: bool,
+        enable_pull: bool,
+    ) {
         let level = |high| Some(if high { Level::High } else { Level::Low });
         self.mcu.drive_port(at, PORT_C, |port, registers, context| {
             port.drive(pin(13), level(button), registers, context);
         });
         self.mcu.drive_port(at, PORT_F, |port, registers, context| {
-            port.drive(pin(14), level(!fault), registers, context);
-            // The enable line's pull-down; the chip's output overrides the pull-down.
-            port.drive(pin(15), level(false), registers, context);
+            port.drive(pin(14), level(fault_line_high), registers, context);
+            // The enable line's resistor; the chip's output overrides it.
+            port.drive(pin(15), level(enable_pull), registers, context);
         });
     }
 }

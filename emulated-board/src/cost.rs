@@ -25,8 +25,8 @@ const START_US: u64 = 50_000;
 /// A write to this register, TIM2's status, clears the timer's flag.
 const TICK_FLAG: u64 = 0x4000_0010;
 
-/// A write to this register, TIM1's third compare value, completes the motors' update.
-const PWM_RIGHT: u64 = 0x4001_003C;
+/// A write to this register, TIM1's fourth compare value, completes the motors' update.
+const PWM_RIGHT: u64 = 0x4001_0040;
 
 /// The bare arithmetic's functions, as parts of their mangled names.
 const ARITHMETIC: [&[&str]; 3] = [

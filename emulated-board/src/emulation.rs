@@ -22,6 +22,7 @@ use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 use crate::monitor::{Bench, BoardMonitor};
+use crate::motor_driver::Wiring;
 
 /// How often plant and chip are synchronised \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -43,6 +44,8 @@ pub struct Emulation {
     pub by_function: bool,
     /// The chip's silicon.
     pub revision: Revision,
+    /// The motor driver.
+    pub wiring: Wiring,
 }
 
 /// The results of a run.
@@ -86,11 +89,12 @@ impl Emulation {
     {
         let images = [Image::read(&self.image, None)?];
         // The first stop comes before the first instruction: the flash is there from power-on.
-        let mut machine = Machine::new(Box::new(Nucleo::new(self.revision)?), 0, VirtualNanos(1))?;
+        let mut machine =
+            Machine::new(Box::new(Nucleo::new(self.revision, self.wiring)?), 0, VirtualNanos(1))?;
         machine.watch(FlashArray::watch());
         machine.watch(board::PROGRAM);
         let found = Arc::new(Mutex::new(None));
-        let (slot, scenario) = (found.clone(), self.scenario.clone());
+        let (slot, scenario, wiring) = (found.clone(), self.scenario.clone(), self.wiring);
         let begin = Box::new(move || {
             let chassis = Chassis::new(&scenario);
             let monitor = BoardMonitor::default();
@@ -101,7 +105,8 @@ impl Emulation {
                 let output = procedure(bench).await;
                 *slot.lock().expect("no holder has panicked") = Some(output);
             });
-            PlantAndHost { chassis, monitor, host, awake: Arc::new(Awake(AtomicBool::new(true))) }
+            let awake = Arc::new(Awake(AtomicBool::new(true)));
+            PlantAndHost { chassis, wiring, monitor, host, awake }
         });
         let mut array = FlashArray::new(self.flash.as_deref());
         array.cut_before = self.cut_before;
@@ -168,6 +173,7 @@ fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
 /// Plant and host. They run on the core's thread, because their clock belongs to a thread.
 struct PlantAndHost {
     chassis: Chassis,
+    wiring: Wiring,
     monitor: BoardMonitor,
     host: Pin<Box<dyn Future<Output = ()>>>,
     awake: Arc<Awake>,
@@ -287,10 +293,18 @@ impl PlantAndHost {
                 board.turn_encoder(at, wheel, levels);
             }
         }
-        let (duty, enabled) = board.motors();
+        // First: a reset makes the chip forget what its pins are driven to.
+        let (button, fault) =
+            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
+        let fault_line_high = self.wiring.fault_line_high(fault);
+        board.set_safety_inputs(at, button, fault_line_high, self.wiring.enable_inverted);
+        let lines = board.motor_lines();
+        let effect = self.wiring.effect(&lines);
+        let (duty, enabled) = (effect.map(|effect| effect.duty()), effect.any(|e| e.coast < 1.0));
         {
             let mut outside = self.monitor.0.borrow_mut();
             (outside.duty, outside.enabled) = (duty, enabled);
+            outside.motors = (lines, effect, board.pwm_period_ns());
             if enabled && duty.any(|duty| duty != 0.0) {
                 let angles_rad = self.chassis.lab().plant(|plant| plant.wheel_angles_rad());
                 outside.note_powered(at.0 / 1000, angles_rad);
@@ -299,9 +313,6 @@ impl PlantAndHost {
         self.chassis.drive(duty, enabled);
         self.act_on_chip(board, at);
         board.set_supply_v(self.chassis.supply_v());
-        let (button, fault) =
-            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
-        board.set_safety_inputs(at, button, fault);
         let bytes = board.line().take();
         if !bytes.is_empty() {
             self.chassis.give_to_host(&bytes);

@@ -30,6 +30,7 @@ mod emulation;
 mod flash_array;
 mod lines;
 mod monitor;
+mod motor_driver;
 pub mod random_faults;
 mod uart_peer;
 
@@ -42,3 +43,4 @@ pub use emulation::{Emulation, RunResult};
 pub use flash_array::{Flash, Operation, blank};
 pub use lines::{Line, LineFault};
 pub use monitor::{Bench, BoardMonitor, Powered};
+pub use motor_driver::{BoardLines, Effect as MotorEffect, WheelLines, Wiring};

@@ -10,6 +10,7 @@ use sim_target::{HostWire, Lab};
 use crate::bug::Bug;
 use crate::flash_array::Flash;
 use crate::lines::{EncoderLines, LineFault};
+use crate::motor_driver::{BoardLines, Effect as MotorEffect};
 
 /// What a procedure on the emulated board works with.
 pub struct Bench {
@@ -38,6 +39,8 @@ pub struct BoardMonitor(pub(crate) Rc<RefCell<BoardState>>);
 pub(crate) struct BoardState {
     pub duty: WheelPair<f64>,
     pub enabled: bool,
+    /// The lines, what the driver makes of them, and the period of the PWM \[ns\].
+    pub motors: (BoardLines, WheelPair<MotorEffect>, Option<u64>),
     pub last_powered_us: Option<u64>,
     pub powered: Vec<Powered>,
     pub lines: EncoderLines,
@@ -87,6 +90,21 @@ impl BoardMonitor {
     pub fn duty(&self) -> WheelPair<f64> {
         let outside = self.0.borrow();
         if outside.enabled { outside.duty } else { WheelPair::both(0.0) }
+    }
+
+    /// The present levels of the lines to the motor drivers.
+    pub fn motor_lines(&self) -> BoardLines {
+        self.0.borrow().motors.0
+    }
+
+    /// What the drivers do with both motors at present.
+    pub fn motor_effect(&self) -> WheelPair<MotorEffect> {
+        self.0.borrow().motors.1
+    }
+
+    /// The present period of the PWM \[ns\]; `None` while the timer lets no pulse out.
+    pub fn pwm_period_ns(&self) -> Option<u64> {
+        self.0.borrow().motors.2
     }
 
     /// When a motor last had a duty other than zero, to within a period of the PWM \[us\].

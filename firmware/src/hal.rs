@@ -9,7 +9,7 @@ use core::future::Future;
 
 use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
-use shared_proto::{Config, Name, ResetCause, WheelPair};
+use shared_proto::{Config, DriverConfig, Name, ResetCause, WheelPair};
 
 use crate::units::Duty;
 
@@ -29,9 +29,11 @@ pub trait Encoders {
 
 /// Both wheels' motor drivers.
 pub trait Motors {
-    /// Sets the mean voltage of each motor as a share of the supply, as wired.
+    /// Takes on a driver, and leaves it off. Called before all else, and again when another one is configured.
+    fn configure(&mut self, driver: &DriverConfig);
+    /// Sets the mean voltage of each motor as a share of the supply, as wired. Nothing while the drivers are off.
     fn set_duty(&mut self, duty: WheelPair<Duty>);
-    /// Switches the drivers on or off. While they are off, the wheels roll freely.
+    /// Switches the drivers on or off. While they are off, the wheels roll freely, if the driver can let them.
     fn enable(&mut self, on: bool);
 }
 

@@ -28,5 +28,5 @@ pub mod store;
 pub mod task;
 
 pub use control::{
-    beats, capture, encoder, odometry, pid, profile, protection, soft_float, supply, units,
+    beats, capture, encoder, lines, odometry, pid, profile, protection, soft_float, supply, units,
 };

@@ -7,11 +7,13 @@
 //! 3       as 2, with geometry.heading_pull_rad_per_m in the configuration
 //! 4       as 3, with feedforward.supply_v and protection.supply_v_max
 //! 5       as 4, with limits.hold_s
+//! 6       as 5, with driver
 //! ```
 //!
-//! Layout 5 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
-//! pull, no scaling by the supply, no upper limit of it, no hold. They become layout 5 at the next save. Should a
-//! layout ever differ in more than an added number, a frozen copy of its type and a conversion belong here.
+//! Layout 6 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
+//! pull, no scaling by the supply, no upper limit of it, no hold. Their driver has a PWM and a direction line at 20 kHz, as
+//! every image before layout 6 drove it. They become layout 6 at the next save. Should a
+//! layout ever differ in more than something added, a frozen copy of its type and a conversion belong here.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
 //! new one is complete: a power cut leaves one of the two. A power cut during an erasure leaves a sector
@@ -27,7 +29,7 @@ use shared_proto::{Config, Crc32};
 use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
-pub const LAYOUT: u16 = 5;
+pub const LAYOUT: u16 = 6;
 
 /// The one record's key.
 const CONFIGURATION: u8 = 1;
@@ -202,12 +204,16 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
     config.ok_or(StoreError::Damaged)
 }
 
-/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks.
+/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks, and the
+/// driver is appended.
 fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
     const NUMBER: usize = size_of::<f64>();
     /// Since which layout there is a number, and the numbers and flags before it: the pull, `feedforward.supply_v`,
     /// `limits.hold_s` and `protection.supply_v_max`.
     const ADDED: [(u16, usize, usize); 4] = [(3, 3, 0), (4, 14, 4), (5, 20, 4), (4, 25, 4)];
+    /// The driver's PWM before layout 6 \[Hz\]; behind it two flags, the name and what it does at a fault, all 0.
+    const PWM_HZ: f64 = 20_000.0;
+    const DRIVER_CHOICES: usize = 4;
     let mut whole = [0; RECORD_LEN_MAX];
     whole.get_mut(..body.len())?.copy_from_slice(body);
     let mut len = body.len();
@@ -222,7 +228,10 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
         whole.get_mut(at..at + NUMBER)?.fill(0);
         len += NUMBER;
     }
-    postcard::from_bytes(&whole[..len]).ok()
+    let driver = whole.get_mut(len..len + NUMBER + DRIVER_CHOICES)?;
+    driver.fill(0);
+    driver[..NUMBER].copy_from_slice(&PWM_HZ.to_le_bytes());
+    postcard::from_bytes(&whole[..len + NUMBER + DRIVER_CHOICES]).ok()
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use shared_proto::{Config, ConfigError};
+use shared_proto::{AtFault, Config, ConfigError, Driver};
 use toml::Value;
 
 use crate::error::{Context, Error, Result};
@@ -31,6 +31,12 @@ fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
         ConfigError::OutOfRange { .. } => "values are in SI units: metres, seconds, volts",
         ConfigError::DistancePerCount { .. } => {
             "change the three together, with `beeline config import`"
+        }
+        ConfigError::PwmFrequency { .. } => {
+            "change driver.pwm_hz first, or both together with `beeline config import`"
+        }
+        ConfigError::AtFault { .. } => {
+            "`beeline config set driver.at_fault off` takes what the driver does when it is off"
         }
     })
 }
@@ -91,6 +97,23 @@ fn no_such_field(root: &Value, field: &str) -> Error {
     }
 }
 
+/// A text that the field does not take.
+fn unknown_word(field: &str, text: &str) -> Error {
+    let of = |words: &[&str]| {
+        Error::new(format_args!("{field} = {text}: must be one of {}", words.join(", ")))
+    };
+    match field {
+        "driver.name" => of(&Driver::ALL.map(Driver::name))
+            .hint("docs/drivers.md tells which one yours is, and how to wire it"),
+        "driver.at_fault" => of(&AtFault::ALL.map(AtFault::name)),
+        _ => Error::new(format_args!(
+            "{field} = {text}: too long, at most {} bytes",
+            shared_proto::NAME_LEN_MAX
+        ))
+        .hint("choose a shorter one"),
+    }
+}
+
 /// The configuration with one field changed.
 ///
 /// # Errors
@@ -125,13 +148,7 @@ pub fn set(config: &Config, field: &str, text: &str) -> Result<Config> {
                 .hint(format_args!("`beeline config get {field}` lists them")));
         }
     };
-    let changed: Config = root.try_into().map_err(|_| {
-        Error::new(format_args!(
-            "{field} = {text}: too long, at most {} bytes",
-            shared_proto::NAME_LEN_MAX
-        ))
-        .hint("choose a shorter one")
-    })?;
+    let changed: Config = root.try_into().map_err(|_| unknown_word(field, text))?;
     changed.validate().map_err(|error| out_of_range(error, &error))?;
     Ok(changed)
 }
@@ -147,6 +164,40 @@ mod tests {
             let text = leaf.as_str().map_or_else(|| leaf.to_string(), str::to_owned);
             assert_eq!(set(&config, &path, &text).unwrap(), config, "{path}");
         }
+    }
+
+    #[test]
+    fn a_driver_is_set_by_its_name_and_an_unknown_one_lists_them() {
+        for driver in Driver::ALL {
+            let config = set(&Config::default(), "driver.name", driver.name()).unwrap();
+            assert_eq!(config.driver.name, driver);
+        }
+        for at_fault in AtFault::ALL {
+            let config = set(&Config::default(), "driver.at_fault", at_fault.name()).unwrap();
+            assert_eq!(config.driver.at_fault, at_fault);
+        }
+        let error = set(&Config::default(), "driver.name", "l297").unwrap_err().to_string();
+        assert!(error.contains("one of pwm_dir, in1_in2,") && error.contains("l298n"), "{error}");
+    }
+
+    #[test]
+    fn a_driver_is_refused_what_it_cannot_do() {
+        let at = |driver, field, value| {
+            let config = set(&Config::default(), "driver.name", driver).unwrap();
+            set(&config, field, value).map_err(|error| error.to_string())
+        };
+        let error = at("md10c", "driver.at_fault", "coast").unwrap_err();
+        assert_eq!(
+            error,
+            "driver.at_fault = coast: a driver of the kind md10c cannot let the motors coast"
+        );
+        let error = at("bts7960", "driver.pwm_hz", "26000").unwrap_err();
+        assert_eq!(
+            error,
+            "driver.pwm_hz = 26000: a driver of the kind bts7960 bears at most 25000 Hz"
+        );
+        assert!(at("md10c", "driver.at_fault", "brake").is_ok());
+        assert!(at("bts7960", "driver.pwm_hz", "25000").is_ok());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::driver::{AtFault, Driver, DriverConfig};
 use crate::name::Name;
 use crate::order::is_above;
 use crate::pair::{Wheel, WheelPair};
@@ -31,6 +32,9 @@ pub struct Config {
     pub limits: LimitsConfig,
     /// When to stop.
     pub protection: ProtectionConfig,
+    /// The motor driver.
+    #[serde(default)]
+    pub driver: DriverConfig,
 }
 
 /// Wheels and track.
@@ -214,6 +218,7 @@ fields![
     "protection.supply_v_min"           "V"       0.0   ..= 60.0    protection.supply_v_min;
     "protection.supply_v_max"           "V"       0.0   ..= 60.0    protection.supply_v_max;
     "protection.link_timeout_s"         "s"       0.05  ..= 0.24    protection.link_timeout_s;
+    "driver.pwm_hz"                     "Hz"      5000.0 ..= 100000.0 driver.pwm_hz;
 ];
 
 impl Config {
@@ -246,6 +251,13 @@ impl Config {
                 return Err(ConfigError::DistancePerCount { wheel, meters: q });
             }
         }
+        let DriverConfig { name: driver, pwm_hz: hz, at_fault, .. } = self.driver;
+        if is_outside(hz, 0.0, driver.facts().pwm_hz_max.into()) {
+            return Err(ConfigError::PwmFrequency { driver, hz });
+        }
+        if !self.driver.can_do_at_fault() {
+            return Err(ConfigError::AtFault { driver, at_fault });
+        }
         Ok(())
     }
 }
@@ -274,6 +286,20 @@ pub enum ConfigError {
         /// Its distance per count \[m\].
         meters: f64,
     },
+    /// The driver does not bear this PWM frequency.
+    PwmFrequency {
+        /// The driver.
+        driver: Driver,
+        /// The frequency \[Hz\].
+        hz: f64,
+    },
+    /// The driver cannot do this with the motors.
+    AtFault {
+        /// The driver.
+        driver: Driver,
+        /// What was wanted.
+        at_fault: AtFault,
+    },
 }
 
 impl core::fmt::Display for ConfigError {
@@ -298,6 +324,24 @@ impl core::fmt::Display for ConfigError {
                 Readable(meters),
                 Config::METERS_PER_COUNT.start(),
                 Config::METERS_PER_COUNT.end(),
+            ),
+            ConfigError::PwmFrequency { driver, hz } => write!(
+                f,
+                "driver.pwm_hz = {}: a driver of the kind {} bears at most {} Hz",
+                Readable(hz),
+                driver.name(),
+                driver.facts().pwm_hz_max,
+            ),
+            ConfigError::AtFault { driver, at_fault } => write!(
+                f,
+                "driver.at_fault = {}: a driver of the kind {} cannot {}",
+                at_fault.name(),
+                driver.name(),
+                if at_fault == AtFault::Brake {
+                    "brake the motors"
+                } else {
+                    "let the motors coast"
+                },
             ),
         }
     }
@@ -345,6 +389,7 @@ impl Default for Config {
                 supply_v_max: 18.5,
                 link_timeout_s: 0.2,
             },
+            driver: DriverConfig::default(),
         }
     }
 }

@@ -12,10 +12,10 @@ use crate::config::{Config, NUMBERS};
 use crate::name::Name;
 
 /// How many flags a configuration has.
-const FLAGS: usize = 4;
+const FLAGS: usize = 6;
 
-/// Name, numbers, flags.
-const VALUES: usize = 1 + NUMBERS + FLAGS;
+/// Name, numbers, flags, the driver's name and what it does at a fault.
+const VALUES: usize = 1 + NUMBERS + FLAGS + 2;
 
 /// How many flags follow this number.
 const fn flags_behind(number: usize) -> usize {
@@ -24,28 +24,34 @@ const fn flags_behind(number: usize) -> usize {
         5 => 1,
         // The right encoder's, and both motors'.
         7 => 3,
+        // The driver's enable and fault lines'.
+        27 => 2,
         _ => 0,
     }
 }
 
 impl Config {
     fn flags(&self) -> [&bool; FLAGS] {
-        let Self { encoder, motor, .. } = self;
+        let Self { encoder, motor, driver, .. } = self;
         [
             &encoder.left.reversed,
             &encoder.right.reversed,
             &motor.left.reversed,
             &motor.right.reversed,
+            &driver.enable_inverted,
+            &driver.fault_inverted,
         ]
     }
 
     fn flags_mut(&mut self) -> [&mut bool; FLAGS] {
-        let Self { encoder, motor, .. } = self;
+        let Self { encoder, motor, driver, .. } = self;
         [
             &mut encoder.left.reversed,
             &mut encoder.right.reversed,
             &mut motor.left.reversed,
             &mut motor.right.reversed,
+            &mut driver.enable_inverted,
+            &mut driver.fault_inverted,
         ]
     }
 }
@@ -54,7 +60,11 @@ impl Config {
 impl PartialEq for Config {
     fn eq(&self, other: &Self) -> bool {
         let bits = |config: &Self| config.numbers().map(|number| number.to_bits());
-        self.name == other.name && bits(self) == bits(other) && self.flags() == other.flags()
+        self.name == other.name
+            && bits(self) == bits(other)
+            && self.flags() == other.flags()
+            && (self.driver.name, self.driver.at_fault)
+                == (other.driver.name, other.driver.at_fault)
     }
 }
 
@@ -72,6 +82,8 @@ impl Serialize for Config {
                 values.serialize_element(flag)?;
             }
         }
+        values.serialize_element(&self.driver.name)?;
+        values.serialize_element(&self.driver.at_fault)?;
         values.end()
     }
 }
@@ -109,6 +121,8 @@ impl<'de> Visitor<'de> for Values {
         for (place, flag) in config.flags_mut().into_iter().zip(flags) {
             *place = flag;
         }
+        config.driver.name = next(&mut values)?;
+        config.driver.at_fault = next(&mut values)?;
         Ok(config)
     }
 }

@@ -27,8 +27,8 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 18 | 27 |
-//! | 1 `Request` | 266 | 276 |
-//! | 2 `Reply` | 267 | 277 |
+//! | 1 `Request` | 278 | 288 |
+//! | 2 `Reply` | 279 | 289 |
 //! | 3 `Telemetry` | 140 | 149 |
 //! | 4 `Event` | 50 | 59 |
 //!
@@ -59,6 +59,7 @@ mod bound;
 mod config;
 mod config_bytes;
 mod crc;
+mod driver;
 mod encoded_len;
 mod fault;
 mod frame;
@@ -75,6 +76,7 @@ mod telemetry;
 pub use bound::Bound;
 pub use config::*;
 pub use crc::Crc32;
+pub use driver::*;
 pub use fault::*;
 pub use frame::*;
 pub use hello::*;

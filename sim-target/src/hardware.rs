@@ -6,7 +6,7 @@ use std::rc::Rc;
 use embassy_time::{Instant, Timer};
 use firmware::hal::{ControlTimer, Encoders, Motors, Supply};
 use firmware::units::{CONTROL_PERIOD_US, Duty};
-use shared_proto::WheelPair;
+use shared_proto::{DriverConfig, WheelPair};
 
 use crate::guard::{Guard, Part};
 use crate::world::World;
@@ -46,6 +46,11 @@ impl Encoders for Hardware {
 }
 
 impl Motors for Hardware {
+    /// Takes any driver, as if it were wired as its data sheet wants.
+    fn configure(&mut self, _: &DriverConfig) {
+        self.enable(false);
+    }
+
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
         let mut world = self.0.borrow_mut();
         world.check_in(Part::Pid);

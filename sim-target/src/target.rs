@@ -114,7 +114,7 @@ impl SimTarget {
         executor.spawn(RobotTask::Receive, async move { task::link::receive(&s, wire).await });
         let (stop, fault) = {
             let world = self.lab.world.borrow();
-            (WaitPin(world.emergency_stop.clone()), WaitPin(world.driver_fault.clone()))
+            (WaitPin(world.emergency_stop.clone()), world.driver_fault.clone())
         };
         let s = shared.clone();
         executor.spawn(RobotTask::EmergencyStop, async move {

@@ -1,6 +1,6 @@
 //! `cargo xtask firmware`: the images that boards are flashed with, and how large they are.
 //!
-//! They are built in `firmware/`, whose settings are those of `cargo run --release` there: the same
+//! They are built in their package's folder, whose settings are those of `cargo run --release` there: the same
 //! bytes. The pinned compiler builds them where its target is there or can be fetched; elsewhere the
 //! distribution's compiler does, together with its own `core` library.
 
@@ -25,6 +25,10 @@ pub struct Board {
     bin: &'static str,
     /// What that is built with.
     features: &'static str,
+    /// Where its package is, with the settings of its build.
+    folder: &'static str,
+    /// What the compiler calls its chip.
+    target: &'static str,
     /// Largest image \[KiB\]; what is in one is in docs/emulated-board.md. With USB: what it is and 2 %.
     flash_kib_max: u64,
     /// Most static memory \[KiB\]; the stack is what is left.
@@ -32,11 +36,13 @@ pub struct Board {
 }
 
 /// The boards, the reference board first.
-pub const BOARDS: [Board; 3] = [
+pub const BOARDS: [Board; 6] = [
     Board {
         name: "nucleo-f429zi",
         bin: "nucleo_f429zi",
         features: "board-nucleo-f429zi",
+        folder: "firmware",
+        target: TARGET,
         flash_kib_max: 96,
         ram_kib_max: 24,
     },
@@ -44,6 +50,8 @@ pub const BOARDS: [Board; 3] = [
         name: "nucleo-f429zi-usb",
         bin: "nucleo_f429zi",
         features: "board-nucleo-f429zi,usb",
+        folder: "firmware",
+        target: TARGET,
         flash_kib_max: 112,
         ram_kib_max: 24,
     },
@@ -51,8 +59,37 @@ pub const BOARDS: [Board; 3] = [
         name: "nucleo-f446re",
         bin: "nucleo_f446re",
         features: "board-nucleo-f446re",
+        folder: "firmware",
+        target: TARGET,
         flash_kib_max: 96,
         ram_kib_max: 24,
+    },
+    Board {
+        name: "nucleo-f411re",
+        bin: "nucleo_f411re",
+        features: "board-nucleo-f411re",
+        folder: "firmware",
+        target: TARGET,
+        flash_kib_max: 96,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "black-pill-f411",
+        bin: "black_pill_f411",
+        features: "board-black-pill-f411",
+        folder: "firmware",
+        target: TARGET,
+        flash_kib_max: 96,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "pico2",
+        bin: "pico2",
+        features: "",
+        folder: "pico2",
+        target: "thumbv8m.main-none-eabihf",
+        flash_kib_max: 128,
+        ram_kib_max: 32,
     },
 ];
 
@@ -88,12 +125,12 @@ pub fn run(args: &[&str]) -> Outcome {
     if !rest.is_empty() {
         return Err(usage());
     }
-    let compiler = compiler.map_or_else(find_compiler, Ok)?;
+    let compiler_of = |target| compiler.map_or_else(|| find_compiler(target), Ok);
     if chosen.len() == BOARDS.len() {
-        check_library(compiler)?;
+        check_library(compiler_of(TARGET)?)?;
     }
     for board in chosen {
-        let image = build(board, compiler)?;
+        let image = build(board, compiler_of(board.target)?)?;
         board.weigh(&image)?;
     }
     Ok(())
@@ -105,16 +142,16 @@ fn usage() -> String {
 
 /// The reference board's image, built if it has changed.
 pub fn reference_image() -> Result<PathBuf, String> {
-    build(&BOARDS[0], find_compiler()?)
+    build(&BOARDS[0], find_compiler(TARGET)?)
 }
 
 /// Checks the images' code. Debian's compiler has no clippy: then only the pinned one's host build is.
 pub fn clippy() -> Outcome {
-    let Compiler::Pinned = find_compiler()? else {
+    let Compiler::Pinned = find_compiler(TARGET)? else {
         println!("    left out: the distribution's compiler has no clippy");
         return Ok(());
     };
-    for board in &BOARDS {
+    for board in BOARDS.iter().filter(|board| board.target == TARGET) {
         let mut command = Command::new("cargo");
         command
             // Of the release build: its macros and build scripts are there already.
@@ -129,20 +166,21 @@ pub fn clippy() -> Outcome {
 }
 
 /// The pinned compiler if it has the target, or can fetch it; else the distribution's.
-fn find_compiler() -> Result<Compiler, String> {
-    if has_target() {
+fn find_compiler(target: &str) -> Result<Compiler, String> {
+    if has_target(target) {
         return Ok(Compiler::Pinned);
     }
-    println!("    {TARGET} is missing: trying to fetch it");
-    if quiet("rustup", &["target", "add", TARGET]) && has_target() {
+    println!("    {target} is missing: trying to fetch it");
+    if quiet("rustup", &["target", "add", target]) && has_target(target) {
         return Ok(Compiler::Pinned);
     }
     println!("    it cannot be fetched: the distribution's compiler builds the images");
+    distribution_compiler(target)?;
     Ok(Compiler::Distribution)
 }
 
-fn has_target() -> bool {
-    let print = ["--print", "target-libdir", "--target", TARGET];
+fn has_target(target: &str) -> bool {
+    let print = ["--print", "target-libdir", "--target", target];
     let Some(folder) = output("rustc", &print) else { return false };
     std::fs::read_dir(folder.trim()).is_ok_and(|files| {
         files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
@@ -151,26 +189,30 @@ fn has_target() -> bool {
 
 /// The library for a chip without a board of ours: it needs nothing of the STM32's.
 fn check_library(compiler: Compiler) -> Outcome {
-    let (mut command, _) = firmware_cargo("check", compiler)?;
+    let (mut command, _) = firmware_cargo("check", ("firmware", TARGET), compiler)?;
     command.arg("--lib");
     run_command(&mut command, "the library must build without the feature `stm32`")
 }
 
-/// Cargo in `firmware/`, without features, and the build folder.
-fn firmware_cargo(what: &str, compiler: Compiler) -> Result<(Command, PathBuf), String> {
+/// Cargo in a package's folder, without features, and the build folder.
+fn firmware_cargo(
+    what: &str,
+    (folder, target_name): (&str, &str),
+    compiler: Compiler,
+) -> Result<(Command, PathBuf), String> {
     let mut target = target_folder();
     let mut command = match compiler {
         Compiler::Pinned => Command::new("cargo"),
         Compiler::Distribution => {
             target.push("distribution");
-            distribution_cargo()?
+            distribution_cargo(target_name)?
         }
     };
     command
-        .args([what, "--release", "--locked", "--no-default-features", "--target", TARGET])
+        .args([what, "--release", "--locked", "--no-default-features", "--target", target_name])
         .arg("--target-dir")
         .arg(&target)
-        .current_dir(root().join("firmware"))
+        .current_dir(root().join(folder))
         // Set for this program by `cargo xtask`; not for the image.
         .env_remove("CARGO_ENCODED_RUSTFLAGS");
     if let Compiler::Distribution = compiler {
@@ -180,17 +222,18 @@ fn firmware_cargo(what: &str, compiler: Compiler) -> Result<(Command, PathBuf), 
 }
 
 fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
-    let (mut command, target) = firmware_cargo("build", compiler)?;
-    command.args(["--features", board.features, "--bin", board.bin]);
-    run_command(&mut command, "fix the build; firmware/ builds with `cargo build --release` too")?;
-    Ok(target.join(TARGET).join("release").join(board.bin))
+    let Board { bin, features, folder, target, .. } = *board;
+    let (mut command, built) = firmware_cargo("build", (folder, target), compiler)?;
+    command.args(["--features", features, "--bin", bin]);
+    run_command(&mut command, "fix the build; its folder builds with `cargo build --release` too")?;
+    Ok(built.join(target).join("release").join(bin))
 }
 
-/// Debian's cargo, with everything that it needs.
-fn distribution_cargo() -> Result<Command, String> {
+/// Debian's compiler, installed if it can be.
+fn distribution_compiler(target: &str) -> Outcome {
     let there = |path: &str| Path::new(path).exists();
     if !PACKAGES.iter().all(|package| quiet("dpkg", &["-s", package])) {
-        needs::install(&PACKAGES)?;
+        needs::install(&PACKAGES).map_err(|_| no_compiler(target))?;
     }
     if !there("/usr/bin/cargo") || !there("/usr/bin/rustc") {
         return Err(format!(
@@ -198,6 +241,26 @@ fn distribution_cargo() -> Result<Command, String> {
             PACKAGES.join(", ")
         ));
     }
+    Ok(())
+}
+
+/// What to do where neither compiler can be had.
+fn no_compiler(target: &str) -> String {
+    format!(
+        "no compiler here builds for boards: the target {target} is missing and cannot be fetched, and Debian's \
+         compiler cannot be installed in its place\n       \
+         do one of these, then repeat the command:\n       \
+         - with a network, run `rustup target add {target}` in this folder\n       \
+         - under Debian, as root, run `apt-get install {}`",
+        PACKAGES.join(" ")
+    )
+}
+
+/// Debian's cargo, with everything that it needs.
+fn distribution_cargo(target: &str) -> Result<Command, String> {
+    distribution_compiler(target)?;
+    let linker_of =
+        format!("CARGO_TARGET_{}_LINKER", target.to_uppercase().replace(['-', '.'], "_"));
     let mut command = Command::new("/usr/bin/cargo");
     command
         // Not rustup's, which stand earlier in the path.
@@ -206,7 +269,7 @@ fn distribution_cargo() -> Result<Command, String> {
         .env_remove("RUSTUP_TOOLCHAIN")
         // What builds `core` along is not stable; this compiler is, in all else.
         .env("RUSTC_BOOTSTRAP", "1")
-        .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker()?);
+        .env(linker_of, linker()?);
     Ok(command)
 }
 

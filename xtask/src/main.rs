@@ -2,6 +2,7 @@
 
 mod arrows;
 mod bench;
+mod boards;
 mod circles;
 mod dependencies;
 mod documents;
@@ -45,6 +46,7 @@ cargo xtask <chore>
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
   dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml
   third-party        writes THIRD-PARTY.txt, the notice of whose code is in the programs
+  boards             writes the pin tables and wiring pictures in docs/boards/
   help               this
 ";
 
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         ["dependencies"] => dependencies::check(),
         ["third-party"] => third_party::run(),
         ["arrows"] => arrows::run(),
+        ["boards"] => boards::write(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),
         ["fuzz", ref args @ ..] => fuzz::run(args),

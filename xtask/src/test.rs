@@ -7,8 +7,8 @@ use std::process::Command;
 
 use crate::steps::{Steps, cargo, run as command};
 use crate::{
-    Outcome, arrows, circles, dependencies, documents, emulated, firmware, lengths, needs, root,
-    third_party, words,
+    Outcome, arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
+    root, third_party, words,
 };
 
 pub fn run() -> Outcome {
@@ -29,7 +29,7 @@ pub fn check() -> Outcome {
 /// Each of these is run, whatever becomes of the others: all that is to be fixed is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
-    let checks: [(&'static str, Check); 7] = [
+    let checks: [(&'static str, Check); 8] = [
         ("format", format),
         ("words", words::check),
         ("documents", documents::check),
@@ -37,6 +37,7 @@ fn quick(steps: &mut Steps) -> Outcome {
         ("circles", circles::check),
         ("arrows", arrows::check),
         ("third party", third_party::check),
+        ("boards", boards::check),
     ];
     let outcomes = checks.map(|(name, check)| steps.run(name, check));
     let failures: Vec<String> = outcomes.into_iter().filter_map(Outcome::err).collect();

@@ -44,6 +44,7 @@ pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
         count: false,
         by_function: false,
         revision: crate::REVISION,
+        wiring: crate::Wiring::default(),
     };
     let copy = case.clone();
     let ended = emulation

@@ -2,6 +2,7 @@
 
 mod attack;
 mod chip;
+mod drivers;
 mod faults;
 mod hang;
 mod network;
@@ -40,6 +41,7 @@ fn emulation() -> Emulation {
         count: false,
         by_function: false,
         revision: emulated_board::REVISION,
+        wiring: emulated_board::Wiring::default(),
     }
 }
 

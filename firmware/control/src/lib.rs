@@ -10,6 +10,7 @@
 //! | [`beats`] | the control timer's beats: late ones, and lost ones |
 //! | [`capture`] | from both counters to counts, travel and speed |
 //! | [`encoder`] | 64-bit counts, and speed from counts |
+//! | [`lines`] | what a motor driver's lines do at a duty |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`profile`] | trapezoids, exact for 10 km in integers |
 //! | [`pid`] | feedforward and PID on travel |
@@ -22,6 +23,7 @@
 pub mod beats;
 pub mod capture;
 pub mod encoder;
+pub mod lines;
 pub mod odometry;
 pub mod pid;
 pub mod profile;

@@ -12,7 +12,7 @@ mod wiring {
     use embassy_stm32::{Peri, bind_interrupts};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
-    use firmware::board::bridge::{Bridge, Mode, Pins};
+    use firmware::board::bridge::{Bridge, Pins};
     use firmware::board::control_timer::{self, Tim2ControlTimer};
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
@@ -70,12 +70,14 @@ mod wiring {
         let pins = Pins {
             left_a: p.PE9,
             left_b: p.PE11,
+            left_c: p.PE10,
             right_a: p.PE13,
             right_b: p.PE14,
+            right_c: p.PE12,
             enable: p.PF15,
             stop: p.PE15,
         };
-        let (motors, stop_line) = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
+        let (motors, stop_line) = Bridge::new(p.TIM1, pins);
         let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
         let supply = DividedSupply::new(p.ADC1, p.PA3, 3, divider);
 
@@ -86,6 +88,7 @@ mod wiring {
             green: led(p.PB0.into()),
             blue: Some(led(p.PB7.into())),
             red: Some(led(p.PB14.into())),
+            lit: Level::High,
         };
         let store = FlashStore::new(StoreFlash::new(p.FLASH));
 

@@ -2,93 +2,18 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+#[macro_use]
+#[path = "wiring/usart2.rs"]
+mod usart2;
+
+#[cfg(target_os = "none")]
 mod wiring {
-    use defmt_rtt as _;
-    use embassy_executor::Spawner;
-    use embassy_stm32::gpio::{Level, Output, Speed};
-    use embassy_stm32::interrupt::{self, InterruptExt};
-    use embassy_stm32::usart::{self, Uart};
-    use embassy_stm32::{bind_interrupts, dma, peripherals};
-    use firmware::board::bridge::{Bridge, Mode, Pins};
-    use firmware::board::control_timer::{self, Tim2ControlTimer};
-    use firmware::board::encoders::TimerEncoders;
-    use firmware::board::flash::StoreFlash;
-    use firmware::board::input::PolledInput;
-    use firmware::board::leds::Leds;
-    use firmware::board::supply::{DividedSupply, Divider};
-    use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
-    use firmware::board::{clocks, guard, power_on, reset};
-    use firmware::store::FlashStore;
-    use static_cell::ConstStaticCell;
-
-    bind_interrupts!(struct Irqs {
-        USART2 => usart::InterruptHandler<peripherals::USART2>;
-        DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
-        DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
-    });
-
-    /// Received bytes: DMA writes them here until the link task reads them.
-    static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
-        ConstStaticCell::new([0; LINK_BUFFER_LEN]);
-
-    #[embassy_stm32::interrupt]
-    unsafe fn TIM2() {
-        // SAFETY: this is the timer's interrupt.
-        unsafe { control_timer::on_interrupt() };
-        // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
-        // not in a tail call, so that the emulated board can count its instructions.
-        cortex_m::asm::dsb();
-    }
-
-    #[embassy_executor::main]
-    async fn main(spawner: Spawner) {
-        let reset_cause = reset::cause();
-        power_on::begin();
-        let p = power_on::start_clocks(clocks());
-        let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5] {
-            irq.set_priority(SERVICE_PRIORITY);
-        }
-        guard::start(core.SYST);
-
-        let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PB6, p.PB7));
-        let pins = Pins {
-            left_a: p.PA8,
-            left_b: p.PA9,
-            right_a: p.PA10,
-            right_b: p.PA11,
-            enable: p.PB10,
-            stop: p.PB12,
-        };
-        let (motors, stop_line) = Bridge::new(p.TIM1, pins, Mode::SignMagnitude);
-        let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
-        let supply = DividedSupply::new(p.ADC1, p.PA0, 0, divider);
-
-        // This board's button is low when pressed.
-        let stop = PolledInput::active_low(p.PC13);
-        let driver_fault = PolledInput::active_low(p.PB5);
-        let leds =
-            Leds { green: Output::new(p.PA5, Level::High, Speed::Low), blue: None, red: None };
-        let store = FlashStore::new(StoreFlash::new(p.FLASH));
-
-        let mut line = usart::Config::default();
-        line.baudrate = 921_600;
-        let link = Uart::new(p.USART2, p.PA3, p.PA2, p.DMA1_CH6, p.DMA1_CH5, Irqs, line)
-            .expect("921600 baud divides the clock");
-        let (transmitter, receiver) = link.split();
-
-        let shared = tasks::shared();
-        tasks::spawn_control(
-            spawner,
-            shared,
-            Tim2ControlTimer::new(p.TIM2),
-            encoders,
-            motors,
-            supply,
-        );
-        tasks::spawn_safety_inputs(spawner, shared, stop, stop_line, driver_fault);
-        tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
-        tasks::spawn_others(spawner, shared, store, reset_cause, leds);
+    robot! {
+        left_encoder: PC6 PC7,
+        lines_c: PA6 PA7,
+        supply: PA0 channel 0,
+        button: PC13,
+        led: PA5 lit High,
     }
 }
 

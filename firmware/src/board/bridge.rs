@@ -1,17 +1,20 @@
-//! A two-channel H-bridge: 20 kHz PWM on TIM1, two lines a wheel, one enable for both.
+//! Two motor drivers: PWM on TIM1, three lines a wheel, one enable for both.
 //!
 //! ```text
-//! mode             line A          line B            both lines low
-//! sign-magnitude   PWM  |duty|     level: direction  the motor brakes
-//! IN1/IN2          PWM  forward    PWM  backward     the motor coasts between the pulses
+//! line    pin                     what drives it
+//! A, B    TIM1 channels 1 to 4    the timer: low, high, or a pulse in each period
+//! C       any pin                 low or high; few drivers have this line
+//! enable  any pin                 left floating until the driver is known, so that its resistor holds it off
 //! ```
 //!
-//! Both modes use the same pins. The driver's data sheet says which mode it needs.
+//! What the lines do with which driver is [`Lines::at`]; which driver it is, the configuration says.
 //!
-//! The stop line is TIM1's break input: while the line is open, the timer itself holds every PWM line low,
+//! The stop line is TIM1's break input: while the line is open, the timer itself holds every line A and B low,
 //! whatever the program does (RM0090, 17.3.12). The line is high when open, so a cut wire stops the robot. The
 //! outputs stay off until the motors are enabled anew, which takes a reset of the fault and an arming.
 //! A debugger's halt has the same effect ([`super::power_on`]).
+
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pin, Pull, Speed};
@@ -21,133 +24,132 @@ use embassy_stm32::peripherals::TIM1;
 use embassy_stm32::timer::low_level::{OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{BkIn1, BreakInputPin, Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
-use shared_proto::WheelPair;
+use shared_proto::{DriverConfig, Inputs, WheelPair};
 
 use super::guard;
 use crate::hal::{self, Motors};
+use crate::lines::Lines;
+use crate::soft_float::truncate;
 use crate::units::Duty;
 
-/// Above the audible range, within what common drivers can switch.
-const PWM_KHZ: u32 = 20;
-
-/// The second line of one wheel.
-enum LineB {
-    Direction(Output<'static>),
-    Pwm(Channel),
-}
+/// Whether the enable line is high while the driver is disabled.
+static DISABLED_IS_HIGH: AtomicBool = AtomicBool::new(false);
 
 /// The lines of one wheel.
 struct Wheel {
     a: Channel,
-    b: LineB,
-    /// The direction line's present level.
-    backward: bool,
+    b: Channel,
+    c: Output<'static>,
+    /// Line C's present level.
+    c_high: bool,
 }
 
 /// The lines of both wheels and their enable.
 pub struct Bridge {
     wheels: WheelPair<Wheel>,
-    enable: Output<'static>,
+    enable: Flex<'static>,
     enabled: bool,
+    inputs: Inputs,
+    /// The timer's clock \[Hz\].
+    clock_hz: u32,
     /// Timer ticks of a whole period.
     period: u32,
 }
 
-/// The left wheel's lines are TIM1's channels 1 and 2, the right wheel's 3 and 4.
-pub struct Pins<A1, A2, A3, A4, E, S>
+/// The left wheel's lines A and B are TIM1's channels 1 and 2, the right wheel's 3 and 4.
+pub struct Pins<A1, A2, A3, A4, E, S, C1, C2>
 where
     A1: TimerPin<TIM1, Ch1>,
-    A2: TimerPin<TIM1, Ch2> + Pin,
+    A2: TimerPin<TIM1, Ch2>,
     A3: TimerPin<TIM1, Ch3>,
-    A4: TimerPin<TIM1, Ch4> + Pin,
+    A4: TimerPin<TIM1, Ch4>,
     E: Pin,
     S: BreakInputPin<TIM1, BkIn1> + Pin,
+    C1: Pin,
+    C2: Pin,
 {
     /// The left wheel's line A.
     pub left_a: Peri<'static, A1>,
     /// The left wheel's line B.
     pub left_b: Peri<'static, A2>,
+    /// The left wheel's line C.
+    pub left_c: Peri<'static, C1>,
     /// The right wheel's line A.
     pub right_a: Peri<'static, A3>,
     /// The right wheel's line B.
     pub right_b: Peri<'static, A4>,
-    /// The driver's enable, active high. Add a pull-down: during a reset every pin floats.
+    /// The right wheel's line C.
+    pub right_c: Peri<'static, C2>,
+    /// The driver's enable. Add a resistor that holds it off: during a reset every pin floats.
     pub enable: Peri<'static, E>,
     /// The stop line: a switch to ground that opens when pressed. Pulled up.
     pub stop: Peri<'static, S>,
 }
 
-/// What the driver's data sheet asks of the two lines of a wheel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// A PWM line and a direction line.
-    SignMagnitude,
-    /// A PWM line for each direction.
-    In1In2,
-}
-
 impl Bridge {
-    /// Both motors stand still and the driver is disabled.
-    // Inlined, so that an image holds one mode only.
-    #[inline(always)]
-    pub fn new<A1, A2, A3, A4, E, S>(
+    /// All lines are low and the enable line floats until [`Motors::configure`].
+    pub fn new<A1, A2, A3, A4, E, S, C1, C2>(
         timer: Peri<'static, TIM1>,
-        pins: Pins<A1, A2, A3, A4, E, S>,
-        mode: Mode,
+        pins: Pins<A1, A2, A3, A4, E, S, C1, C2>,
     ) -> (Self, StopLine)
     where
         A1: TimerPin<TIM1, Ch1>,
-        A2: TimerPin<TIM1, Ch2> + Pin,
+        A2: TimerPin<TIM1, Ch2>,
         A3: TimerPin<TIM1, Ch3>,
-        A4: TimerPin<TIM1, Ch4> + Pin,
+        A4: TimerPin<TIM1, Ch4>,
         E: Pin,
         S: BreakInputPin<TIM1, BkIn1> + Pin,
+        C1: Pin,
+        C2: Pin,
     {
         let function = AfType::input(Pull::Up);
         let number = pins.stop.af_num();
         let mut stop = Flex::new(pins.stop);
         stop.set_as_af_unchecked(number, function);
-        let enable = Output::new(pins.enable, Level::Low, Speed::Low);
         // Dropping the pins would reconfigure them.
         core::mem::forget(PwmPin::new(pins.left_a, OutputType::PushPull));
+        core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
         core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
-        let (left_b, right_b) = match mode {
-            Mode::SignMagnitude => (
-                LineB::Direction(Output::new(pins.left_b, Level::Low, Speed::Low)),
-                LineB::Direction(Output::new(pins.right_b, Level::Low, Speed::Low)),
-            ),
-            Mode::In1In2 => {
-                core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
-                core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
-                (LineB::Pwm(Channel::Ch2), LineB::Pwm(Channel::Ch4))
-            }
+        core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
+        let wheel = |a, b, c| Wheel { a, b, c, c_high: false };
+        let bridge = Self {
+            wheels: WheelPair {
+                left: wheel(
+                    Channel::Ch1,
+                    Channel::Ch2,
+                    Output::new(pins.left_c, Level::Low, Speed::Low),
+                ),
+                right: wheel(
+                    Channel::Ch3,
+                    Channel::Ch4,
+                    Output::new(pins.right_c, Level::Low, Speed::Low),
+                ),
+            },
+            enable: Flex::new(pins.enable),
+            enabled: false,
+            inputs: Inputs::PwmDirection,
+            clock_hz: start(timer),
+            period: 0,
         };
-        let wheels = WheelPair {
-            left: Wheel { a: Channel::Ch1, b: left_b, backward: false },
-            right: Wheel { a: Channel::Ch3, b: right_b, backward: false },
-        };
-        let channels: &[Channel] = match mode {
-            Mode::SignMagnitude => &[Channel::Ch1, Channel::Ch3],
-            Mode::In1In2 => &[Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4],
-        };
-        let bridge = Self { wheels, enable, enabled: false, period: start(timer, channels) };
         (bridge, StopLine(stop))
+    }
+
+    fn set(&mut self, lines: WheelPair<Lines>) {
+        self.wheels.left.set(lines.left);
+        self.wheels.right.set(lines.right);
     }
 }
 
-/// Starts the PWM with zero duty; returns the timer ticks of a whole period.
-fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
+/// Starts the timer with all lines low; returns its clock \[Hz\].
+fn start(timer: Peri<'static, TIM1>) -> u32 {
     let timer = Timer::new(timer);
-    let period = timer.get_clock_frequency().0 / (1000 * PWM_KHZ);
     pac::TIM1.psc().write_value(0);
-    pac::TIM1.arr().write(|w| w.set_arr((period - 1) as u16));
-    for &channel in channels {
+    for channel in [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4] {
         timer.set_output_compare_mode(channel, OutputCompareMode::PwmMode1);
         timer.set_output_compare_preload(channel, true);
         timer.enable_channel(channel, true);
     }
     timer.set_autoreload_preload(true);
-    timer.generate_update_event();
     // No automatic restart after a break, and off means low. Locked until a reset of the chip (17.4.18).
     pac::TIM1.bdtr().write(|w| {
         w.set_bke(0, true);
@@ -156,14 +158,24 @@ fn start(timer: Peri<'static, TIM1>, channels: &[Channel]) -> u32 {
         w.set_lock(Lock::LEVEL1);
     });
     timer.start();
+    let clock_hz = timer.get_clock_frequency().0;
     // Dropping the timer would stop it.
     core::mem::forget(timer);
-    period
+    clock_hz
 }
 
 /// Lets the PWM out to the pins; while the stop line is open, the timer refuses.
 fn outputs_on() {
     pac::TIM1.bdtr().modify(|w| w.set_moe(true));
+}
+
+/// Every line A and B low, and the driver disabled. Writes registers only, without a lock, so that any
+/// interrupt can call it.
+pub(super) fn off() {
+    for channel in 0..4 {
+        pac::TIM1.ccr(channel).write(|w| w.set_ccr(0));
+    }
+    super::set_enable_pin(DISABLED_IS_HIGH.load(Ordering::Relaxed));
 }
 
 /// The stop line, for the task that names what the timer has done already.
@@ -196,34 +208,41 @@ fn set_pulse(channel: Channel, ticks: u32) {
 
 impl Wheel {
     #[inline(always)]
-    fn set(&mut self, Duty(duty): Duty, period: u32) {
-        let bits = duty.to_bits();
-        // Steps of 2^-30 to timer ticks, to the nearest; a duty is 1 at most.
-        let pulse = (u64::from(bits.unsigned_abs()) * u64::from(period) + (1 << 29)) >> 30;
-        let pulse = (pulse as u32).min(period);
-        let backward = bits < 0;
-        match &mut self.b {
-            LineB::Direction(pin) => {
-                if self.backward != backward {
-                    self.backward = backward;
-                    pin.set_level(if backward { Level::High } else { Level::Low });
-                }
-                set_pulse(self.a, pulse);
-            }
-            LineB::Pwm(b) => {
-                set_pulse(self.a, if backward { 0 } else { pulse });
-                set_pulse(*b, if backward { pulse } else { 0 });
-            }
+    fn set(&mut self, lines: Lines) {
+        set_pulse(self.a, lines.a);
+        set_pulse(self.b, lines.b);
+        if self.c_high != lines.c {
+            self.c_high = lines.c;
+            self.c.set_level(lines.c.into());
         }
     }
 }
 
 impl Motors for Bridge {
+    fn configure(&mut self, driver: &DriverConfig) {
+        self.enabled = false;
+        self.set(WheelPair::both(Lines::LOW));
+        // Still the old driver's: until here nothing was known of a new one.
+        off();
+        DISABLED_IS_HIGH.store(driver.enable_inverted, Ordering::Relaxed);
+        off();
+        self.enable.set_as_output(Speed::Low);
+        self.inputs = driver.name.facts().inputs;
+        self.period = self.clock_hz / truncate(driver.pwm_hz, 0) as u32;
+        pac::TIM1.arr().write(|w| w.set_arr((self.period - 1) as u16));
+        // Loads the period at once; a timer without one does not run.
+        pac::TIM1.egr().write(|w| w.set_ug(true));
+    }
+
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
         // Once the guard has switched the motors off, only a restart switches them on again.
-        let duty = if guard::tripped() { WheelPair::both(Duty::ZERO) } else { duty };
-        self.wheels.left.set(duty.left, self.period);
-        self.wheels.right.set(duty.right, self.period);
+        let lines = if self.enabled && !guard::tripped() {
+            let (inputs, period) = (self.inputs, self.period);
+            duty.map(|duty| Lines::at(inputs, duty, period))
+        } else {
+            WheelPair::both(Lines::LOW)
+        };
+        self.set(lines);
         guard::alive(guard::Part::Pid);
     }
 
@@ -234,7 +253,7 @@ impl Motors for Bridge {
             if on {
                 outputs_on();
             }
-            self.enable.set_level(if on { Level::High } else { Level::Low });
+            super::set_enable_pin(on != DISABLED_IS_HIGH.load(Ordering::Relaxed));
         }
     }
 }

@@ -13,7 +13,7 @@ use shared_proto::WheelPair;
 use crate::encoder::Extender;
 use crate::hal::Encoders;
 
-/// Eight samples in a row, one each 32 cycles of the timer's 84 MHz, must agree: a level counts after 3 us, and
+/// Eight samples in a row, one each 32 cycles of the timer's 84 to 96 MHz, must agree: a level counts after 3 us, and
 /// what the motors' leads induce on the encoders' does not (RM0090, 18.4.7). At 160,000 counts a second edges
 /// are twice as far apart.
 const FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;

@@ -35,6 +35,8 @@ pub struct Leds {
     pub blue: Option<Output<'static>>,
     /// A fault is latched.
     pub red: Option<Output<'static>>,
+    /// The level that lights them.
+    pub lit: Level,
 }
 
 /// Patterns of green, blue and red.
@@ -63,17 +65,18 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, mut leds: Leds) -> ! {
         let on = patterns(state).map(|pattern| pattern >> step & 1 != 0);
         match (&mut leds.blue, &mut leds.red) {
             (Some(blue), Some(red)) => {
-                set(&mut leds.green, on[0]);
-                set(blue, on[1]);
-                set(red, on[2]);
+                set(&mut leds.green, leds.lit, on[0]);
+                set(blue, leds.lit, on[1]);
+                set(red, leds.lit, on[2]);
             }
-            _ => set(&mut leds.green, on.contains(&true)),
+            _ => set(&mut leds.green, leds.lit, on.contains(&true)),
         }
         ticker.next().await;
     }
     unreachable!("a cycle does not end")
 }
 
-fn set(led: &mut Output<'static>, on: bool) {
-    led.set_level(if on { Level::High } else { Level::Low });
+fn set(led: &mut Output<'static>, lit: Level, on: bool) {
+    let lit = lit == Level::High;
+    led.set_level((on == lit).into());
 }

@@ -7,8 +7,9 @@
 //! | --- | --- |
 //! | [`control_timer`] | the timer behind the control tick |
 //! | `clocks` | the clock tree |
+//! | `one_bank` | the store in a flash of one bank |
 //! | [`encoders`] | two timers in encoder mode |
-//! | [`bridge`] | PWM, direction and enable of a two-channel motor driver |
+//! | [`bridge`] | the motor drivers' lines, and the stop line |
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
@@ -46,20 +47,36 @@ mod nucleo_f446re;
 #[cfg(feature = "board-nucleo-f446re")]
 pub use nucleo_f446re::*;
 
-#[cfg(all(feature = "usb", feature = "board-nucleo-f446re"))]
-compile_error!("the NUCLEO-F446RE has no USB connector of its own");
+#[cfg(feature = "board-nucleo-f411re")]
+mod nucleo_f411re;
+#[cfg(feature = "board-nucleo-f411re")]
+pub use nucleo_f411re::*;
 
-#[cfg(all(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
+#[cfg(feature = "board-black-pill-f411")]
+mod black_pill_f411;
+#[cfg(feature = "board-black-pill-f411")]
+pub use black_pill_f411::*;
+
+#[cfg(not(feature = "board-nucleo-f429zi"))]
+mod one_bank;
+
+#[cfg(all(feature = "usb", not(feature = "board-nucleo-f429zi")))]
+compile_error!("only the NUCLEO-F429ZI has an image with the link on its own USB connector");
+
+/// `cargo build --features board-...` leaves the default board's feature on.
+#[cfg(all(
+    feature = "board-nucleo-f429zi",
+    any(
+        feature = "board-nucleo-f446re",
+        feature = "board-nucleo-f411re",
+        feature = "board-black-pill-f411"
+    )
+))]
 compile_error!(
     "an image is for one board: with another board's feature, add --no-default-features"
 );
 
 /// Switches both motors off at once, whatever the tasks are doing: the last action before a restart.
-/// Writes registers only, without a lock, so that any interrupt can call it.
 pub fn motors_off() {
-    let pwm = embassy_stm32::pac::TIM1;
-    for channel in 0..4 {
-        pwm.ccr(channel).write(|w| w.set_ccr(0));
-    }
-    driver_disable();
+    bridge::off();
 }

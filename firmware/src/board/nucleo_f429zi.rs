@@ -26,7 +26,8 @@ pub fn clocks() -> embassy_stm32::Config {
     clocks_of_168_mhz(Some(PllQDiv::DIV7))
 }
 
-/// The driver's enable pin low: PF15.
-pub(super) fn driver_disable() {
-    pac::GPIOF.bsrr().write(|w| w.set_br(15, true));
+/// The drivers' enable pin, PF15.
+#[inline(always)]
+pub(super) fn set_enable_pin(high: bool) {
+    pac::GPIOF.bsrr().write(|w| if high { w.set_bs(15, true) } else { w.set_br(15, true) });
 }

@@ -13,6 +13,11 @@ use embassy_stm32::rcc;
 
 use crate::hal::Supply;
 
+#[cfg(any(feature = "board-nucleo-f411re", feature = "board-black-pill-f411"))]
+use pac::ADC1_COMMON as COMMON;
+#[cfg(any(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
+use pac::ADC123_COMMON as COMMON;
+
 /// The converter's reference: the board's 3.3 V.
 const REFERENCE_MV: u32 = 3300;
 
@@ -50,8 +55,8 @@ impl DividedSupply {
         core::mem::forget(pin);
         rcc::enable_and_reset::<ADC1>();
         let adc = pac::ADC1;
-        // 21 MHz from the bus's 84; at most 36.
-        pac::ADC123_COMMON.ccr().modify(|w| w.set_adcpre(Adcpre::DIV4));
+        // 21 MHz from the bus's 84, or 24 from 96; at most 36.
+        COMMON.ccr().modify(|w| w.set_adcpre(Adcpre::DIV4));
         adc.smpr2().write(|w| w.set_smp(channel.into(), SampleTime::CYCLES480));
         adc.sqr3().write(|w| w.set_sq(0, channel));
         adc.cr2().write(|w| w.set_adon(true));

@@ -174,7 +174,7 @@ async fn stop_line(shared: &'static BoardShared, line: StopLine) {
 
 #[embassy_executor::task]
 async fn driver_fault(shared: &'static BoardShared, pin: PolledInput) {
-    task::safety_inputs::driver_fault(shared, WaitPin(pin)).await;
+    task::safety_inputs::driver_fault(shared, pin).await;
 }
 
 #[embassy_executor::task]

@@ -26,7 +26,8 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Config, Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
+    Config, DriverConfig, Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry,
+    WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -97,6 +98,8 @@ pub struct Shared<M: RawMutex> {
     pub link: SharedCell<M, LinkStatistics>,
     /// Emergency stop and motor driver fault.
     pub safety_inputs: SharedCell<M, SafetyInputs>,
+    /// The level of the motor driver's fault line at a fault; without one, the line is ignored.
+    pub fault_line: SharedCell<M, FaultLine>,
 }
 
 impl<M: RawMutex> Shared<M> {
@@ -134,6 +137,7 @@ impl<M: RawMutex> Shared<M> {
                 frames_sent: 0,
                 telemetry_dropped: 0,
             }),
+            fault_line: SharedCell::new(FaultLine::None),
             safety_inputs: SharedCell::new(SafetyInputs {
                 emergency_stop: false,
                 stop_line: false,
@@ -238,6 +242,8 @@ pub struct LoopSettings {
     pub reversed: WheelPair<bool>,
     /// The supply \[mV\].
     pub supply_mv: SupplyLimits,
+    /// The motor driver.
+    pub driver: DriverConfig,
 }
 
 /// Which supply the motors may have, and at which one the gains hold \[mV\].
@@ -281,6 +287,28 @@ pub enum Outgoing {
     Reply(Reply),
     /// An event.
     Event(Event),
+}
+
+/// How the motor driver's fault line shows a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultLine {
+    /// The driver has none, or is not known yet.
+    None,
+    /// Low at a fault.
+    ActiveLow,
+    /// High at a fault.
+    ActiveHigh,
+}
+
+impl FaultLine {
+    /// That of a configured driver.
+    pub fn new(driver: &DriverConfig) -> Self {
+        match (driver.name.facts().has_fault, driver.fault_inverted) {
+            (false, _) => Self::None,
+            (true, false) => Self::ActiveLow,
+            (true, true) => Self::ActiveHigh,
+        }
+    }
 }
 
 /// Inputs that stop the robot.

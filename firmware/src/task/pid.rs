@@ -5,7 +5,7 @@
 //! word no motion goes on.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use shared_proto::{Fault, WheelPair};
+use shared_proto::{AtFault, DriverConfig, Fault, WheelPair};
 
 use crate::capture::Measured;
 use crate::hal::{Motors, Supply};
@@ -26,11 +26,16 @@ pub async fn run<M: RawMutex>(
     mut motors: impl Motors,
     mut supply: impl Supply,
 ) -> ! {
-    let mut control = Control::new(shared.loop_settings.next().await);
-    motors.enable(false);
+    let settings = shared.loop_settings.next().await;
+    motors.configure(&settings.driver);
+    let mut control = Control::new(settings);
     loop {
         shared.action_ready.wait().await;
         if let Some(settings) = shared.loop_settings.try_take() {
+            if control.driver != settings.driver {
+                motors.configure(&settings.driver);
+                control.enabled = false;
+            }
             control.adopt(settings);
         }
         let supply_mv = supply.millivolts();
@@ -83,6 +88,9 @@ struct Control {
     tracking: bool,
     supply_low_ticks: u32,
     supply_high_ticks: u32,
+    driver: DriverConfig,
+    /// The drivers are on.
+    enabled: bool,
 }
 
 impl Control {
@@ -97,6 +105,8 @@ impl Control {
             tracking: false,
             supply_low_ticks: 0,
             supply_high_ticks: 0,
+            driver: settings.driver,
+            enabled: false,
         }
     }
 
@@ -107,6 +117,7 @@ impl Control {
         self.supply_mv = settings.supply_mv;
         self.supply_scale = SupplyScale::new(settings.supply_mv.nominal);
         self.protection.adopt(settings.thresholds);
+        self.driver = settings.driver;
         self.tracking = false;
         (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
     }
@@ -128,16 +139,20 @@ impl Control {
         let supply_scale = self.supply_scale.step(*supply_mv);
         let output = self.act(shared, measured, action, (loops, supply_scale));
         // Checked last, so that a fault of this very tick counts.
-        if shared.fault.forces_motors_off() { self.stop(shared, tick) } else { output }
+        let output =
+            if shared.fault.forces_motors_off() { self.stop(shared, tick) } else { output };
+        self.enabled = output.enabled;
+        output
     }
 
-    /// A fault forbids any duty.
+    /// A fault forbids any duty. Motors that are on brake until it is cleared, if that is what is configured.
     #[cold]
     #[inline(never)]
     fn stop<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
         shared.fault.note(tick);
         self.reset(&mut tick.loops);
-        Output::OFF
+        let brake = self.driver.at_fault == AtFault::Brake;
+        Output { enabled: self.enabled && brake, ..Output::OFF }
     }
 
     fn act<M: RawMutex>(

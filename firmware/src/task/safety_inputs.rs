@@ -10,22 +10,27 @@
 //! A board may have a stop line besides: a switch that opens when pressed and stops the motors in hardware.
 //! Its fault is the same, but closing the line clears nothing.
 //!
-//! All are active low: a driver's fault output is an open drain, and an emergency stop that pulls to
-//! ground needs a pull-up. A board whose button is active high inverts the input.
+//! The stop inputs are active low: an emergency stop that pulls to ground needs a pull-up. A board whose button
+//! is active high inverts the input. The driver's fault line is as configured ([`FaultLine`]).
 
+use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::digital::Wait;
 use shared_proto::Fault;
 
+use crate::hal::{Level, WaitPin};
 use crate::liveness::SafetyTask;
-use crate::shared::{ControlEvent, Shared};
+use crate::shared::{ControlEvent, FaultLine, Shared, SharedCell};
 
 /// Holding the emergency stop's button for this long clears its own fault.
 const HOLD: Duration = Duration::from_secs(2);
 
 /// A press this soon after a release is contact bounce.
 const BOUNCE: Duration = Duration::from_millis(200);
+
+/// How soon a fault line that was configured differently is looked at again.
+const LOOK_AGAIN: Duration = Duration::from_millis(10);
 
 /// Watches the emergency stop, for ever.
 pub async fn emergency_stop<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
@@ -62,8 +67,33 @@ pub async fn stop_line<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> !
     }
 }
 
+/// The driver's fault line, low at a fault whatever the driver is.
+struct Asserted<'a, M: RawMutex, L> {
+    line: &'a SharedCell<M, FaultLine>,
+    pin: L,
+}
+
+impl<M: RawMutex, L: Level> Level for Asserted<'_, M, L> {
+    fn is_low(&self) -> bool {
+        match self.line.get() {
+            FaultLine::None => false,
+            FaultLine::ActiveLow => self.pin.is_low(),
+            FaultLine::ActiveHigh => !self.pin.is_low(),
+        }
+    }
+
+    async fn wait_until(&self, low: bool) {
+        while self.is_low() != low {
+            // What the line means may change meanwhile.
+            let change = self.pin.wait_until(!self.pin.is_low());
+            select(change, Timer::after(LOOK_AGAIN)).await;
+        }
+    }
+}
+
 /// Watches the motor driver's fault line, for ever.
-pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, mut pin: impl Wait) -> ! {
+pub async fn driver_fault<M: RawMutex>(shared: &Shared<M>, pin: impl Level) -> ! {
+    let mut pin = WaitPin(Asserted { line: &shared.fault_line, pin });
     let alive = SafetyTask::DriverFault;
     loop {
         // A pin that cannot be read is treated as asserted: the robot does not drive blind.

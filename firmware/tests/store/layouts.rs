@@ -1,7 +1,7 @@
 //! Records of every layout that ever was, as bytes that never change.
 
 use firmware::hal::StoreError;
-use shared_proto::Config;
+use shared_proto::{AtFault, Config, Driver, DriverConfig};
 
 use super::nor::{Nor, SECTOR_LEN, SECTORS};
 use super::{load, numbered, save};
@@ -20,6 +20,9 @@ const LAYOUT_4: &[u8] = include_bytes!("layout_4.bin");
 
 /// With a hold, in layout 5.
 const LAYOUT_5: &[u8] = include_bytes!("layout_5.bin");
+
+/// With a driver, in layout 6.
+const LAYOUT_6: &[u8] = include_bytes!("layout_6.bin");
 
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
@@ -46,21 +49,34 @@ fn with_supply() -> Config {
     config
 }
 
-/// That of the newest.
-fn newest() -> Config {
+/// That of layout 5.
+fn with_hold() -> Config {
     let mut config = with_supply();
     config.limits.hold_s = 2.5;
     config
 }
 
+/// That of the newest.
+fn newest() -> Config {
+    let driver = DriverConfig {
+        pwm_hz: 16_000.0,
+        enable_inverted: true,
+        fault_inverted: false,
+        name: Driver::Drv8833,
+        at_fault: AtFault::Brake,
+    };
+    Config { driver, ..with_hold() }
+}
+
 #[test]
-fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_5_of_it()
+fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_6_of_it()
 {
     for (old, config) in [
         (LAYOUT_1, stored(0.0)),
         (LAYOUT_2, stored(0.0)),
         (LAYOUT_3, stored(-0.0125)),
         (LAYOUT_4, with_supply()),
+        (LAYOUT_5, with_hold()),
     ] {
         let (loaded, flash) = load(flash(old));
         assert_eq!(loaded, Ok(Some(config)), "every value is kept");
@@ -70,22 +86,22 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
         assert_eq!(saved, Ok(()));
         let (again, flash) = load(Nor::holding(flash.bytes));
         assert_eq!(again, Ok(Some(newest())));
-        // The old record is as it was; behind it stands one in layout 5.
+        // The old record is as it was; behind it stands one in layout 6.
         assert_eq!(&flash.bytes[..old.len()], old);
         let header = &flash.bytes[old.len() + RECORD - 4..];
-        assert_eq!(header[..2], 5_u16.to_le_bytes());
+        assert_eq!(header[..2], 6_u16.to_le_bytes());
     }
 }
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    assert_eq!(load(flash(LAYOUT_5)).0, Ok(Some(newest())));
+    assert_eq!(load(flash(LAYOUT_6)).0, Ok(Some(newest())));
     let (_, flash) = save(Nor::blank(), &newest());
-    let (written, beyond) = flash.bytes.split_at(LAYOUT_5.len());
+    let (written, beyond) = flash.bytes.split_at(LAYOUT_6.len());
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(
         hex(written),
-        hex(LAYOUT_5),
+        hex(LAYOUT_6),
         "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here (`xxd -r -p` makes one of these digits)"
     );
     assert!(beyond[..64].iter().all(|byte| *byte == 0xFF), "and no more");
@@ -93,7 +109,7 @@ fn a_configuration_of_another_shape_needs_a_new_layout() {
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
-    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5] {
+    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5, LAYOUT_6] {
         let record = &layout[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
         for at in [0, 2, 6, 100] {

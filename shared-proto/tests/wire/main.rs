@@ -5,6 +5,7 @@ mod config;
 mod damage;
 mod decoder;
 mod decoding;
+mod drivers_page;
 mod golden;
 mod page;
 mod round_trip;

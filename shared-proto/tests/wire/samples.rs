@@ -76,6 +76,13 @@ pub fn config() -> Config {
             supply_v_max: 16.8,
             link_timeout_s: 0.2,
         },
+        driver: DriverConfig {
+            pwm_hz: 16_000.0,
+            enable_inverted: true,
+            fault_inverted: false,
+            name: Driver::Drv8833,
+            at_fault: AtFault::Brake,
+        },
     }
 }
 
@@ -267,10 +274,17 @@ fn replies() -> Vec<(String, Any)> {
     all
 }
 
-fn refusals() -> Vec<(&'static str, Refusal)> {
+fn refusals() -> Vec<(String, Refusal)> {
     let out_of_range = ConfigError::OutOfRange { field: 2, value: 1.5 };
     let per_count = ConfigError::DistancePerCount { wheel: Wheel::Right, meters: 0.25 };
-    vec![
+    let pwm = |driver| Refusal::Config(ConfigError::PwmFrequency { driver, hz: 25_000.0 });
+    let at_fault =
+        |at_fault| Refusal::Config(ConfigError::AtFault { driver: Driver::Md10c, at_fault });
+    let drivers =
+        Driver::ALL.map(|driver| (format!("config.pwm_frequency.{}", driver.name()), pwm(driver)));
+    let at_faults =
+        AtFault::ALL.map(|what| (format!("config.at_fault.{}", what.name()), at_fault(what)));
+    let others = vec![
         ("state", Refusal::State(State::Driving)),
         ("faulted", Refusal::Faulted(report(Fault::SupplyLow))),
         ("config.out_of_range", Refusal::Config(out_of_range)),
@@ -293,7 +307,9 @@ fn refusals() -> Vec<(&'static str, Refusal)> {
         ("lease", Refusal::Lease),
         ("driven", Refusal::Driven),
         ("forgotten", Refusal::Forgotten),
-    ]
+    ];
+    let others = others.into_iter().map(|(name, refusal)| (name.to_string(), refusal));
+    others.chain(drivers).chain(at_faults).collect()
 }
 
 /// Every fault; those of a wheel are of the one and the other in turn.

@@ -42,8 +42,8 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 23), pair(encoder), pair(motor))
-        .prop_map(|(name, n, encoder, motor)| Config {
+    (name(), vec(number(), 23), pair(encoder), pair(motor), driver())
+        .prop_map(|(name, n, encoder, motor, driver)| Config {
             name,
             geometry: GeometryConfig {
                 wheel_radius_m: n[0],
@@ -76,8 +76,27 @@ fn config() -> BoxedStrategy<Config> {
                 supply_v_max: n[21],
                 link_timeout_s: n[18],
             },
+            driver,
         })
         .boxed()
+}
+
+fn driver() -> BoxedStrategy<DriverConfig> {
+    let flags = any::<[bool; 2]>();
+    let at_fault = proptest::sample::select(AtFault::ALL.to_vec());
+    (number(), flags, driver_name(), at_fault)
+        .prop_map(|(pwm_hz, [enable_inverted, fault_inverted], name, at_fault)| DriverConfig {
+            pwm_hz,
+            enable_inverted,
+            fault_inverted,
+            name,
+            at_fault,
+        })
+        .boxed()
+}
+
+fn driver_name() -> BoxedStrategy<Driver> {
+    proptest::sample::select(Driver::ALL.to_vec()).boxed()
 }
 
 fn wheel() -> BoxedStrategy<Wheel> {
@@ -245,6 +264,12 @@ fn refusal() -> BoxedStrategy<Refusal> {
         (wheel(), number()).prop_map(|(wheel, meters)| Refusal::Config(
             ConfigError::DistancePerCount { wheel, meters }
         )),
+        (driver_name(), number())
+            .prop_map(|(driver, hz)| Refusal::Config(ConfigError::PwmFrequency { driver, hz })),
+        driver_name().prop_map(|driver| Refusal::Config(ConfigError::AtFault {
+            driver,
+            at_fault: AtFault::Brake
+        })),
         proptest::sample::select(vec![
             MotionError::NotPositive,
             MotionError::NoDistance,

@@ -207,6 +207,7 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "protection.supply_v_min" => &mut config.protection.supply_v_min,
         "protection.supply_v_max" => &mut config.protection.supply_v_max,
         "protection.link_timeout_s" => &mut config.protection.link_timeout_s,
+        "driver.pwm_hz" => &mut config.driver.pwm_hz,
         _ => panic!("{path} is new: add it here"),
     }
 }

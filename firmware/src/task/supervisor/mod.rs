@@ -31,7 +31,9 @@ use crate::liveness::SafetyTask;
 use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
-use crate::shared::{ControlEvent, Follow, LoopSettings, Outgoing, Shared, SupplyLimits};
+use crate::shared::{
+    ControlEvent, FaultLine, Follow, LoopSettings, Outgoing, Shared, SupplyLimits,
+};
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
 use motions::MotionCommand;
@@ -370,6 +372,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             thresholds: Thresholds::new(config),
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv: SupplyLimits::new(config),
+            driver: config.driver,
         });
+        self.shared.fault_line.set(FaultLine::new(&config.driver));
     }
 }

@@ -190,18 +190,19 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     async fn write_config(&mut self, config: &Config) -> Result<(), Refusal> {
         config.validate().map_err(Refusal::Config)?;
-        self.standing_still()?;
+        self.may_take(config)?;
         self.config.clone_from(config);
         self.configure().await;
         Ok(())
     }
 
     async fn restore(&mut self, origin: ConfigOrigin) -> Result<(), Refusal> {
-        self.standing_still()?;
-        match origin {
-            ConfigOrigin::Factory => self.config = Config::default(),
-            ConfigOrigin::Saved => self.config.clone_from(&self.saved),
-        }
+        let config = match origin {
+            ConfigOrigin::Factory => Config::default(),
+            ConfigOrigin::Saved => self.saved.clone(),
+        };
+        self.may_take(&config)?;
+        self.config = config;
         self.configure().await;
         Ok(())
     }
@@ -233,9 +234,12 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.shared.fault.report().map_or(Ok(()), |report| Err(Refusal::Faulted(report)))
     }
 
-    fn standing_still(&self) -> Result<(), Refusal> {
+    /// Whether this configuration may be taken on now: another one not while the wheels move, and another driver
+    /// only while the driver is off.
+    fn may_take(&self, config: &Config) -> Result<(), Refusal> {
         match self.state {
-            State::Idle | State::Armed | State::Faulted => Ok(()),
+            State::Idle | State::Faulted => Ok(()),
+            State::Armed if config.driver == self.config.driver => Ok(()),
             state => Err(Refusal::State(state)),
         }
     }

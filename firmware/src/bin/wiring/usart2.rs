@@ -1,0 +1,99 @@
+//! The wiring of boards with an STM32F4 of 64 or 48 pins, whose link is USART2: they differ in the pins of
+//! the macro's call.
+
+/// Defines the image's `main`.
+macro_rules! robot {
+    (
+        left_encoder: $left_a:ident $left_b:ident,
+        lines_c: $left_c:ident $right_c:ident,
+        supply: $supply:ident channel $channel:literal,
+        button: $button:ident,
+        led: $led:ident lit $lit:ident $(,)?
+    ) => {
+        use defmt_rtt as _;
+        use embassy_executor::Spawner;
+        use embassy_stm32::gpio::{Level, Output, Speed};
+        use embassy_stm32::interrupt::{self, InterruptExt};
+        use embassy_stm32::usart::{self, Uart};
+        use embassy_stm32::{bind_interrupts, dma, peripherals};
+        use firmware::board::bridge::{Bridge, Pins};
+        use firmware::board::control_timer::{self, Tim2ControlTimer};
+        use firmware::board::encoders::TimerEncoders;
+        use firmware::board::flash::StoreFlash;
+        use firmware::board::input::PolledInput;
+        use firmware::board::leds::Leds;
+        use firmware::board::supply::{DividedSupply, Divider};
+        use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
+        use firmware::board::{clocks, guard, power_on, reset};
+        use firmware::store::FlashStore;
+        use static_cell::ConstStaticCell;
+
+        bind_interrupts!(struct Irqs {
+            USART2 => usart::InterruptHandler<peripherals::USART2>;
+            DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
+            DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+        });
+
+        /// Received bytes: DMA writes them here until the link task reads them.
+        static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
+
+        #[embassy_stm32::interrupt]
+        unsafe fn TIM2() {
+            // SAFETY: this is the timer's interrupt.
+            unsafe { control_timer::on_interrupt() };
+            // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
+            // not in a tail call, so that the emulated board can count its instructions.
+            cortex_m::asm::dsb();
+        }
+
+        #[embassy_executor::main]
+        async fn main(spawner: Spawner) {
+            let reset_cause = reset::cause();
+            power_on::begin();
+            let p = power_on::start_clocks(clocks());
+            let core = cortex_m::Peripherals::take().expect("taken once");
+            for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5] {
+                irq.set_priority(SERVICE_PRIORITY);
+            }
+            guard::start(core.SYST);
+
+            let encoders = TimerEncoders::new((p.TIM3, p.$left_a, p.$left_b), (p.TIM4, p.PB6, p.PB7));
+            let pins = Pins {
+                left_a: p.PA8,
+                left_b: p.PA9,
+                left_c: p.$left_c,
+                right_a: p.PA10,
+                right_b: p.PA11,
+                right_c: p.$right_c,
+                enable: p.PB10,
+                stop: p.PB12,
+            };
+            let (motors, stop_line) = Bridge::new(p.TIM1, pins);
+            let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
+            let supply = DividedSupply::new(p.ADC1, p.$supply, $channel, divider);
+
+            // Low when pressed.
+            let stop = PolledInput::active_low(p.$button);
+            let driver_fault = PolledInput::active_low(p.PB5);
+            let leds = Leds {
+                green: Output::new(p.$led, Level::$lit, Speed::Low),
+                blue: None,
+                red: None,
+                lit: Level::$lit,
+            };
+            let store = FlashStore::new(StoreFlash::new(p.FLASH));
+
+            let mut line = usart::Config::default();
+            line.baudrate = 921_600;
+            let link = Uart::new(p.USART2, p.PA3, p.PA2, p.DMA1_CH6, p.DMA1_CH5, Irqs, line)
+                .expect("921600 baud divides the clock");
+            let (transmitter, receiver) = link.split();
+
+            let shared = tasks::shared();
+            tasks::spawn_control(spawner, shared, Tim2ControlTimer::new(p.TIM2), encoders, motors, supply);
+            tasks::spawn_safety_inputs(spawner, shared, stop, stop_line, driver_fault);
+            tasks::spawn_link(spawner, shared, transmitter, receiver.into_ring_buffered(LINK.take()));
+            tasks::spawn_others(spawner, shared, store, reset_cause, leds);
+        }
+    };
+}

@@ -1,0 +1,24 @@
+//! NUCLEO-F411RE: 512 KiB of flash in one bank, 8 MHz from the ST-LINK.
+
+use embassy_stm32::pac;
+use embassy_stm32::rcc::PllPreDiv;
+
+use super::clocks::{FROM_ST_LINK, clocks_of_96_mhz};
+pub use super::one_bank::*;
+
+/// As in its user manual (UM1724).
+pub const NAME: &str = "NUCLEO-F411RE";
+
+/// The core's clock \[Hz\].
+pub const CORE_HZ: u32 = 96_000_000;
+
+/// 96 MHz from the ST-LINK's 8 MHz.
+pub fn clocks() -> embassy_stm32::Config {
+    clocks_of_96_mhz(FROM_ST_LINK, PllPreDiv::DIV8)
+}
+
+/// The drivers' enable pin, PB10.
+#[inline(always)]
+pub(super) fn set_enable_pin(high: bool) {
+    pac::GPIOB.bsrr().write(|w| if high { w.set_bs(10, true) } else { w.set_br(10, true) });
+}

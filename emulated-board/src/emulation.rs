@@ -22,6 +22,7 @@ use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 use crate::monitor::{Bench, BoardMonitor};
+use crate::stack::{Stack, StackDepth};
 
 /// How often plant and chip are synchronised \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -70,6 +71,8 @@ pub struct RunResult<T> {
     pub lived_us: u64,
     /// Restarts during the run, by any cause.
     pub resets: usize,
+    /// How deep the stack was.
+    pub stack: StackDepth,
     /// Accesses that the emulator does not model, and wrong flash writes; there should be none.
     pub unexpected: Vec<String>,
 }
@@ -127,6 +130,8 @@ impl Emulation {
             bug_injector: BugInjector::new(&self.image)?,
             program_stores: 0,
             resets: 0,
+            stack: Stack::of(&self.image)?,
+            stack_depth: StackDepth::default(),
         };
         let ended = emulator::run(machine, &Start::new(&images), lockstep)?;
         let unexpected = unexpected(&ended.session, &ended.driver);
@@ -144,6 +149,7 @@ impl Emulation {
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
             resets: ended.session.resets().len(),
+            stack: ended.driver.stack_depth,
             unexpected,
         })
     }
@@ -190,6 +196,8 @@ struct Lockstep {
     program_stores: u64,
     /// Restarts that have been recorded.
     resets: usize,
+    stack: Stack,
+    stack_depth: StackDepth,
 }
 
 impl Driver<Nucleo> for Lockstep {
@@ -243,10 +251,12 @@ impl Driver<Nucleo> for Lockstep {
             if let Some(begin) = self.begin.take() {
                 *slot = Some(begin());
                 self.array.show(host);
+                self.stack.paint(host);
             }
             let around = slot.as_mut().expect("begun at the first stop");
             around.meet(machine.board_mut(), stop.at);
             if around.poll_host() {
+                self.stack_depth = self.stack.depth(host);
                 *slot = None;
                 return None;
             }
@@ -260,6 +270,7 @@ impl Driver<Nucleo> for Lockstep {
             if let Some(flash) = outside.power_on.take() {
                 self.array.put(&flash, host);
                 board::forget_ram(host);
+                self.stack.paint(host);
                 outside.pull_reset = true;
             }
             if std::mem::take(&mut outside.pull_reset) {

@@ -31,6 +31,7 @@ mod flash_array;
 mod lines;
 mod monitor;
 pub mod random_faults;
+mod stack;
 mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
@@ -42,3 +43,4 @@ pub use emulation::{Emulation, RunResult};
 pub use flash_array::{Flash, Operation, blank};
 pub use lines::{Line, LineFault};
 pub use monitor::{Bench, BoardMonitor, Powered};
+pub use stack::StackDepth;

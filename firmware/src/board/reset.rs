@@ -1,6 +1,6 @@
 //! Why the board started, and what happens at a panic or a hard fault.
 
-use core::arch::asm;
+use core::arch::global_asm;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
@@ -59,23 +59,24 @@ fn panic(_: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-/// An invalid instruction or memory access, a stack overflow among them: handled like a panic, on a stack that is
-/// empty again. After an overflow the old one has no room, and a fault in this handler would stop the core.
-#[cortex_m_rt::exception(trampoline = false)]
-unsafe fn HardFault() -> ! {
-    // SAFETY: nothing returns from here, so that nothing on the stack is needed any more; this function has no
-    // variables on it.
-    unsafe {
-        asm!(
-            "ldr r0, =_stack_start",
-            "mov sp, r0",
-            "b {handle}",
-            handle = sym hard_fault,
-            options(noreturn)
-        )
-    }
-}
+// The hard fault's handler. It empties the stack first, before anything is pushed: after an overflow there is no room,
+// and a fault in this handler would stop the core. Nothing returns from here, so what was on the stack is not needed.
+global_asm!(
+    ".syntax unified",
+    ".thumb",
+    ".section .HardFault.user, \"ax\", %progbits",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".thumb_func",
+    "HardFault:",
+    "ldr r0, =_stack_start",
+    "mov sp, r0",
+    "b.w {handle}",
+    ".ltorg",
+    handle = sym hard_fault,
+);
 
+/// An invalid instruction or memory access, a stack overflow among them: handled like a panic.
 extern "C" fn hard_fault() -> ! {
     super::motors_off();
     remember();

@@ -1,5 +1,6 @@
 //! Why the board started, and what happens at a panic or a hard fault.
 
+use core::arch::global_asm;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
@@ -58,9 +59,25 @@ fn panic(_: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-/// An invalid instruction or memory access: handled like a panic.
-#[cortex_m_rt::exception(trampoline = false)]
-unsafe fn HardFault() -> ! {
+// The hard fault's handler. It empties the stack first, before anything is pushed: after an overflow there is no room,
+// and a fault in this handler would stop the core. Nothing returns from here, so what was on the stack is not needed.
+global_asm!(
+    ".syntax unified",
+    ".thumb",
+    ".section .HardFault.user, \"ax\", %progbits",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".thumb_func",
+    "HardFault:",
+    "ldr r0, =_stack_start",
+    "mov sp, r0",
+    "b.w {handle}",
+    ".ltorg",
+    handle = sym hard_fault,
+);
+
+/// An invalid instruction or memory access, a stack overflow among them: handled like a panic.
+extern "C" fn hard_fault() -> ! {
     super::motors_off();
     remember();
     SCB::sys_reset()

@@ -12,9 +12,6 @@ use super::robot::{AHEAD, Robot};
 /// The deepest that boot, a calibration, a save and a fault may need: half of what there is.
 const SHARE_MAX: f64 = 0.5;
 
-/// The stack's lowest address.
-const STACK_END: u64 = 0x2000_0000;
-
 #[test]
 fn boot_calibration_save_and_fault_take_at_most_half_of_the_stack() {
     let ended = emulation()
@@ -64,8 +61,7 @@ fn a_stack_overflow_overwrites_no_static_and_has_the_motors_off_and_the_board_ba
     assert_eq!(cause, ResetCause::Panic);
     // The task is asleep for up to 5 ms.
     assert!(powered_us <= 6000, "{powered_us} us");
-    assert_eq!(ended.stack.used, ended.stack.size, "it was an overflow");
-    // What the program stored below its stack went nowhere, and that is all it did wrong.
-    let below = |text: &String| text.starts_with("unmapped") || text.starts_with("refused");
-    assert!(ended.unexpected.iter().all(below), "{STACK_END:#x}: {:#?}", ended.unexpected);
+    // The last push of nine words had no room.
+    assert!(ended.stack.used + 36 > ended.stack.size, "{:?}", ended.stack);
+    assert!(ended.unexpected.is_empty(), "{:#?}", ended.unexpected);
 }

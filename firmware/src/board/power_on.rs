@@ -23,6 +23,7 @@ const BROWN_OUT_LEVEL: u8 = 0b00;
 /// Starts the watchdog, then everything else that needs no clock. The first call of `main`.
 pub fn begin() {
     guard::start_watchdog();
+    super::reset::guard_stack();
     pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
     set_brown_out_level();
 }

@@ -34,7 +34,10 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
     }
     let flags = rest.iter().filter(|word| word.starts_with("--"));
     if *chore != "bench" {
-        let mut unknown = flags.filter(|flag| !HELP.contains(&format!("{flag} ")));
+        let is_in_help = |flag: &&&str| {
+            HELP.split(|c: char| c != '-' && !c.is_ascii_lowercase()).any(|word| word == **flag)
+        };
+        let mut unknown = flags.filter(|flag| !is_in_help(flag));
         return unknown.next().map(|flag| format!("there is no flag `{flag}`"));
     }
     let name = rest.first().filter(|name| name.chars().all(|c| c.is_ascii_lowercase()))?;

@@ -55,6 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         by_function: false,
         revision: emulated_board::REVISION,
         wiring: emulated_board::Wiring::default(),
+        mpu: false,
     };
     print_functions(emulation.clone())?;
     let ended = emulation.run(|mut bench: Bench| async move {

@@ -55,13 +55,15 @@ pub struct Nucleo {
     pub(crate) mcu: Stm32f427,
     /// What the chip says that it is.
     pub(crate) revision: u16,
+    /// Whether the core has its MPU.
+    mpu: bool,
     /// Only the memory map.
     memory: Bare,
 }
 
 impl Nucleo {
     /// The board out of reset.
-    pub fn new(revision: u16, wiring: Wiring) -> Result<Self, Error> {
+    pub fn new(revision: u16, wiring: Wiring, mpu: bool) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new()?;
         // The ST-LINK's clock output.
         mcu.rcc.attach_crystals(8_000_000, Crystal::NONE.0);
@@ -72,7 +74,7 @@ impl Nucleo {
         }
         mcu.usart[USART3].attach(UartPeer::default());
         let memory = Bare::new(Bus::builder(CPU, &MEMORY, []))?;
-        let mut board = Self { mcu, revision, memory };
+        let mut board = Self { mcu, revision, mpu, memory };
         board.show_revision();
         board.set_stop_line(VirtualNanos(0), false);
         // Not asserted before the first instruction: the fault line is pulled up, the button down.
@@ -163,7 +165,7 @@ fn channel_of(number: u8) -> tim::Channel {
     tim::Channel::new(number).expect("a timer's channel")
 }
 
-store!(Nucleo { values: [revision], parts: [mcu], built: [memory] });
+store!(Nucleo { values: [revision, mpu], parts: [mcu], built: [memory] });
 
 impl Board for Nucleo {
     fn name(&self) -> &'static str {
@@ -194,7 +196,7 @@ impl Board for Nucleo {
         .spec_with_parts(
             &rigless::cpu::armv7m::windows(Mcu::bus(&self.mcu)),
             armv7m::Fpu::FpV4Sp,
-            armv7m::MpuRegions::Eight,
+            if self.mpu { armv7m::MpuRegions::Eight } else { armv7m::MpuRegions::None },
         );
         vec![Target::new("stm32f429zi", &mut self.memory, core)]
     }

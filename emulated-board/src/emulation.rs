@@ -47,6 +47,9 @@ pub struct Emulation {
     pub revision: Revision,
     /// The motor driver.
     pub wiring: Wiring,
+    /// The core has an MPU, as the chip has. The firmware only guards its stack with it; without one that guard is
+    /// missing, and the emulator is half as slow again less.
+    pub mpu: bool,
 }
 
 /// The results of a run.
@@ -92,8 +95,11 @@ impl Emulation {
     {
         let images = [Image::read(&self.image, None)?];
         // The first stop comes before the first instruction: the flash is there from power-on.
-        let mut machine =
-            Machine::new(Box::new(Nucleo::new(self.revision, self.wiring)?), 0, VirtualNanos(1))?;
+        let mut machine = Machine::new(
+            Box::new(Nucleo::new(self.revision, self.wiring, self.mpu)?),
+            0,
+            VirtualNanos(1),
+        )?;
         machine.watch(FlashArray::watch());
         machine.watch(board::PROGRAM);
         let found = Arc::new(Mutex::new(None));

@@ -16,6 +16,7 @@ mod needs;
 mod source;
 mod steps;
 mod test;
+mod test_binaries;
 mod third_party;
 mod words;
 

@@ -47,10 +47,10 @@ pub const LINTING: [(&str, &str); 2] = [
     ("CLIPPY_ARGS", "-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__"),
 ];
 
-/// Runs cargo in the root; `advice` is what to do if it fails.
-pub fn cargo<S: AsRef<OsStr>>(args: &[S], variables: &[(&str, &str)], advice: &str) -> Outcome {
+/// Cargo in the root.
+pub fn cargo_command<S: AsRef<OsStr>>(args: &[S]) -> Command {
     let mut command = Command::new("cargo");
-    command.args(args).envs(variables.iter().copied()).current_dir(root());
+    command.args(args).current_dir(root());
     if std::env::var_os("CI").is_some() {
         // Nobody builds there twice.
         for (name, value) in [("CARGO_INCREMENTAL", "0"), ("CARGO_TERM_COLOR", "never")] {
@@ -59,7 +59,12 @@ pub fn cargo<S: AsRef<OsStr>>(args: &[S], variables: &[(&str, &str)], advice: &s
             }
         }
     }
-    run(&mut command, advice)
+    command
+}
+
+/// Runs cargo in the root; `advice` is what to do if it fails.
+pub fn cargo<S: AsRef<OsStr>>(args: &[S], variables: &[(&str, &str)], advice: &str) -> Outcome {
+    run(cargo_command(args).envs(variables.iter().copied()), advice)
 }
 
 /// Runs a command; `advice` is what to do if it fails.

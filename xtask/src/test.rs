@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::steps::{Steps, cargo, run as command};
 use crate::{
     Outcome, arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
-    root, third_party, words,
+    root, test_binaries, third_party, words,
 };
 
 pub fn run() -> Outcome {
@@ -63,15 +63,15 @@ fn all(steps: &mut Steps) -> Outcome {
         )
     })?;
     // What is compiled for them and what they take are two figures: only one is the tests' own.
-    steps
-        .run("build tests", || cargo(&["test", "--workspace", "--no-run"], &[], "fix the build"))?;
-    let advice = "the failed tests and their messages stand above, under `failures:`";
-    let skip = ["--", "--skip", REAL_TIME];
-    steps.run("test", || {
-        cargo(&[&["test", "--workspace", "--no-fail-fast"][..], &skip].concat(), &[], advice)
+    let mut binaries = Vec::new();
+    steps.run("build tests", || {
+        binaries = test_binaries::build()?;
+        Ok(())
     })?;
+    steps.run("test", || test_binaries::run(&binaries, REAL_TIME))?;
     // They wait more than they compute, so more of them run at once than there are cores.
     let wait = ["--test", "binary", "--", REAL_TIME, "--test-threads", REAL_TIME_THREADS];
+    let advice = "the failed tests and their messages stand above, under `failures:`";
     steps
         .run("real time", || cargo(&[&["test", "--workspace"][..], &wait].concat(), &[], advice))?;
     steps.run("images", || firmware::run(&[]))?;

@@ -72,6 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         by_function: false,
         revision: emulated_board::REVISION,
         wiring: emulated_board::Wiring::default(),
+        mpu: false,
     };
     let (listen, camera) = (options.listen, options.camera);
     let ended = emulation.run(move |mut bench: Bench| async move {

@@ -45,6 +45,7 @@ pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
         by_function: false,
         revision: crate::REVISION,
         wiring: crate::Wiring::default(),
+        mpu: false,
     };
     let copy = case.clone();
     let ended = emulation

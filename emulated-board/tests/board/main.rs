@@ -6,6 +6,10 @@ mod drivers;
 mod faults;
 mod hang;
 mod network;
+/// A NOR flash in memory, as the store's own tests have it; here its power never goes.
+#[allow(dead_code)]
+#[path = "../../../firmware/tests/store/nor.rs"]
+mod nor;
 mod paper;
 mod power_cut;
 mod random_faults;
@@ -43,6 +47,7 @@ fn emulation() -> Emulation {
         by_function: false,
         revision: emulated_board::REVISION,
         wiring: emulated_board::Wiring::default(),
+        mpu: false,
     }
 }
 

@@ -1,6 +1,6 @@
 //! How deep the stack gets, and what happens if it gets too deep.
 
-use emulated_board::{Bench, Bug, Effect, Place};
+use emulated_board::{Bench, Bug, Effect, Emulation, Place};
 use host_cli::calibrate::{Settings, calibrate};
 use host_cli::pose_source::camera::Camera;
 use shared_proto::{Command, ResetCause, State};
@@ -9,12 +9,17 @@ use sim_target::now_us;
 use super::emulation;
 use super::robot::{AHEAD, Robot};
 
+/// A board whose stack is guarded, as the real one's is.
+fn with_guard() -> Emulation {
+    Emulation { mpu: true, ..emulation() }
+}
+
 /// The deepest that boot, a calibration, a save and a fault may need: half of what there is.
 const SHARE_MAX: f64 = 0.5;
 
 #[test]
 fn boot_calibration_save_and_fault_take_at_most_half_of_the_stack() {
-    let ended = emulation()
+    let ended = with_guard()
         .run(|mut bench: Bench| async move {
             bench.session.open().await.unwrap();
             let mut camera = Camera::new(bench.lab.clone());
@@ -36,7 +41,7 @@ fn boot_calibration_save_and_fault_take_at_most_half_of_the_stack() {
 
 #[test]
 fn a_stack_overflow_overwrites_no_static_and_has_the_motors_off_and_the_board_back() {
-    let ended = emulation()
+    let ended = with_guard()
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;
             let motion = robot.cruise(&AHEAD, 1500).await;

@@ -1,5 +1,6 @@
 //! `robot.toml`: the nominal robot, and facts about single runs.
 
+use std::collections::HashSet;
 use std::io;
 use std::path::Path;
 
@@ -153,15 +154,16 @@ impl RobotFile {
         for (name, value) in keys {
             check_range(name, value, |name| place_of(file, text, 0, name))?;
         }
+        let mut names = HashSet::new();
         for (index, run) in self.runs.iter().enumerate() {
-            if self.runs[..index].iter().any(|earlier| earlier.name == run.name) {
+            if !names.insert(run.name.as_str()) {
                 let place = place_of(file, text, start_of_run(text, index), "name");
                 let problem = format!("there are two [[run]] named `{}`", run.name);
                 return Err(CampaignError::new(place, problem, "merge them into one"));
             }
-            let start = start_of_run(text, index);
+            let place = |name: &str| place_of(file, text, start_of_run(text, index), name);
             for (name, value) in [("started_s", run.started_s), ("payload_kg", run.payload_kg)] {
-                check_range(name, value, |name| place_of(file, text, start, name))?;
+                check_range(name, value, place)?;
             }
         }
         Ok(())

@@ -9,7 +9,7 @@ use core::future::Future;
 
 use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
-use shared_proto::{Config, Name, ResetCause, WheelPair};
+use shared_proto::{Config, Key, Name, Nonce, ResetCause, WheelPair};
 
 use crate::units::Duty;
 
@@ -83,12 +83,18 @@ impl<L: Level> Wait for WaitPin<L> {
     }
 }
 
-/// A configuration that survives power-off.
+/// What survives power-off: a configuration, a key, and a count of starts.
 pub trait Store {
     /// The configuration saved last; `Ok(None)` if none ever was.
     fn load(&mut self) -> impl Future<Output = Result<Option<Config>, StoreError>>;
     /// Saves, reads back and compares. If this fails, the earlier configuration is still there.
     fn save(&mut self, config: &Config) -> impl Future<Output = Result<(), StoreError>>;
+    /// The link's key; `Ok(None)` if there is none.
+    fn key(&mut self) -> impl Future<Output = Result<Option<Key>, StoreError>>;
+    /// Keeps another key, or none. If this fails, the earlier one is still there.
+    fn set_key(&mut self, key: Option<Key>) -> impl Future<Output = Result<(), StoreError>>;
+    /// Counts, and returns the new count: a number that was never returned before, whatever happened to the power.
+    fn count(&mut self) -> impl Future<Output = Result<u64, StoreError>>;
 }
 
 /// Why a configuration could not be loaded or saved.
@@ -99,6 +105,8 @@ pub enum StoreError {
     Damaged,
     /// The memory could not be written, or read back differently.
     Write,
+    /// A key is there, but of a layout that this firmware does not know.
+    UnknownKey,
 }
 
 /// Facts about the board.
@@ -110,4 +118,6 @@ pub struct BoardInfo {
     pub uid: [u8; 12],
     /// Why the board started.
     pub reset_cause: ResetCause,
+    /// Drawn anew at each start, on a board that has a source of random numbers.
+    pub random: Option<Nonce>,
 }

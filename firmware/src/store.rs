@@ -1,4 +1,7 @@
-//! The configuration in a flash memory: [`Store`] on any `NorFlash`.
+//! Configuration, key and count of starts in a flash memory: [`Store`] on any `NorFlash`.
+//!
+//! The key's record is its 16 bytes, or nothing where it was cleared; that of the count is a u64, little-endian.
+//! Those of the configuration:
 //!
 //! ```text
 //! layout  record, little-endian
@@ -22,15 +25,20 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::{Config, Crc32};
+use shared_proto::{Config, Crc32, Key};
 
 use crate::hal::{Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
 pub const LAYOUT: u16 = 5;
 
-/// The one record's key.
+/// The records' keys.
 const CONFIGURATION: u8 = 1;
+const LINK_KEY: u8 = 2;
+const COUNT: u8 = 3;
+
+/// How many there are.
+const RECORDS: usize = 3;
 
 /// Longest record with its key; a configuration takes about 270 bytes.
 const RECORD_LEN_MAX: usize = 512;
@@ -40,9 +48,9 @@ const HEADER_LEN: usize = 6;
 
 /// Remembers where the record is. Without it, each lookup computes a checksum over every record of a
 /// sector, and erasing a sector takes a lookup for each of its records.
-type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
+type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, RECORDS>, u8>;
 
-/// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
+/// What survives power-off, in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
     map: MapStorage<u8, F, KeyCache>,
     buffer: [u8; RECORD_LEN_MAX],
@@ -158,14 +166,57 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let record = &record[..len];
         if self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await.is_err() {
             // Only where nothing can be read either is there nothing to lose by erasing.
-            if self.load().await.is_ok() {
+            if self.load().await.is_ok() || !matches!(self.key().await, Ok(None) | Err(StoreError::Damaged)) {
                 return Err(StoreError::Write);
             }
             self.map.erase_all().await.map_err(|_| StoreError::Write)?;
             let stored = self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await;
             stored.map_err(|_| StoreError::Write)?;
         }
-        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
+        self.reads_back(CONFIGURATION, record).await
+    }
+
+    async fn key(&mut self) -> Result<Option<Key>, StoreError> {
+        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK_KEY).await {
+            Ok(None | Some([])) => Ok(None),
+            Ok(Some(record)) => {
+                let bytes = record.try_into().map_err(|_| StoreError::UnknownKey)?;
+                Ok(Some(Key::new(bytes)))
+            }
+            Err(_) => Err(StoreError::Damaged),
+        }
+    }
+
+    async fn set_key(&mut self, key: Option<Key>) -> Result<(), StoreError> {
+        let record = key.as_ref().map_or(&[][..], |key| key.expose());
+        self.put(LINK_KEY, record).await
+    }
+
+    async fn count(&mut self) -> Result<u64, StoreError> {
+        let before = match self.map.fetch_item::<&[u8]>(&mut self.buffer, &COUNT).await {
+            Ok(None) => 0,
+            Ok(Some(record)) => {
+                u64::from_le_bytes(record.try_into().map_err(|_| StoreError::Damaged)?)
+            }
+            Err(_) => return Err(StoreError::Damaged),
+        };
+        let count = before.checked_add(1).ok_or(StoreError::Write)?;
+        self.put(COUNT, &count.to_le_bytes()).await?;
+        Ok(count)
+    }
+}
+
+impl<F: NorFlash> FlashStore<F> {
+    /// Appends a record and reads it back.
+    #[inline(never)]
+    async fn put(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
+        let stored = self.map.store_item(&mut self.buffer, &key, &record).await;
+        stored.map_err(|_| StoreError::Write)?;
+        self.reads_back(key, record).await
+    }
+
+    async fn reads_back(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
+        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await {
             Ok(Some(stored)) if stored == record => Ok(()),
             _ => Err(StoreError::Write),
         }

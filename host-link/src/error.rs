@@ -34,6 +34,21 @@ pub enum Error {
         /// The robot's.
         theirs: Hello,
     },
+    /// The robot has a key, and this host has none.
+    KeyNeeded {
+        /// The port.
+        port: String,
+    },
+    /// The robot has another key than this host.
+    WrongKey {
+        /// The port.
+        port: String,
+    },
+    /// The host has a key, and the robot has none: it may be another robot, or none.
+    RobotWithoutKey {
+        /// The port.
+        port: String,
+    },
     /// The robot answered before, but does not any more.
     StoppedAnswering {
         /// The port.
@@ -153,6 +168,13 @@ impl fmt::Display for Error {
                 "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
                 theirs.protocol, theirs.schema, ours.protocol, ours.schema
             ),
+            Self::KeyNeeded { port } => {
+                write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
+            }
+            Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
+            Self::RobotWithoutKey { port } => {
+                write!(f, "a key is given, but the robot on {port} has none: it may be another one")
+            }
             Self::StoppedAnswering { port } => {
                 write!(f, "the robot on {port} stopped answering")
             }
@@ -275,6 +297,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
         Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
+        Refusal::Key => f.write_str("it obeys only who holds its key"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
     }
@@ -298,5 +321,7 @@ pub(crate) fn name_of(command: &Command) -> &'static str {
         Command::ClearFault { .. } => "clear the fault",
         Command::Subscribe { .. } => "send telemetry",
         Command::Recall { .. } => "repeat telemetry",
+        Command::SetKey { key: Some(_) } => "take another key",
+        Command::SetKey { key: None } => "forget its key",
     }
 }

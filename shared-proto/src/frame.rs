@@ -6,11 +6,15 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::crc::Crc32;
 use crate::encoded_len::postcard_len_max;
 use crate::hello::Hello;
+use crate::key::{Key, Nonce, Open, Opened, Seal};
 use crate::message::{Event, Reply, Request};
 use crate::telemetry::Telemetry;
 
 const HEADER_LEN: usize = 3;
 const CRC_LEN: usize = 4;
+
+/// In the channel's byte: the payload ends with a [`Seal`].
+const SEALED: u8 = 0x80;
 
 /// Longest payload of a frame in bytes.
 pub const PAYLOAD_LEN_MAX: usize = 384;
@@ -40,6 +44,10 @@ pub enum Channel {
     Telemetry = 3,
     /// [`Event`].
     Event = 4,
+    /// [`Open`].
+    Open = 5,
+    /// [`Opened`].
+    Opened = 6,
 }
 
 impl Channel {
@@ -51,6 +59,8 @@ impl Channel {
             2 => Channel::Reply,
             3 => Channel::Telemetry,
             4 => Channel::Event,
+            5 => Channel::Open,
+            6 => Channel::Opened,
             _ => return None,
         })
     }
@@ -93,32 +103,81 @@ impl Encoder {
     ///
     /// A message that might be longer than [`PAYLOAD_LEN_MAX`] does not compile.
     pub fn message<M: Message>(&mut self, message: &M) -> Frame {
-        const { assert!(M::LEN_MAX <= PAYLOAD_LEN_MAX) };
+        self.sealed_message(message, None)
+    }
+
+    /// As [`message`](Self::message), sealed by a key with the counter of this frame.
+    pub fn sealed_message<M: Message>(&mut self, message: &M, by: Option<(&Key, u64)>) -> Frame {
+        const { assert!(M::LEN_MAX + Seal::LEN <= PAYLOAD_LEN_MAX) };
         let mut raw = Raw::BLANK;
         let payload = postcard::to_slice(message, raw.room()).expect("LEN_MAX is a bound");
         let len = payload.len();
-        self.frame(M::CHANNEL, raw, len)
+        self.seal_frame(M::CHANNEL, raw, len, by)
     }
 
     /// The frame of a hello.
     pub fn hello(&mut self, hello: Hello) -> Frame {
+        self.parts(Channel::Hello, &[&hello.to_bytes()], None)
+    }
+
+    /// The frame of a hello of a robot with a key.
+    pub fn challenge(&mut self, hello: Hello, challenge: Nonce) -> Frame {
+        self.parts(Channel::Hello, &[&hello.to_bytes(), &challenge], None)
+    }
+
+    /// The frame of a host's answer to a challenge.
+    pub fn open(&mut self, open: Open, session_key: &Key) -> Frame {
+        let parts: &[&[u8]] = &[&open.session.to_le_bytes(), &open.nonce];
+        self.parts(Channel::Open, parts, Some((session_key, 0)))
+    }
+
+    /// The frame of a robot's answer to [`Open`].
+    pub fn opened(&mut self, opened: Opened, session_key: &Key) -> Frame {
+        let parts: &[&[u8]] = &[&opened.session.to_le_bytes(), &opened.boot];
+        self.parts(Channel::Opened, parts, Some((session_key, opened.counter)))
+    }
+
+    /// The frame of a payload in parts, which are short.
+    fn parts(&mut self, channel: Channel, parts: &[&[u8]], by: Option<(&Key, u64)>) -> Frame {
         let mut raw = Raw::BLANK;
-        raw.room()[..Hello::LEN].copy_from_slice(&hello.to_bytes());
-        self.frame(Channel::Hello, raw, Hello::LEN)
+        let mut len = 0;
+        for part in parts {
+            raw.room()[len..len + part.len()].copy_from_slice(part);
+            len += part.len();
+        }
+        self.seal_frame(channel, raw, len, by)
+    }
+
+    /// Adds the seal to a payload of this length, if there is a key.
+    #[inline(never)]
+    fn seal_frame(
+        &mut self,
+        channel: Channel,
+        mut raw: Raw,
+        payload_len: usize,
+        by: Option<(&Key, u64)>,
+    ) -> Frame {
+        let Some((key, counter)) = by else { return self.frame(channel as u8, raw, payload_len) };
+        let channel = channel as u8 | SEALED;
+        let (payload, rest) = raw.room().split_at_mut(payload_len);
+        rest[..Seal::LEN].copy_from_slice(&Seal::new(key, channel, payload, counter).to_bytes());
+        self.frame(channel, raw, payload_len + Seal::LEN)
     }
 
     /// The frame of a message that came in another frame, counted anew: for whoever passes frames on.
     pub fn relay(&mut self, received: &Received<'_>) -> Frame {
         let mut raw = Raw::BLANK;
-        let len = received.payload.len().min(PAYLOAD_LEN_MAX);
+        let len = received.payload.len().min(PAYLOAD_LEN_MAX - Seal::LEN);
         raw.room()[..len].copy_from_slice(&received.payload[..len]);
-        self.frame(received.channel, raw, len)
+        let Some(seal) = received.seal else { return self.frame(received.channel as u8, raw, len) };
+        raw.room()[len..len + Seal::LEN].copy_from_slice(&seal.to_bytes());
+        self.frame(received.channel as u8 | SEALED, raw, len + Seal::LEN)
     }
 
     /// Adds header and checksum to a payload of this length, and encodes the frame.
     #[inline(never)]
-    fn frame(&mut self, channel: Channel, Raw(mut raw): Raw, payload_len: usize) -> Frame {
-        raw[0] = channel as u8;
+    fn frame(&mut self, channel: u8, Raw(mut raw): Raw, payload_len: usize) -> Frame {
+        raw[0] = channel;
         raw[1..HEADER_LEN].copy_from_slice(&self.sequence.to_le_bytes());
         self.sequence = self.sequence.wrapping_add(1);
         let body_len = HEADER_LEN + payload_len;
@@ -186,8 +245,10 @@ pub struct Received<'a> {
     pub channel: Channel,
     /// Frames that the sequence numbers show to be missing before this one.
     pub lost: u16,
-    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`].
+    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`], without the seal.
     pub payload: &'a [u8],
+    /// The seal of a sealed frame: [`is_sealed_by`](Self::is_sealed_by) tells whether it is genuine.
+    pub seal: Option<Seal>,
 }
 
 impl Received<'_> {
@@ -200,6 +261,50 @@ impl Received<'_> {
             Ok((message, [])) => Some(message),
             _ => None,
         }
+    }
+
+    /// Whether the frame is sealed, and by this key.
+    pub fn is_sealed_by(&self, key: &Key) -> bool {
+        self.seal.is_some_and(|seal| {
+            Seal::new(key, self.channel as u8 | SEALED, self.payload, seal.counter).is(&seal)
+        })
+    }
+
+    /// The session of a request, a reply, or what opens a session, from its first bytes.
+    pub fn session(&self) -> Option<u32> {
+        match self.channel {
+            Channel::Hello => self.hello().map(|hello| hello.session),
+            Channel::Open => self.open().map(|open| open.session),
+            Channel::Opened => self.opened().map(|opened| opened.session),
+            Channel::Request | Channel::Reply => {
+                postcard::take_from_bytes(self.payload).ok().map(|(session, _)| session)
+            }
+            Channel::Telemetry | Channel::Event => None,
+        }
+    }
+
+    /// The challenge in a hello of a robot with a key.
+    pub fn challenge(&self) -> Option<Nonce> {
+        self.hello()?;
+        self.payload.get(Hello::LEN..)?.first_chunk().copied()
+    }
+
+    /// A host's answer to a challenge, if the frame carries one.
+    pub fn open(&self) -> Option<Open> {
+        let (session, nonce) = self.session_and_nonce(Channel::Open)?;
+        Some(Open { session, nonce })
+    }
+
+    /// A robot's answer to [`Open`], if the frame carries one.
+    pub fn opened(&self) -> Option<Opened> {
+        let (session, boot) = self.session_and_nonce(Channel::Opened)?;
+        Some(Opened { session, boot, counter: self.seal?.counter })
+    }
+
+    fn session_and_nonce(&self, channel: Channel) -> Option<(u32, Nonce)> {
+        let (session, nonce) = self.payload.split_first_chunk()?;
+        let nonce = nonce.try_into().ok()?;
+        (self.channel == channel).then(|| (u32::from_le_bytes(*session), nonce))
     }
 
     /// The hello, if the frame carries one.
@@ -267,7 +372,7 @@ impl Decoder {
         if Crc32::new().over(body).value().to_le_bytes() != crc {
             return Err(FrameError::Checksum);
         }
-        let channel = Channel::from_number(body[0]).ok_or(FrameError::Channel)?;
+        let channel = Channel::from_number(body[0] & !SEALED).ok_or(FrameError::Channel)?;
         let sequence = u16::from_le_bytes([body[1], body[2]]);
         // A hello starts a new count.
         let lost = match self.last_sequence {
@@ -279,6 +384,13 @@ impl Decoder {
             _ => 0,
         };
         self.last_sequence = Some(sequence);
-        Ok(Received { channel, lost, payload: &body[HEADER_LEN..] })
+        let payload = &body[HEADER_LEN..];
+        let (payload, seal) = match body[0] & SEALED {
+            0 => (payload, None),
+            _ => payload.split_last_chunk().ok_or(FrameError::Malformed).map(|(payload, seal)| {
+                (payload, Some(Seal::from_bytes(seal)))
+            })?,
+        };
+        Ok(Received { channel, lost, payload, seal })
     }
 }

@@ -26,7 +26,8 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Config, Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry, WheelPair,
+    Config, Event, Fault, Hello, Key, LinkStatistics, Nonce, Opened, Reply, Request, State,
+    Telemetry, WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -67,6 +68,11 @@ pub struct Shared<M: RawMutex> {
     pub requests: Channel<M, Request, 1>,
     /// Any task to the link.
     pub outgoing: Channel<M, Outgoing, 4>,
+    /// Receiver to transmitter: answers to hosts that begin a session. They have a place of their own, so that no
+    /// other host's flood keeps a new one out.
+    pub greetings: Channel<M, Greeting, 1>,
+    /// Supervisor to link: whom the robot obeys.
+    pub access: SharedCell<M, Access>,
     /// Supervisor to telemetry: how to follow where the robot is.
     pub follow_wheels: Mailbox<M, Follow>,
     /// PID to telemetry: this tick is due to be sent.
@@ -114,6 +120,8 @@ impl<M: RawMutex> Shared<M> {
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
+            greetings: Channel::new(),
+            access: SharedCell::new(Access::Nobody),
             follow_wheels: Mailbox::new(),
             telemetry_due: Notify::new(),
             telemetry: Channel::new(),
@@ -133,6 +141,7 @@ impl<M: RawMutex> Shared<M> {
                 frames_lost: 0,
                 frames_sent: 0,
                 telemetry_dropped: 0,
+                frames_refused: 0,
             }),
             safety_inputs: SharedCell::new(SafetyInputs {
                 emergency_stop: false,
@@ -275,12 +284,50 @@ impl SupplyLimits {
 /// A message for the link to send, in order. Telemetry has its own queue, of lower priority.
 #[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
 pub enum Outgoing {
-    /// The robot's half of the handshake.
-    Hello(Hello),
     /// The answer to a request.
     Reply(Reply),
     /// An event.
     Event(Event),
+}
+
+/// An answer to a host that begins a session.
+pub enum Greeting {
+    /// The robot's hello; with a key, its challenge.
+    Hello(Hello, Option<Nonce>),
+    /// The host holds the key, and its session has this one.
+    Opened {
+        /// Session and start of the robot. The transmitter adds the counter.
+        opened: Opened,
+        /// The session's key.
+        session_key: Key,
+    },
+}
+
+/// Whom the robot obeys.
+#[derive(Clone, Copy)]
+pub enum Access {
+    /// Nobody: the store has not been read yet, or cannot be trusted.
+    Nobody,
+    /// Whoever reaches the line: there is no key.
+    Everybody,
+    /// Those who hold the key.
+    Holders {
+        /// The pre-shared key.
+        key: Key,
+        /// Differs for each start of the robot, and each change of the key.
+        boot: Nonce,
+    },
+}
+
+impl Access {
+    /// Since when: no two ways of access have the same.
+    pub fn boot(&self) -> Option<Nonce> {
+        match self {
+            Access::Nobody => None,
+            Access::Everybody => Some([0; 16]),
+            Access::Holders { boot, .. } => Some(*boot),
+        }
+    }
 }
 
 /// Inputs that stop the robot.

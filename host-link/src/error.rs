@@ -6,6 +6,7 @@
 use std::fmt;
 use std::io;
 
+use crate::key_file::KeyFileProblem;
 use shared_proto::{Answer, Command, ConfigError, Fault, FaultReport, Hello, Refusal, State};
 
 /// A result of the link.
@@ -33,6 +34,13 @@ pub enum Error {
         ours: Hello,
         /// The robot's.
         theirs: Hello,
+    },
+    /// The file of a key cannot be used.
+    KeyFile {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        problem: KeyFileProblem,
     },
     /// The robot has a key, and this host has none.
     KeyNeeded {
@@ -168,6 +176,7 @@ impl fmt::Display for Error {
                 "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
                 theirs.protocol, theirs.schema, ours.protocol, ours.schema
             ),
+            Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
             Self::KeyNeeded { port } => {
                 write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
             }

@@ -107,6 +107,7 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         | Refusal::Forgotten
         | Refusal::HelloFirst
         | Refusal::Key
+        | Refusal::WrongKey
         | Refusal::Unreadable => return None,
     };
     Some(advice.into())

@@ -306,7 +306,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
         Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
-        Refusal::Key => f.write_str("it obeys only who holds its key"),
+        Refusal::Key | Refusal::WrongKey => f.write_str("it obeys only who holds its key"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
     }

@@ -296,13 +296,20 @@ impl Session {
         match frame.channel {
             Channel::Reply => {
                 let Some(reply) = frame.message::<Reply>() else { return Ok(()) };
-                if reply.session != self.number && reply.session != 0 {
+                if reply.session != self.number && (reply.session != 0 || self.sealing.has_key()) {
                     // For another host on the same line.
                     return Ok(());
                 }
-                // Not sealed by a key that we could know: the robot has a new one. It claims nothing else.
-                if let Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } = reply {
-                    return Err(Error::Restarted { port: self.port.clone() });
+                // Neither can be sealed by a key that we know, as the robot has a new one. They claim nothing else.
+                let port = || self.port.clone();
+                match reply {
+                    Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
+                        return Err(Error::Restarted { port: port() });
+                    }
+                    Reply { id: 0, outcome: Err(Refusal::Key), .. } if !self.sealing.has_key() => {
+                        return Err(Error::KeyNeeded { port: port() });
+                    }
+                    _ => {}
                 }
                 if !believed {
                     self.statistics.frames_refused += 1;

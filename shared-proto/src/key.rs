@@ -219,3 +219,63 @@ impl Opened {
     /// Length in bytes, without the seal.
     pub const LEN: usize = 20;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_that_of_its_authors() {
+        // Aumasson and Bernstein, SipHash, 2012, appendix A.
+        let key = Key::new(core::array::from_fn(|i| i as u8));
+        let message: [u8; 14] = core::array::from_fn(|i| i as u8 + 1);
+        let expected = 0xa129_ca61_49be_45e5_u64.to_le_bytes();
+        for at in 0..=message.len() {
+            let (head, tail) = message.split_at(at);
+            assert_eq!(key.hash(0, &[head, tail]), expected, "in two pieces at {at}");
+        }
+    }
+
+    #[test]
+    fn keys_for_different_ends_and_data_differ_and_a_mask_comes_off() {
+        let key = Key::new([7; 16]);
+        let (a, b) = ([1; 16], [2; 16]);
+        let hello = Hello { protocol: 2, schema: 3, session: 4 };
+        let all = [
+            key.0,
+            key.of_session(hello, &a, &b).0,
+            key.of_session(hello, &b, &a).0,
+            key.of_session(Hello { session: 5, ..hello }, &a, &b).0,
+            key.of_session(Hello { schema: 5, ..hello }, &a, &b).0,
+            key.of_robot(&a).0,
+            key.of_robot(&b).0,
+            key.challenge(&a, 0),
+            key.challenge(&a, 1),
+            key.boot(&[0; 12], 0, &a),
+            key.boot(&[0; 12], 1, &a),
+            key.boot(&[1; 12], 0, &a),
+            key.boot(&[0; 12], 0, &b),
+            key.host_nonce(0),
+            key.host_nonce(1),
+            key.masked(&Key::new([0; 16]), 1).0,
+            key.masked(&Key::new([0; 16]), 2).0,
+        ];
+        for (i, one) in all.iter().enumerate() {
+            assert!(!all[i + 1..].contains(one), "{i}");
+        }
+        let new = Key::new(a);
+        assert_ne!(key.masked(&new, 9), new);
+        assert_eq!(key.masked(&key.masked(&new, 9), 9), new);
+    }
+
+    #[test]
+    fn a_key_is_read_from_its_digits_only() {
+        let key = Key::new(core::array::from_fn(|i| (0x0F + 16 * i) as u8));
+        let digits = "0f1f2f3f4f5f6f7f8f9fafbfcfdfefff";
+        assert_eq!(Key::from_hex(digits), Some(key));
+        assert_eq!(Key::from_hex(&digits.to_uppercase()), Some(key));
+        for wrong in ["", &digits[1..], &digits.replace('f', "g"), &digits.replacen("0f", "+f", 1)] {
+            assert_eq!(Key::from_hex(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -195,6 +195,8 @@ pub enum Refusal {
     Forgotten,
     /// The robot has a key, and the frame is not sealed by a holder of that key. The reply's id is 0.
     Key,
+    /// What should have shown the key does not: it is another key, or another host was quicker. The reply's id is 0.
+    WrongKey,
 }
 
 /// Who the robot is.

@@ -102,7 +102,7 @@ impl Sealing {
             }
             Channel::Reply if self.opening.is_some() => {
                 let refused = frame.message::<Reply>().is_some_and(|reply| {
-                    reply.session == number && reply.id == 0 && reply.outcome == Err(Refusal::Key)
+                    reply.session == number && reply.id == 0 && reply.outcome == Err(Refusal::WrongKey)
                 });
                 if refused {
                     self.opening = None;
@@ -113,6 +113,11 @@ impl Sealing {
             }
             _ => false,
         }
+    }
+
+    /// Whether this host seals what it says.
+    pub fn has_key(&self) -> bool {
+        self.key.is_some()
     }
 
     fn forget(&mut self) {
@@ -141,7 +146,10 @@ impl Session {
         let new = key;
         match self.request(Command::SetKey { key }).await {
             // The answer may have been sealed by a key that is not ours any more.
-            Ok(_) | Err(Error::Restarted { .. } | Error::StoppedAnswering { .. }) => {}
+            Ok(_)
+            | Err(
+                Error::Restarted { .. } | Error::StoppedAnswering { .. } | Error::KeyNeeded { .. },
+            ) => {}
             Err(error) => return Err(error),
         }
         match new {

@@ -6,6 +6,7 @@ mod damage;
 mod decoder;
 mod decoding;
 mod golden;
+mod key;
 mod page;
 mod round_trip;
 mod samples;

@@ -7,6 +7,8 @@ mod determinism;
 mod fault_cases;
 mod healthy;
 mod hello;
+mod key;
+mod key_noise;
 mod latched;
 mod lease;
 mod motion;

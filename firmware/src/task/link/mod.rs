@@ -77,6 +77,10 @@ async fn handle<M: RawMutex>(
 enum Refused {
     /// The sender does not show that it holds the key.
     Stranger(u32),
+    /// The sender does not answer the challenge as a holder of the key does.
+    WrongKey(u32),
+    /// It is sealed, but there is no such session.
+    Gone(u32),
     /// It came before, or is older than one that came before. Nobody is told.
     Again,
     /// There is no such session.
@@ -87,12 +91,13 @@ enum Refused {
 
 #[inline(never)]
 fn refuse<M: RawMutex>(shared: &Shared<M>, refused: Refused) {
-    if matches!(refused, Refused::Stranger(_) | Refused::Again) {
+    if !matches!(refused, Refused::HelloFirst(_) | Refused::Unreadable) {
         shared.link.update(|link| link.frames_refused = link.frames_refused.wrapping_add(1));
     }
     let (session, refusal) = match refused {
         Refused::Stranger(session) => (session, Refusal::Key),
-        Refused::HelloFirst(session) => (session, Refusal::HelloFirst),
+        Refused::WrongKey(session) => (session, Refusal::WrongKey),
+        Refused::Gone(session) | Refused::HelloFirst(session) => (session, Refusal::HelloFirst),
         Refused::Unreadable => (0, Refusal::Unreadable),
         Refused::Again => return,
     };

@@ -92,7 +92,7 @@ impl Sessions {
     ) -> Result<Greeting, Refused> {
         self.follow(&access);
         let number = open.session;
-        let Access::Holders { key, boot } = access else { return Err(Refused::Stranger(number)) };
+        let Access::Holders { key, boot } = access else { return Err(Refused::WrongKey(number)) };
         // The host has not heard that its session is open.
         let again = self.find(number).and_then(|session| session.sealed).map(|sealed| sealed.key);
         let session_key = match again.filter(|key| frame.is_sealed_by(key)) {
@@ -102,7 +102,7 @@ impl Sessions {
                 let hello = Hello::of_this_build(number);
                 let session_key = key.of_session(hello, &open.nonce, &challenge);
                 if !frame.is_sealed_by(&session_key) {
-                    return Err(Refused::Stranger(number));
+                    return Err(Refused::WrongKey(number));
                 }
                 self.answered = self.answered.wrapping_add(1);
                 self.forget(number);
@@ -132,7 +132,7 @@ impl Sessions {
         let Some(seal) = frame.seal else { return Err(Refused::Stranger(number)) };
         let session = self.known.iter_mut().flatten().find(|session| session.number == number);
         let Some(Session { sealed: Some(sealed), .. }) = session else {
-            return Err(Refused::HelloFirst(number));
+            return Err(Refused::Gone(number));
         };
         if !frame.is_sealed_by(&sealed.key) {
             return Err(Refused::Stranger(number));

@@ -89,12 +89,22 @@ pub trait Store {
     fn load(&mut self) -> impl Future<Output = Result<Option<Config>, StoreError>>;
     /// Saves, reads back and compares. If this fails, the earlier configuration is still there.
     fn save(&mut self, config: &Config) -> impl Future<Output = Result<(), StoreError>>;
-    /// The link's key; `Ok(None)` if there is none.
-    fn key(&mut self) -> impl Future<Output = Result<Option<Key>, StoreError>>;
-    /// Keeps another key, or none. If this fails, the earlier one is still there.
-    fn set_key(&mut self, key: Option<Key>) -> impl Future<Output = Result<(), StoreError>>;
-    /// Counts, and returns the new count: a number that was never returned before, whatever happened to the power.
-    fn count(&mut self) -> impl Future<Output = Result<u64, StoreError>>;
+    /// Keeps another key for the link, or none, if there is a change; tells which there is then, and counts.
+    ///
+    /// If this fails, the earlier key is still there.
+    fn link(
+        &mut self,
+        change: Option<Option<Key>>,
+    ) -> impl Future<Output = Result<LinkRecord, StoreError>>;
+}
+
+/// What the store holds for the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkRecord {
+    /// The key, if there is one.
+    pub key: Option<Key>,
+    /// With a key: a number that was never told before, whatever happened to the power. None if it could not be kept.
+    pub count: Option<u64>,
 }
 
 /// Why a configuration could not be loaded or saved.

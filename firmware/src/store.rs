@@ -1,7 +1,6 @@
 //! Configuration, key and count of starts in a flash memory: [`Store`] on any `NorFlash`.
 //!
-//! The key's record is its 16 bytes, or nothing where it was cleared; that of the count is a u64, little-endian.
-//! Those of the configuration:
+//! The link's record is a count, u64 little-endian, and the key's 16 bytes, where there is a key. The configuration's:
 //!
 //! ```text
 //! layout  record, little-endian
@@ -27,18 +26,21 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use shared_proto::{Config, Crc32, Key};
 
-use crate::hal::{Store, StoreError};
+use crate::hal::{LinkRecord, Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
 pub const LAYOUT: u16 = 5;
 
 /// The records' keys.
 const CONFIGURATION: u8 = 1;
-const LINK_KEY: u8 = 2;
-const COUNT: u8 = 3;
+const LINK: u8 = 2;
 
 /// How many there are.
-const RECORDS: usize = 3;
+const RECORDS: usize = 2;
+
+/// Length of the link's record, and of its count \[bytes\].
+const LINK_LEN: usize = COUNT_LEN + Key::LEN;
+const COUNT_LEN: usize = size_of::<u64>();
 
 /// Longest record with its key; a configuration takes about 270 bytes.
 const RECORD_LEN_MAX: usize = 512;
@@ -54,6 +56,8 @@ type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, RECORDS>, u8>;
 pub struct FlashStore<F: NorFlash> {
     map: MapStorage<u8, F, KeyCache>,
     buffer: [u8; RECORD_LEN_MAX],
+    /// There was one, at any time since power-on.
+    has_key: bool,
 }
 
 impl<F: NorFlash> FlashStore<F> {
@@ -72,6 +76,7 @@ impl<F: NorFlash> FlashStore<F> {
                 Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
             ),
             buffer: [0; RECORD_LEN_MAX],
+            has_key: false,
         }
     }
 
@@ -139,7 +144,7 @@ impl<F: NorFlash> FlashStore<F> {
 
     async fn is_blank(&mut self, sector: u32) -> Result<bool, F::Error> {
         let start = sector * F::ERASE_SIZE as u32;
-        let Self { map, buffer } = self;
+        let Self { map, buffer, .. } = self;
         for offset in (0..F::ERASE_SIZE).step_by(buffer.len()) {
             map.flash().read(start + offset as u32, buffer).await?;
             if buffer.iter().any(|&byte| byte != 0xFF) {
@@ -164,63 +169,61 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let mut record = [0; RECORD_LEN_MAX];
         let len = encode(config, &mut record)?;
         let record = &record[..len];
-        if self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await.is_err() {
-            // Only where nothing can be read either is there nothing to lose by erasing.
-            if self.load().await.is_ok() || !matches!(self.key().await, Ok(None) | Err(StoreError::Damaged)) {
-                return Err(StoreError::Write);
-            }
-            self.map.erase_all().await.map_err(|_| StoreError::Write)?;
-            let stored = self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await;
-            stored.map_err(|_| StoreError::Write)?;
+        if self.put(CONFIGURATION, record).await.is_ok() {
+            return Ok(());
         }
-        self.reads_back(CONFIGURATION, record).await
-    }
-
-    async fn key(&mut self) -> Result<Option<Key>, StoreError> {
-        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK_KEY).await {
-            Ok(None | Some([])) => Ok(None),
-            Ok(Some(record)) => {
-                let bytes = record.try_into().map_err(|_| StoreError::UnknownKey)?;
-                Ok(Some(Key::new(bytes)))
-            }
-            Err(_) => Err(StoreError::Damaged),
+        // Only where nothing can be read either is there nothing to lose by erasing.
+        if self.has_key || self.load().await.is_ok() {
+            return Err(StoreError::Write);
         }
+        self.map.erase_all().await.map_err(|_| StoreError::Write)?;
+        self.put(CONFIGURATION, record).await
     }
 
-    async fn set_key(&mut self, key: Option<Key>) -> Result<(), StoreError> {
-        let record = key.as_ref().map_or(&[][..], |key| key.expose());
-        self.put(LINK_KEY, record).await
-    }
-
-    async fn count(&mut self) -> Result<u64, StoreError> {
-        let before = match self.map.fetch_item::<&[u8]>(&mut self.buffer, &COUNT).await {
-            Ok(None) => 0,
-            Ok(Some(record)) => {
-                u64::from_le_bytes(record.try_into().map_err(|_| StoreError::Damaged)?)
-            }
-            Err(_) => return Err(StoreError::Damaged),
-        };
-        let count = before.checked_add(1).ok_or(StoreError::Write)?;
-        self.put(COUNT, &count.to_le_bytes()).await?;
-        Ok(count)
+    async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
+        let (mut count, mut key) =
+            match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK).await {
+                Ok(None) => (0, None),
+                Ok(Some(record)) => decode_link(record).ok_or(StoreError::UnknownKey)?,
+                Err(_) => return Err(StoreError::Damaged),
+            };
+        key = change.unwrap_or(key);
+        self.has_key |= key.is_some();
+        if key.is_none() && change.is_none() {
+            return Ok(LinkRecord { key, count: None });
+        }
+        count += 1;
+        let mut record = [0; LINK_LEN];
+        record[..COUNT_LEN].copy_from_slice(&count.to_le_bytes());
+        record[COUNT_LEN..].copy_from_slice(key.unwrap_or(Key::new([0; Key::LEN])).expose());
+        let len = if key.is_some() { LINK_LEN } else { COUNT_LEN };
+        match self.put(LINK, &record[..len]).await {
+            Err(error) if change.is_some() => Err(error),
+            kept => Ok(LinkRecord { key, count: kept.ok().map(|()| count) }),
+        }
     }
 }
 
 impl<F: NorFlash> FlashStore<F> {
     /// Appends a record and reads it back.
-    #[inline(never)]
     async fn put(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
         let stored = self.map.store_item(&mut self.buffer, &key, &record).await;
         stored.map_err(|_| StoreError::Write)?;
-        self.reads_back(key, record).await
-    }
-
-    async fn reads_back(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
         match self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await {
             Ok(Some(stored)) if stored == record => Ok(()),
             _ => Err(StoreError::Write),
         }
     }
+}
+
+/// Count and key in the link's record.
+fn decode_link(record: &[u8]) -> Option<(u64, Option<Key>)> {
+    let (count, key) = record.split_first_chunk()?;
+    let key = match key {
+        [] => None,
+        key => Some(Key::new(key.try_into().ok()?)),
+    };
+    Some((u64::from_le_bytes(*count), key))
 }
 
 /// Encodes a configuration as a record; returns the record's length.

@@ -11,7 +11,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use firmware::hal::{Store, StoreError};
+use firmware::hal::{LinkRecord, Store, StoreError};
 use shared_proto::{Config, Key};
 
 /// A flash that holds a configuration and a key. Without a file, its content ends with the simulation.
@@ -21,7 +21,7 @@ pub(crate) struct Flash(Rc<RefCell<FlashState>>);
 struct FlashState {
     /// The configuration.
     content: Option<String>,
-    link: Result<LinkRecord, StoreError>,
+    link: Result<LinkLine, StoreError>,
     /// The key cannot be changed from outside.
     key_locked: bool,
     file: Option<PathBuf>,
@@ -43,7 +43,7 @@ impl Flash {
             },
             None => None,
         };
-        let (content, link) = content.map_or((None, Ok(LinkRecord::default())), LinkRecord::split);
+        let (content, link) = content.map_or((None, Ok(LinkLine::default())), LinkLine::split);
         let state = FlashState { content, link, key_locked: false, file, write_protected: false };
         Ok(Self(Rc::new(RefCell::new(state))))
     }
@@ -96,27 +96,24 @@ impl Store for Flash {
         state.write(Some(text), link)
     }
 
-    async fn key(&mut self) -> Result<Option<Key>, StoreError> {
-        self.0.borrow().link.map(|link| link.key())
-    }
-
-    async fn set_key(&mut self, key: Option<Key>) -> Result<(), StoreError> {
+    async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
         let mut state = self.0.borrow_mut();
-        if state.key_locked {
-            return Err(StoreError::Write);
+        let mut link = state.link?;
+        if let Some(key) = change {
+            if state.key_locked {
+                return Err(StoreError::Write);
+            }
+            (link.kept, link.lent) = (key, None);
         }
-        let link = LinkRecord { kept: key, lent: None, ..state.link.unwrap_or_default() };
+        if link.key().is_none() && change.is_none() {
+            return Ok(LinkRecord::default());
+        }
+        link.count += 1;
         let content = state.content.clone();
-        state.write(content, Ok(link))
-    }
-
-    async fn count(&mut self) -> Result<u64, StoreError> {
-        let mut state = self.0.borrow_mut();
-        let link = state.link?;
-        let link = LinkRecord { count: link.count + 1, ..link };
-        let content = state.content.clone();
-        state.write(content, Ok(link))?;
-        Ok(link.count)
+        match state.write(content, Ok(link)) {
+            Err(error) if change.is_some() => Err(error),
+            kept => Ok(LinkRecord { key: link.key(), count: kept.ok().map(|()| link.count) }),
+        }
     }
 }
 
@@ -124,7 +121,7 @@ impl FlashState {
     fn write(
         &mut self,
         content: Option<String>,
-        link: Result<LinkRecord, StoreError>,
+        link: Result<LinkLine, StoreError>,
     ) -> Result<(), StoreError> {
         if self.write_protected {
             return Err(StoreError::Write);
@@ -141,14 +138,14 @@ impl FlashState {
 
 /// What the flash holds for the link.
 #[derive(Clone, Copy, Default)]
-struct LinkRecord {
+struct LinkLine {
     count: u64,
     kept: Option<Key>,
     /// In its place, and never written.
     lent: Option<Key>,
 }
 
-impl LinkRecord {
+impl LinkLine {
     const MARK: &str = "# link ";
 
     fn key(self) -> Option<Key> {
@@ -207,7 +204,7 @@ fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     let mut options = std::fs::OpenOptions::new();
     options.write(true).create(true).truncate(true);
     #[cfg(unix)]
-    if text.contains(LinkRecord::MARK) {
+    if text.contains(LinkLine::MARK) {
         // There may be a key in it.
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     }

@@ -1,6 +1,7 @@
 //! NUCLEO-F446RE: 512 KiB of flash in one bank, 8 MHz from the ST-LINK.
 
 use embassy_stm32::pac;
+use shared_proto::Nonce;
 
 use super::clocks::clocks_of_168_mhz;
 
@@ -24,6 +25,11 @@ pub const ERASE_STALLS: bool = true;
 /// 168 MHz from the ST-LINK's 8 MHz.
 pub fn clocks() -> embassy_stm32::Config {
     clocks_of_168_mhz(None)
+}
+
+/// This chip has no generator of random numbers: the store's count of starts has to do.
+pub(super) fn random() -> Option<Nonce> {
+    None
 }
 
 /// The driver's enable pin low: PB10.

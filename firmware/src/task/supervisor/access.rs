@@ -6,60 +6,57 @@ use shared_proto::{Key, Refusal};
 
 use super::Supervisor;
 use super::requests::SAVE_EVERY;
-use crate::hal::{Store, StoreError};
+use crate::hal::{LinkRecord, Store, StoreError};
 use crate::liveness::SafetyTask;
 use crate::shared::Access;
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
-    /// Lets hosts in, as soon as it is known which.
-    pub(super) async fn open_link(&mut self) {
-        let key = self.store.key();
-        let access = match self.shared.liveness.while_waiting(SafetyTask::Supervisor, key).await {
-            Ok(Some(key)) => self.holders(key).await,
-            // Nothing at all can be read, as on a chip that has no store: there never was a key.
-            Ok(None) | Err(StoreError::Damaged | StoreError::Write) => Access::Everybody,
-            Err(StoreError::UnknownKey) => Access::Nobody,
-        };
-        self.shared.access.set(access);
-    }
-
-    /// Keeps another key. The sessions that are open end with the old one.
-    pub(super) async fn set_key(&mut self, key: Option<Key>) -> Result<(), Refusal> {
+    /// Lets hosts in, as soon as it is known which; with a change, others from now on. Then the sessions that are
+    /// open end.
+    pub(super) async fn open_link(&mut self, change: Option<Option<Key>>) -> Result<(), Refusal> {
         self.motors_off()?;
-        let store = &mut self.store;
-        let save = async {
-            Timer::at(self.may_save).await;
-            // A host that repeats the request must not wear out the flash.
-            if store.key().await == Ok(key) {
-                return Ok(false);
-            }
-            store.set_key(key).await.map(|()| true)
+        let present = match self.shared.access.get() {
+            Access::Nobody => None,
+            Access::Everybody => Some(None),
+            Access::Holders { key, .. } => Some(Some(key)),
         };
-        let changed = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
-        if changed.map_err(|_| Refusal::Store)? {
-            self.may_save = Instant::now() + SAVE_EVERY;
-            let access = match key {
-                Some(key) => self.holders(key).await,
-                None => Access::Everybody,
-            };
-            self.shared.access.set(access);
+        if change.is_some() && change == present {
+            // A host that repeats the request must not wear out the flash.
+            return Ok(());
         }
+        let store = &mut self.store;
+        let record = async {
+            if change.is_some() {
+                Timer::at(self.may_save).await;
+            }
+            store.link(change).await
+        };
+        let record = self.shared.liveness.while_waiting(SafetyTask::Supervisor, record).await;
+        if change.is_some() {
+            self.may_save = Instant::now() + SAVE_EVERY;
+            record.map_err(|_| Refusal::Store)?;
+        }
+        self.shared.access.set(self.access(record));
         Ok(())
     }
 
-    /// Holders of this key, and a number by which nothing that was sent before can be sent again: from a count
+    /// For holders of a key there is a number by which nothing that was sent before can be sent again: from a count
     /// that the store has kept before the number is used, and from random numbers, where there are any. If both
     /// fail, nobody is let in.
-    async fn holders(&mut self, key: Key) -> Access {
-        let count = self.store.count();
-        let count = self.shared.liveness.while_waiting(SafetyTask::Supervisor, count).await;
-        self.store_damaged |= count.is_err();
-        match (count, self.board.random) {
-            (Err(_), None) => Access::Nobody,
-            (count, random) => {
+    fn access(&mut self, record: Result<LinkRecord, StoreError>) -> Access {
+        match record {
+            Ok(LinkRecord { key: Some(key), count }) => {
+                self.store_damaged |= count.is_none();
+                let random = self.board.random;
+                if count.is_none() && random.is_none() {
+                    return Access::Nobody;
+                }
                 let (count, random) = (count.unwrap_or(0), random.unwrap_or_default());
                 Access::Holders { key, boot: key.boot(&self.board.uid, count, &random) }
             }
+            Err(StoreError::UnknownKey) => Access::Nobody,
+            // Nothing at all can be read, as on a chip that has no store: there never was a key.
+            Ok(LinkRecord { key: None, .. }) | Err(_) => Access::Everybody,
         }
     }
 }

@@ -183,7 +183,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             Ok(Some(_)) | Err(_) => self.store_damaged = true,
         }
         self.configure().await;
-        self.open_link().await;
+        let _ = self.open_link(None).await;
         self.shared.state.set(State::Idle);
     }
 

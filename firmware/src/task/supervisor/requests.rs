@@ -42,7 +42,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             (Ok(()), Command::WriteConfig(config)) => self.write_config(config).await,
             (Ok(()), Command::SaveConfig) => self.save().await,
             (Ok(()), Command::RestoreConfig(origin)) => self.restore(*origin).await,
-            (Ok(()), Command::SetKey { key }) => self.set_key(*key).await,
+            (Ok(()), Command::SetKey { key }) => self.open_link(Some(*key)).await,
             (Ok(()), _) => Ok(()),
         };
         self.reply(&request, waited);

@@ -231,7 +231,8 @@ fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, S
     let (header, body) = record.split_at_mut(HEADER_LEN);
     // `sequential-storage` needs room for its key in the same buffer.
     let room = body.len() - size_of::<u8>();
-    let body = postcard::to_slice(config, &mut body[..room]).map_err(|_| StoreError::Write)?;
+    let len = config.to_postcard(&mut body[..room]).ok_or(StoreError::Write)?;
+    let body = &body[..len];
     let layout = LAYOUT.to_le_bytes();
     header[..2].copy_from_slice(&layout);
     header[2..].copy_from_slice(&checksum(&[&layout, body]).to_le_bytes());
@@ -252,7 +253,7 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
         return Err(StoreError::Damaged);
     }
     let config =
-        if layout == LAYOUT { postcard::from_bytes(body).ok() } else { decode_older(body, layout) };
+        if layout == LAYOUT { Config::from_postcard(body) } else { decode_older(body, layout) };
     config.ok_or(StoreError::Damaged)
 }
 
@@ -276,7 +277,7 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
         whole.get_mut(at..at + NUMBER)?.fill(0);
         len += NUMBER;
     }
-    postcard::from_bytes(&whole[..len]).ok()
+    Config::from_postcard(&whole[..len])
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

@@ -78,16 +78,19 @@ impl Key {
     }
 
     /// The key of a session, from the pre-shared one.
+    #[inline(never)]
     pub fn of_session(&self, host: Hello, nonce: &Nonce, challenge: &Nonce) -> Self {
         self.derive(Label::Session, &[&host.to_bytes(), nonce, challenge])
     }
 
     /// The key by which a robot seals what it sends, from the pre-shared one.
+    #[inline(never)]
     pub fn of_robot(&self, boot: &Nonce) -> Self {
         self.derive(Label::Robot, &[boot])
     }
 
     /// A robot's challenge with this number since its start.
+    #[inline(never)]
     pub fn challenge(&self, boot: &Nonce, number: u64) -> Nonce {
         self.derive(Label::Challenge, &[boot, &number.to_le_bytes()]).0
     }
@@ -96,6 +99,7 @@ impl Key {
     /// without the key can tell it in advance.
     ///
     /// One of `number` and `random` must differ from start to start.
+    #[inline(never)]
     pub fn boot(&self, uid: &[u8; 12], number: u64, random: &Nonce) -> Nonce {
         self.derive(Label::Boot, &[uid, &number.to_le_bytes(), random]).0
     }
@@ -107,6 +111,7 @@ impl Key {
 
     /// A new pre-shared key as it travels in the request with this id, if this is the session's key. Masked
     /// twice it is itself.
+    #[inline(never)]
     pub fn masked(&self, new: &Key, id: u32) -> Key {
         let mut masked = self.derive(Label::Mask, &[&id.to_le_bytes()]);
         masked.0.iter_mut().zip(new.0).for_each(|(byte, new)| *byte ^= new);

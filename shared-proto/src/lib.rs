@@ -77,6 +77,8 @@ mod name;
 mod order;
 mod pair;
 mod readable;
+mod received;
+mod sessions;
 mod state;
 mod telemetry;
 
@@ -93,5 +95,7 @@ pub use name::*;
 pub use order::is_above;
 pub use pair::*;
 pub use readable::Readable;
+pub use received::*;
+pub use sessions::*;
 pub use state::State;
 pub use telemetry::*;

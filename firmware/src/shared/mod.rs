@@ -26,8 +26,8 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Config, Event, Fault, Hello, Key, LinkStatistics, Nonce, Opened, Reply, Request, State,
-    Telemetry, WheelPair,
+    Access, Config, Event, Fault, Greeting, LinkStatistics, Reply, Request, State, Telemetry,
+    WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -288,46 +288,6 @@ pub enum Outgoing {
     Reply(Reply),
     /// An event.
     Event(Event),
-}
-
-/// An answer to a host that begins a session.
-pub enum Greeting {
-    /// The robot's hello; with a key, its challenge.
-    Hello(Hello, Option<Nonce>),
-    /// The host holds the key, and its session has this one.
-    Opened {
-        /// Session and start of the robot. The transmitter adds the counter.
-        opened: Opened,
-        /// The session's key.
-        session_key: Key,
-    },
-}
-
-/// Whom the robot obeys.
-#[derive(Clone, Copy)]
-pub enum Access {
-    /// Nobody: the store has not been read yet, or cannot be trusted.
-    Nobody,
-    /// Whoever reaches the line: there is no key.
-    Everybody,
-    /// Those who hold the key.
-    Holders {
-        /// The pre-shared key.
-        key: Key,
-        /// Differs for each start of the robot, and each change of the key.
-        boot: Nonce,
-    },
-}
-
-impl Access {
-    /// Since when: no two ways of access have the same.
-    pub fn boot(&self) -> Option<Nonce> {
-        match self {
-            Access::Nobody => None,
-            Access::Everybody => Some([0; 16]),
-            Access::Holders { boot, .. } => Some(*boot),
-        }
-    }
 }
 
 /// Inputs that stop the robot.

@@ -3,7 +3,6 @@
 //! Two tasks, so that a reply never waits for a request. The receiver checks who sends ([`Sessions`]) and passes
 //! requests to the supervisor; the transmitter sends answers to new hosts, replies and events first, then telemetry.
 
-mod sessions;
 mod transmit;
 
 use core::future::poll_fn;
@@ -13,12 +12,12 @@ use embassy_sync::channel::Channel as Queue;
 use embassy_time::Instant;
 use embedded_io_async::Read;
 use shared_proto::{
-    Channel, Command, Decoder, Fault, FrameError, Received, Refusal, Reply, Request,
+    Channel, Command, Decoder, Fault, FrameError, Received, Refusal, Refused, Reply, Request,
+    Sender, Sessions,
 };
 
 pub use transmit::transmit;
 
-use self::sessions::{Sender, Sessions};
 use crate::liveness::SafetyTask;
 use crate::shared::{Outgoing, Shared};
 
@@ -72,23 +71,6 @@ async fn handle<M: RawMutex>(
     }
 }
 
-/// Why a frame is not obeyed, and whom to tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Refused {
-    /// The sender does not show that it holds the key.
-    Stranger(u32),
-    /// The sender does not answer the challenge as a holder of the key does.
-    WrongKey(u32),
-    /// It is sealed, but there is no such session.
-    Gone(u32),
-    /// It came before, or is older than one that came before. Nobody is told.
-    Again,
-    /// There is no such session.
-    HelloFirst(u32),
-    /// It could not be read.
-    Unreadable,
-}
-
 #[inline(never)]
 fn refuse<M: RawMutex>(shared: &Shared<M>, refused: Refused) {
     if !matches!(refused, Refused::HelloFirst(_) | Refused::Unreadable) {
@@ -140,7 +122,7 @@ fn pass_on<M: RawMutex>(
     frame: &Received<'_>,
     sender: Sender,
 ) -> Result<(), Refused> {
-    let mut request: Request = frame.message().ok_or(Refused::Unreadable)?;
+    let mut request: Request = frame.request().ok_or(Refused::Unreadable)?;
     match sender {
         Sender::Holder(session_key) => {
             if let Command::SetKey { key: Some(key) } = &mut request.command {

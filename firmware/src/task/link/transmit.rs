@@ -3,10 +3,10 @@
 use embassy_futures::select::select3;
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embedded_io_async::Write;
-use shared_proto::{Encoder, Frame, Key, Nonce, Opened};
+use shared_proto::{Access, Encoder, Frame, Greeting, Key, Nonce, Opened};
 
 use crate::liveness::SafetyTask;
-use crate::shared::{Access, Greeting, Outgoing, Shared};
+use crate::shared::{Outgoing, Shared};
 
 /// Sends frames, for ever.
 pub async fn transmit<M: RawMutex>(shared: &Shared<M>, mut writer: impl Write) -> ! {
@@ -59,9 +59,9 @@ impl Sender {
         let Self { encoder, seal, .. } = self;
         let by = seal.as_mut().map(RobotSeal::next);
         Some(match shared.outgoing.try_receive() {
-            Ok(Outgoing::Reply(reply)) => encoder.sealed_message(&reply, by),
-            Ok(Outgoing::Event(event)) => encoder.sealed_message(&event, by),
-            Err(_) => encoder.sealed_message(&shared.telemetry.try_receive().ok()?, by),
+            Ok(Outgoing::Reply(reply)) => encoder.reply(&reply, by),
+            Ok(Outgoing::Event(event)) => encoder.event(&event, by),
+            Err(_) => encoder.telemetry(&shared.telemetry.try_receive().ok()?, by),
         })
     }
 

@@ -37,7 +37,15 @@ const fn number(digits: &str) -> u16 {
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
-        let waited = match (self.permit(&request), &request.command) {
+        let permitted = self.permit(&request);
+        if matches!(request.command, Command::SaveConfig | Command::SetKey { .. })
+            && permitted.is_ok()
+            && self.motors_off().is_ok()
+        {
+            let pause = Timer::at(self.may_save);
+            self.shared.liveness.while_waiting(SafetyTask::Supervisor, pause).await;
+        }
+        let waited = match (permitted, &request.command) {
             (Err(refusal), _) => Err(refusal),
             (Ok(()), Command::WriteConfig(config)) => self.write_config(config).await,
             (Ok(()), Command::SaveConfig) => self.save().await,
@@ -215,11 +223,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.is_saved && self.saved == self.config {
             return Ok(());
         }
-        let store = &mut self.store;
-        let save = async {
-            Timer::at(self.may_save).await;
-            store.save(&self.config).await
-        };
+        let save = self.store.save(&self.config);
         let saved = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
         self.may_save = Instant::now() + SAVE_EVERY;
         saved.map_err(|_| Refusal::Store)?;

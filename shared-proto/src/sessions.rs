@@ -1,19 +1,75 @@
-//! Which hosts the robot listens to.
+//! The robot's end of a session: which hosts it listens to.
 //!
 //! Without a key, those whose hello agreed. With one, those that have answered a challenge under it. There is one
 //! challenge at a time, for everybody, and an answer uses it up: an answer that was recorded opens nothing, and
 //! strangers, however many say hello, take no memory.
 
-use shared_proto::{Hello, Key, Nonce, Open, Opened, Received};
+use crate::hello::Hello;
+use crate::key::{Key, Nonce, Open, Opened};
+use crate::received::Received;
 
-use super::Refused;
-use crate::shared::{Access, Greeting};
+/// An answer to a host that begins a session.
+pub enum Greeting {
+    /// The robot's hello; with a key, its challenge.
+    Hello(Hello, Option<Nonce>),
+    /// The host holds the key, and its session has this one.
+    Opened {
+        /// Session and start of the robot. The transmitter adds the counter.
+        opened: Opened,
+        /// The session's key.
+        session_key: Key,
+    },
+}
+
+/// Whom the robot obeys.
+#[derive(Clone, Copy)]
+pub enum Access {
+    /// Nobody: the store has not been read yet, or cannot be trusted.
+    Nobody,
+    /// Whoever reaches the line: there is no key.
+    Everybody,
+    /// Those who hold the key.
+    Holders {
+        /// The pre-shared key.
+        key: Key,
+        /// Differs for each start of the robot, and each change of the key.
+        boot: Nonce,
+    },
+}
+
+impl Access {
+    /// Since when: no two ways of access have the same.
+    pub fn boot(&self) -> Option<Nonce> {
+        match self {
+            Access::Nobody => None,
+            Access::Everybody => Some([0; 16]),
+            Access::Holders { boot, .. } => Some(*boot),
+        }
+    }
+}
+
+/// Why a frame is not obeyed, and whom to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// The sender does not show that it holds the key.
+    Stranger(u32),
+    /// The sender does not answer the challenge as a holder of the key does.
+    WrongKey(u32),
+    /// It is sealed, but there is no such session.
+    Gone(u32),
+    /// It came before, or is older than one that came before. Nobody is told.
+    Again,
+    /// There is no such session.
+    HelloFirst(u32),
+    /// It could not be read.
+    Unreadable,
+}
 
 /// So many hosts may talk at once, behind one line.
 const SESSIONS: usize = 4;
 
 /// The hosts with which the robot has agreed on the protocol.
-pub(super) struct Sessions {
+pub struct Sessions {
     known: [Option<Session>; SESSIONS],
     /// The one that a further host replaces.
     next: usize,
@@ -38,14 +94,21 @@ struct Sealed {
 }
 
 /// Who has sent a request.
-pub(super) enum Sender {
+pub enum Sender {
     /// There is no key.
     Anybody,
     /// A host that holds the key, in a session with this one.
     Holder(Key),
 }
 
+impl Default for Sessions {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Sessions {
+    /// Nobody is known.
     pub const fn new() -> Self {
         Self { known: [None; SESSIONS], next: 0, boot: None, answered: 0 }
     }
@@ -63,6 +126,9 @@ impl Sessions {
     }
 
     /// Notes whether this host speaks our version, and answers with ours.
+    ///
+    /// `driver` is the session that drives the robot.
+    #[inline(never)]
     pub fn greet(&mut self, access: Access, host: Hello, driver: Option<u32>) -> Option<Greeting> {
         self.follow(&access);
         let robot = Hello::of_this_build(host.session);
@@ -83,6 +149,7 @@ impl Sessions {
     }
 
     /// Begins a session under the key, if this answers the challenge.
+    #[inline(never)]
     pub fn open(
         &mut self,
         access: Access,

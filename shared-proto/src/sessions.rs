@@ -187,7 +187,7 @@ impl Sessions {
     pub fn check(&mut self, access: Access, frame: &Received<'_>) -> Result<Sender, Refused> {
         self.follow(&access);
         let number = frame.session().ok_or(Refused::Unreadable)?;
-        if let Access::Everybody = access {
+        if !matches!(access, Access::Holders { .. }) {
             return match self.known.iter().all(Option::is_none) {
                 // A request of another protocol version is not decoded.
                 true => Err(Refused::HelloFirst(0)),

@@ -217,7 +217,8 @@ impl Robot {
 
     /// Another host on the same line takes the place of this one, which is returned.
     pub async fn another_host(&mut self, number: u32) -> Session {
-        let before = std::mem::replace(&mut self.session, new_session(&self.wire, number, self.key));
+        let before =
+            std::mem::replace(&mut self.session, new_session(&self.wire, number, self.key));
         self.session.open().await.expect("the robot answers");
         before
     }

@@ -181,12 +181,12 @@ impl<F: NorFlash> Store for FlashStore<F> {
     }
 
     async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
-        let (mut count, mut key) =
-            match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK).await {
-                Ok(None) => (0, None),
-                Ok(Some(record)) => decode_link(record).ok_or(StoreError::UnknownKey)?,
-                Err(_) => return Err(StoreError::Damaged),
-            };
+        let (mut count, mut key) = match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK).await
+        {
+            Ok(None) => (0, None),
+            Ok(Some(record)) => decode_link(record).ok_or(StoreError::UnknownKey)?,
+            Err(_) => return Err(StoreError::Damaged),
+        };
         key = change.unwrap_or(key);
         self.has_key |= key.is_some();
         if key.is_none() && change.is_none() {

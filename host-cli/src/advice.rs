@@ -75,7 +75,9 @@ pub fn on_link(error: &Error) -> Option<String> {
 fn on_key_file(problem: &KeyFileProblem, path: &Path) -> Option<String> {
     let file = path.display();
     Some(match problem {
-        KeyFileProblem::Shared(_) => format!("chmod 600 {file}; if somebody has read it, make another key"),
+        KeyFileProblem::Shared(_) => {
+            format!("chmod 600 {file}; if somebody has read it, make another key")
+        }
         KeyFileProblem::Exists => "name another file".into(),
         KeyFileProblem::NoRandomness(_) => return None,
         KeyFileProblem::Unwritable(_) => "does its folder exist, and may you write there?".into(),

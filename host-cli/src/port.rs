@@ -8,8 +8,8 @@ use std::str::FromStr;
 
 use campaign::Simulated;
 use campaign::file::{check_writable, is_special, target};
-use host_link::{Session, key_file};
 use host_link::address::{Address, AddressError};
+use host_link::{Session, key_file};
 use shared_proto::Key;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 
@@ -128,7 +128,10 @@ impl SimOptions {
     /// The simulated robot of a scenario, for other processes: it has the key, and on a network none can be set.
     pub fn served(&self, scenario: &Scenario, network: bool) -> Result<SimTarget> {
         let (key, random) = (self.key()?, Some(key_file::random_seed()?));
-        self.target_with(scenario, Options { key, key_locked: network, random, ..Options::default() })
+        self.target_with(
+            scenario,
+            Options { key, key_locked: network, random, ..Options::default() },
+        )
     }
 
     fn target_with(&self, scenario: &Scenario, options: Options) -> Result<SimTarget> {
@@ -140,8 +143,7 @@ impl SimOptions {
         };
         let flash = self.flash.as_deref().map(usable_flash).transpose();
         let flash = flash.map_err(|error| cannot_use(&error))?;
-        SimTarget::new(scenario, Options { flash, ..options })
-            .map_err(|error| cannot_use(&error))
+        SimTarget::new(scenario, Options { flash, ..options }).map_err(|error| cannot_use(&error))
     }
 }
 
@@ -222,8 +224,9 @@ mod tests {
 
     #[test]
     fn a_campaign_keeps_which_robot_was_simulated_and_no_folder_of_a_machine() {
-        let kept =
-            |port: &str| SimOptions { seed: Some(7), ..SimOptions::default() }.kept(&port.parse().unwrap());
+        let kept = |port: &str| {
+            SimOptions { seed: Some(7), ..SimOptions::default() }.kept(&port.parse().unwrap())
+        };
         let named = |port: &str| kept(port).unwrap().scenario;
         assert_eq!(kept("sim"), Some(Simulated { scenario: None, seed: Some(7) }));
         assert_eq!(named("sim:robots/wide.toml").as_deref(), Some("robots/wide.toml"));

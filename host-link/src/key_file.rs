@@ -114,7 +114,8 @@ fn create_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
         io::ErrorKind::AlreadyExists => KeyFileProblem::Exists,
         _ => KeyFileProblem::Unwritable(error),
     })?;
-    let line: String = key.expose().iter().map(|byte| format!("{byte:02x}")).chain(["\n".into()]).collect();
+    let line: String =
+        key.expose().iter().map(|byte| format!("{byte:02x}")).chain(["\n".into()]).collect();
     let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_all());
     written.map_err(|error| {
         // Half a key is none.
@@ -158,7 +159,9 @@ mod tests {
             assert!(problem(&path).contains(&format!("mode {mode:03o}")), "{mode:o}");
         }
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
-        for text in ["", "secret", "0123456789abcdef0123456789abcde", "0123456789abcdef0123456789abcdeg\n"] {
+        for text in
+            ["", "secret", "0123456789abcdef0123456789abcde", "0123456789abcdef0123456789abcdeg\n"]
+        {
             std::fs::write(&path, text).unwrap();
             assert!(problem(&path).contains("32 hexadecimal digits"), "{text:?}");
         }

@@ -286,7 +286,8 @@ impl Session {
         if frame.channel == Channel::Hello {
             // The challenge is the same for every host.
             self.challenge = frame.challenge().or(self.challenge);
-            self.hello = frame.hello().filter(|theirs| theirs.session == self.number).or(self.hello);
+            self.hello =
+                frame.hello().filter(|theirs| theirs.session == self.number).or(self.hello);
             return Ok(());
         }
         if self.sealing.hear(&frame, self.number) {

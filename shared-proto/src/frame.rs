@@ -332,9 +332,10 @@ impl Decoder {
         let payload = &body[HEADER_LEN..];
         let (payload, seal) = match body[0] & SEALED {
             0 => (payload, None),
-            _ => payload.split_last_chunk().ok_or(FrameError::Malformed).map(|(payload, seal)| {
-                (payload, Some(Seal::from_bytes(seal)))
-            })?,
+            _ => payload
+                .split_last_chunk()
+                .ok_or(FrameError::Malformed)
+                .map(|(payload, seal)| (payload, Some(Seal::from_bytes(seal))))?,
         };
         Ok(Received { channel, lost, payload, seal })
     }

@@ -279,7 +279,8 @@ mod tests {
         let digits = "0f1f2f3f4f5f6f7f8f9fafbfcfdfefff";
         assert_eq!(Key::from_hex(digits), Some(key));
         assert_eq!(Key::from_hex(&digits.to_uppercase()), Some(key));
-        for wrong in ["", &digits[1..], &digits.replace('f', "g"), &digits.replacen("0f", "+f", 1)] {
+        for wrong in ["", &digits[1..], &digits.replace('f', "g"), &digits.replacen("0f", "+f", 1)]
+        {
             assert_eq!(Key::from_hex(wrong), None, "{wrong}");
         }
     }

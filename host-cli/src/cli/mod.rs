@@ -239,7 +239,9 @@ pub enum KeyCommand {
         file: PathBuf,
     },
     /// Take the robot's key away: it obeys whoever reaches its line. The key must be given with --key-file.
-    #[command(after_help = "Example:\n  beeline key clear --key-file robot.key --port /dev/ttyACM0")]
+    #[command(
+        after_help = "Example:\n  beeline key clear --key-file robot.key --port /dev/ttyACM0"
+    )]
     Clear,
 }
 

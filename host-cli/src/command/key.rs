@@ -18,7 +18,8 @@ pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
     match command {
         KeyCommand::New { file } => {
             key_file::create(file)?;
-            let words = format!("{} written: whoever has this file may drive the robot", file.display());
+            let words =
+                format!("{} written: whoever has this file may drive the robot", file.display());
             tell(common.json, json!({ "file": file }), words);
             Ok(())
         }

@@ -49,7 +49,9 @@ pub(super) fn run(
         };
         let driven = drive_at(session, acceleration.mps2(radius_m), &mut wanted).await;
         driven.map_err(|error| match (&error, &lines) {
-            (host_link::Error::Refused { request: "drive", .. }, Some(lines)) => lines.refused(error),
+            (host_link::Error::Refused { request: "drive", .. }, Some(lines)) => {
+                lines.refused(error)
+            }
             _ => error.into(),
         })?;
         Ok(failed)
@@ -92,7 +94,8 @@ impl Lines {
     /// The robot has refused the velocity of the latest line.
     fn refused(&self, error: host_link::Error) -> Error {
         let refused = Error::from(error);
-        let named = Error::new(format_args!("line {} of standard input: {refused}", self.latest_number));
+        let named =
+            Error::new(format_args!("line {} of standard input: {refused}", self.latest_number));
         match refused.hint_text() {
             Some(hint) => named.hint(hint),
             None => named,
@@ -165,7 +168,8 @@ mod tests {
     #[test]
     fn a_line_is_driven_until_the_next_and_no_longer_than_half_a_second() {
         let (sender, lines) = sync_channel(8);
-        let mut lines = Lines { lines, number: 0, latest: STILL, latest_number: 0, at_s: 0.0, ended: false };
+        let mut lines =
+            Lines { lines, number: 0, latest: STILL, latest_number: 0, at_s: 0.0, ended: false };
         let half = Twist { forward_mps: 0.5, turn_rad_s: 0.0 };
         let send = |line: &str| sender.send(Ok(line.into())).unwrap();
         assert_eq!(lines.now(0.0).unwrap(), Some(STILL));

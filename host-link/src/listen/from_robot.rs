@@ -18,11 +18,7 @@ impl FromRobot {
     }
 
     /// Takes bytes; calls `pass_on` with those of each frame, and what it is, unless it is damaged.
-    pub fn push(
-        &mut self,
-        bytes: &[u8],
-        pass_on: &mut dyn FnMut(&[u8], Option<&Received<'_>>),
-    ) {
+    pub fn push(&mut self, bytes: &[u8], pass_on: &mut dyn FnMut(&[u8], Option<&Received<'_>>)) {
         for &byte in bytes {
             self.bytes.push(byte);
             match self.decoder.push(byte) {

@@ -1,9 +1,7 @@
 //! The key in a session: the robot's challenge is answered, what the host sends is sealed, and what the robot has not
 //! sealed is not believed.
 
-use shared_proto::{
-    Channel, Command, Hello, Key, Nonce, Open, Received, Refusal, Reply, Request,
-};
+use shared_proto::{Channel, Command, Hello, Key, Nonce, Open, Received, Refusal, Reply, Request};
 
 use super::Session;
 use crate::error::{Error, Result};
@@ -102,7 +100,9 @@ impl Sealing {
             }
             Channel::Reply if self.opening.is_some() => {
                 let refused = frame.message::<Reply>().is_some_and(|reply| {
-                    reply.session == number && reply.id == 0 && reply.outcome == Err(Refusal::WrongKey)
+                    reply.session == number
+                        && reply.id == 0
+                        && reply.outcome == Err(Refusal::WrongKey)
                 });
                 if refused {
                     self.opening = None;
@@ -192,7 +192,9 @@ impl Session {
         match (&self.sealing.key, self.challenge) {
             _ if !ours.agrees_with(&theirs) => Err(Error::VersionsDiffer { ours, theirs }),
             (None, Some(_)) => Err(Error::KeyNeeded { port: port() }),
-            (Some(_), None) if !self.sealing.any_robot => Err(Error::RobotWithoutKey { port: port() }),
+            (Some(_), None) if !self.sealing.any_robot => {
+                Err(Error::RobotWithoutKey { port: port() })
+            }
             (Some(_), Some(_)) if self.sealing.refusals >= REFUSALS_MAX => {
                 Err(Error::WrongKey { port: port() })
             }
@@ -216,7 +218,8 @@ impl Session {
 
     /// Whether there is a challenge that was not answered yet.
     fn may_answer(&self) -> bool {
-        self.has_to_open() && self.sealing.opening.is_none_or(|opening| self.challenge != Some(opening.challenge))
+        self.has_to_open()
+            && self.sealing.opening.is_none_or(|opening| self.challenge != Some(opening.challenge))
     }
 
     /// The frame that answers the robot's challenge, where there is one to answer.

@@ -186,7 +186,8 @@ fn a_name_longer_than_any_is_not_cut_but_unreadable() {
         payload.push(len as u8);
         payload.extend(vec![b'x'; len]);
         payload.extend(behind_the_name);
-        let received = Received { channel: Channel::Request, lost: 0, payload: &payload, seal: None };
+        let received =
+            Received { channel: Channel::Request, lost: 0, payload: &payload, seal: None };
         assert_eq!(received.message::<Request>().is_some(), readable, "{len} bytes");
     }
 }

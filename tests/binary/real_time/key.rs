@@ -5,7 +5,9 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use shared_proto::{Channel, Command, Decoder, Encoder, Hello, Refusal, Reply, Request, SCHEMA_HASH};
+use shared_proto::{
+    Channel, Command, Decoder, Encoder, Hello, Refusal, Reply, Request, SCHEMA_HASH,
+};
 
 use super::TCP;
 use super::network::{DRIVE, commands, connect};
@@ -155,7 +157,10 @@ fn many_strangers_that_flood_the_port_keep_nobody_from_stopping_the_robot() {
         .collect();
     run(&robot, "stop --now").ok();
     let outcome = collect(driver);
-    assert!(outcome.stdout.contains("emergency_stop") || outcome.stderr.contains("emergency"), "{outcome:#?}");
+    assert!(
+        outcome.stdout.contains("emergency_stop") || outcome.stderr.contains("emergency"),
+        "{outcome:#?}"
+    );
     strangers.into_iter().for_each(|stranger| drop(stranger.join()));
     assert_eq!(run(&robot, "identify --json").ok().json()["status"]["state"], "faulted");
 }

@@ -8,8 +8,8 @@ use futures_lite::future;
 use host_link::wire::Waiting;
 use host_link::{Error, Motion, Session, Wire};
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Hello, Key, Open, Received, Refusal,
-    Reply, Request, State,
+    Answer, Channel, Command, Decoder, Encoder, Hello, Key, Open, Received, Refusal, Reply,
+    Request, State,
 };
 use sim_target::{HostWire, Options, Scenario, now_us, sleep_until_us};
 
@@ -77,7 +77,8 @@ impl ByHand {
         let id = self.counter as u32;
         let replied = async {
             loop {
-                let reply = hear(&self.wire, &mut self.decoder, |frame| frame.message::<Reply>()).await;
+                let reply =
+                    hear(&self.wire, &mut self.decoder, |frame| frame.message::<Reply>()).await;
                 if let Some(reply) = reply.filter(|reply| reply.id == id) {
                     return Some(reply);
                 }
@@ -208,7 +209,11 @@ fn every_frame_of_a_drive_sent_again_moves_and_stops_nothing_now_later_and_after
                 robot.wire.write_now(frames);
                 robot.renew(id, 0.02).await;
             }
-            assert_eq!((robot.state().await, robot.fault().await), (State::Driving, None), "{situation}");
+            assert_eq!(
+                (robot.state().await, robot.fault().await),
+                (State::Driving, None),
+                "{situation}"
+            );
             let after = refused(robot).await;
             println!("{situation}: {} of {} refused", after - before, recorded.len());
             robot.tell(Command::Disarm).await;
@@ -216,7 +221,11 @@ fn every_frame_of_a_drive_sent_again_moves_and_stops_nothing_now_later_and_after
             let stands = robot.snapshot();
             recorded.iter().for_each(|frames| robot.wire.write_now(frames));
             robot.listen(1.0).await;
-            assert_eq!((robot.state().await, robot.fault().await), (State::Idle, None), "{situation}");
+            assert_eq!(
+                (robot.state().await, robot.fault().await),
+                (State::Idle, None),
+                "{situation}"
+            );
             assert!(robot.snapshot().moved_since_m(&stands) < 1e-6, "{situation}");
         }
     });
@@ -263,7 +272,11 @@ fn no_flipped_bit_and_no_other_sessions_number_makes_a_frame_that_is_obeyed() {
                         Some(bit) => seal.tag[bit / 8 - 8] ^= 1 << (bit % 8),
                     }
                     let seal = Some(seal);
-                    robot.wire.write_now(&encoder.relay(&Received { payload: &payload, seal, ..frame }));
+                    robot.wire.write_now(&encoder.relay(&Received {
+                        payload: &payload,
+                        seal,
+                        ..frame
+                    }));
                     sleep_until_us(now_us() + 1000).await;
                     forged += 1;
                 }
@@ -327,12 +340,13 @@ fn a_host_believes_no_answer_that_the_robot_did_not_give_it() {
         for id in 0..50 {
             let reply = Reply { session: 2, id, t_us: now_us(), outcome: Ok(Answer::Done) };
             said.extend(encoder.message(&reply).to_vec());
-            said.extend(encoder.sealed_message(&reply, Some((&OTHER, u64::from(id) + 1000))).to_vec());
+            said.extend(
+                encoder.sealed_message(&reply, Some((&OTHER, u64::from(id) + 1000))).to_vec(),
+            );
         }
         let played = [hello.as_slice(), &buffer[..len], &said].concat().repeat(3);
-        let mut victim = Session::new(
-            Impostor(Rc::new(RefCell::new(played))), clock, 2, "impostor".into(),
-        );
+        let mut victim =
+            Session::new(Impostor(Rc::new(RefCell::new(played))), clock, 2, "impostor".into());
         victim.use_key(KEY, own_secret(77));
         let error = victim.emergency_stop().await.expect_err("nobody has stopped");
         assert!(matches!(error, Error::NoAnswer { .. }), "{error}");
@@ -369,10 +383,15 @@ fn a_holder_of_the_key_stops_the_robot_within_100_ms_from_a_fresh_connection_und
                             Flood::Hellos => encoder.hello(Hello::of_this_build(number)).to_vec(),
                             Flood::Forgeries => {
                                 let command = Command::Renew { motion: id };
-                                let request = Request { session: 8, id: number, until_ms: 0, command };
-                                encoder.sealed_message(&request, Some((&OTHER, u64::from(number)))).to_vec()
+                                let request =
+                                    Request { session: 8, id: number, until_ms: 0, command };
+                                encoder
+                                    .sealed_message(&request, Some((&OTHER, u64::from(number))))
+                                    .to_vec()
                             }
-                            Flood::Garbage => (0..100).map(|i| (number * 31 + i * 7) as u8).collect(),
+                            Flood::Garbage => {
+                                (0..100).map(|i| (number * 31 + i * 7) as u8).collect()
+                            }
                             Flood::Driver => driver.frame(Command::Status),
                         });
                     }
@@ -477,7 +496,10 @@ fn no_challenge_comes_twice_whatever_restarts_and_a_robot_that_cannot_count_lets
         robot.lab.write_protect_flash(true);
         robot.lab.restart_controller();
         sleep_until_us(now_us() + 60_000).await;
-        assert!(matches!(robot.session.open().await, Err(Error::NotARobot { .. } | Error::NoAnswer { .. })));
+        assert!(matches!(
+            robot.session.open().await,
+            Err(Error::NotARobot { .. } | Error::NoAnswer { .. })
+        ));
     });
 }
 

@@ -16,7 +16,8 @@ fn noise(rng: &mut ChaCha8Rng, recorded: &[Vec<u8>], encoder: &mut Encoder) -> V
     let len = rng.random_range(0..64);
     rng.fill_bytes(&mut bytes[..len]);
     let channel = Channel::from_number(rng.random_range(0..7)).expect("a channel");
-    let seal = rng.random_bool(0.7).then(|| Seal { counter: rng.random_range(0..300), tag: rng.random() });
+    let seal =
+        rng.random_bool(0.7).then(|| Seal { counter: rng.random_range(0..300), tag: rng.random() });
     match rng.random_range(0..6) {
         0 => bytes[..len].to_vec(),
         1 => encoder.hello(Hello::of_this_build(rng.random_range(0..4))).to_vec(),
@@ -38,7 +39,8 @@ fn noise(rng: &mut ChaCha8Rng, recorded: &[Vec<u8>], encoder: &mut Encoder) -> V
             ];
             let command = commands[rng.random_range(0..commands.len())].clone();
             let until_ms = now_us() / 1000 + 200;
-            let request = Request { session: rng.random_range(1..4), id: rng.random(), until_ms, command };
+            let request =
+                Request { session: rng.random_range(1..4), id: rng.random(), until_ms, command };
             let plain = Encoder::new().message(&request).to_vec();
             let mut decoder = shared_proto::Decoder::new();
             let mut forged = plain.clone();
@@ -93,7 +95,11 @@ fn attack(frames: u32, seed: u64) {
             }
             if number % 1000 == 0 {
                 robot.forget_snapshots();
-                assert_eq!((robot.state().await, robot.fault().await), (State::Armed, None), "{number}");
+                assert_eq!(
+                    (robot.state().await, robot.fault().await),
+                    (State::Armed, None),
+                    "{number}"
+                );
             }
             if number % (frames / 10) == 0 {
                 memory.push(memory_kib());

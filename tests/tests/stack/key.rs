@@ -14,10 +14,10 @@ use shared_proto::{
 use sim_target::{HostWire, Options, Scenario, now_us, sleep_until_us};
 
 pub const KEY: Key = Key::new(*b"a key of a test.");
-const OTHER: Key = Key::new(*b"a key of a test!");
+pub const OTHER: Key = Key::new(*b"a key of a test!");
 
 /// Farther than any of these goes.
-fn ahead() -> Motion {
+pub fn ahead() -> Motion {
     meters(5.0, 5.0, 0.2, 1.0)
 }
 
@@ -93,7 +93,7 @@ impl ByHand {
 }
 
 /// Looks at the frames that arrive next.
-async fn hear<T>(
+pub async fn hear<T>(
     wire: &HostWire,
     decoder: &mut Decoder,
     look: impl Fn(&Received<'_>) -> Option<T>,
@@ -352,154 +352,6 @@ fn a_host_believes_no_answer_that_the_robot_did_not_give_it() {
         assert!(matches!(error, Error::NoAnswer { .. }), "{error}");
         assert!(victim.open().await.is_err());
         assert!(victim.statistics().frames_refused > 50, "{:?}", victim.statistics());
-    });
-}
-
-/// What fills the line while somebody wants to stop the robot.
-#[derive(Clone, Copy, Debug)]
-enum Flood {
-    Hellos,
-    Forgeries,
-    Garbage,
-    Driver,
-}
-
-#[test]
-fn a_holder_of_the_key_stops_the_robot_within_100_ms_from_a_fresh_connection_under_any_flood() {
-    for flood in [Flood::Hellos, Flood::Forgeries, Flood::Garbage, Flood::Driver] {
-        on_robot_with(&Scenario::default(), with_key(), async |robot| {
-            let id = robot.cruise(&ahead(), 1.0).await;
-            let wire = robot.wire.clone();
-            let mut driver = ByHand::open(&wire, 8).await;
-            let mut other = sim_link::session(&robot.wire, 9, "sim");
-            other.use_key(KEY, own_secret(9));
-            let mut encoder = Encoder::new();
-            let mut number = 100;
-            let flooding = async {
-                loop {
-                    while wire.has_room() {
-                        number += 1;
-                        wire.write_now(&match flood {
-                            Flood::Hellos => encoder.hello(Hello::of_this_build(number)).to_vec(),
-                            Flood::Forgeries => {
-                                let command = Command::Renew { motion: id };
-                                let request =
-                                    Request { session: 8, id: number, until_ms: 0, command };
-                                encoder
-                                    .sealed_message(&request, Some((&OTHER, u64::from(number))))
-                                    .to_vec()
-                            }
-                            Flood::Garbage => {
-                                (0..100).map(|i| (number * 31 + i * 7) as u8).collect()
-                            }
-                            Flood::Driver => driver.frame(Command::Status),
-                        });
-                    }
-                    sleep_until_us(now_us() + 200).await;
-                }
-            };
-            let stop = async {
-                // The motion is renewed beside the flood.
-                for _ in 0..6 {
-                    robot.session.post(Command::Renew { motion: id }).await.expect("sent");
-                    sleep_until_us(now_us() + 50_000).await;
-                }
-                assert!(robot.snapshot().is_powered(), "{flood:?}: it still drives");
-                let event_us = now_us();
-                let _ = other.emergency_stop().await;
-                let off_us = robot.last_powered_us(event_us).unwrap_or(event_us) - event_us;
-                println!("{flood:?}: off after {off_us} us");
-                assert!(off_us <= 100_000, "{flood:?}: {off_us}");
-                assert!(!robot.snapshot().is_powered());
-            };
-            future::or(stop, flooding).await;
-        });
-    }
-}
-
-#[test]
-fn after_a_restart_a_stop_from_an_open_session_and_from_a_fresh_one_takes_under_100_ms() {
-    on_robot_with(&Scenario::default(), with_key(), async |robot| {
-        for fresh in [false, true] {
-            robot.lab.restart_controller();
-            sleep_until_us(now_us() + 60_000).await;
-            let mut host = sim_link::session(&robot.wire, 30, "sim");
-            host.use_key(KEY, own_secret(30));
-            let session = if fresh { &mut host } else { &mut robot.session };
-            let event_us = now_us();
-            session.emergency_stop().await.expect("it stops");
-            let took_us = now_us() - event_us;
-            println!("fresh {fresh}: {took_us} us");
-            assert!(took_us < 100_000, "fresh {fresh}: {took_us}");
-        }
-        drop(robot.another_host(31).await);
-        assert_eq!(robot.state().await, State::Faulted);
-    });
-}
-
-#[test]
-fn a_key_is_set_changed_and_cleared_only_disarmed_and_by_who_holds_it_and_stays_after_a_restart() {
-    on_robot(&Scenario::default(), async |robot| {
-        robot.tell(Command::Arm { take: false }).await;
-        let armed = robot.ask(Command::SetKey { key: Some(KEY) }).await;
-        assert_eq!(armed, Err(Refusal::State(State::Armed)));
-        robot.tell(Command::Disarm).await;
-        robot.lab.write_protect_flash(true);
-        assert_eq!(robot.ask(Command::SetKey { key: Some(KEY) }).await, Err(Refusal::Store));
-        robot.lab.write_protect_flash(false);
-        let mut before = robot.another_host(2).await;
-        robot.session.set_key(Some(KEY), own_secret(2)).await.expect("there was none");
-        robot.tell(Command::Arm { take: false }).await;
-        robot.tell(Command::Disarm).await;
-        assert!(before.status().await.is_err(), "a session of before has ended");
-        for number in 3..6 {
-            robot.lab.restart_controller();
-            sleep_until_us(now_us() + 100_000).await;
-            let mut stranger = sim_link::session(&robot.wire, number, "sim");
-            assert!(matches!(stranger.open().await, Err(Error::KeyNeeded { .. })));
-            robot.session = sim_link::session(&robot.wire, number + 10, "sim");
-            robot.session.use_key(KEY, own_secret(number));
-            robot.session.open().await.expect("it kept the key");
-        }
-        robot.session.set_key(Some(OTHER), own_secret(20)).await.expect("it holds the key");
-        let mut old = sim_link::session(&robot.wire, 40, "sim");
-        old.use_key(KEY, own_secret(40));
-        assert!(matches!(old.open().await, Err(Error::WrongKey { .. })));
-        let config = format!("{:?}", robot.session.read_config().await.expect("it answers"));
-        assert!(!config.contains("test"), "{config}");
-        robot.session.set_key(None, own_secret(21)).await.expect("it holds the key");
-        drop(robot.another_host(50).await);
-        robot.tell(Command::Arm { take: false }).await;
-    });
-}
-
-#[test]
-fn no_challenge_comes_twice_whatever_restarts_and_a_robot_that_cannot_count_lets_nobody_in() {
-    on_robot_with(&Scenario::default(), Options { random: None, ..with_key() }, async |robot| {
-        let mut challenges = Vec::new();
-        let mut decoder = Decoder::new();
-        for number in 100..160 {
-            if number % 3 == 0 {
-                robot.lab.restart_controller();
-                sleep_until_us(now_us() + 60_000).await;
-            }
-            let hello = Encoder::new().hello(Hello::of_this_build(number));
-            robot.wire.write_now(&hello);
-            let challenge = hear(&robot.wire, &mut decoder, |frame| frame.challenge()).await;
-            challenges.push(challenge.expect("a challenge"));
-            ByHand::open(&robot.wire, number).await;
-        }
-        let count = challenges.len();
-        challenges.sort_unstable();
-        challenges.dedup();
-        assert_eq!(challenges.len(), count);
-        robot.lab.write_protect_flash(true);
-        robot.lab.restart_controller();
-        sleep_until_us(now_us() + 60_000).await;
-        assert!(matches!(
-            robot.session.open().await,
-            Err(Error::NotARobot { .. } | Error::NoAnswer { .. })
-        ));
     });
 }
 

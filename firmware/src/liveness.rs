@@ -5,7 +5,7 @@
 //! a single task stops, although the others and their executor run on.
 
 use core::future::Future;
-use core::pin::{Pin, pin};
+use core::pin::pin;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_futures::select::{Either, select};
@@ -54,18 +54,11 @@ impl Liveness {
 
     /// Waits for `work`, and checks in meanwhile.
     pub async fn while_waiting<T>(&self, task: SafetyTask, work: impl Future<Output = T>) -> T {
-        let mut done = None;
-        let work = pin!(async { done = Some(work.await) });
-        self.check_in_until(task, work).await;
-        done.expect("the work is over")
-    }
-
-    /// Once in the image, whatever is waited for: with a copy for each kind of work it would take a kilobyte more.
-    async fn check_in_until(&self, task: SafetyTask, mut work: Pin<&mut dyn Future<Output = ()>>) {
+        let mut work = pin!(work);
         loop {
             self.check_in(task);
-            if let Either::First(()) = select(work.as_mut(), Timer::after(CHECK_IN)).await {
-                return;
+            if let Either::First(done) = select(work.as_mut(), Timer::after(CHECK_IN)).await {
+                return done;
             }
         }
     }

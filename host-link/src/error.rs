@@ -171,19 +171,11 @@ impl fmt::Display for Error {
                 f,
                 "something on {port} sends data, but not as a Beeline robot ({damaged} unreadable frames)"
             ),
-            Self::VersionsDiffer { ours, theirs } => write!(
-                f,
-                "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
-                theirs.protocol, theirs.schema, ours.protocol, ours.schema
-            ),
-            Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
-            Self::KeyNeeded { port } => {
-                write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
-            }
-            Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
-            Self::RobotWithoutKey { port } => {
-                write!(f, "a key is given, but the robot on {port} has none: it may be another one")
-            }
+            Self::VersionsDiffer { ours, theirs } => versions_differ(f, ours, theirs),
+            Self::KeyFile { .. }
+            | Self::KeyNeeded { .. }
+            | Self::WrongKey { .. }
+            | Self::RobotWithoutKey { .. } => self.fmt_key(f),
             Self::StoppedAnswering { port } => {
                 write!(f, "the robot on {port} stopped answering")
             }
@@ -241,6 +233,31 @@ impl fmt::Display for Error {
             }
             Self::NoPseudoTerminals => f.write_str("this system has no pseudo-terminals"),
             Self::PseudoTerminal(cause) => write!(f, "cannot open a pseudo-terminal: {cause}"),
+        }
+    }
+}
+
+fn versions_differ(f: &mut fmt::Formatter<'_>, ours: &Hello, theirs: &Hello) -> fmt::Result {
+    write!(
+        f,
+        "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
+        theirs.protocol, theirs.schema, ours.protocol, ours.schema
+    )
+}
+
+impl Error {
+    /// What is wrong with a key.
+    fn fmt_key(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
+            Self::KeyNeeded { port } => {
+                write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
+            }
+            Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
+            Self::RobotWithoutKey { port } => {
+                write!(f, "a key is given, but the robot on {port} has none: it may be another one")
+            }
+            _ => Ok(()),
         }
     }
 }

@@ -83,7 +83,7 @@ enum End {
         listener: TcpListener,
         clients: Vec<Client>,
         /// What the robot says, in frames.
-        from_robot: FromRobot,
+        from_robot: Box<FromRobot>,
         /// Counts the frames of all clients together, as those of one.
         encoder: Encoder,
     },
@@ -139,7 +139,7 @@ impl Line {
                     end: End::Tcp {
                         listener,
                         clients: Vec::new(),
-                        from_robot: FromRobot::default(),
+                        from_robot: Box::default(),
                         encoder: Encoder::new(),
                     },
                 })

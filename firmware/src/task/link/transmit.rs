@@ -50,11 +50,11 @@ impl Sender {
     #[inline(never)]
     fn next_frame<M: RawMutex>(&mut self, shared: &Shared<M>) -> Option<Frame> {
         self.follow(shared.access.get());
-        if !core::mem::take(&mut self.greeted) {
-            if let Ok(greeting) = shared.greetings.try_receive() {
-                self.greeted = true;
-                return Some(self.greeting(greeting));
-            }
+        if !core::mem::take(&mut self.greeted)
+            && let Ok(greeting) = shared.greetings.try_receive()
+        {
+            self.greeted = true;
+            return Some(self.greeting(greeting));
         }
         let Self { encoder, seal, .. } = self;
         let by = seal.as_mut().map(RobotSeal::next);

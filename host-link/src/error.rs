@@ -6,7 +6,7 @@
 use std::fmt;
 use std::io;
 
-use crate::key_file::KeyFileProblem;
+use crate::key_file_problem::KeyFileProblem;
 use shared_proto::{Answer, Command, ConfigError, Fault, FaultReport, Hello, Refusal, State};
 
 /// A result of the link.

@@ -1,6 +1,5 @@
 //! The file of a pre-shared key: one line of 32 hexadecimal digits, for its owner's eyes alone.
 
-use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -8,44 +7,10 @@ use std::path::{Path, PathBuf};
 use shared_proto::Key;
 
 use crate::error::{Error, Result};
+pub use crate::key_file_problem::KeyFileProblem;
 
 /// No key's file is longer \[bytes\].
 const BYTES_MAX: u64 = 64;
-
-/// What is wrong with the file of a key.
-#[derive(Debug)]
-pub enum KeyFileProblem {
-    /// It cannot be read.
-    Unreadable(io::Error),
-    /// It cannot be written.
-    Unwritable(io::Error),
-    /// It exists, and is not overwritten.
-    Exists,
-    /// It is a pipe, a device or a folder.
-    NotAFile,
-    /// It does not hold 32 hexadecimal digits.
-    NotAKey,
-    /// Others than its owner may read or write it: these are its permissions.
-    Shared(u32),
-    /// The system gives no random numbers.
-    NoRandomness(String),
-}
-
-impl fmt::Display for KeyFileProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreadable(cause) => write!(f, "it cannot be read ({cause})"),
-            Self::Unwritable(cause) => write!(f, "it cannot be written ({cause})"),
-            Self::Exists => f.write_str("it exists, and a key is not overwritten"),
-            Self::NotAFile => f.write_str("it is not a file"),
-            Self::NotAKey => f.write_str("it is not one line of 32 hexadecimal digits"),
-            Self::Shared(mode) => {
-                write!(f, "others than its owner may read or change it (mode {mode:03o})")
-            }
-            Self::NoRandomness(cause) => write!(f, "the system gives no random numbers ({cause})"),
-        }
-    }
-}
 
 /// Reads a key. On Unix, nobody but the file's owner may have access to it.
 pub fn read(path: &Path) -> Result<Key> {

@@ -36,6 +36,7 @@ pub mod cancel;
 pub mod clock;
 pub mod error;
 pub mod key_file;
+mod key_file_problem;
 pub mod limits;
 pub mod listen;
 pub mod motion;

@@ -1,6 +1,7 @@
 //! How long each kind of message can get.
 
-use crate::frame::{Channel, FRAME_LEN_MAX, Message, PAYLOAD_LEN_MAX, frame_len_max};
+use crate::channel::{Channel, Message};
+use crate::frame::{FRAME_LEN_MAX, PAYLOAD_LEN_MAX, frame_len_max};
 use crate::hello::Hello;
 use crate::key::{Nonce, Open, Opened, Seal};
 use crate::message::{Event, Reply, Request};

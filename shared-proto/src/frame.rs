@@ -1,21 +1,15 @@
 //! Framing: COBS and CRC-32 around a channel, a sequence number and a payload.
 
-use postcard_schema::Schema;
-use serde::{Serialize, de::DeserializeOwned};
-
+use crate::channel::{Channel, Message, SEALED};
 use crate::crc::Crc32;
-use crate::encoded_len::postcard_len_max;
 use crate::hello::Hello;
 use crate::key::{Key, Nonce, Open, Opened, Seal};
-use crate::message::{Event, Reply, Request};
+use crate::message::{Event, Reply};
 use crate::received::Received;
 use crate::telemetry::Telemetry;
 
 const HEADER_LEN: usize = 3;
 const CRC_LEN: usize = 4;
-
-/// In the channel's byte: the payload ends with a [`Seal`].
-pub(crate) const SEALED: u8 = 0x80;
 
 /// Longest payload of a frame in bytes.
 pub const PAYLOAD_LEN_MAX: usize = 384;
@@ -29,63 +23,6 @@ pub const FRAME_LEN_MAX: usize = frame_len_max(PAYLOAD_LEN_MAX);
 /// Longest frame on the wire that a payload of this length makes, the final zero included.
 pub(crate) const fn frame_len_max(payload_len: usize) -> usize {
     cobs::max_encoding_length(HEADER_LEN + payload_len + CRC_LEN) + 1
-}
-
-/// What kind of message a frame carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Channel {
-    /// [`Hello`].
-    Hello = 0,
-    /// [`Request`].
-    Request = 1,
-    /// [`Reply`].
-    Reply = 2,
-    /// [`Telemetry`].
-    Telemetry = 3,
-    /// [`Event`].
-    Event = 4,
-    /// [`Open`].
-    Open = 5,
-    /// [`Opened`].
-    Opened = 6,
-}
-
-impl Channel {
-    /// The channel of a number, if there is one.
-    pub const fn from_number(number: u8) -> Option<Self> {
-        Some(match number {
-            0 => Channel::Hello,
-            1 => Channel::Request,
-            2 => Channel::Reply,
-            3 => Channel::Telemetry,
-            4 => Channel::Event,
-            5 => Channel::Open,
-            6 => Channel::Opened,
-            _ => return None,
-        })
-    }
-}
-
-/// A message that travels as postcard on a channel of its own.
-pub trait Message: Serialize + DeserializeOwned + Schema {
-    /// Its channel.
-    const CHANNEL: Channel;
-    /// Longest payload \[bytes\].
-    const LEN_MAX: usize = postcard_len_max(Self::SCHEMA);
-}
-
-impl Message for Request {
-    const CHANNEL: Channel = Channel::Request;
-}
-impl Message for Reply {
-    const CHANNEL: Channel = Channel::Reply;
-}
-impl Message for Telemetry {
-    const CHANNEL: Channel = Channel::Telemetry;
-}
-impl Message for Event {
-    const CHANNEL: Channel = Channel::Event;
 }
 
 /// Turns messages into frames and counts them.

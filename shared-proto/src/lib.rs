@@ -63,6 +63,7 @@
 #![cfg_attr(not(test), no_std)]
 
 mod bound;
+mod channel;
 mod config;
 mod config_bytes;
 mod crc;
@@ -83,6 +84,7 @@ mod state;
 mod telemetry;
 
 pub use bound::Bound;
+pub use channel::{Channel, Message};
 pub use config::*;
 pub use crc::Crc32;
 pub use fault::*;

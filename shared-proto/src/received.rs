@@ -1,6 +1,6 @@
 //! A frame as received.
 
-use crate::frame::{Channel, Message, SEALED};
+use crate::channel::{Channel, Message, SEALED};
 use crate::hello::Hello;
 use crate::key::{Key, Nonce, Open, Opened, Seal};
 use crate::message::Request;

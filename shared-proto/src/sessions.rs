@@ -167,7 +167,7 @@ impl Sessions {
             None => {
                 let challenge = key.challenge(&boot, self.answered);
                 let hello = Hello::of_this_build(number);
-                let session_key = key.of_session(hello, &open.nonce, &challenge);
+                let session_key = key.of_session(&hello.to_bytes(), &open.nonce, &challenge);
                 if !frame.is_sealed_by(&session_key) {
                     return Err(Refused::WrongKey(number));
                 }

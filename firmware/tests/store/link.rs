@@ -10,6 +10,8 @@ use super::{load, numbered, save};
 
 fn link(flash: Nor, change: Option<Option<Key>>) -> (Result<LinkRecord, StoreError>, Nor) {
     let mut store = FlashStore::new(flash);
+    // As at power-on: what an interrupted erasure left is mended first.
+    let _ = block_on(store.load());
     let record = block_on(store.link(change));
     (record, store.into_flash())
 }

@@ -233,7 +233,7 @@ impl Session {
             _ => {
                 let nonce = host.nonces.host_nonce(host.drawn);
                 host.drawn += 1;
-                let session_key = host.key.of_session(ours, &nonce, &challenge);
+                let session_key = host.key.of_session(&ours.to_bytes(), &nonce, &challenge);
                 Opening { challenge, nonce, session_key, counter: 0 }
             }
         };

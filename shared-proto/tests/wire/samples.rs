@@ -200,7 +200,7 @@ pub fn host_hello() -> Hello {
 
 /// The key of the session that the frames `open` and `opened` begin.
 pub fn session_key() -> Key {
-    Key::new(bytes(0)).of_session(host_hello(), &bytes(0x10), &bytes(0x20))
+    Key::new(bytes(0)).of_session(&host_hello().to_bytes(), &bytes(0x10), &bytes(0x20))
 }
 
 pub fn all() -> Vec<(String, Any)> {

@@ -50,7 +50,7 @@ impl ByHand {
             }
         };
         let nonce = own_secret(number).host_nonce(0);
-        let session_key = KEY.of_session(hello, &nonce, &challenge);
+        let session_key = KEY.of_session(&hello.to_bytes(), &nonce, &challenge);
         let opened_by = encoder.open(Open { session: number, nonce }, &session_key).to_vec();
         wire.write_now(&opened_by);
         while hear(wire, &mut decoder, |frame| frame.opened()).await.is_none() {}

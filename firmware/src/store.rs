@@ -1,4 +1,6 @@
-//! The configuration in a flash memory: [`Store`] on any `NorFlash`.
+//! Configuration, key and count of starts in a flash memory: [`Store`] on any `NorFlash`.
+//!
+//! The link's record is a count, u64 little-endian, and the key's 16 bytes, where there is a key. The configuration's:
 //!
 //! ```text
 //! layout  record, little-endian
@@ -24,15 +26,23 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::{Config, Crc32};
+use shared_proto::{Config, Crc32, Key};
 
-use crate::hal::{Store, StoreError};
+use crate::hal::{LinkRecord, Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
 pub const LAYOUT: u16 = 6;
 
-/// The one record's key.
+/// The records' keys.
 const CONFIGURATION: u8 = 1;
+const LINK: u8 = 2;
+
+/// How many there are.
+const RECORDS: usize = 2;
+
+/// Length of the link's record, and of its count \[bytes\].
+const LINK_LEN: usize = COUNT_LEN + Key::LEN;
+const COUNT_LEN: usize = size_of::<u64>();
 
 /// Longest record with its key; a configuration takes about 270 bytes.
 const RECORD_LEN_MAX: usize = 512;
@@ -42,12 +52,14 @@ const HEADER_LEN: usize = 6;
 
 /// Remembers where the record is. Without it, each lookup computes a checksum over every record of a
 /// sector, and erasing a sector takes a lookup for each of its records.
-type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
+type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, RECORDS>, u8>;
 
-/// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
+/// What survives power-off, in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
     map: MapStorage<u8, F, KeyCache>,
     buffer: [u8; RECORD_LEN_MAX],
+    /// There was one, at any time since power-on.
+    has_key: bool,
 }
 
 impl<F: NorFlash> FlashStore<F> {
@@ -66,6 +78,7 @@ impl<F: NorFlash> FlashStore<F> {
                 Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
             ),
             buffer: [0; RECORD_LEN_MAX],
+            has_key: false,
         }
     }
 
@@ -133,7 +146,7 @@ impl<F: NorFlash> FlashStore<F> {
 
     async fn is_blank(&mut self, sector: u32) -> Result<bool, F::Error> {
         let start = sector * F::ERASE_SIZE as u32;
-        let Self { map, buffer } = self;
+        let Self { map, buffer, .. } = self;
         for offset in (0..F::ERASE_SIZE).step_by(buffer.len()) {
             map.flash().read(start + offset as u32, buffer).await?;
             if buffer.iter().any(|&byte| byte != 0xFF) {
@@ -158,20 +171,61 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let mut record = [0; RECORD_LEN_MAX];
         let len = encode(config, &mut record)?;
         let record = &record[..len];
-        if self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await.is_err() {
-            // Only where nothing can be read either is there nothing to lose by erasing.
-            if self.load().await.is_ok() {
-                return Err(StoreError::Write);
-            }
-            self.map.erase_all().await.map_err(|_| StoreError::Write)?;
-            let stored = self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await;
-            stored.map_err(|_| StoreError::Write)?;
+        if self.put(CONFIGURATION, record).await.is_ok() {
+            return Ok(());
         }
-        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
+        // Only where nothing can be read either is there nothing to lose by erasing.
+        if self.has_key || self.load().await.is_ok() {
+            return Err(StoreError::Write);
+        }
+        self.map.erase_all().await.map_err(|_| StoreError::Write)?;
+        self.put(CONFIGURATION, record).await
+    }
+
+    async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
+        let (mut count, mut key) = match self.map.fetch_item::<&[u8]>(&mut self.buffer, &LINK).await
+        {
+            Ok(None) => (0, None),
+            Ok(Some(record)) => decode_link(record).ok_or(StoreError::UnknownKey)?,
+            Err(_) => return Err(StoreError::Damaged),
+        };
+        key = change.unwrap_or(key);
+        self.has_key |= key.is_some();
+        if key.is_none() && change.is_none() {
+            return Ok(LinkRecord { key, count: None });
+        }
+        count += 1;
+        let mut record = [0; LINK_LEN];
+        record[..COUNT_LEN].copy_from_slice(&count.to_le_bytes());
+        record[COUNT_LEN..].copy_from_slice(key.unwrap_or(Key::new([0; Key::LEN])).expose());
+        let len = if key.is_some() { LINK_LEN } else { COUNT_LEN };
+        match self.put(LINK, &record[..len]).await {
+            Err(error) if change.is_some() => Err(error),
+            kept => Ok(LinkRecord { key, count: kept.ok().map(|()| count) }),
+        }
+    }
+}
+
+impl<F: NorFlash> FlashStore<F> {
+    /// Appends a record and reads it back.
+    async fn put(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
+        let stored = self.map.store_item(&mut self.buffer, &key, &record).await;
+        stored.map_err(|_| StoreError::Write)?;
+        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await {
             Ok(Some(stored)) if stored == record => Ok(()),
             _ => Err(StoreError::Write),
         }
     }
+}
+
+/// Count and key in the link's record.
+fn decode_link(record: &[u8]) -> Option<(u64, Option<Key>)> {
+    let (count, key) = record.split_first_chunk()?;
+    let key = match key {
+        [] => None,
+        key => Some(Key::new(key.try_into().ok()?)),
+    };
+    Some((u64::from_le_bytes(*count), key))
 }
 
 /// Encodes a configuration as a record; returns the record's length.
@@ -179,7 +233,8 @@ fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, S
     let (header, body) = record.split_at_mut(HEADER_LEN);
     // `sequential-storage` needs room for its key in the same buffer.
     let room = body.len() - size_of::<u8>();
-    let body = postcard::to_slice(config, &mut body[..room]).map_err(|_| StoreError::Write)?;
+    let len = config.to_postcard(&mut body[..room]).ok_or(StoreError::Write)?;
+    let body = &body[..len];
     let layout = LAYOUT.to_le_bytes();
     header[..2].copy_from_slice(&layout);
     header[2..].copy_from_slice(&checksum(&[&layout, body]).to_le_bytes());
@@ -200,7 +255,7 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
         return Err(StoreError::Damaged);
     }
     let config =
-        if layout == LAYOUT { postcard::from_bytes(body).ok() } else { decode_older(body, layout) };
+        if layout == LAYOUT { Config::from_postcard(body) } else { decode_older(body, layout) };
     config.ok_or(StoreError::Damaged)
 }
 
@@ -231,7 +286,7 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
     let driver = whole.get_mut(len..len + NUMBER + DRIVER_CHOICES)?;
     driver.fill(0);
     driver[..NUMBER].copy_from_slice(&PWM_HZ.to_le_bytes());
-    postcard::from_bytes(&whole[..len + NUMBER + DRIVER_CHOICES]).ok()
+    Config::from_postcard(&whole[..len + NUMBER + DRIVER_CHOICES])
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

@@ -130,3 +130,17 @@ impl<'de> Visitor<'de> for Values {
 fn next<'de, T: Deserialize<'de>, A: SeqAccess<'de>>(values: &mut A) -> Result<T, A::Error> {
     values.next_element()?.ok_or_else(|| A::Error::custom("a value is missing"))
 }
+
+impl Config {
+    /// The configuration of these bytes, as in a message; compiled here, for size.
+    #[inline(never)]
+    pub fn from_postcard(bytes: &[u8]) -> Option<Self> {
+        postcard::from_bytes(bytes).ok()
+    }
+
+    /// Its bytes as in a message; returns how many.
+    #[inline(never)]
+    pub fn to_postcard(&self, room: &mut [u8]) -> Option<usize> {
+        postcard::to_slice(self, room).ok().map(|bytes| bytes.len())
+    }
+}

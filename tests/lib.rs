@@ -3,7 +3,6 @@
 
 pub mod blind;
 pub mod calibration;
-pub mod chaos;
 pub mod parallel;
 pub mod robot;
 pub mod scenarios;

@@ -1,6 +1,6 @@
 //! `cargo xtask bench firmware`: what a control tick of the flashed image costs.
 
-use emulated_board::{Bench, Emulation, Spread, TickCost};
+use emulated_board::{Bench, Emulation, Spread, StackDepth, TickCost};
 use host_cli::calibrate::{Settings, calibrate};
 use host_cli::pose_source::camera::Camera;
 use host_link::motion::{self, Motion, RecordOptions};
@@ -12,6 +12,16 @@ const CORE_HZ: f64 = 168e6;
 
 /// The bar for a whole tick.
 const TICK_MAX: u64 = 1850;
+
+/// Prints how deep the stack was in a run.
+fn print_stack(stack: StackDepth) {
+    println!(
+        "Stack: {} of {} bytes used at the deepest, {:.0} %, boot and calibration.",
+        stack.used,
+        stack.size,
+        stack.used as f64 * 100.0 / stack.size as f64
+    );
+}
 
 /// Prints where the instructions of a tick go, from a short drive.
 fn print_functions(emulation: Emulation) -> Result<(), Box<dyn std::error::Error>> {
@@ -91,6 +101,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "The worst tick came {:.3} s after power-on; the bar is {TICK_MAX} instructions.",
         at.map_or(0.0, |tick| tick.t_us as f64 / 1e6)
     );
+    print_stack(ended.stack);
     if whole.worst > TICK_MAX {
         return Err(format!("a control tick takes {} instructions", whole.worst).into());
     }

@@ -47,6 +47,8 @@ pub enum Effect {
     Panic,
     /// The core executes an invalid instruction.
     HardFault,
+    /// The program calls itself without end, until the stack has no room.
+    StackOverflow,
     /// The task never runs again, and everything else does: as if it waited for what never comes.
     Stop,
     /// The core stands still for this long, once, before the task runs: no interrupt is taken, and the
@@ -146,6 +148,8 @@ impl BugInjector {
             Effect::Hang => write(host, at, &[0xE7FE]),
             // udf #0
             Effect::HardFault => write(host, at, &[0xDE00]),
+            // push {r0-r7, lr}; b to it
+            Effect::StackOverflow => write(host, at, &[0xB5FF, 0xE7FD]),
             Effect::Stop | Effect::Stall { .. } => {
                 panic!("a task stops or stalls, not an instruction")
             }

@@ -23,6 +23,7 @@ use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 use crate::monitor::{Bench, BoardMonitor};
 use crate::motor_driver::Wiring;
+use crate::stack::{Stack, StackDepth};
 
 /// How often plant and chip are synchronised \[us\]: a period of the PWM.
 const STEP_US: u64 = 50;
@@ -73,6 +74,8 @@ pub struct RunResult<T> {
     pub lived_us: u64,
     /// Restarts during the run, by any cause.
     pub resets: usize,
+    /// How deep the stack was.
+    pub stack: StackDepth,
     /// Accesses that the emulator does not model, and wrong flash writes; there should be none.
     pub unexpected: Vec<String>,
 }
@@ -132,6 +135,8 @@ impl Emulation {
             bug_injector: BugInjector::new(&self.image)?,
             program_stores: 0,
             resets: 0,
+            stack: Stack::of(&self.image)?,
+            stack_depth: StackDepth::default(),
         };
         let ended = emulator::run(machine, &Start::new(&images), lockstep)?;
         let unexpected = unexpected(&ended.session, &ended.driver);
@@ -149,6 +154,7 @@ impl Emulation {
             instructions: stop.map_or(0, |stop| stop.instruction_count),
             lived_us: stop.map_or(0, |stop| stop.at.0 / 1000),
             resets: ended.session.resets().len(),
+            stack: ended.driver.stack_depth,
             unexpected,
         })
     }
@@ -196,6 +202,8 @@ struct Lockstep {
     program_stores: u64,
     /// Restarts that have been recorded.
     resets: usize,
+    stack: Stack,
+    stack_depth: StackDepth,
 }
 
 impl Driver<Nucleo> for Lockstep {
@@ -249,6 +257,7 @@ impl Driver<Nucleo> for Lockstep {
             if let Some(begin) = self.begin.take() {
                 *slot = Some(begin());
                 self.array.show(host);
+                self.stack.paint(host);
             }
             let around = slot.as_mut().expect("begun at the first stop");
             let clock_fails = around.monitor.0.borrow().clock_fails;
@@ -257,6 +266,7 @@ impl Driver<Nucleo> for Lockstep {
                 self.bug_injector.raise_nmi(host);
             }
             if around.poll_host() {
+                self.stack_depth = self.stack.depth(host);
                 *slot = None;
                 return None;
             }
@@ -270,6 +280,7 @@ impl Driver<Nucleo> for Lockstep {
             if let Some(flash) = outside.power_on.take() {
                 self.array.put(&flash, host);
                 board::forget_ram(host);
+                self.stack.paint(host);
                 outside.pull_reset = true;
             }
             if std::mem::take(&mut outside.pull_reset) {

@@ -32,6 +32,7 @@ mod lines;
 mod monitor;
 mod motor_driver;
 pub mod random_faults;
+mod stack;
 mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
@@ -44,3 +45,4 @@ pub use flash_array::{Flash, Operation, blank};
 pub use lines::{Line, LineFault};
 pub use monitor::{Bench, BoardMonitor, Powered};
 pub use motor_driver::{BoardLines, Effect as MotorEffect, WheelLines, Wiring};
+pub use stack::StackDepth;

@@ -79,6 +79,22 @@ fn replay(target: &Target) {
     }
 }
 
+/// libFuzzer refuses a dictionary with anything but a quoted word in printable ASCII on each line.
+#[test]
+fn every_dictionary_can_be_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("dictionary");
+    for name in TARGETS.iter().filter_map(|target| target.dictionary) {
+        let file = folder.join(name).with_extension("dict");
+        let bytes = fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+            let quoted = line.len() >= 3 && line.starts_with(b"\"") && line.ends_with(b"\"");
+            let comment = line.is_empty() || line.starts_with(b"#");
+            let printable = line.iter().all(|byte| (b' '..=b'~').contains(byte));
+            assert!(printable && (quoted || comment), "{}:{}", file.display(), number + 1);
+        }
+    }
+}
+
 macro_rules! replay {
     ($($name:ident)*) => {$(
         #[test]

@@ -8,9 +8,11 @@ use std::str::FromStr;
 
 use campaign::Simulated;
 use campaign::file::{check_writable, is_special, target};
+use campaign::input::read_keys;
 use host_link::address::{Address, AddressError};
 use host_link::{Session, key_file};
 use shared_proto::Key;
+use sim_target::scenario::ScenarioError;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 
 use crate::error::{Error, Result};
@@ -65,7 +67,13 @@ impl Port {
     /// The scenario of a simulated robot.
     pub fn scenario(&self) -> Result<Scenario> {
         match self {
-            Port::Sim(Some(path)) => Ok(Scenario::load(path)?),
+            Port::Sim(Some(path)) => {
+                let origin = path.display().to_string();
+                // A pipe would be waited for without end, and a device may never end.
+                let text =
+                    read_keys(path).map_err(|error| ScenarioError::unreadable(&origin, &error))?;
+                Ok(Scenario::parse(&origin, &text)?)
+            }
             _ => Ok(Scenario::default()),
         }
     }

@@ -59,7 +59,7 @@ pub(crate) fn next_alarm_us() -> Option<u64> {
 /// Advances this thread's time and wakes the tasks whose alarms are due.
 pub(crate) fn advance_to(t_us: u64) {
     TIME.with_borrow_mut(|time| {
-        debug_assert!(t_us >= time.now_us, "time does not run backwards");
+        assert!(t_us >= time.now_us, "time does not run backwards");
         time.now_us = t_us;
         let mut i = 0;
         while i < time.alarms.len() {

@@ -213,6 +213,23 @@ fn files_of_others_are_not_waited_for_written_through_or_passed_over() {
     assert!(!temp.path("nowhere").exists());
 }
 
+/// A pipe that nobody writes to: whoever reads it waits.
+#[test]
+#[cfg(unix)]
+fn a_scenario_and_a_configuration_are_files_and_nothing_else_is_waited_for() {
+    let temp = TempFolder::new();
+    let pipe = temp.path("pipe.toml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    std::os::unix::fs::symlink("/dev/zero", temp.path("endless.toml")).unwrap();
+    for name in ["pipe.toml", "endless.toml"] {
+        for line in [format!("identify --port sim:{name}"), format!("config import {name}")] {
+            let message = temp.run(&line).refused();
+            let says = "it is a pipe or a device, not a file";
+            assert!(message.contains(name) && message.contains(says), "{line}: {message}");
+        }
+    }
+}
+
 #[test]
 fn a_position_that_no_tracker_gives_is_refused_with_its_cell_and_range() {
     let temp = TempFolder::new();

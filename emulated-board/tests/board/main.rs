@@ -10,6 +10,7 @@ mod paper;
 mod power_cut;
 mod random_faults;
 mod robot;
+mod stack;
 mod stopped_task;
 mod storage;
 mod telemetry;

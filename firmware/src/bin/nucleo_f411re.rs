@@ -2,20 +2,8 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-#[macro_use]
-#[path = "wiring/usart2.rs"]
-mod usart2;
-
-#[cfg(target_os = "none")]
-mod wiring {
-    robot! {
-        left_encoder: PC6 PC7,
-        lines_c: PA6 PA7,
-        supply: PA0 channel 0,
-        button: PC13,
-        led: PA5 lit High,
-    }
-}
+#[path = "wiring/nucleo_64.rs"]
+mod nucleo_64;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

@@ -6,23 +6,23 @@ mod wiring {
     use defmt_rtt as _;
     use embassy_executor::Spawner;
     use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
-    use embassy_stm32::interrupt::{self, InterruptExt};
+    use embassy_stm32::interrupt;
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::usart::{self, Uart};
     use embassy_stm32::{Peri, bind_interrupts};
     #[cfg(not(feature = "usb"))]
     use embassy_stm32::{dma, peripherals};
     use firmware::board::bridge::{Bridge, Pins};
-    use firmware::board::control_timer::{self, Tim2ControlTimer};
+    use firmware::board::control_timer::Tim2ControlTimer;
     use firmware::board::encoders::TimerEncoders;
     use firmware::board::flash::StoreFlash;
     use firmware::board::input::PolledInput;
     use firmware::board::leds::Leds;
+    use firmware::board::power_on;
     use firmware::board::supply::{DividedSupply, Divider};
     #[cfg(not(feature = "usb"))]
     use firmware::board::tasks::LINK_BUFFER_LEN;
-    use firmware::board::tasks::{self, SERVICE_PRIORITY};
-    use firmware::board::{clocks, guard, power_on, reset};
+    use firmware::board::tasks;
     use firmware::store::FlashStore;
     #[cfg(not(feature = "usb"))]
     use static_cell::ConstStaticCell;
@@ -44,27 +44,14 @@ mod wiring {
     static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> =
         ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
-    #[embassy_stm32::interrupt]
-    unsafe fn TIM2() {
-        // SAFETY: this is the timer's interrupt.
-        unsafe { control_timer::on_interrupt() };
-        // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
-        // not in a tail call, so that the emulated board can count its instructions.
-        cortex_m::asm::dsb();
-    }
-
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
-        let reset_cause = reset::cause();
-        power_on::begin();
-        let p = power_on::start_clocks(clocks());
-        let core = cortex_m::Peripherals::take().expect("taken once");
-        for irq in
-            [interrupt::USART3, interrupt::DMA1_STREAM3, interrupt::DMA1_STREAM1, interrupt::OTG_FS]
-        {
-            irq.set_priority(SERVICE_PRIORITY);
-        }
-        guard::start(core.SYST);
+        let (p, reset_cause) = power_on::start(&[
+            interrupt::USART3,
+            interrupt::DMA1_STREAM3,
+            interrupt::DMA1_STREAM1,
+            interrupt::OTG_FS,
+        ]);
 
         let encoders = TimerEncoders::new((p.TIM3, p.PC6, p.PC7), (p.TIM4, p.PD12, p.PD13));
         let pins = Pins {

@@ -35,18 +35,15 @@ use crate::units::Duty;
 /// Whether the enable line is high while the driver is disabled.
 static DISABLED_IS_HIGH: AtomicBool = AtomicBool::new(false);
 
-/// The lines of one wheel.
-struct Wheel {
-    a: Channel,
-    b: Channel,
-    c: Output<'static>,
-    /// Line C's present level.
-    c_high: bool,
+/// A wheel's line C.
+struct LineC {
+    pin: Output<'static>,
+    high: bool,
 }
 
 /// The lines of both wheels and their enable.
 pub struct Bridge {
-    wheels: WheelPair<Wheel>,
+    lines_c: WheelPair<LineC>,
     enable: Flex<'static>,
     enabled: bool,
     inputs: Inputs,
@@ -111,19 +108,11 @@ impl Bridge {
         core::mem::forget(PwmPin::new(pins.left_b, OutputType::PushPull));
         core::mem::forget(PwmPin::new(pins.right_a, OutputType::PushPull));
         core::mem::forget(PwmPin::new(pins.right_b, OutputType::PushPull));
-        let wheel = |a, b, c| Wheel { a, b, c, c_high: false };
+        let low = |pin| LineC { pin, high: false };
         let bridge = Self {
-            wheels: WheelPair {
-                left: wheel(
-                    Channel::Ch1,
-                    Channel::Ch2,
-                    Output::new(pins.left_c, Level::Low, Speed::Low),
-                ),
-                right: wheel(
-                    Channel::Ch3,
-                    Channel::Ch4,
-                    Output::new(pins.right_c, Level::Low, Speed::Low),
-                ),
+            lines_c: WheelPair {
+                left: low(Output::new(pins.left_c, Level::Low, Speed::Low)),
+                right: low(Output::new(pins.right_c, Level::Low, Speed::Low)),
             },
             enable: Flex::new(pins.enable),
             enabled: false,
@@ -135,8 +124,14 @@ impl Bridge {
     }
 
     fn set(&mut self, lines: WheelPair<Lines>) {
-        self.wheels.left.set(lines.left);
-        self.wheels.right.set(lines.right);
+        let WheelPair { left, right } = lines;
+        // Numbers, not [`Channel`]s: each is one store.
+        set_pulse(0, left.a);
+        set_pulse(1, left.b);
+        set_pulse(2, right.a);
+        set_pulse(3, right.b);
+        self.lines_c.left.set(left.c);
+        self.lines_c.right.set(right.c);
     }
 }
 
@@ -202,18 +197,17 @@ impl hal::Level for StopLine {
     }
 }
 
-fn set_pulse(channel: Channel, ticks: u32) {
-    pac::TIM1.ccr(channel.index()).write(|w| w.set_ccr(ticks as u16));
+#[inline(always)]
+fn set_pulse(channel: usize, ticks: u32) {
+    pac::TIM1.ccr(channel).write(|w| w.set_ccr(ticks as u16));
 }
 
-impl Wheel {
+impl LineC {
     #[inline(always)]
-    fn set(&mut self, lines: Lines) {
-        set_pulse(self.a, lines.a);
-        set_pulse(self.b, lines.b);
-        if self.c_high != lines.c {
-            self.c_high = lines.c;
-            self.c.set_level(lines.c.into());
+    fn set(&mut self, high: bool) {
+        if self.high != high {
+            self.high = high;
+            self.pin.set_level(high.into());
         }
     }
 }

@@ -83,12 +83,19 @@ pub(super) unsafe fn run(tick: Pin<&mut dyn Future<Output = ()>>) {
     unsafe { interrupt::TIM2.enable() };
 }
 
-/// Call this in TIM2's interrupt, and nowhere else.
-///
+#[embassy_stm32::interrupt]
+unsafe fn TIM2() {
+    // SAFETY: this is the timer's interrupt.
+    unsafe { on_interrupt() };
+    // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and not in
+    // a tail call, so that the emulated board can count its instructions.
+    cortex_m::asm::dsb();
+}
+
 /// # Safety
-/// Not from anywhere else: it would interrupt itself.
+/// Not from anywhere but the interrupt, which it would interrupt itself.
 #[inline(always)]
-pub unsafe fn on_interrupt() {
+unsafe fn on_interrupt() {
     pac::TIM2.sr().write(|w| w.set_uif(false));
     DUE.store(true, Ordering::Relaxed);
     // SAFETY: only this interrupt uses the cell once it is enabled.

@@ -11,24 +11,42 @@
 //! | brown-out level 3 | below 2.7 V flash and core are out of range at this clock | 3.9.10, 6.1.2 |
 //! | clock security system | a crystal that stops ends in an interrupt and stops TIM1's outputs | 6.2.7 |
 
-use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::interrupt::{self, Interrupt, InterruptExt};
 use embassy_stm32::pac::{self, FLASH, RCC};
 use embassy_stm32::{Config, Peripherals};
 
+use shared_proto::ResetCause;
+
 use super::guard;
+use super::tasks::SERVICE_PRIORITY;
 
 /// `BOR_LEV` of the option bytes: level 3, which resets the chip below 2.7 to 2.9 V.
 const BROWN_OUT_LEVEL: u8 = 0b00;
 
-/// Starts the watchdog, then everything else that needs no clock. The first call of `main`.
-pub fn begin() {
+/// What `main` calls first: the chip made safe, its clocks, its guard; and why the board started. `interrupts` are those
+/// of the link.
+pub fn start(interrupts: &[Interrupt]) -> (Peripherals, ResetCause) {
+    let cause = super::reset::cause();
+    begin();
+    let peripherals = start_clocks(super::clocks());
+    let core = cortex_m::Peripherals::take().expect("taken once");
+    for interrupt in interrupts {
+        interrupt.set_priority(SERVICE_PRIORITY);
+    }
+    guard::start(core.SYST);
+    (peripherals, cause)
+}
+
+/// Starts the watchdog, then everything else that needs no clock.
+fn begin() {
     guard::start_watchdog();
+    super::reset::guard_stack();
     pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
     set_brown_out_level();
 }
 
 /// Starts the clocks, and then what needs them.
-pub fn start_clocks(clocks: Config) -> Peripherals {
+fn start_clocks(clocks: Config) -> Peripherals {
     let peripherals = critical_section::with(|_| {
         let peripherals = embassy_stm32::init(clocks);
         // Embassy's clock counts half periods of its timer. The timer is reset with a compare value of 0, equal to

@@ -1,9 +1,10 @@
 //! Why the board started, and what happens at a panic or a hard fault.
 
+use core::arch::global_asm;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
-use cortex_m::peripheral::{DCB, SCB};
+use cortex_m::peripheral::{DCB, MPU, SCB};
 use embassy_stm32::pac;
 use shared_proto::ResetCause;
 
@@ -58,9 +59,57 @@ fn panic(_: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-/// An invalid instruction or memory access: handled like a panic.
-#[cortex_m_rt::exception(trampoline = false)]
-unsafe fn HardFault() -> ! {
+/// Bytes below the stack that nothing may access; `firmware/memory/` leaves them free.
+const GUARD_LEN: u32 = 256;
+
+/// Guards the stack: whatever is pushed below its end is a memory fault, with a handler of its own. (A hard fault could
+/// not push its frame there either, and the core would stop until the watchdog restarts it.)
+pub(super) fn guard_stack() {
+    unsafe extern "C" {
+        static _stack_end: u8;
+    }
+    // Armv7-M manual: MEMFAULTENA, B3.2.13; the MPU's registers, B3.5.
+    const MEMORY_FAULT: u32 = 1 << 16;
+    const NEVER_EXECUTE_NO_ACCESS: u32 = 1 << 28;
+    const VALID_REGION_0: u32 = 1 << 4;
+    const DEFAULT_MAP: u32 = 1 << 2;
+    const ENABLE: u32 = 1;
+    let guard = (&raw const _stack_end).addr() as u32 - GUARD_LEN;
+    // SAFETY: called once, before any task or interrupt that could use these registers. The guard's memory is nobody's.
+    unsafe {
+        (*SCB::PTR).shcsr.modify(|value| value | MEMORY_FAULT);
+        (*MPU::PTR).rbar.write(guard | VALID_REGION_0);
+        let size = (GUARD_LEN.ilog2() - 1) << 1;
+        (*MPU::PTR).rasr.write(NEVER_EXECUTE_NO_ACCESS | size | ENABLE);
+        (*MPU::PTR).ctrl.write(DEFAULT_MAP | ENABLE);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+// The handler of hard and memory faults. It empties the stack first, before anything is pushed: after an overflow there is no room,
+// and a fault in this handler would stop the core. Nothing returns from here, so what was on the stack is not needed.
+global_asm!(
+    ".syntax unified",
+    ".thumb",
+    ".section .HardFault.user, \"ax\", %progbits",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".global MemoryManagement",
+    ".type MemoryManagement, %function",
+    ".thumb_func",
+    "MemoryManagement:",
+    ".thumb_func",
+    "HardFault:",
+    "ldr r0, =_stack_start",
+    "mov sp, r0",
+    "b.w {handle}",
+    ".ltorg",
+    handle = sym hard_fault,
+);
+
+/// An invalid instruction or memory access, a stack overflow among them: handled like a panic.
+extern "C" fn hard_fault() -> ! {
     super::motors_off();
     remember();
     SCB::sys_reset()

@@ -21,4 +21,9 @@ static TARGET: LazyLock<&Target> = LazyLock::new(|| {
     Target::named(&name).unwrap_or_else(|| panic!("{VARIABLE}: no target `{name}`"))
 });
 
-fuzz_target!(init: drop(LazyLock::force(&TARGET)), |input: &[u8]| TARGET.run(input));
+fuzz_target!(
+    init: {
+        LazyLock::force(&TARGET);
+    },
+    |input: &[u8]| TARGET.run(input)
+);

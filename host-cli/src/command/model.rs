@@ -139,11 +139,6 @@ fn split<'a>(
     Ok((effects.iter().map(|effect| effect.to_string_lossy().into_owned()).collect(), campaign))
 }
 
-/// Keeps other writers out of a folder.
-fn lock(folder: &Path) -> Result<FolderLock> {
-    Ok(FolderLock::take(folder)?)
-}
-
 /// A campaign with its model, about to be changed.
 struct Task {
     robot: String,
@@ -162,8 +157,11 @@ impl Task {
         let beside = file.parent().filter(|beside| !beside.as_os_str().is_empty());
         let lock = match beside {
             // What is wrong with the folder, `read` says better.
-            Some(beside) if !beside.is_dir() => read(folder).map(|_| beside).and_then(lock)?,
-            beside => lock(beside.unwrap_or(Path::new(".")))?,
+            Some(beside) if !beside.is_dir() => {
+                read(folder)?;
+                FolderLock::take(beside)?
+            }
+            beside => FolderLock::take(beside.unwrap_or(Path::new(".")))?,
         };
         let (read, campaign) = read(folder)?;
         warn_if_single_run(&campaign);

@@ -27,8 +27,7 @@ use host_link::motion::{self, RecordOptions};
 pub struct RecordSettings {
     /// Time between two telemetry frames \[ms\].
     pub period_ms: u16,
-    /// Whether the plan is that of the whole campaign, which is kept in its folder; otherwise its
-    /// runs are added.
+    /// Whether the plan is that of the whole campaign, kept in its folder; otherwise its runs are added.
     pub whole: bool,
     /// How many runs the folder had when its plan was made, if the plan depends on them.
     pub runs_there: Option<usize>,

@@ -160,7 +160,7 @@ impl Plant {
 
     /// Sets the share of the supply on each motor's terminals, -1 to 1; more is cut off.
     pub fn set_duty(&mut self, duty: WheelPair<f64>) {
-        debug_assert!(duty.all(f64::is_finite));
+        assert!(duty.all(f64::is_finite), "{duty:?}");
         self.duty = duty.map(|d| d.clamp(-1.0, 1.0));
         self.note_first_drive();
     }

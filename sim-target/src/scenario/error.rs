@@ -34,7 +34,8 @@ impl fmt::Display for ScenarioError {
 impl core::error::Error for ScenarioError {}
 
 impl ScenarioError {
-    pub(super) fn unreadable(origin: &str, error: &std::io::Error) -> Self {
+    /// A file that cannot be read.
+    pub fn unreadable(origin: &str, error: &std::io::Error) -> Self {
         Self {
             origin: origin.into(),
             place: None,

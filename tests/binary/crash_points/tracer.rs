@@ -40,8 +40,6 @@ pub struct Traced {
     pub said: [String; 2],
     /// How many system calls it made, of whatever kind.
     pub calls: usize,
-    /// At how many of them it was stopped.
-    pub stops: usize,
 }
 
 /// Runs a program in this folder, and asks at each stop what becomes of it.
@@ -57,11 +55,11 @@ pub fn trace(mut command: Command, folder: &Path, at: impl FnMut(&Stop, u32) -> 
     let mut child = command.spawn().expect("the executable starts");
     drop(child.stdin.take());
     let folder = folder.canonicalize().unwrap();
-    let (code, calls, stops) = Supervisor::new(&child, folder, at).run();
+    let (code, calls) = Supervisor::new(&child, folder, at).run();
     // It is gone already; this only tells the standard library so.
     let _ = child.try_wait();
     let said = outputs.map(|file| std::fs::read_to_string(file.path()).unwrap());
-    Traced { code, said, calls, stops }
+    Traced { code, said, calls }
 }
 
 struct Supervisor<F> {
@@ -83,7 +81,7 @@ impl<F: FnMut(&Stop, u32) -> Then> Supervisor<F> {
     }
 
     /// Follows all threads until the program has ended.
-    fn run(mut self) -> (Option<i32>, usize, usize) {
+    fn run(mut self) -> (Option<i32>, usize) {
         // Only children of this thread: other tests wait for their own.
         let flags = WaitPidFlag::__WALL | WaitPidFlag::__WNOTHREAD;
         let first = waitpid(self.leader, Some(flags)).expect("it stops at its first instruction");
@@ -102,10 +100,10 @@ impl<F: FnMut(&Stop, u32) -> Then> Supervisor<F> {
                 }
                 WaitStatus::Stopped(thread, signal) => self.go_on(thread, Some(signal)),
                 WaitStatus::Exited(thread, code) if thread == self.leader => {
-                    return (Some(code), self.calls, self.stops);
+                    return (Some(code), self.calls);
                 }
                 WaitStatus::Signaled(thread, ..) if thread == self.leader => {
-                    return (None, self.calls, self.stops);
+                    return (None, self.calls);
                 }
                 _ => {}
             }

@@ -294,6 +294,21 @@ fn a_host_that_takes_over_ends_the_motion_of_the_other_with_its_lease() {
     });
 }
 
+/// The robot stood armed, and its driver was silent for so long that it was anybody's.
+#[test]
+fn who_armed_a_robot_that_was_anybodys_is_its_driver_at_once() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.tell(Command::Arm { take: false }).await;
+        robot.listen(1.2).await;
+        // The second host arms; and before another word of it the first one drives.
+        let first = robot.another_host(2).await;
+        assert_eq!(robot.ask(Command::Arm { take: false }).await, Ok(Answer::Done));
+        robot.session = first;
+        let drive = Command::Drive(ahead().drive_now(MotionId(5)));
+        assert_eq!(robot.ask(drive).await, Err(Refusal::Driven));
+    });
+}
+
 #[test]
 fn hosts_that_say_hello_often_do_not_push_the_driver_out() {
     on_robot(&Scenario::default(), async |robot| {

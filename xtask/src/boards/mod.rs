@@ -63,7 +63,7 @@ use Role::*;
 const NUCLEO_64: Board = Board {
     name: "NUCLEO-F446RE",
     file: "nucleo-f446re",
-    sources: &["firmware/src/bin/wiring/usart2.rs"],
+    sources: &["firmware/src/bin/wiring/usart2.rs", "firmware/src/bin/wiring/nucleo_64.rs"],
     pins: [
         pin(LeftEncoderA, "PC6", "CN10-4"),
         pin(LeftEncoderB, "PC7", "CN10-19, D9"),
@@ -188,7 +188,7 @@ impl Role {
         let field = |name: &str| [format!("{name}: p.{pin},"), String::new()];
         match self {
             LeftEncoderA => [format!("(p.TIM3, p.{pin}, "), format!("left_encoder: {pin} ")],
-            LeftEncoderB => [format!(", p.{pin}), (p.TIM4"), format!(" {pin},\n        lines_c:")],
+            LeftEncoderB => [format!(", p.{pin}), (p.TIM4"), format!(" {pin}, lines_c:")],
             RightEncoderA => [format!("(p.TIM4, p.{pin}, "), String::new()],
             RightEncoderB => [format!(", p.{pin}));"), String::new()],
             LeftA => field("left_a"),
@@ -196,7 +196,7 @@ impl Role {
             LeftC => [format!("left_c: p.{pin},"), format!("lines_c: {pin} ")],
             RightA => field("right_a"),
             RightB => field("right_b"),
-            RightC => [format!("right_c: p.{pin},"), format!(" {pin},\n        supply:")],
+            RightC => [format!("right_c: p.{pin},"), format!(" {pin}, supply:")],
             Enable => field("enable"),
             Fault => [format!("driver_fault = PolledInput::active_low(p.{pin})"), String::new()],
             Stop => field("stop"),
@@ -217,6 +217,7 @@ impl Board {
             code += &std::fs::read_to_string(root().join(file))
                 .map_err(|error| format!("{file}: {error}"))?;
         }
+        let code = code.split_whitespace().collect::<Vec<_>>().join(" ");
         for Pin { role, pin, .. } in &self.pins {
             let named = role.in_code(pin);
             if !named.iter().any(|named| !named.is_empty() && code.contains(named)) {

@@ -169,9 +169,9 @@ fn stop(svg: &mut String, Pin { pin, place, .. }: &Pin) {
 
 /// The supply's divider, from the battery to the board's right side.
 fn supply(svg: &mut String, Pin { pin, place, .. }: &Pin) {
-    put(svg, format_args!("<path class=\"power\" d=\"M760 460H730M670 460H590\"/>"));
-    put(svg, format_args!("<rect class=\"part\" x=\"670\" y=\"451\" width=\"60\" height=\"18\"/>"));
-    put(svg, format_args!("<text class=\"mid\" x=\"700\" y=\"445\">47 kΩ</text>"));
+    put(svg, format_args!("<path class=\"power\" d=\"M760 460H746M686 460H590\"/>"));
+    put(svg, format_args!("<rect class=\"part\" x=\"686\" y=\"451\" width=\"60\" height=\"18\"/>"));
+    put(svg, format_args!("<text class=\"mid\" x=\"718\" y=\"445\">47 kΩ</text>"));
     put(
         svg,
         format_args!(

@@ -34,11 +34,14 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
     }
     let flags = rest.iter().filter(|word| word.starts_with("--"));
     if *chore != "bench" {
-        let mut unknown = flags.filter(|flag| !HELP.contains(&format!("{flag} ")));
+        let is_in_help = |flag: &&&str| {
+            HELP.split(|c: char| c != '-' && !c.is_ascii_lowercase()).any(|word| word == **flag)
+        };
+        let mut unknown = flags.filter(|flag| !is_in_help(flag));
         return unknown.next().map(|flag| format!("there is no flag `{flag}`"));
     }
     let name = rest.first().filter(|name| name.chars().all(|c| c.is_ascii_lowercase()))?;
-    if !["firmware", "faults", "all"].contains(name)
+    if !["firmware", "faults", "crash", "all"].contains(name)
         && !has_example(files, &format!("bench_{name}"))
     {
         return Some(format!("there is no bench `{name}`"));
@@ -52,7 +55,11 @@ fn problem_of_chore(base: &Path, files: &[PathBuf], words: &[&str]) -> Option<St
         })
         .filter_map(|file| std::fs::read_to_string(base.join(file)).ok())
         .collect();
-    let is_known = |flag: &&&str| benches.iter().any(|text| text.contains(&format!("\"{flag}\"")));
+    // By its text, or as a field of its arguments.
+    let is_known = |flag: &&&str| {
+        let field = format!("\n    {}: ", flag.trim_start_matches('-').replace('-', "_"));
+        benches.iter().any(|text| text.contains(&format!("\"{flag}\"")) || text.contains(&field))
+    };
     let mut unknown = flags.filter(|flag| !is_known(flag));
     unknown.next().map(|flag| format!("no bench has a flag `{flag}`"))
 }

@@ -83,25 +83,18 @@ impl Protection {
         supply_scale: i32,
     ) -> Option<Fault> {
         let Measured { travel, counts, .. } = measured;
-        let left = WheelSample::new(
-            &setpoints.left,
-            (travel.left, counts.left),
-            (duty.left, supply_scale),
-        );
-        let right = WheelSample::new(
-            &setpoints.right,
-            (travel.right, counts.right),
-            (duty.right, supply_scale),
-        );
+        let left = WheelSample::new(&setpoints.left, (travel.left, counts.left), duty.left);
+        let right = WheelSample::new(&setpoints.right, (travel.right, counts.right), duty.right);
         if !self.watching {
             self.watching = true;
-            self.monitors.left.begin(&left);
-            self.monitors.right.begin(&right);
+            let Thresholds(limits) = &self.thresholds;
+            self.monitors.left.begin(&left, 0);
+            self.monitors.right.begin(&right, limits.right.checkpoint_ticks / 2);
             return None;
         }
         let found = (
-            self.monitors.left.step(&self.thresholds.0.left, &left),
-            self.monitors.right.step(&self.thresholds.0.right, &right),
+            self.monitors.left.step(&self.thresholds.0.left, &left, supply_scale),
+            self.monitors.right.step(&self.thresholds.0.right, &right, supply_scale),
         );
         match found {
             (None, None) => None,

@@ -1,6 +1,6 @@
 //! A wheel that turns the wrong way: is it the loop that drives it away?
 
-use super::sample::{Positions, WheelSample, per_tick};
+use super::sample::{Positions, WheelSample};
 use super::thresholds::WheelThresholds;
 use crate::supply::SCALE_BITS;
 
@@ -11,8 +11,6 @@ pub struct Run {
     start: Positions,
     /// At its first change.
     tick: u32,
-    /// How far the wheel had turned before, and in how many ticks.
-    before: (i64, u32),
     /// Sum of the duty over its ticks \[2^-30\].
     push: i64,
     /// The wheel did not turn as the duty would have driven it the other way.
@@ -20,35 +18,40 @@ pub struct Run {
 }
 
 impl Run {
-    /// `start`: before its first change, which came in this tick; `before`: how far the wheel had turned before, and
-    /// in how many ticks.
-    pub fn new(start: Positions, tick: u32, before: (i64, u32)) -> Self {
-        Self { start, tick, before, push: 0, pushed_by_hand: false }
+    /// `start`: before its first change, which came in this tick.
+    #[inline(always)]
+    pub fn new(start: Positions, tick: u32) -> Self {
+        Self { start, tick, push: 0, pushed_by_hand: false }
     }
 
-    /// One more tick: whether the count goes the other way than the motor drives the wheel.
+    /// One more tick; whether the wheel has gone far enough against its duty to be looked at.
+    #[inline(always)]
+    pub fn goes_on(&mut self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+        self.push += i64::from(view.duty.0.to_bits());
+        let way = view.positions.travel.wrapping_sub(self.start.travel);
+        2 * way.abs() >= limits.runaway && (self.push > 0) != (way > 0)
+    }
+
+    /// Whether the count goes the other way than the motor drives the wheel, of a run that [goes on](Self::goes_on).
     ///
     /// Two rules: the setpoint advanced, which needs no model of the motor; or the wheel went away from one that
     /// hardly moved, faster and faster, just as the feedforward's motor would.
     ///
-    /// `lately`: how far the wheel has turned by its newest changes, and in how many ticks.
+    /// `supply_scale`: by which the duty was scaled for the supply. `lately`: how far the wheel has turned by its newest
+    /// changes, and in how many ticks.
     pub fn is_driven_away(
         &mut self,
         limits: &WheelThresholds,
-        view: &WheelSample,
-        (tick, lately): (u32, (i64, u32)),
+        (view, supply_scale): (&WheelSample, i32),
+        (tick, lately): (u32, (u32, u32)),
     ) -> bool {
-        self.push += i64::from(view.duty.0.to_bits());
         let moved = view.positions.since(self.start);
         let way = moved.travel.abs();
-        if 2 * way < limits.runaway || (self.push > 0) == (moved.travel > 0) {
-            return false;
-        }
         let ticks = i64::from(tick.wrapping_sub(self.tick));
-        let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(view.supply_scale);
+        let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(supply_scale);
         let driven = Driven {
             by: self.push.abs() - at_supply(limits.friction * ticks),
-            needed: at_supply(limits.needed(way, self.before, lately)),
+            needed: at_supply(limits.needed(way, lately)),
         };
         self.pushed_by_hand |= !driven.explains_the_way();
         // A hand that pushes a wheel back which should advance is taken for it.
@@ -56,7 +59,8 @@ impl Run {
             && (moved.setpoint > 0) != (moved.travel > 0)
             && way >= limits.reversed_run;
         // Half as fast again as on average: at an even acceleration it is twice as fast.
-        let speeds_up = 2 * per_tick(lately) * ticks >= 3 * way;
+        let (turned, time) = lately;
+        let speeds_up = 2 * i64::from(turned) * ticks >= 3 * way * i64::from(time);
         advanced || (way >= limits.runaway && speeds_up && !self.pushed_by_hand)
     }
 }

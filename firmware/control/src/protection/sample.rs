@@ -11,20 +11,14 @@ pub struct WheelSample {
     /// The setpoint rests.
     pub rests: bool,
     pub duty: Duty,
-    /// By which the duty was scaled for the supply.
-    pub supply_scale: i32,
 }
 
 impl WheelSample {
     #[inline(always)]
-    pub fn new(
-        setpoint: &Setpoint,
-        (travel, counts): (Travel, i64),
-        (duty, supply_scale): (Duty, i32),
-    ) -> Self {
+    pub fn new(setpoint: &Setpoint, (travel, counts): (Travel, i64), duty: Duty) -> Self {
         let positions =
             Positions { setpoint: setpoint.travel.0.to_bits(), travel: travel.0.to_bits() };
-        Self { positions, counts, rests: setpoint.speed.0 == 0, duty, supply_scale }
+        Self { positions, counts, rests: setpoint.speed.0 == 0, duty }
     }
 }
 
@@ -43,9 +37,4 @@ impl Positions {
             travel: self.travel.wrapping_sub(earlier.travel),
         }
     }
-}
-
-/// Travel per tick.
-pub fn per_tick((travel, ticks): (i64, u32)) -> i64 {
-    travel / i64::from(ticks.max(1))
 }

@@ -3,7 +3,6 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, WheelPair};
 
-use super::sample::per_tick;
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, MetersPerCount};
@@ -80,10 +79,10 @@ impl WheelThresholds {
 }
 
 impl WheelThresholds {
-    /// Duty times ticks that takes a wheel so far, from one speed to another \[2^-30\]; speeds as travel and ticks.
-    pub fn needed(&self, way: i64, before: (i64, u32), after: (i64, u32)) -> i64 {
-        let gained = per_tick(after) - per_tick(before);
-        ((self.speed_cost * way) >> 8) + self.acceleration_cost * gained
+    /// Duty times ticks that takes a wheel so far, from rest to the speed of so much travel in so many ticks \[2^-30\].
+    pub fn needed(&self, way: i64, (turned, ticks): (u32, u32)) -> i64 {
+        let speed = i64::from(turned / ticks.max(1));
+        ((self.speed_cost * way) >> 8) + self.acceleration_cost * speed
     }
 }
 

@@ -81,7 +81,10 @@ impl WheelMonitor {
     };
 
     /// Resets only what will be read: this runs within a control tick.
-    pub fn begin(&mut self, view: &WheelSample) {
+    ///
+    /// `since_checkpoint`: so many ticks are taken to have passed; not the same of both wheels, whose checkpoints would
+    /// fall into one tick.
+    pub fn begin(&mut self, view: &WheelSample, since_checkpoint: u32) {
         self.tick = 0;
         self.start = view.positions;
         self.last = Change { tick: 0, counts: view.counts, positions: self.start };
@@ -92,11 +95,16 @@ impl WheelMonitor {
         self.run = None;
         self.checkpoint = 0;
         self.round_taken = false;
-        self.checkpoint_tick = 0;
+        self.checkpoint_tick = since_checkpoint.wrapping_neg();
     }
 
     #[inline(always)]
-    pub fn step(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+    pub fn step(
+        &mut self,
+        limits: &WheelThresholds,
+        view: &WheelSample,
+        supply_scale: i32,
+    ) -> Option<WheelFault> {
         self.tick = self.tick.wrapping_add(1);
         let moved = view.counts.wrapping_sub(self.counts.0);
         if moved != 0 {
@@ -112,7 +120,7 @@ impl WheelMonitor {
                 self.record(view, moved > 0);
             }
         }
-        if self.is_quiet(limits, view) { None } else { self.examine(limits, view) }
+        if self.is_quiet(limits, view) { None } else { self.examine(limits, view, supply_scale) }
     }
 
     /// A shorter question than the rules, and none of them applies if the answer is yes.
@@ -120,23 +128,30 @@ impl WheelMonitor {
     fn is_quiet(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
         let Positions { setpoint, travel } = view.positions;
         let advance = setpoint.abs_diff(self.last.positions.setpoint);
-        !view.rests
-            && self.run.is_none()
+        let error = setpoint.abs_diff(travel);
+        let error_max = if view.rests { limits.resting_error } else { limits.error_max };
+        self.run.is_none()
             && !self.checkpoint_is_due(limits)
-            && setpoint.abs_diff(travel) <= limits.error_max as u64
+            && error < error_max as u64
             && advance < limits.standing_advance as u64
     }
 
     /// All rules.
     #[inline(never)]
-    fn examine(&mut self, limits: &WheelThresholds, view: &WheelSample) -> Option<WheelFault> {
+    fn examine(
+        &mut self,
+        limits: &WheelThresholds,
+        view: &WheelSample,
+        supply_scale: i32,
+    ) -> Option<WheelFault> {
         let positions = view.positions;
+        let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
         if self.flaps >= FLAPS
             && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
         {
             Some(Fault::EncoderDead)
-        } else if self.is_driven_away(limits, view) {
+        } else if goes_on && self.is_driven_away(limits, view, supply_scale) {
             Some(Fault::EncoderReversed)
         } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
@@ -160,9 +175,7 @@ impl WheelMonitor {
         if wanted != 0 && (wanted > 0) == forward {
             self.run = None;
         } else if self.run.is_none() {
-            let (turned, ticks) = self.lately();
-            let before = (turned, ticks + self.standing_ticks());
-            self.run = Some(Run::new(self.last.positions, self.tick, before));
+            self.run = Some(Run::new(self.last.positions, self.tick));
         }
         self.last = Change { tick: self.tick, counts: view.counts, positions };
         self.changes[self.changed % CHANGES_LEN] = self.last;
@@ -175,18 +188,25 @@ impl WheelMonitor {
     }
 
     /// The travel over the newest changes, and its ticks.
-    fn lately(&self) -> (i64, u32) {
+    fn lately(&self) -> (u32, u32) {
         let earlier = self.change(LATELY.min(self.changed));
-        (
-            self.last.positions.since(earlier.positions).travel.abs(),
-            self.last.tick.wrapping_sub(earlier.tick),
-        )
+        let turned = self.last.positions.since(earlier.positions).travel.unsigned_abs();
+        // Less than a metre in 4 ticks, whatever the wheel.
+        (turned as u32, self.last.tick.wrapping_sub(earlier.tick))
     }
 
     /// The count goes the other way than the motor drives the wheel.
-    fn is_driven_away(&mut self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+    #[cold]
+    #[inline(never)]
+    fn is_driven_away(
+        &mut self,
+        limits: &WheelThresholds,
+        view: &WheelSample,
+        supply_scale: i32,
+    ) -> bool {
         let (tick, lately) = (self.tick, self.lately());
-        self.run.as_mut().is_some_and(|run| run.is_driven_away(limits, view, (tick, lately)))
+        let sample = (view, supply_scale);
+        self.run.as_mut().is_some_and(|run| run.is_driven_away(limits, sample, (tick, lately)))
     }
 
     fn standing_ticks(&self) -> u32 {

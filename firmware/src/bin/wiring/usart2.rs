@@ -13,18 +13,18 @@ macro_rules! robot {
         use defmt_rtt as _;
         use embassy_executor::Spawner;
         use embassy_stm32::gpio::{Level, Output, Speed};
-        use embassy_stm32::interrupt::{self, InterruptExt};
+        use embassy_stm32::interrupt;
         use embassy_stm32::usart::{self, Uart};
         use embassy_stm32::{bind_interrupts, dma, peripherals};
         use firmware::board::bridge::{Bridge, Pins};
-        use firmware::board::control_timer::{self, Tim2ControlTimer};
+        use firmware::board::control_timer::Tim2ControlTimer;
         use firmware::board::encoders::TimerEncoders;
         use firmware::board::flash::StoreFlash;
         use firmware::board::input::PolledInput;
         use firmware::board::leds::Leds;
+        use firmware::board::power_on;
         use firmware::board::supply::{DividedSupply, Divider};
-        use firmware::board::tasks::{self, LINK_BUFFER_LEN, SERVICE_PRIORITY};
-        use firmware::board::{clocks, guard, power_on, reset};
+        use firmware::board::tasks::{self, LINK_BUFFER_LEN};
         use firmware::store::FlashStore;
         use static_cell::ConstStaticCell;
 
@@ -37,25 +37,10 @@ macro_rules! robot {
         /// Received bytes: DMA writes them here until the link task reads them.
         static LINK: ConstStaticCell<[u8; LINK_BUFFER_LEN]> = ConstStaticCell::new([0; LINK_BUFFER_LEN]);
 
-        #[embassy_stm32::interrupt]
-        unsafe fn TIM2() {
-            // SAFETY: this is the timer's interrupt.
-            unsafe { control_timer::on_interrupt() };
-            // Writes must finish before the interrupt ends (Arm erratum 838869). The handler also ends here and
-            // not in a tail call, so that the emulated board can count its instructions.
-            cortex_m::asm::dsb();
-        }
-
         #[embassy_executor::main]
         async fn main(spawner: Spawner) {
-            let reset_cause = reset::cause();
-            power_on::begin();
-            let p = power_on::start_clocks(clocks());
-            let core = cortex_m::Peripherals::take().expect("taken once");
-            for irq in [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5] {
-                irq.set_priority(SERVICE_PRIORITY);
-            }
-            guard::start(core.SYST);
+            let irqs = [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5];
+            let (p, reset_cause) = power_on::start(&irqs);
 
             let encoders = TimerEncoders::new((p.TIM3, p.$left_a, p.$left_b), (p.TIM4, p.PB6, p.PB7));
             let pins = Pins {

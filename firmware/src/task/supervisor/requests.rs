@@ -175,6 +175,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             self.arm();
         }
         self.shared.driver.set(Some(session));
+        // The link's task has noted frames of the driver before: this one was heard just now.
+        self.shared.heard_us.set(Instant::now().as_micros());
         Ok(Answer::Done)
     }
 

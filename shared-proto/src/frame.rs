@@ -124,7 +124,8 @@ impl Encoder {
     /// The frame of a message that came in another frame, counted anew: for whoever passes frames on.
     pub fn relay(&mut self, received: &Received<'_>) -> Frame {
         let mut raw = Raw::BLANK;
-        let len = received.payload.len().min(PAYLOAD_LEN_MAX - Seal::LEN);
+        let seal_len = if received.seal.is_some() { Seal::LEN } else { 0 };
+        let len = received.payload.len().min(PAYLOAD_LEN_MAX - seal_len);
         raw.room()[..len].copy_from_slice(&received.payload[..len]);
         let Some(seal) = received.seal else { return self.frame(received.channel as u8, raw, len) };
         raw.room()[len..len + Seal::LEN].copy_from_slice(&seal.to_bytes());

@@ -20,9 +20,9 @@ mod wiring {
     use firmware::board::leds::Leds;
     use firmware::board::power_on;
     use firmware::board::supply::{DividedSupply, Divider};
+    use firmware::board::tasks;
     #[cfg(not(feature = "usb"))]
     use firmware::board::tasks::LINK_BUFFER_LEN;
-    use firmware::board::tasks;
     use firmware::store::FlashStore;
     #[cfg(not(feature = "usb"))]
     use static_cell::ConstStaticCell;

@@ -151,11 +151,11 @@ fn who_holds_the_key_drives_and_everybody_else_is_told_why_not() {
             let id = robot.cruise(&meters(0.05, 0.05, 0.1, 0.5), 0.1).await;
             robot.finish(id).await;
             assert!(robot.snapshot().pose.x_m > 0.045);
-            let hosts: [(Option<Key>, fn(&Error) -> bool); 2] = [
-                (None, |error| matches!(error, Error::KeyNeeded { .. })),
-                (Some(OTHER), |error| matches!(error, Error::WrongKey { .. })),
-            ];
-            for (number, (key, expected)) in (50..).zip(hosts) {
+            for (number, key) in (50..).zip([None, Some(OTHER)]) {
+                let expected = |error: &Error| match key {
+                    None => matches!(error, Error::KeyNeeded { .. }),
+                    Some(_) => matches!(error, Error::WrongKey { .. }),
+                };
                 let mut stranger = sim_link::session(&robot.wire, number, "sim");
                 if let Some(key) = key {
                     stranger.use_key(key, own_secret(number));

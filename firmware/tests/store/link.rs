@@ -20,6 +20,11 @@ fn key(number: u32) -> Key {
     Key::new(std::array::from_fn(|i| number.to_le_bytes()[i % 4] ^ i as u8))
 }
 
+fn ways_to_tear(operation: u64) -> [Torn; 5] {
+    let bits = Torn::Bits(operation);
+    [Torn::Nothing, bits, Torn::Part(operation), Torn::Noise(operation), Torn::Zeros(operation)]
+}
+
 /// A flash with a configuration and a key after this many starts.
 fn after_starts(starts: u32) -> Nor {
     let flash = save(Nor::blank(), &numbered(7)).1;
@@ -83,7 +88,7 @@ fn a_power_cut_at_any_operation_leaves_the_old_key_or_the_new_one_and_no_count_c
             }
             let told = told.expect("writable").count;
             for operation in 0..whole.operations {
-                for torn in [Torn::Nothing, Torn::Bits(operation), Torn::Part(3), Torn::Noise(5)] {
+                for torn in ways_to_tear(operation) {
                     let cut = link(flash.clone().cut_at(operation, torn), change).1;
                     // What was cut has told no count.
                     let (record, after) = link(Nor::holding(cut.bytes), None);
@@ -94,7 +99,9 @@ fn a_power_cut_at_any_operation_leaves_the_old_key_or_the_new_one_and_no_count_c
                     if record.key.is_some() {
                         assert!(record.count >= told, "{record:?}, {told:?}");
                     }
-                    assert_eq!(load(Nor::holding(after.bytes)).0, Ok(Some(numbered(7))));
+                    let config = load(Nor::holding(after.bytes)).0;
+                    let kept = config == Ok(Some(numbered(7)));
+                    assert!(kept, "{starts} starts, {change:?}, {operation}, {torn:?}: {config:?}");
                     cases += 1;
                 }
             }
@@ -102,6 +109,34 @@ fn a_power_cut_at_any_operation_leaves_the_old_key_or_the_new_one_and_no_count_c
     }
     println!("{cases} power cuts");
     assert!(cases > 100);
+}
+
+#[test]
+fn a_power_cut_at_any_operation_of_a_save_leaves_the_key() {
+    let mut flash = after_starts(1);
+    let mut erasing = false;
+    // It has number 7.
+    for number in 8.. {
+        let whole = save(flash.clone(), &numbered(number)).1;
+        if number == 8 || whole.erasures > 0 {
+            for operation in 0..whole.operations {
+                for torn in ways_to_tear(operation) {
+                    let cut = save(flash.clone().cut_at(operation, torn), &numbered(number)).1;
+                    let (record, after) = link(Nor::holding(cut.bytes), None);
+                    let record = record.expect("readable");
+                    assert_eq!(record.key, Some(key(1)), "save {number}, {operation}, {torn:?}");
+                    assert!(record.count > Some(1), "{record:?}");
+                    let config = load(Nor::holding(after.bytes)).0.expect("readable");
+                    let known = [number - 1, number].map(numbered);
+                    assert!(known.map(Some).contains(&config), "save {number}, {operation}");
+                }
+            }
+        }
+        if std::mem::replace(&mut erasing, whole.erasures > 0) {
+            break;
+        }
+        flash = Nor::holding(whole.bytes);
+    }
 }
 
 #[test]

@@ -38,16 +38,20 @@ const fn number(digits: &str) -> u16 {
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
         let permitted = self.permit(&request);
-        if matches!(request.command, Command::SaveConfig | Command::SetKey { .. })
-            && permitted.is_ok()
-            && self.motors_off().is_ok()
-        {
+        // A host that repeats a request, because erasing takes long, must not wear out the flash.
+        let writes = match request.command {
+            Command::SaveConfig => !self.is_saved || self.saved != self.config,
+            Command::SetKey { key } => self.key() != Some(key),
+            _ => false,
+        };
+        if writes && permitted.is_ok() && self.motors_off().is_ok() {
             let pause = Timer::at(self.may_save);
             self.shared.liveness.while_waiting(SafetyTask::Supervisor, pause).await;
         }
         let waited = match (permitted, &request.command) {
             (Err(refusal), _) => Err(refusal),
             (Ok(()), Command::WriteConfig(config)) => self.write_config(config).await,
+            (Ok(()), Command::SaveConfig | Command::SetKey { .. }) if !writes => self.motors_off(),
             (Ok(()), Command::SaveConfig) => self.save().await,
             (Ok(()), Command::RestoreConfig(origin)) => self.restore(*origin).await,
             (Ok(()), Command::SetKey { key }) => self.open_link(Some(*key)).await,
@@ -222,10 +226,6 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     async fn save(&mut self) -> Result<(), Refusal> {
         self.motors_off()?;
-        // A host that repeats the request, because erasing takes long, must not wear out the flash.
-        if self.is_saved && self.saved == self.config {
-            return Ok(());
-        }
         let save = self.store.save(&self.config);
         let saved = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
         self.may_save = Instant::now() + SAVE_EVERY;

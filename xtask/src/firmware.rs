@@ -43,7 +43,7 @@ pub const BOARDS: [Board; 6] = [
         features: "board-nucleo-f429zi",
         folder: "firmware",
         target: TARGET,
-        flash_kib_max: 96,
+        flash_kib_max: 98,
         ram_kib_max: 24,
     },
     Board {

@@ -5,6 +5,7 @@ mod chip;
 mod drivers;
 mod faults;
 mod hang;
+mod key;
 mod network;
 mod paper;
 mod power_cut;

@@ -9,11 +9,11 @@ use core::future::poll_fn;
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel as Queue;
-use embassy_time::Instant;
+use embassy_time::{Duration, Instant, Timer};
 use embedded_io_async::Read;
 use shared_proto::{
     Channel, Command, Decoder, Fault, FrameError, Received, Refusal, Refused, Reply, Request,
-    Sender, Sessions,
+    Sender, Sessions, State,
 };
 
 pub use transmit::transmit;
@@ -21,11 +21,21 @@ pub use transmit::transmit;
 use crate::liveness::SafetyTask;
 use crate::shared::{Outgoing, Shared};
 
+/// How often the receiver looks whether the robot has booted.
+const BOOT_POLL: Duration = Duration::from_millis(1);
+
 /// Receives frames, for ever.
 pub async fn receive<M: RawMutex>(shared: &Shared<M>, mut reader: impl Read) -> ! {
     let mut decoder = Decoder::new();
     let mut sessions = Sessions::new();
     let mut buffer = [0; 64];
+    // Whom the robot obeys is known once its store has been read; what a host says before waits in the line.
+    let booted = async {
+        while shared.state.get() == State::Boot {
+            Timer::after(BOOT_POLL).await;
+        }
+    };
+    shared.liveness.while_waiting(SafetyTask::Receive, booted).await;
     loop {
         let read = reader.read(&mut buffer);
         let len = match shared.liveness.while_waiting(SafetyTask::Receive, read).await {

@@ -7,14 +7,14 @@ use crate::encoded_len::postcard_len_max;
 use crate::message::{Event, Reply, Request};
 use crate::telemetry::Telemetry;
 
-/// In the channel's byte: the payload ends with a [`Seal`].
+/// In the channel's byte: the payload ends with a [`Seal`](crate::Seal).
 pub(crate) const SEALED: u8 = 0x80;
 
 /// What kind of message a frame carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Channel {
-    /// [`Hello`].
+    /// [`Hello`](crate::Hello).
     Hello = 0,
     /// [`Request`].
     Request = 1,
@@ -24,9 +24,9 @@ pub enum Channel {
     Telemetry = 3,
     /// [`Event`].
     Event = 4,
-    /// [`Open`].
+    /// [`Open`](crate::Open).
     Open = 5,
-    /// [`Opened`].
+    /// [`Opened`](crate::Opened).
     Opened = 6,
 }
 

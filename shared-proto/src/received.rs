@@ -12,7 +12,7 @@ pub struct Received<'a> {
     pub channel: Channel,
     /// Frames that the sequence numbers show to be missing before this one.
     pub lost: u16,
-    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`], without the seal.
+    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`](crate::PAYLOAD_LEN_MAX), without the seal.
     pub payload: &'a [u8],
     /// The seal of a sealed frame: [`is_sealed_by`](Self::is_sealed_by) tells whether it is genuine.
     pub seal: Option<Seal>,

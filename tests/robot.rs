@@ -7,7 +7,9 @@ use std::time::Duration;
 use futures_lite::future;
 use host_link::motion::Motion;
 use host_link::session::Session;
-use shared_proto::{Answer, Command, FaultReport, MotionId, Refusal, State, TravelUnit, WheelPair};
+use shared_proto::{
+    Answer, Command, FaultReport, Key, MotionId, Refusal, State, TravelUnit, WheelPair,
+};
 use sim_target::plant::Pose;
 use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
 
@@ -35,6 +37,7 @@ pub struct Robot {
     pub lab: Lab,
     /// The host's end of the line, for what no well-behaved host does.
     pub wire: HostWire,
+    key: Option<Key>,
     snapshots: Rc<RefCell<Vec<Snapshot>>>,
 }
 
@@ -49,11 +52,12 @@ pub fn on_robot_with<T>(
     options: Options,
     procedure: impl AsyncFnOnce(&mut Robot) -> T,
 ) -> T {
+    let key = options.key;
     let mut target = SimTarget::new(scenario, options).expect("the flash's file can be read");
     let (lab, wire) = (target.lab(), target.host_wire());
     let snapshots = Rc::new(RefCell::new(Vec::new()));
     let observer = observer(lab.clone(), snapshots.clone());
-    let mut robot = Robot { session: new_session(&wire, 1), lab, wire, snapshots };
+    let mut robot = Robot { session: new_session(&wire, 1, key), lab, wire, key, snapshots };
     target.run(future::or(
         async {
             robot.session.open().await.expect("the robot answers");
@@ -69,15 +73,24 @@ pub fn on_unwatched_robot<T>(
     procedure: impl AsyncFnOnce(&mut Session) -> T,
 ) -> T {
     let mut target = SimTarget::new(scenario, Options::default()).expect("there is no file");
-    let mut session = new_session(&target.host_wire(), 1);
+    let mut session = new_session(&target.host_wire(), 1, None);
     target.run(async {
         session.open().await.expect("the robot answers");
         procedure(&mut session).await
     })
 }
 
-fn new_session(wire: &HostWire, number: u32) -> Session {
-    sim_link::session(wire, number, "sim")
+fn new_session(wire: &HostWire, number: u32, key: Option<Key>) -> Session {
+    let mut session = sim_link::session(wire, number, "sim");
+    if let Some(key) = key {
+        session.use_key(key, own_secret(number));
+    }
+    session
+}
+
+/// What a host of this number draws its nonces from.
+pub fn own_secret(number: u32) -> Key {
+    Key::new(std::array::from_fn(|i| number.to_le_bytes()[i % 4] ^ i as u8))
 }
 
 async fn observer<T>(lab: Lab, snapshots: Rc<RefCell<Vec<Snapshot>>>) -> T {
@@ -123,6 +136,11 @@ impl Robot {
     /// All snapshots from this time on.
     pub fn snapshots_from(&self, t_us: u64) -> Vec<Snapshot> {
         self.snapshots.borrow().iter().copied().filter(|snapshot| snapshot.t_us >= t_us).collect()
+    }
+
+    /// Forgets all snapshots, in a test that takes long.
+    pub fn forget_snapshots(&self) {
+        self.snapshots.borrow_mut().clear();
     }
 
     /// The last time at which a motor carried current, after `t_us` \[us\].
@@ -199,7 +217,8 @@ impl Robot {
 
     /// Another host on the same line takes the place of this one, which is returned.
     pub async fn another_host(&mut self, number: u32) -> Session {
-        let before = std::mem::replace(&mut self.session, new_session(&self.wire, number));
+        let before =
+            std::mem::replace(&mut self.session, new_session(&self.wire, number, self.key));
         self.session.open().await.expect("the robot answers");
         before
     }

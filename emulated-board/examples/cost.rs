@@ -1,11 +1,13 @@
 //! `cargo xtask bench firmware`: what a control tick of the flashed image costs.
 
+use std::time::Duration;
+
 use emulated_board::{Bench, Emulation, Spread, StackDepth, TickCost};
 use host_cli::calibrate::{Settings, calibrate};
 use host_cli::pose_source::camera::Camera;
 use host_link::motion::{self, Motion, RecordOptions};
-use shared_proto::WheelPair;
-use sim_target::Scenario;
+use shared_proto::{Command, Key, WheelPair};
+use sim_target::{Scenario, now_us};
 
 /// The board's core \[Hz\].
 const CORE_HZ: f64 = 168e6;
@@ -43,6 +45,55 @@ fn print_functions(emulation: Emulation) -> Result<(), Box<dyn std::error::Error
     Ok(())
 }
 
+/// Instructions of a life of three seconds: so many requests, and telemetry or none. Also the telemetry frames.
+fn life(
+    emulation: &Emulation,
+    key: bool,
+    requests: u32,
+    telemetry: bool,
+) -> Result<(u64, usize), Box<dyn std::error::Error>> {
+    const END_US: u64 = 3_000_000;
+    let ended = Emulation { count: false, ..emulation.clone() }.run(
+        move |mut bench: Bench| async move {
+            let session = &mut bench.session;
+            session.open().await?;
+            if key {
+                let key = Some(Key::new([7; Key::LEN]));
+                session.set_key(key, Key::new([8; Key::LEN])).await?;
+            }
+            for _ in 0..requests {
+                session.status().await?;
+            }
+            if telemetry {
+                session.request(Command::Subscribe { period_ms: 2 }).await?;
+            }
+            session.listen(Duration::from_micros(END_US - now_us())).await?;
+            host_link::Result::Ok(session.take_all_telemetry().count())
+        },
+    )?;
+    Ok((ended.instructions, ended.found.map_err(|error| error.to_string())?))
+}
+
+/// Prints what a key costs: the difference that it makes to a telemetry frame, and to a request and its reply.
+fn print_seals(emulation: &Emulation) -> Result<(), Box<dyn std::error::Error>> {
+    const REQUESTS: u32 = 200;
+    let cost = |key| {
+        let (idle, _) = life(emulation, key, 0, false)?;
+        let (asked, _) = life(emulation, key, REQUESTS, false)?;
+        let (sent, frames) = life(emulation, key, 0, true)?;
+        let of = |busy: u64, count: f64| (busy as f64 - idle as f64) / count;
+        Ok::<_, Box<dyn std::error::Error>>((
+            of(sent, frames.max(1) as f64),
+            of(asked, f64::from(REQUESTS)),
+        ))
+    };
+    let (plain, sealed) = (cost(false)?, cost(true)?);
+    println!("Instructions beside the ticks                  without key  with key");
+    println!("  a telemetry frame: sealed                       {:8.0}  {:8.0}", plain.0, sealed.0);
+    println!("  a request and its reply: checked, and sealed    {:8.0}  {:8.0}", plain.1, sealed.1);
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let image =
         std::env::var_os("BEELINE_IMAGE").ok_or("run this by `cargo xtask bench firmware`")?;
@@ -58,6 +109,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         mpu: false,
     };
     print_functions(emulation.clone())?;
+    print_seals(&emulation)?;
     let ended = emulation.run(|mut bench: Bench| async move {
         bench.session.open().await.map_err(|error| error.to_string())?;
         let mut instrument = Camera::new(bench.lab.clone());

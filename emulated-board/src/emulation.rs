@@ -23,6 +23,7 @@ use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 use crate::monitor::{Bench, BoardMonitor};
 use crate::motor_driver::Wiring;
+use crate::random::{self, Generator};
 use crate::stack::{Stack, StackDepth};
 
 /// How often plant and chip are synchronised \[us\]: a period of the PWM.
@@ -138,6 +139,7 @@ impl Emulation {
             by_function,
             tick_recorder: TickRecorder::default(),
             early: EarlyAccesses::default(),
+            generator: Generator::default(),
             bug_injector: BugInjector::new(&self.image)?,
             program_stores: 0,
             resets: 0,
@@ -171,8 +173,10 @@ fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
     let mut unexpected: Vec<String> = Vec::new();
     unexpected.extend(machine.unmapped().iter().map(|access| format!("unmapped: {access:?}")));
     unexpected.extend(machine.refused().iter().map(|access| format!("refused: {access:?}")));
-    unexpected
-        .extend(machine.unimplemented().iter().map(|access| format!("unimplemented: {access:?}")));
+    // What is modelled here instead is none.
+    let unimplemented =
+        machine.unimplemented().iter().filter(|(_, access)| access.instance != random::INSTANCE);
+    unexpected.extend(unimplemented.map(|access| format!("unimplemented: {access:?}")));
     if lockstep.array.overwritten > 0 {
         unexpected.push(format!("{} words programmed but not erased", lockstep.array.overwritten));
     }
@@ -203,6 +207,7 @@ struct Lockstep {
     by_function: Option<ByFunction>,
     tick_recorder: TickRecorder,
     early: EarlyAccesses,
+    generator: Generator,
     bug_injector: BugInjector,
     /// Stores of the program into itself.
     program_stores: u64,
@@ -229,6 +234,10 @@ impl Driver<Nucleo> for Lockstep {
                 self.array.on_access(&access, host);
                 self.tick_recorder.on_access(&access);
                 self.early.on_access(&access, value);
+                let fails = PLANT_AND_HOST.with_borrow(|slot| {
+                    slot.as_ref().is_some_and(|around| around.monitor.0.borrow().random_fails)
+                });
+                self.generator.on_access(&access, value, fails, machine.board_mut());
                 self.bug_injector.on_access(&access);
                 if let Some(counter) = &mut self.counter {
                     counter.on_access(&access);

@@ -54,6 +54,7 @@ pub(crate) struct BoardState {
     pub power_on: Option<Flash>,
     pub stop_line_open: bool,
     pub clock_fails: bool,
+    pub random_fails: bool,
     /// Registers to read, and what was in them.
     pub asked: Vec<u64>,
     pub registers: Vec<(u64, u32)>,
@@ -142,6 +143,11 @@ impl BoardMonitor {
     /// Pulls the reset pin, shortly; RAM keeps its content.
     pub fn pull_reset(&self) {
         self.0.borrow_mut().pull_reset = true;
+    }
+
+    /// From the next start on, the chip's generator of random numbers says that it is broken.
+    pub fn break_random(&self) {
+        self.0.borrow_mut().random_fails = true;
     }
 
     /// Breaks an encoder's line, or mends both.

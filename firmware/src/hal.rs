@@ -9,7 +9,7 @@ use core::future::Future;
 
 use embedded_hal::digital::ErrorType;
 use embedded_hal_async::digital::Wait;
-use shared_proto::{Config, DriverConfig, Name, ResetCause, WheelPair};
+use shared_proto::{Config, DriverConfig, Key, Name, Nonce, ResetCause, WheelPair};
 
 use crate::units::Duty;
 
@@ -85,12 +85,28 @@ impl<L: Level> Wait for WaitPin<L> {
     }
 }
 
-/// A configuration that survives power-off.
+/// What survives power-off: a configuration, a key, and a count of starts.
 pub trait Store {
     /// The configuration saved last; `Ok(None)` if none ever was.
     fn load(&mut self) -> impl Future<Output = Result<Option<Config>, StoreError>>;
     /// Saves, reads back and compares. If this fails, the earlier configuration is still there.
     fn save(&mut self, config: &Config) -> impl Future<Output = Result<(), StoreError>>;
+    /// Keeps another key for the link, or none, if there is a change; tells which there is then, and counts.
+    ///
+    /// If this fails, the earlier key is still there.
+    fn link(
+        &mut self,
+        change: Option<Option<Key>>,
+    ) -> impl Future<Output = Result<LinkRecord, StoreError>>;
+}
+
+/// What the store holds for the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkRecord {
+    /// The key, if there is one.
+    pub key: Option<Key>,
+    /// With a key: a number that was never told before, whatever happened to the power. None if it could not be kept.
+    pub count: Option<u64>,
 }
 
 /// Why a configuration could not be loaded or saved.
@@ -101,6 +117,8 @@ pub enum StoreError {
     Damaged,
     /// The memory could not be written, or read back differently.
     Write,
+    /// A key is there, but of a layout that this firmware does not know.
+    UnknownKey,
 }
 
 /// Facts about the board.
@@ -112,4 +130,6 @@ pub struct BoardInfo {
     pub uid: [u8; 12],
     /// Why the board started.
     pub reset_cause: ResetCause,
+    /// Drawn anew at each start, on a board that has a source of random numbers.
+    pub random: Option<Nonce>,
 }

@@ -1,4 +1,13 @@
-//! The configuration in a flash memory: [`Store`] on any `NorFlash`.
+//! Configuration, key and count of starts in a flash memory: [`Store`] on any `NorFlash`.
+//!
+//! There is one record. A robot that has a key, or had one, keeps key and count in front of its configuration:
+//!
+//! ```text
+//! length of what follows, 8 or 24 u8 | 0x80 | count u64 LE | key, 16 bytes, if there is one
+//! ```
+//!
+//! In one record, since `sequential-storage` keeps the newest record through every power cut, but may lose an older
+//! one of another kind, while it moves that one out of a sector. The configuration:
 //!
 //! ```text
 //! layout  record, little-endian
@@ -24,17 +33,24 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::{Config, Crc32};
+use shared_proto::{Config, Crc32, Key};
 
-use crate::hal::{Store, StoreError};
+use crate::hal::{LinkRecord, Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
 pub const LAYOUT: u16 = 6;
 
-/// The one record's key.
-const CONFIGURATION: u8 = 1;
+/// The record's key in the map.
+const RECORD: u8 = 1;
 
-/// Longest record with its key; a configuration takes about 270 bytes.
+/// Second byte of a record that begins with count and key; no layout has it.
+const LINK_MARK: u8 = 0x80;
+
+/// Length of what precedes a count, and of the count \[bytes\].
+const MARK_LEN: usize = 2;
+const COUNT_LEN: usize = size_of::<u64>();
+
+/// Longest record with its key; a configuration takes about 270 bytes, count and key 26.
 const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.
@@ -44,10 +60,12 @@ const HEADER_LEN: usize = 6;
 /// sector, and erasing a sector takes a lookup for each of its records.
 type KeyCache = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
-/// A configuration in a flash of at least three sectors of one length: one full, one in use, one free.
+/// What survives power-off, in a flash of at least three sectors of one length: one full, one in use, one free.
 pub struct FlashStore<F: NorFlash> {
     map: MapStorage<u8, F, KeyCache>,
     buffer: [u8; RECORD_LEN_MAX],
+    /// There was one, at any time since power-on.
+    has_key: bool,
 }
 
 impl<F: NorFlash> FlashStore<F> {
@@ -66,6 +84,7 @@ impl<F: NorFlash> FlashStore<F> {
                 Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
             ),
             buffer: [0; RECORD_LEN_MAX],
+            has_key: false,
         }
     }
 
@@ -133,7 +152,7 @@ impl<F: NorFlash> FlashStore<F> {
 
     async fn is_blank(&mut self, sector: u32) -> Result<bool, F::Error> {
         let start = sector * F::ERASE_SIZE as u32;
-        let Self { map, buffer } = self;
+        let Self { map, buffer, .. } = self;
         for offset in (0..F::ERASE_SIZE).step_by(buffer.len()) {
             map.flash().read(start + offset as u32, buffer).await?;
             if buffer.iter().any(|&byte| byte != 0xFF) {
@@ -147,35 +166,119 @@ impl<F: NorFlash> FlashStore<F> {
 impl<F: NorFlash> Store for FlashStore<F> {
     async fn load(&mut self) -> Result<Option<Config>, StoreError> {
         self.repair().await.map_err(|_| StoreError::Damaged)?;
-        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
-            Ok(Some(record)) => decode(record).map(Some),
-            Ok(None) => Ok(None),
-            Err(_) => Err(StoreError::Damaged),
+        let record = self.read().await?;
+        match &record[link_len(record)?..] {
+            [] => Ok(None),
+            config => decode(config).map(Some),
         }
     }
 
     async fn save(&mut self, config: &Config) -> Result<(), StoreError> {
         let mut record = [0; RECORD_LEN_MAX];
-        let len = encode(config, &mut record)?;
-        let record = &record[..len];
-        if self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await.is_err() {
-            // Only where nothing can be read either is there nothing to lose by erasing.
-            if self.load().await.is_ok() {
-                return Err(StoreError::Write);
+        let had_key = self.has_key;
+        let at = match self.read().await {
+            Ok(present) => {
+                let at = link_len(present)?;
+                record[..at].copy_from_slice(&present[..at]);
+                at
             }
-            self.map.erase_all().await.map_err(|_| StoreError::Write)?;
-            let stored = self.map.store_item(&mut self.buffer, &CONFIGURATION, &record).await;
-            stored.map_err(|_| StoreError::Write)?;
+            Err(_) if had_key => return Err(StoreError::Write),
+            Err(_) => 0,
+        };
+        let len = at + encode(config, &mut record[at..])?;
+        let record = &record[..len];
+        if self.put(record).await.is_ok() {
+            return Ok(());
         }
-        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &CONFIGURATION).await {
-            Ok(Some(stored)) if stored == record => Ok(()),
+        // Only where nothing can be read either is there nothing to lose by erasing.
+        if self.has_key || self.load().await.is_ok() {
+            return Err(StoreError::Write);
+        }
+        self.map.erase_all().await.map_err(|_| StoreError::Write)?;
+        self.put(record).await
+    }
+
+    async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
+        let mut record = [0; RECORD_LEN_MAX];
+        let present = self.read().await?;
+        let at = link_len(present)?;
+        let (mut count, mut key) = decode_link(&present[..at]).ok_or(StoreError::UnknownKey)?;
+        key = change.unwrap_or(key);
+        if key.is_none() && change.is_none() {
+            return Ok(LinkRecord { key, count: None });
+        }
+        count += 1;
+        let len = encode_link(count, key, &present[at..], &mut record).ok_or(StoreError::Write)?;
+        self.has_key |= key.is_some();
+        match self.put(&record[..len]).await {
+            Err(error) if change.is_some() => Err(error),
+            kept => Ok(LinkRecord { key, count: kept.ok().map(|()| count) }),
+        }
+    }
+}
+
+impl<F: NorFlash> FlashStore<F> {
+    /// The newest record; empty if there never was one.
+    async fn read(&mut self) -> Result<&[u8], StoreError> {
+        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &RECORD).await {
+            Ok(record) => Ok(record.unwrap_or_default()),
+            Err(_) => Err(StoreError::Damaged),
+        }
+    }
+
+    /// Appends a record and reads it back.
+    async fn put(&mut self, record: &[u8]) -> Result<(), StoreError> {
+        let stored = self.map.store_item(&mut self.buffer, &RECORD, &record).await;
+        stored.map_err(|_| StoreError::Write)?;
+        match self.read().await {
+            Ok(stored) if stored == record => Ok(()),
             _ => Err(StoreError::Write),
         }
     }
 }
 
-/// Encodes a configuration as a record; returns the record's length.
-fn encode(config: &Config, record: &mut [u8; RECORD_LEN_MAX]) -> Result<usize, StoreError> {
+/// Length of what precedes the configuration in a record.
+fn link_len(record: &[u8]) -> Result<usize, StoreError> {
+    match record {
+        [len, LINK_MARK, rest @ ..] if usize::from(*len) <= rest.len() => {
+            Ok(MARK_LEN + usize::from(*len))
+        }
+        [_, LINK_MARK, ..] => Err(StoreError::UnknownKey),
+        _ => Ok(0),
+    }
+}
+
+/// Count and key, of what precedes the configuration.
+fn decode_link(link: &[u8]) -> Option<(u64, Option<Key>)> {
+    let Some((_, link)) = link.split_first_chunk::<MARK_LEN>() else { return Some((0, None)) };
+    let (count, key) = link.split_first_chunk()?;
+    let key = match key {
+        [] => None,
+        key => Some(Key::new(key.try_into().ok()?)),
+    };
+    Some((u64::from_le_bytes(*count), key))
+}
+
+/// A record of count, key, and a configuration as it was stored; returns the record's length.
+fn encode_link(
+    count: u64,
+    key: Option<Key>,
+    config: &[u8],
+    record: &mut [u8; RECORD_LEN_MAX],
+) -> Option<usize> {
+    let key = key.as_ref().map_or(&[][..], |key| key.expose());
+    let head = [(COUNT_LEN + key.len()) as u8, LINK_MARK];
+    let mut len = 0;
+    for part in [&head[..], &count.to_le_bytes(), key, config] {
+        record.get_mut(len..len + part.len())?.copy_from_slice(part);
+        len += part.len();
+    }
+    // `sequential-storage` needs room for its key in the same buffer.
+    (len < RECORD_LEN_MAX).then_some(len)
+}
+
+/// Encodes a configuration as it is stored; returns its length.
+fn encode(config: &Config, record: &mut [u8]) -> Result<usize, StoreError> {
     let (header, body) = record.split_at_mut(HEADER_LEN);
     // `sequential-storage` needs room for its key in the same buffer.
     let room = body.len() - size_of::<u8>();

@@ -3,8 +3,11 @@
 //! What failed is said by the errors themselves.
 
 use campaign::plan::{PlanError, run_kinds};
+use std::path::Path;
+
 use host_link::Error;
 use host_link::error::Left;
+use host_link::key_file::KeyFileProblem;
 use host_link::session::LEASE;
 use shared_proto::{FaultReport, MotionError, Refusal, State};
 
@@ -22,6 +25,16 @@ pub fn on_link(error: &Error) -> Option<String> {
         }
         Error::VersionsDiffer { .. } => {
             "flash the robot with this beeline's firmware, or use the beeline that belongs to it"
+        }
+        Error::KeyFile { problem, path } => return on_key_file(problem, path),
+        Error::KeyNeeded { .. } => {
+            "--key-file FILE, or BEELINE_KEY_FILE, names the file of its key; if that is lost, erase the flash with a debugger"
+        }
+        Error::WrongKey { .. } => {
+            "name the file of this robot's key with --key-file; if that is lost, erase the flash with a debugger"
+        }
+        Error::RobotWithoutKey { .. } => {
+            "check --port; leave --key-file and BEELINE_KEY_FILE out for a robot without a key; `beeline key set` gives it one"
         }
         Error::StoppedAnswering { .. } => "is it still powered and plugged in?",
         Error::ConnectionLost { .. } => {
@@ -59,6 +72,19 @@ pub fn on_link(error: &Error) -> Option<String> {
     Some(advice.into())
 }
 
+fn on_key_file(problem: &KeyFileProblem, path: &Path) -> Option<String> {
+    let file = path.display();
+    Some(match problem {
+        KeyFileProblem::Shared(_) => {
+            format!("chmod 600 {file}; if somebody has read it, make another key")
+        }
+        KeyFileProblem::Exists => "name another file".into(),
+        KeyFileProblem::NoRandomness(_) => return None,
+        KeyFileProblem::Unwritable(_) => "does its folder exist, and may you write there?".into(),
+        _ => "`beeline key new FILE` makes the file of a key".into(),
+    })
+}
+
 fn on_refusal(refusal: &Refusal) -> Option<String> {
     let advice = match refusal {
         Refusal::State(_) => "`beeline identify` shows its state, `beeline stop` ends a motion",
@@ -82,6 +108,8 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         | Refusal::Lease
         | Refusal::Forgotten
         | Refusal::HelloFirst
+        | Refusal::Key
+        | Refusal::WrongKey
         | Refusal::Unreadable => return None,
     };
     Some(advice.into())

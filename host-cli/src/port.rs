@@ -9,8 +9,9 @@ use std::str::FromStr;
 use campaign::Simulated;
 use campaign::file::{check_writable, is_special, target};
 use campaign::input::read_keys;
-use host_link::Session;
 use host_link::address::{Address, AddressError};
+use host_link::{Session, key_file};
+use shared_proto::Key;
 use sim_target::scenario::ScenarioError;
 use sim_target::{Lab, Options, Scenario, SimTarget};
 
@@ -78,13 +79,17 @@ impl Port {
     }
 }
 
-/// The options of the simulator.
+/// The options of the simulator, and the key of whatever robot it is.
 #[derive(Clone, Debug, Default)]
 pub struct SimOptions {
     /// Replaces the scenario's seed.
     pub seed: Option<u64>,
     /// A file that stands for the robot's flash.
     pub flash: Option<PathBuf>,
+    /// The file of the robot's key.
+    pub key_file: Option<PathBuf>,
+    /// A robot that has no key will do as well.
+    pub key_optional: bool,
 }
 
 impl SimOptions {
@@ -118,8 +123,26 @@ impl SimOptions {
         Ok(Scenario { seed: self.seed.unwrap_or(scenario.seed), ..scenario })
     }
 
-    /// The simulated robot of a scenario.
+    /// The key, if one is given.
+    pub fn key(&self) -> Result<Option<Key>> {
+        Ok(self.key_file.as_deref().map(key_file::read).transpose()?)
+    }
+
+    /// The simulated robot of a scenario, in this process.
     pub fn target(&self, scenario: &Scenario) -> Result<SimTarget> {
+        self.target_with(scenario, Options::default())
+    }
+
+    /// The simulated robot of a scenario, for other processes: it has the key, and on a network none can be set.
+    pub fn served(&self, scenario: &Scenario, network: bool) -> Result<SimTarget> {
+        let (key, random) = (self.key()?, Some(key_file::random_seed()?));
+        self.target_with(
+            scenario,
+            Options { key, key_locked: network, random, ..Options::default() },
+        )
+    }
+
+    fn target_with(&self, scenario: &Scenario, options: Options) -> Result<SimTarget> {
         let cannot_use = |error: &dyn fmt::Display| {
             let flash = self.flash.as_deref().unwrap_or(Path::new("")).display();
             Error::new(format_args!("cannot use {flash} as the robot's flash: {error}")).hint(
@@ -128,8 +151,7 @@ impl SimOptions {
         };
         let flash = self.flash.as_deref().map(usable_flash).transpose();
         let flash = flash.map_err(|error| cannot_use(&error))?;
-        SimTarget::new(scenario, Options { flash, ..Options::default() })
-            .map_err(|error| cannot_use(&error))
+        SimTarget::new(scenario, Options { flash, ..options }).map_err(|error| cannot_use(&error))
     }
 }
 
@@ -177,6 +199,10 @@ pub fn with_session<T>(
             // Each command has a new simulator, so the session number may always be the same.
             let mut session = sim_link::session(&target.host_wire(), 1, port.to_string());
             session.cancel_by(&interrupt::cancel());
+            if let Some(key) = sim.key()? {
+                // Nobody else reaches this robot, and its results are the same each time.
+                session.offer_key(key, Key::new([0; Key::LEN]));
+            }
             target.run(async { procedure(&mut session, Some(lab)).await })
         }
         Port::At(address) => {
@@ -185,8 +211,16 @@ pub fn with_session<T>(
                     "--flash and --seed are of the simulator in this process: {port} has its own"
                 ));
             }
+            let key = sim.key()?;
             let mut session = host_link::connect(address)?;
             session.cancel_by(&interrupt::cancel());
+            if let Some(key) = key {
+                let secret = key_file::random()?;
+                match sim.key_optional {
+                    true => session.offer_key(key, secret),
+                    false => session.use_key(key, secret),
+                }
+            }
             host_link::block_on(async { procedure(&mut session, None).await })
         }
     }
@@ -198,8 +232,9 @@ mod tests {
 
     #[test]
     fn a_campaign_keeps_which_robot_was_simulated_and_no_folder_of_a_machine() {
-        let kept =
-            |port: &str| SimOptions { seed: Some(7), flash: None }.kept(&port.parse().unwrap());
+        let kept = |port: &str| {
+            SimOptions { seed: Some(7), ..SimOptions::default() }.kept(&port.parse().unwrap())
+        };
         let named = |port: &str| kept(port).unwrap().scenario;
         assert_eq!(kept("sim"), Some(Simulated { scenario: None, seed: Some(7) }));
         assert_eq!(named("sim:robots/wide.toml").as_deref(), Some("robots/wide.toml"));

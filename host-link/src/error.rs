@@ -6,6 +6,7 @@
 use std::fmt;
 use std::io;
 
+use crate::key_file_problem::KeyFileProblem;
 use shared_proto::{Answer, Command, ConfigError, Fault, FaultReport, Hello, Refusal, State};
 
 /// A result of the link.
@@ -33,6 +34,28 @@ pub enum Error {
         ours: Hello,
         /// The robot's.
         theirs: Hello,
+    },
+    /// The file of a key cannot be used.
+    KeyFile {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        problem: KeyFileProblem,
+    },
+    /// The robot has a key, and this host has none.
+    KeyNeeded {
+        /// The port.
+        port: String,
+    },
+    /// The robot has another key than this host.
+    WrongKey {
+        /// The port.
+        port: String,
+    },
+    /// The host has a key, and the robot has none: it may be another robot, or none.
+    RobotWithoutKey {
+        /// The port.
+        port: String,
     },
     /// The robot answered before, but does not any more.
     StoppedAnswering {
@@ -148,11 +171,11 @@ impl fmt::Display for Error {
                 f,
                 "something on {port} sends data, but not as a Beeline robot ({damaged} unreadable frames)"
             ),
-            Self::VersionsDiffer { ours, theirs } => write!(
-                f,
-                "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
-                theirs.protocol, theirs.schema, ours.protocol, ours.schema
-            ),
+            Self::VersionsDiffer { ours, theirs } => versions_differ(f, ours, theirs),
+            Self::KeyFile { .. }
+            | Self::KeyNeeded { .. }
+            | Self::WrongKey { .. }
+            | Self::RobotWithoutKey { .. } => self.fmt_key(f),
             Self::StoppedAnswering { port } => {
                 write!(f, "the robot on {port} stopped answering")
             }
@@ -210,6 +233,31 @@ impl fmt::Display for Error {
             }
             Self::NoPseudoTerminals => f.write_str("this system has no pseudo-terminals"),
             Self::PseudoTerminal(cause) => write!(f, "cannot open a pseudo-terminal: {cause}"),
+        }
+    }
+}
+
+fn versions_differ(f: &mut fmt::Formatter<'_>, ours: &Hello, theirs: &Hello) -> fmt::Result {
+    write!(
+        f,
+        "the robot speaks protocol {} (schema {:016x}), this host speaks protocol {} (schema {:016x})",
+        theirs.protocol, theirs.schema, ours.protocol, ours.schema
+    )
+}
+
+impl Error {
+    /// What is wrong with a key.
+    fn fmt_key(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
+            Self::KeyNeeded { port } => {
+                write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
+            }
+            Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
+            Self::RobotWithoutKey { port } => {
+                write!(f, "a key is given, but the robot on {port} has none: it may be another one")
+            }
+            _ => Ok(()),
         }
     }
 }
@@ -275,6 +323,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
         Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
+        Refusal::Key | Refusal::WrongKey => f.write_str("it obeys only who holds its key"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
     }
@@ -298,5 +347,7 @@ pub(crate) fn name_of(command: &Command) -> &'static str {
         Command::ClearFault { .. } => "clear the fault",
         Command::Subscribe { .. } => "send telemetry",
         Command::Recall { .. } => "repeat telemetry",
+        Command::SetKey { key: Some(_) } => "take another key",
+        Command::SetKey { key: None } => "forget its key",
     }
 }

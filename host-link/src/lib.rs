@@ -23,6 +23,7 @@
 //! | [`listen`] | the other end, on TCP for several clients or on a pseudo-terminal |
 //! | [`wire`], [`clock`] | bytes and time of a session |
 //! | [`cancel`] | a request to end a procedure in good order |
+//! | [`key_file`] | the file of a pre-shared key |
 //! | [`stream`] | telemetry in order, without gaps |
 //! | [`error`] | what can go wrong |
 //!
@@ -34,6 +35,8 @@ pub mod address;
 pub mod cancel;
 pub mod clock;
 pub mod error;
+pub mod key_file;
+mod key_file_problem;
 pub mod limits;
 pub mod listen;
 pub mod motion;

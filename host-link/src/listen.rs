@@ -1,10 +1,15 @@
 //! The robot's end of a link, on TCP or a pseudo-terminal.
 //!
-//! On TCP several clients share the robot's line. Whole frames of theirs take turns on it, and everything that the
-//! robot says goes to all of them; requests and replies carry their session. Nothing is read from a client for which
+//! On TCP several clients share the robot's line. Whole frames of theirs take turns on it, and what the robot says goes
+//! to all whom it has let in; requests and replies carry their session. Nothing is read from a client for which
 //! the line has no room, so whatever waits does so at the client, and ages: a lease tells the robot what is late.
+//!
+//! The robot lets in who holds its key, or everybody if it has none; the server needs no key to see that, for the robot
+//! says so. To other clients go the answers to their own attempts and nothing else, and of theirs nothing but attempts
+//! goes to the robot.
 
 mod client;
+mod from_robot;
 
 use std::net::{SocketAddr, TcpListener};
 use std::str::FromStr;
@@ -16,6 +21,7 @@ use crate::address::Address;
 use crate::error::{Error, Result};
 
 use self::client::Client;
+use self::from_robot::FromRobot;
 
 /// Where a robot listens for a host.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +68,8 @@ pub enum News {
     Stranger,
     /// A client that did not read was cut off.
     NotReading,
+    /// A client that did not show the robot's key was cut off.
+    NoKey,
 }
 
 /// The robot's end of a line. No method blocks.
@@ -74,6 +82,8 @@ enum End {
     Tcp {
         listener: TcpListener,
         clients: Vec<Client>,
+        /// What the robot says, in frames.
+        from_robot: Box<FromRobot>,
         /// Counts the frames of all clients together, as those of one.
         encoder: Encoder,
     },
@@ -88,6 +98,33 @@ enum End {
 /// So many clients at once, those that have not said hello yet included.
 const CLIENTS_MAX: usize = 16;
 
+/// Nobody is kept out by those who only connect: the one that has been here longest without being let in goes.
+fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
+    if clients.len() < CLIENTS_MAX {
+        return;
+    }
+    // In the order in which they came. If all were let in, the newest goes.
+    let stranger = clients.iter().position(|client| !client.is_let_in());
+    let gone = clients.remove(stranger.unwrap_or(clients.len() - 1));
+    tell(gone.farewell());
+}
+
+/// The robot's answers are told apart by their sessions, so nobody gets another client's.
+fn keep_sessions_apart(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
+    let sessions: Vec<_> = clients.iter().map(Client::session).collect();
+    let mut number = 0;
+    clients.retain(|client| {
+        // Who is let in has it; of others, the first.
+        let rivals = sessions.iter().take(number).any(|other| *other == client.session());
+        number += 1;
+        let stays = client.session().is_none() || client.is_let_in() || !rivals;
+        if !stays {
+            tell(News::Stranger);
+        }
+        stays
+    });
+}
+
 impl Line {
     /// Opens the robot's end.
     pub fn open(listen: &Listen) -> Result<Self> {
@@ -99,7 +136,12 @@ impl Line {
                 let bound = listener.local_addr().map_err(failed)?;
                 Ok(Self {
                     address: format!("tcp:{bound}"),
-                    end: End::Tcp { listener, clients: Vec::new(), encoder: Encoder::new() },
+                    end: End::Tcp {
+                        listener,
+                        clients: Vec::new(),
+                        from_robot: Box::default(),
+                        encoder: Encoder::new(),
+                    },
                 })
             }
             #[cfg(unix)]
@@ -129,18 +171,18 @@ impl Line {
         tell: &mut dyn FnMut(News),
     ) {
         match &mut self.end {
-            End::Tcp { listener, clients, encoder } => {
-                while clients.len() < CLIENTS_MAX
-                    && let Ok((stream, _)) = listener.accept()
-                {
+            End::Tcp { listener, clients, from_robot, encoder } => {
+                while let Ok((stream, _)) = listener.accept() {
+                    make_room(clients, tell);
                     clients.extend(Client::new(stream));
                 }
-                clients.retain_mut(|client| client.receive(tell));
+                clients.retain_mut(|client| client.receive(from_robot.has_key(), tell));
+                keep_sessions_apart(clients, tell);
                 // One frame of each in turn: nobody's stop waits for anybody's queue.
                 while room() {
                     let mut any = false;
                     for client in &mut *clients {
-                        if let Some(frame) = client.next_frame(encoder) {
+                        if let Some(frame) = client.next_frame(from_robot.has_key(), encoder) {
                             to_robot(&frame);
                             any = true;
                         }
@@ -165,10 +207,20 @@ impl Line {
         }
     }
 
-    /// Sends bytes to all clients; without any they are lost, as on a cable.
+    /// Sends bytes to the clients that the robot has let in, and to others what is for them; without any client they
+    /// are lost, as on a cable.
     pub fn write(&mut self, bytes: &[u8], tell: &mut dyn FnMut(News)) {
         match &mut self.end {
-            End::Tcp { clients, .. } => clients.retain_mut(|client| client.send(bytes, tell)),
+            End::Tcp { clients, from_robot, .. } => {
+                let had_key = from_robot.has_key();
+                from_robot.push(bytes, &mut |bytes, frame| {
+                    clients.iter_mut().for_each(|client| client.hear(bytes, frame));
+                });
+                if from_robot.has_key() && !had_key {
+                    clients.iter_mut().for_each(Client::shut_out);
+                }
+                clients.retain_mut(|client| client.send(tell));
+            }
             #[cfg(unix)]
             End::Pty { master, .. } => {
                 use std::io::Write;
@@ -209,6 +261,13 @@ mod tests {
             while self.count(News::Connected) == known {
                 self.pass_on(usize::MAX);
             }
+            // The robot has no key.
+            let Self { line, news, .. } = self;
+            let hello = Encoder::new().hello(Hello::of_this_build(session));
+            line.write(&hello, &mut |told| news.push(told));
+            let mut heard = vec![0; hello.len()];
+            client.read_exact(&mut heard).unwrap();
+            assert_eq!(heard, *hello);
             client
         }
 
@@ -240,9 +299,12 @@ mod tests {
         while bench.count(News::NotReading) == 0 && chunks < CHUNKS_MAX {
             chunks += 1;
             let Bench { line, news, .. } = &mut bench;
-            line.write(&[chunks as u8; 1024], &mut |told| news.push(told));
+            // What is no frame is passed on as well, at the zero that ends it.
+            let mut said = [chunks as u8; 1024];
+            said[1023] = 0;
+            line.write(&said, &mut |told| news.push(told));
             reader.read_exact(&mut heard).expect("nobody holds this one up");
-            assert_eq!(heard, [chunks as u8; 1024]);
+            assert_eq!(heard, said);
         }
         assert_eq!((bench.count(News::NotReading), bench.count(News::Disconnected)), (1, 0));
     }

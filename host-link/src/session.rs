@@ -6,6 +6,8 @@
 
 mod config;
 mod emergency_stop;
+mod open;
+mod sealing;
 mod telemetry;
 
 use std::collections::VecDeque;
@@ -13,8 +15,8 @@ use std::time::Duration;
 
 use futures_lite::future;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Event, Hello, Identity, MotionId, Refusal, Reply,
-    Request, Status, Telemetry,
+    Answer, Channel, Command, Decoder, Encoder, Event, Hello, Identity, MotionId, Nonce, Refusal,
+    Reply, Request, Status, Telemetry,
 };
 
 use crate::cancel::Cancel;
@@ -26,6 +28,7 @@ pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
 use crate::wire::Wire;
 
+use self::sealing::Sealing;
 use self::telemetry::Listening;
 
 /// A request without a reply is repeated after this long: ten times a round trip over USB.
@@ -54,6 +57,8 @@ pub struct Session {
     motions: u32,
     replies: VecDeque<Reply>,
     hello: Option<Hello>,
+    challenge: Option<Nonce>,
+    sealing: Sealing,
     telemetry: Stream,
     listening: Listening,
     events: VecDeque<Event>,
@@ -79,6 +84,8 @@ impl Session {
             motions: 0,
             replies: VecDeque::new(),
             hello: None,
+            challenge: None,
+            sealing: Sealing::default(),
             telemetry: Stream::default(),
             listening: Listening::No,
             events: VecDeque::new(),
@@ -121,46 +128,6 @@ impl Session {
         }
     }
 
-    /// Shakes hands: both ends must speak the same version with the same message layouts.
-    pub async fn open(&mut self) -> Result<()> {
-        let ours = Hello::of_this_build(self.number);
-        // The robot may have restarted since.
-        self.robot_clock = RobotClock::default();
-        let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
-        while self.clock.now_us() < give_up {
-            // A zero first ends whatever noise the robot has received so far, so that it is not
-            // part of our frame.
-            self.write(&[0]).await?;
-            let frame = self.encoder.hello(ours);
-            self.write(&frame).await?;
-            self.hello = None;
-            let until = self.clock.now_us() + RETRY_AFTER.as_micros() as u64;
-            while self.hello.is_none_or(|theirs| theirs.session != self.number) {
-                if !self.receive_until(until).await? {
-                    break;
-                }
-            }
-            match self.hello {
-                Some(theirs) if theirs.session == self.number => {
-                    if ours.agrees_with(&theirs) {
-                        return Ok(());
-                    }
-                    return Err(Error::VersionsDiffer { ours, theirs });
-                }
-                _ => self.statistics.retries += 1,
-            }
-        }
-        let port = self.port.clone();
-        match self.statistics {
-            HostStatistics { frames_damaged: 0, frames_received: 0, .. } => {
-                Err(Error::NoAnswer { port })
-            }
-            HostStatistics { frames_damaged: damaged, .. } => {
-                Err(Error::NotARobot { port, damaged })
-            }
-        }
-    }
-
     /// Sends a request, and repeats it until the robot answers. Each copy has a lease from when it is sent.
     pub async fn ask(&mut self, command: Command) -> Result<std::result::Result<Answer, Refusal>> {
         let subscribes = match command {
@@ -184,7 +151,7 @@ impl Session {
             if request.command.needs_lease() {
                 request.until_ms = self.lease_end_ms();
             }
-            let frame = self.encoder.message(&request);
+            let frame = self.frame(&request);
             self.robot_clock.send(id, self.clock.now_us());
             self.write(&frame).await?;
             let until = self.clock.now_us() + RETRY_AFTER.as_micros() as u64;
@@ -224,7 +191,7 @@ impl Session {
         let id = self.next_id;
         self.next_id += 1;
         let request = Request { session: self.number, id, until_ms, command };
-        let frame = self.encoder.message(&request);
+        let frame = self.frame(&request);
         self.robot_clock.send(id, self.clock.now_us());
         self.write(&frame).await?;
         Ok(id)
@@ -316,19 +283,41 @@ impl Session {
         };
         self.statistics.frames_received += 1;
         self.statistics.frames_lost += u64::from(frame.lost);
+        if frame.channel == Channel::Hello {
+            // The challenge is the same for every host.
+            self.challenge = frame.challenge().or(self.challenge);
+            self.hello =
+                frame.hello().filter(|theirs| theirs.session == self.number).or(self.hello);
+            return Ok(());
+        }
+        if self.sealing.hear(&frame, self.number) {
+            return Ok(());
+        }
+        let believed = self.sealing.believes(&frame);
         match frame.channel {
-            Channel::Hello => self.hello = frame.hello(),
             Channel::Reply => {
                 let Some(reply) = frame.message::<Reply>() else { return Ok(()) };
-                if reply.session != self.number && reply.session != 0 {
+                if reply.session != self.number && (reply.session != 0 || self.sealing.has_key()) {
                     // For another host on the same line.
+                    return Ok(());
+                }
+                // Neither can be sealed by a key that we know, as the robot has a new one. They claim nothing else.
+                let port = || self.port.clone();
+                match reply {
+                    Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
+                        return Err(Error::Restarted { port: port() });
+                    }
+                    Reply { id: 0, outcome: Err(Refusal::Key), .. } if !self.sealing.has_key() => {
+                        return Err(Error::KeyNeeded { port: port() });
+                    }
+                    _ => {}
+                }
+                if !believed {
+                    self.statistics.frames_refused += 1;
                     return Ok(());
                 }
                 self.robot_clock.hear(reply.t_us, Some(reply.id), self.clock.now_us());
                 match reply {
-                    Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
-                        return Err(Error::Restarted { port: self.port.clone() });
-                    }
                     Reply { id, outcome, .. } if self.telemetry.is_request(id) => match outcome {
                         Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                         _ => self.telemetry.unavailable(id),
@@ -336,6 +325,7 @@ impl Session {
                     reply => keep(&mut self.replies, reply),
                 }
             }
+            _ if !believed => self.statistics.frames_refused += 1,
             Channel::Telemetry => {
                 if let Some(telemetry) = frame.message::<Telemetry>() {
                     self.robot_clock.hear(telemetry.t_us, None, self.clock.now_us());
@@ -351,7 +341,7 @@ impl Session {
                     .into_iter()
                     .for_each(|event| keep(&mut self.events, event));
             }
-            Channel::Request => {}
+            Channel::Hello | Channel::Request | Channel::Open | Channel::Opened => {}
         }
         Ok(())
     }

@@ -9,6 +9,8 @@ pub struct HostStatistics {
     pub frames_damaged: u64,
     /// Frames that the sequence numbers show to be missing.
     pub frames_lost: u64,
+    /// Frames that were not believed: not sealed by the robot's key, or sent before.
+    pub frames_refused: u64,
     /// Requests sent again.
     pub retries: u64,
     /// Telemetry frames that were lost, requested again, and received.

@@ -148,7 +148,13 @@ async fn main(spawner: Spawner) {
 
     let mut uid = [0; 12];
     uid[..8].copy_from_slice(&embassy_rp::otp::get_chipid().unwrap_or(0).to_be_bytes());
-    let board = BoardInfo { board: Name::new("Pico 2").unwrap_or_default(), uid, reset_cause };
+    let board = BoardInfo {
+        board: Name::new("Pico 2").unwrap_or_default(),
+        uid,
+        reset_cause,
+        // The store's count of starts has to do.
+        random: None,
+    };
     let store = FlashStore::new(StoreFlash(Flash::new_blocking(p.FLASH)));
 
     let shared = SHARED.init_with(Shared::new);

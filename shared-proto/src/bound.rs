@@ -1,7 +1,9 @@
 //! How long each kind of message can get.
 
-use crate::frame::{Channel, FRAME_LEN_MAX, Message, PAYLOAD_LEN_MAX, frame_len_max};
+use crate::channel::{Channel, Message};
+use crate::frame::{FRAME_LEN_MAX, PAYLOAD_LEN_MAX, frame_len_max};
 use crate::hello::Hello;
+use crate::key::{Nonce, Open, Opened, Seal};
 use crate::message::{Event, Reply, Request};
 use crate::telemetry::Telemetry;
 
@@ -18,12 +20,14 @@ pub struct Bound {
 
 impl Bound {
     /// Every kind of message, in the order of the channels' numbers.
-    pub const ALL: [Bound; 5] = [
-        Bound::new(Channel::Hello, Hello::LEN),
+    pub const ALL: [Bound; 7] = [
+        Bound::new(Channel::Hello, Hello::LEN + size_of::<Nonce>()),
         Bound::new(Channel::Request, Request::LEN_MAX),
         Bound::new(Channel::Reply, Reply::LEN_MAX),
         Bound::new(Channel::Telemetry, Telemetry::LEN_MAX),
         Bound::new(Channel::Event, Event::LEN_MAX),
+        Bound::new(Channel::Open, Open::LEN + Seal::LEN),
+        Bound::new(Channel::Opened, Opened::LEN + Seal::LEN),
     ];
 
     const fn new(channel: Channel, payload_len: usize) -> Self {

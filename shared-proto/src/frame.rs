@@ -1,12 +1,11 @@
 //! Framing: COBS and CRC-32 around a channel, a sequence number and a payload.
 
-use postcard_schema::Schema;
-use serde::{Serialize, de::DeserializeOwned};
-
+use crate::channel::{Channel, Message, SEALED};
 use crate::crc::Crc32;
-use crate::encoded_len::postcard_len_max;
 use crate::hello::Hello;
-use crate::message::{Event, Reply, Request};
+use crate::key::{Key, Nonce, Open, Opened, Seal};
+use crate::message::{Event, Reply};
+use crate::received::Received;
 use crate::telemetry::Telemetry;
 
 const HEADER_LEN: usize = 3;
@@ -26,57 +25,6 @@ pub(crate) const fn frame_len_max(payload_len: usize) -> usize {
     cobs::max_encoding_length(HEADER_LEN + payload_len + CRC_LEN) + 1
 }
 
-/// What kind of message a frame carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Channel {
-    /// [`Hello`].
-    Hello = 0,
-    /// [`Request`].
-    Request = 1,
-    /// [`Reply`].
-    Reply = 2,
-    /// [`Telemetry`].
-    Telemetry = 3,
-    /// [`Event`].
-    Event = 4,
-}
-
-impl Channel {
-    /// The channel of a number, if there is one.
-    pub const fn from_number(number: u8) -> Option<Self> {
-        Some(match number {
-            0 => Channel::Hello,
-            1 => Channel::Request,
-            2 => Channel::Reply,
-            3 => Channel::Telemetry,
-            4 => Channel::Event,
-            _ => return None,
-        })
-    }
-}
-
-/// A message that travels as postcard on a channel of its own.
-pub trait Message: Serialize + DeserializeOwned + Schema {
-    /// Its channel.
-    const CHANNEL: Channel;
-    /// Longest payload \[bytes\].
-    const LEN_MAX: usize = postcard_len_max(Self::SCHEMA);
-}
-
-impl Message for Request {
-    const CHANNEL: Channel = Channel::Request;
-}
-impl Message for Reply {
-    const CHANNEL: Channel = Channel::Reply;
-}
-impl Message for Telemetry {
-    const CHANNEL: Channel = Channel::Telemetry;
-}
-impl Message for Event {
-    const CHANNEL: Channel = Channel::Event;
-}
-
 /// Turns messages into frames and counts them.
 #[derive(Clone, Debug, Default)]
 pub struct Encoder {
@@ -93,32 +41,101 @@ impl Encoder {
     ///
     /// A message that might be longer than [`PAYLOAD_LEN_MAX`] does not compile.
     pub fn message<M: Message>(&mut self, message: &M) -> Frame {
-        const { assert!(M::LEN_MAX <= PAYLOAD_LEN_MAX) };
+        self.sealed_message(message, None)
+    }
+
+    /// As [`message`](Self::message), sealed by a key with the counter of this frame.
+    pub fn sealed_message<M: Message>(&mut self, message: &M, by: Option<(&Key, u64)>) -> Frame {
+        const { assert!(M::LEN_MAX + Seal::LEN <= PAYLOAD_LEN_MAX) };
         let mut raw = Raw::BLANK;
         let payload = postcard::to_slice(message, raw.room()).expect("LEN_MAX is a bound");
         let len = payload.len();
-        self.frame(M::CHANNEL, raw, len)
+        self.seal_frame(M::CHANNEL, raw, len, by)
+    }
+
+    /// [`sealed_message`](Self::sealed_message) for a robot, compiled here: for size, as this crate is on a board.
+    #[inline(never)]
+    pub fn reply(&mut self, reply: &Reply, by: Option<(&Key, u64)>) -> Frame {
+        self.sealed_message(reply, by)
+    }
+
+    /// As [`reply`](Self::reply).
+    #[inline(never)]
+    pub fn event(&mut self, event: &Event, by: Option<(&Key, u64)>) -> Frame {
+        self.sealed_message(event, by)
+    }
+
+    /// As [`reply`](Self::reply).
+    #[inline(never)]
+    pub fn telemetry(&mut self, telemetry: &Telemetry, by: Option<(&Key, u64)>) -> Frame {
+        self.sealed_message(telemetry, by)
     }
 
     /// The frame of a hello.
     pub fn hello(&mut self, hello: Hello) -> Frame {
+        self.parts(Channel::Hello, &[&hello.to_bytes()], None)
+    }
+
+    /// The frame of a hello of a robot with a key.
+    pub fn challenge(&mut self, hello: Hello, challenge: Nonce) -> Frame {
+        self.parts(Channel::Hello, &[&hello.to_bytes(), &challenge], None)
+    }
+
+    /// The frame of a host's answer to a challenge.
+    pub fn open(&mut self, open: Open, session_key: &Key) -> Frame {
+        let parts: &[&[u8]] = &[&open.session.to_le_bytes(), &open.nonce];
+        self.parts(Channel::Open, parts, Some((session_key, 0)))
+    }
+
+    /// The frame of a robot's answer to [`Open`].
+    pub fn opened(&mut self, opened: Opened, session_key: &Key) -> Frame {
+        let parts: &[&[u8]] = &[&opened.session.to_le_bytes(), &opened.boot];
+        self.parts(Channel::Opened, parts, Some((session_key, opened.counter)))
+    }
+
+    /// The frame of a payload in parts, which are short.
+    #[inline(never)]
+    fn parts(&mut self, channel: Channel, parts: &[&[u8]], by: Option<(&Key, u64)>) -> Frame {
         let mut raw = Raw::BLANK;
-        raw.room()[..Hello::LEN].copy_from_slice(&hello.to_bytes());
-        self.frame(Channel::Hello, raw, Hello::LEN)
+        let mut len = 0;
+        for part in parts {
+            raw.room()[len..len + part.len()].copy_from_slice(part);
+            len += part.len();
+        }
+        self.seal_frame(channel, raw, len, by)
+    }
+
+    /// Adds the seal to a payload of this length, if there is a key.
+    #[inline(never)]
+    fn seal_frame(
+        &mut self,
+        channel: Channel,
+        mut raw: Raw,
+        payload_len: usize,
+        by: Option<(&Key, u64)>,
+    ) -> Frame {
+        let Some((key, counter)) = by else { return self.frame(channel as u8, raw, payload_len) };
+        let channel = channel as u8 | SEALED;
+        let (payload, rest) = raw.room().split_at_mut(payload_len);
+        rest[..Seal::LEN].copy_from_slice(&Seal::new(key, channel, payload, counter).to_bytes());
+        self.frame(channel, raw, payload_len + Seal::LEN)
     }
 
     /// The frame of a message that came in another frame, counted anew: for whoever passes frames on.
     pub fn relay(&mut self, received: &Received<'_>) -> Frame {
         let mut raw = Raw::BLANK;
-        let len = received.payload.len().min(PAYLOAD_LEN_MAX);
+        let seal_len = if received.seal.is_some() { Seal::LEN } else { 0 };
+        let len = received.payload.len().min(PAYLOAD_LEN_MAX - seal_len);
         raw.room()[..len].copy_from_slice(&received.payload[..len]);
-        self.frame(received.channel, raw, len)
+        let Some(seal) = received.seal else { return self.frame(received.channel as u8, raw, len) };
+        raw.room()[len..len + Seal::LEN].copy_from_slice(&seal.to_bytes());
+        self.frame(received.channel as u8 | SEALED, raw, len + Seal::LEN)
     }
 
     /// Adds header and checksum to a payload of this length, and encodes the frame.
     #[inline(never)]
-    fn frame(&mut self, channel: Channel, Raw(mut raw): Raw, payload_len: usize) -> Frame {
-        raw[0] = channel as u8;
+    fn frame(&mut self, channel: u8, Raw(mut raw): Raw, payload_len: usize) -> Frame {
+        raw[0] = channel;
         raw[1..HEADER_LEN].copy_from_slice(&self.sequence.to_le_bytes());
         self.sequence = self.sequence.wrapping_add(1);
         let body_len = HEADER_LEN + payload_len;
@@ -177,35 +194,6 @@ pub enum FrameError {
     Checksum,
     /// The channel is not one of ours.
     Channel,
-}
-
-/// A good frame as received.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Received<'a> {
-    /// The kind of message.
-    pub channel: Channel,
-    /// Frames that the sequence numbers show to be missing before this one.
-    pub lost: u16,
-    /// The message's bytes, at most [`PAYLOAD_LEN_MAX`].
-    pub payload: &'a [u8],
-}
-
-impl Received<'_> {
-    /// The message, if it has type `M` and no bytes are left over.
-    pub fn message<M: Message>(&self) -> Option<M> {
-        if self.channel != M::CHANNEL {
-            return None;
-        }
-        match postcard::take_from_bytes(self.payload) {
-            Ok((message, [])) => Some(message),
-            _ => None,
-        }
-    }
-
-    /// The hello, if the frame carries one.
-    pub fn hello(&self) -> Option<Hello> {
-        if self.channel == Channel::Hello { Hello::from_bytes(self.payload) } else { None }
-    }
 }
 
 /// Finds frames in a stream of bytes.
@@ -267,7 +255,7 @@ impl Decoder {
         if Crc32::new().over(body).value().to_le_bytes() != crc {
             return Err(FrameError::Checksum);
         }
-        let channel = Channel::from_number(body[0]).ok_or(FrameError::Channel)?;
+        let channel = Channel::from_number(body[0] & !SEALED).ok_or(FrameError::Channel)?;
         let sequence = u16::from_le_bytes([body[1], body[2]]);
         // A hello starts a new count.
         let lost = match self.last_sequence {
@@ -279,6 +267,14 @@ impl Decoder {
             _ => 0,
         };
         self.last_sequence = Some(sequence);
-        Ok(Received { channel, lost, payload: &body[HEADER_LEN..] })
+        let payload = &body[HEADER_LEN..];
+        let (payload, seal) = match body[0] & SEALED {
+            0 => (payload, None),
+            _ => payload
+                .split_last_chunk()
+                .ok_or(FrameError::Malformed)
+                .map(|(payload, seal)| (payload, Some(Seal::from_bytes(seal))))?,
+        };
+        Ok(Received { channel, lost, payload, seal })
     }
 }

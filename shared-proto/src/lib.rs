@@ -3,12 +3,13 @@
 //! # A frame
 //!
 //! ```text
-//! channel u8 | sequence u16 LE | payload ...            | CRC-32 u32 LE      COBS-encoded, then 0x00
+//! channel u8 | sequence u16 LE | payload ... | seal ... | CRC-32 u32 LE      COBS-encoded, then 0x00
 //! ```
 //!
 //! The CRC (ISO-HDLC, as in Ethernet and zlib) covers channel, sequence and payload. A zero byte
 //! never occurs inside a frame, so after any damage the receiver synchronises at the next zero.
-//! Each direction counts its frames in `sequence`; a gap tells the receiver what was lost.
+//! Each direction counts its frames in `sequence`; a gap tells the receiver what was lost. Only between holders of a
+//! pre-shared key a frame has a seal ([`Seal`]), which 0x80 in its channel announces: [`Key`] shows how.
 //!
 //! # The messages
 //!
@@ -19,6 +20,8 @@
 //! | 2 `Reply` | to the host | [`Reply`], postcard | carries the request's id |
 //! | 3 `Telemetry` | to the host | [`Telemetry`], postcard | as subscribed; the first to be dropped on a busy line |
 //! | 4 `Event` | to the host | [`Event`], postcard | may be lost; [`Status`] tells the same on request |
+//! | 5 `Open` | to the robot | [`Open`] | a host shows that it holds the key |
+//! | 6 `Opened` | to the host | [`Opened`] | so does the robot |
 //!
 //! # Longest frames
 //!
@@ -26,11 +29,15 @@
 //!
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
-//! | 0 `Hello` | 18 | 27 |
+//! | 0 `Hello` | 34 | 43 |
 //! | 1 `Request` | 278 | 288 |
 //! | 2 `Reply` | 279 | 289 |
 //! | 3 `Telemetry` | 140 | 149 |
 //! | 4 `Event` | 50 | 59 |
+//! | 5 `Open` | 36 | 45 |
+//! | 6 `Opened` | 36 | 45 |
+//!
+//! A seal makes a payload, and a frame, 16 bytes longer; here `Open` and `Opened` have theirs.
 //!
 //! A receiver takes payloads of up to [`PAYLOAD_LEN_MAX`] bytes, which leaves room for later messages.
 //!
@@ -56,6 +63,7 @@
 #![cfg_attr(not(test), no_std)]
 
 mod bound;
+mod channel;
 mod config;
 mod config_bytes;
 mod crc;
@@ -64,27 +72,34 @@ mod encoded_len;
 mod fault;
 mod frame;
 mod hello;
+mod key;
 mod message;
 mod motion;
 mod name;
 mod order;
 mod pair;
 mod readable;
+mod received;
+mod sessions;
 mod state;
 mod telemetry;
 
 pub use bound::Bound;
+pub use channel::{Channel, Message};
 pub use config::*;
 pub use crc::Crc32;
 pub use driver::*;
 pub use fault::*;
 pub use frame::*;
 pub use hello::*;
+pub use key::*;
 pub use message::*;
 pub use motion::*;
 pub use name::*;
 pub use order::is_above;
 pub use pair::*;
 pub use readable::Readable;
+pub use received::*;
+pub use sessions::*;
 pub use state::State;
 pub use telemetry::*;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, ConfigError, LimitsConfig};
 use crate::fault::FaultReport;
+use crate::key::Key;
 use crate::motion::{Drive, MotionError, MotionId, Velocity};
 use crate::name::Name;
 use crate::state::State;
@@ -97,6 +98,12 @@ pub enum Command {
         /// [`Telemetry::number`].
         number: u32,
     },
+    /// Obey only holders of this key from now on; without one, everybody. Kept over power-off. Refused while armed.
+    /// In a sealed session the key is [masked](Key::masked).
+    SetKey {
+        /// The new key.
+        key: Option<Key>,
+    },
 }
 
 impl Command {
@@ -112,7 +119,8 @@ impl Command {
             | Command::Velocity(_)
             | Command::Renew { .. }
             | Command::ClearFault { .. }
-            | Command::Subscribe { .. } => true,
+            | Command::Subscribe { .. }
+            | Command::SetKey { .. } => true,
             Command::Identify
             | Command::Status
             | Command::ReadConfig
@@ -185,6 +193,10 @@ pub enum Refusal {
     Driven,
     /// The robot no longer has the telemetry frame with this number: it keeps the last [`Telemetry::KEPT`].
     Forgotten,
+    /// The robot has a key, and the frame is not sealed by a holder of that key. The reply's id is 0.
+    Key,
+    /// What should have shown the key does not: it is another key, or another host was quicker. The reply's id is 0.
+    WrongKey,
 }
 
 /// Who the robot is.
@@ -285,6 +297,8 @@ pub struct LinkStatistics {
     pub frames_sent: u32,
     /// Telemetry frames dropped because the line was busy.
     pub telemetry_dropped: u32,
+    /// Frames dropped because nobody who holds the robot's key sent them, or because they came before.
+    pub frames_refused: u32,
 }
 
 /// News that the robot sends unasked. An event may be lost: [`Status`] gives the same information.

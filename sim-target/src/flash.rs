@@ -1,19 +1,29 @@
-//! The simulated flash: the firmware's configuration store, kept in memory or in a file.
+//! The simulated flash: the firmware's store, kept in memory or in a file.
+//!
+//! ```text
+//! # The flash of a simulated robot.
+//! # link 5 00112233445566778899aabbccddeeff      how often it started with a key, and the key; or no such line
+//! name = "..."                                  the configuration, if one was saved
+//! ```
 
 use core::cell::RefCell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use firmware::hal::{Store, StoreError};
-use shared_proto::Config;
+use firmware::hal::{LinkRecord, Store, StoreError};
+use shared_proto::{Config, Key};
 
-/// A flash that holds one configuration. Without a file, its content ends with the simulation.
+/// A flash that holds a configuration and a key. Without a file, its content ends with the simulation.
 #[derive(Clone)]
 pub(crate) struct Flash(Rc<RefCell<FlashState>>);
 
 struct FlashState {
+    /// The configuration.
     content: Option<String>,
+    link: Result<LinkLine, StoreError>,
+    /// The key cannot be changed from outside.
+    key_locked: bool,
     file: Option<PathBuf>,
     write_protected: bool,
 }
@@ -33,7 +43,26 @@ impl Flash {
             },
             None => None,
         };
-        Ok(Self(Rc::new(RefCell::new(FlashState { content, file, write_protected: false }))))
+        let (content, link) = content.map_or((None, Ok(LinkLine::default())), LinkLine::split);
+        let state = FlashState { content, link, key_locked: false, file, write_protected: false };
+        Ok(Self(Rc::new(RefCell::new(state))))
+    }
+
+    /// Puts a key in, for this robot's time; the file does not get it.
+    pub(crate) fn lend_key(&self, key: Option<Key>) {
+        if let (Some(key), Ok(link)) = (key, &mut self.0.borrow_mut().link) {
+            link.lent = Some(key);
+        }
+    }
+
+    /// Refuses or allows other keys.
+    pub(crate) fn lock_key(&self, on: bool) {
+        self.0.borrow_mut().key_locked = on;
+    }
+
+    /// Whether only holders of a key may talk to the robot.
+    pub(crate) fn has_key(&self) -> bool {
+        self.0.borrow().link.map_or(true, |link| link.key().is_some())
     }
 
     pub(crate) fn put(&self, config: &Config) {
@@ -62,15 +91,99 @@ impl Store for Flash {
         // About what a real flash takes to erase and write.
         embassy_time::Timer::after_millis(5).await;
         let mut state = self.0.borrow_mut();
-        if state.write_protected {
+        let text = to_text(config).ok_or(StoreError::Write)?;
+        let link = state.link;
+        state.write(Some(text), link)
+    }
+
+    async fn link(&mut self, change: Option<Option<Key>>) -> Result<LinkRecord, StoreError> {
+        let mut state = self.0.borrow_mut();
+        let mut link = state.link?;
+        if let Some(key) = change {
+            if state.key_locked {
+                return Err(StoreError::Write);
+            }
+            (link.kept, link.lent) = (key, None);
+        }
+        if link.key().is_none() && change.is_none() {
+            return Ok(LinkRecord::default());
+        }
+        link.count += 1;
+        let content = state.content.clone();
+        match state.write(content, Ok(link)) {
+            Err(error) if change.is_some() => Err(error),
+            kept => Ok(LinkRecord { key: link.key(), count: kept.ok().map(|()| link.count) }),
+        }
+    }
+}
+
+impl FlashState {
+    fn write(
+        &mut self,
+        content: Option<String>,
+        link: Result<LinkLine, StoreError>,
+    ) -> Result<(), StoreError> {
+        if self.write_protected {
             return Err(StoreError::Write);
         }
-        let text = to_text(config).ok_or(StoreError::Write)?;
-        if let Some(path) = &state.file {
-            write_whole(path, &text).map_err(|_| StoreError::Write)?;
+        if let Some(path) = &self.file {
+            let config = content.as_deref().map_or("", |text| text.trim_start_matches(HEADER));
+            let line = link.map(|link| link.line()).unwrap_or_default();
+            write_whole(path, &format!("{HEADER}{line}{config}")).map_err(|_| StoreError::Write)?;
         }
-        state.content = Some(text);
+        (self.content, self.link) = (content, link);
         Ok(())
+    }
+}
+
+/// What the flash holds for the link.
+#[derive(Clone, Copy, Default)]
+struct LinkLine {
+    count: u64,
+    kept: Option<Key>,
+    /// In its place, and never written.
+    lent: Option<Key>,
+}
+
+impl LinkLine {
+    const MARK: &str = "# link ";
+
+    fn key(self) -> Option<Key> {
+        self.lent.or(self.kept)
+    }
+
+    /// Takes the record out of a file.
+    fn split(text: String) -> (Option<String>, Result<Self, StoreError>) {
+        let Some((line, config)) = text
+            .strip_prefix(HEADER)
+            .and_then(|rest| rest.strip_prefix(Self::MARK))
+            .and_then(|rest| rest.split_once('\n'))
+        else {
+            return (Some(text), Ok(Self::default()));
+        };
+        let content = (!config.is_empty()).then(|| format!("{HEADER}{config}"));
+        (content, Self::read(line).ok_or(StoreError::UnknownKey))
+    }
+
+    fn read(line: &str) -> Option<Self> {
+        let mut words = line.split(' ');
+        let count = words.next()?.parse().ok()?;
+        let kept = match words.next() {
+            None => None,
+            Some(key) => Some(Key::from_hex(key)?),
+        };
+        Some(Self { count, kept, lent: None })
+    }
+
+    fn line(self) -> String {
+        match (self.count, self.kept) {
+            (0, None) => String::new(),
+            (count, None) => format!("{}{count}\n", Self::MARK),
+            (count, Some(key)) => {
+                let hex: String = key.expose().iter().map(|byte| format!("{byte:02x}")).collect();
+                format!("{}{count} {hex}\n", Self::MARK)
+            }
+        }
     }
 }
 
@@ -88,7 +201,14 @@ fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".beeline-part");
     let beside = path.with_file_name(name);
-    let mut file = std::fs::File::create(&beside)?;
+    let mut options = std::fs::OpenOptions::new();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    if text.contains(LinkLine::MARK) {
+        // There may be a key in it.
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    }
+    let mut file = options.open(&beside)?;
     // Synced before the rename, so that the name never refers to missing data.
     let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
     let renamed = written.and_then(|()| std::fs::rename(&beside, path));

@@ -131,6 +131,11 @@ impl Lab {
         self.world.borrow_mut().guard = None;
     }
 
+    /// Restarts the robot's controller, as its watchdog does. The robot rolls on.
+    pub fn restart_controller(&self) {
+        self.world.borrow_mut().restart_asked = true;
+    }
+
     /// Makes every write to the flash fail, or ends that.
     pub fn write_protect_flash(&self, on: bool) {
         self.flash.set_write_protected(on);

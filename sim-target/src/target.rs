@@ -14,7 +14,9 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::hal::{BoardInfo, WaitPin};
 use firmware::shared::Shared;
 use firmware::task;
-use shared_proto::{Config, Name, ResetCause};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use shared_proto::{Config, Key, Name, ResetCause};
 
 use crate::clock;
 use crate::executor::Executor;
@@ -36,6 +38,12 @@ pub struct Options {
     pub flash: Option<PathBuf>,
     /// The configuration in the flash. Ignored if `flash` names a file that exists.
     pub config: Option<Config>,
+    /// Only its holders may talk to the robot, whatever key the flash holds.
+    pub key: Option<Key>,
+    /// No host may set or clear the key.
+    pub key_locked: bool,
+    /// Seeds the robot's source of random numbers; without one, the robot has none.
+    pub random: Option<[u8; 32]>,
 }
 
 /// A robot on this thread's virtual clock. One at a time per thread.
@@ -43,6 +51,7 @@ pub struct SimTarget {
     /// None only while the robot restarts.
     executor: Option<Executor>,
     board: BoardInfo,
+    random: Option<ChaCha8Rng>,
     lab: Lab,
     to_robot: Wire,
     to_host: Wire,
@@ -63,6 +72,8 @@ impl SimTarget {
         {
             flash.put(config);
         }
+        flash.lend_key(options.key);
+        flash.lock_key(options.key_locked);
         clock::claim();
         let setup = scenario.set_up();
         let seed = setup.seed;
@@ -74,15 +85,18 @@ impl SimTarget {
             board: Name::new("simulator").unwrap_or_default(),
             uid: uid(scenario),
             reset_cause: ResetCause::PowerOn,
+            random: None,
         };
+        let random = options.random.map(ChaCha8Rng::from_seed);
         let lab = Lab { world, flash, stopped: StoppedTasks::default() };
-        let mut target = Self { executor: None, board, lab, to_robot, to_host };
+        let mut target = Self { executor: None, board, random, lab, to_robot, to_host };
         target.boot();
         Ok(target)
     }
 
     /// Starts guard and tasks.
     fn boot(&mut self) {
+        self.board.random = self.random.as_mut().map(|random| random.random());
         let world = self.lab.world.clone();
         world.borrow_mut().guard = Some(Guard::new(clock::now_us()));
         let shared: SimShared = Rc::new(Shared::new());
@@ -132,6 +146,11 @@ impl SimTarget {
         executor.spawn(RobotTask::Heartbeat, async move {
             task::heartbeat::run(&s, || world.borrow_mut().check_in(Part::Others)).await
         });
+    }
+
+    /// Whether only holders of a key may talk to the robot.
+    pub fn has_key(&self) -> bool {
+        self.lab.flash.has_key()
     }
 
     /// The watchdog's restart: the tasks end and begin again. The plant rolls on.

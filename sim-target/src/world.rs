@@ -30,6 +30,8 @@ pub(crate) struct World {
     pub(crate) guard: Option<Guard>,
     /// The watchdog has restarted the controller, and its tasks must begin again.
     pub(crate) restart: bool,
+    /// A test wants that.
+    pub(crate) restart_asked: bool,
 }
 
 /// A fault that begins or ends at a known time.
@@ -80,6 +82,7 @@ impl World {
             stall_us: 0,
             guard: None,
             restart: false,
+            restart_asked: false,
         }
     }
 
@@ -149,7 +152,7 @@ impl World {
         if now_us < guard.next_us() {
             return;
         }
-        self.restart = guard.act(now_us);
+        self.restart = guard.act(now_us) || std::mem::take(&mut self.restart_asked);
         if guard.tripped() || self.restart {
             self.plant_now().set_enabled(false);
         }

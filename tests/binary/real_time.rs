@@ -3,6 +3,7 @@
 //! These tests wait more than they compute. `cargo xtask test` runs several of them at once, apart from tests
 //! that keep the processor busy.
 
+mod key;
 mod network;
 
 use std::io::{BufRead, BufReader, Write};

@@ -71,6 +71,7 @@ impl TempFolder {
             .current_dir(self.folder.path())
             .env("XDG_STATE_HOME", self.path("state"))
             .env_remove("BEELINE_PORT")
+            .env_remove("BEELINE_KEY_FILE")
             .env_remove("CLICOLOR_FORCE")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -43,7 +43,7 @@ pub const BOARDS: [Board; 6] = [
         features: "board-nucleo-f429zi",
         folder: "firmware",
         target: TARGET,
-        flash_kib_max: 96,
+        flash_kib_max: 98,
         ram_kib_max: 24,
     },
     Board {
@@ -61,7 +61,7 @@ pub const BOARDS: [Board; 6] = [
         features: "board-nucleo-f446re",
         folder: "firmware",
         target: TARGET,
-        flash_kib_max: 96,
+        flash_kib_max: 98,
         ram_kib_max: 24,
     },
     Board {
@@ -70,7 +70,7 @@ pub const BOARDS: [Board; 6] = [
         features: "board-nucleo-f411re",
         folder: "firmware",
         target: TARGET,
-        flash_kib_max: 96,
+        flash_kib_max: 98,
         ram_kib_max: 24,
     },
     Board {
@@ -79,7 +79,7 @@ pub const BOARDS: [Board; 6] = [
         features: "board-black-pill-f411",
         folder: "firmware",
         target: TARGET,
-        flash_kib_max: 96,
+        flash_kib_max: 98,
         ram_kib_max: 24,
     },
     Board {

@@ -130,6 +130,9 @@ async fn in_real_time(mut server: Server, cancel: &Cancel) -> Result<(), ServeEr
             ServeEvent::Client(News::NotReading) => {
                 eprintln!("a client that did not read was cut off")
             }
+            ServeEvent::Client(News::NoKey) => {
+                eprintln!("a client that does not hold the key was cut off");
+            }
             ServeEvent::Listening(_) | ServeEvent::NotPutBack => {}
         })?;
         sleep_until_us(now_us() + STEP_US).await;

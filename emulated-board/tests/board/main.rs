@@ -5,6 +5,7 @@ mod chip;
 mod drivers;
 mod faults;
 mod hang;
+mod key;
 mod network;
 /// A NOR flash in memory, as the store's own tests have it; here its power never goes.
 #[allow(dead_code)]

@@ -10,3 +10,8 @@ pub const STORE_SECTOR: u8 = 1;
 /// Whether the core stands still while the store is erased: there is one bank, which the program
 /// runs from.
 pub const ERASE_STALLS: bool = true;
+
+/// These chips have no generator of random numbers: the store's count of starts has to do.
+pub(in crate::board) fn random() -> Option<shared_proto::Nonce> {
+    None
+}

@@ -82,6 +82,7 @@ pub fn spawn_others(
         board: Name::new(NAME).unwrap_or_default(),
         uid: embassy_stm32::uid::uid(),
         reset_cause,
+        random: super::random(),
     };
     defmt::info!("{=str} {=str}, started by {}", NAME, env!("CARGO_PKG_VERSION"), reset_cause);
     spawner.spawn(once(supervisor(shared, store, board)));

@@ -26,8 +26,8 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Config, DriverConfig, Event, Fault, Hello, LinkStatistics, Reply, Request, State, Telemetry,
-    WheelPair,
+    Access, Config, DriverConfig, Event, Fault, Greeting, LinkStatistics, Reply, Request, State,
+    Telemetry, WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -68,6 +68,11 @@ pub struct Shared<M: RawMutex> {
     pub requests: Channel<M, Request, 1>,
     /// Any task to the link.
     pub outgoing: Channel<M, Outgoing, 4>,
+    /// Receiver to transmitter: answers to hosts that begin a session. They have a place of their own, so that no
+    /// other host's flood keeps a new one out.
+    pub greetings: Channel<M, Greeting, 1>,
+    /// Supervisor to link: whom the robot obeys.
+    pub access: SharedCell<M, Access>,
     /// Supervisor to telemetry: how to follow where the robot is.
     pub follow_wheels: Mailbox<M, Follow>,
     /// PID to telemetry: this tick is due to be sent.
@@ -117,6 +122,8 @@ impl<M: RawMutex> Shared<M> {
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
+            greetings: Channel::new(),
+            access: SharedCell::new(Access::Nobody),
             follow_wheels: Mailbox::new(),
             telemetry_due: Notify::new(),
             telemetry: Channel::new(),
@@ -136,6 +143,7 @@ impl<M: RawMutex> Shared<M> {
                 frames_lost: 0,
                 frames_sent: 0,
                 telemetry_dropped: 0,
+                frames_refused: 0,
             }),
             fault_line: SharedCell::new(FaultLine::None),
             safety_inputs: SharedCell::new(SafetyInputs {
@@ -281,8 +289,6 @@ impl SupplyLimits {
 /// A message for the link to send, in order. Telemetry has its own queue, of lower priority.
 #[allow(clippy::large_enum_variant, reason = "no allocator on the board; one lives at a time")]
 pub enum Outgoing {
-    /// The robot's half of the handshake.
-    Hello(Hello),
     /// The answer to a request.
     Reply(Reply),
     /// An event.

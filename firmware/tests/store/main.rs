@@ -1,6 +1,7 @@
 //! The store: whatever happens to the power, it reads the old configuration or the new one.
 
 mod layouts;
+mod link;
 mod nor;
 mod power_cut;
 

@@ -2,7 +2,7 @@
 
 use shared_proto::{
     Channel, Command, Config, Decoder, Encoder, Event, FRAME_LEN_MAX, Hello, Message,
-    PAYLOAD_LEN_MAX, Received, Reply, Request, Telemetry,
+    PAYLOAD_LEN_MAX, Received, Reply, Request, Seal, Telemetry,
 };
 
 use crate::bytes::Bytes;
@@ -19,7 +19,10 @@ pub fn frames(input: &[u8]) {
     }
     // Any payload can be sent, whatever is in it.
     let payload = &bytes.0[..bytes.0.len().min(PAYLOAD_LEN_MAX)];
-    pass_on(&Received { channel: Channel::Event, lost: 0, payload }, flip);
+    pass_on(&Received { channel: Channel::Event, lost: 0, payload, seal: None }, flip);
+    let payload = &payload[..payload.len().min(PAYLOAD_LEN_MAX - Seal::LEN)];
+    let seal = Some(Seal { counter: flip as u64, tag: [flip as u8; 8] });
+    pass_on(&Received { channel: Channel::Event, lost: 0, payload, seal }, flip);
 }
 
 /// Sends what has arrived once more, undamaged and with one bit flipped.
@@ -32,12 +35,12 @@ fn pass_on(received: &Received<'_>, flip: usize) {
         let mut whole = None;
         for &byte in bytes {
             if let Some(Ok(received)) = decoder.push(byte) {
-                whole = Some((received.channel, received.payload.to_vec()));
+                whole = Some((received.channel, received.payload.to_vec(), received.seal));
             }
         }
         whole
     };
-    let sent = Some((received.channel, received.payload.to_vec()));
+    let sent = Some((received.channel, received.payload.to_vec(), received.seal));
     assert_eq!(arrives(&frame), sent);
     let mut damaged = frame.to_vec();
     let bit = flip % (8 * damaged.len());
@@ -50,9 +53,9 @@ fn pass_on(received: &Received<'_>, flip: usize) {
 /// The first byte is the channel, the others are a payload.
 pub fn messages(input: &[u8]) {
     let mut bytes = Bytes(input);
-    let Some(channel) = Channel::from_number(bytes.byte() % 5) else { return };
-    let received =
-        Received { channel, lost: 0, payload: &bytes.0[..bytes.0.len().min(PAYLOAD_LEN_MAX)] };
+    let Some(channel) = Channel::from_number(bytes.byte() % 7) else { return };
+    let payload = &bytes.0[..bytes.0.len().min(PAYLOAD_LEN_MAX)];
+    let received = Received { channel, lost: 0, payload, seal: None };
     match channel {
         Channel::Hello => {
             let Some(hello) = received.hello() else { return };
@@ -67,6 +70,8 @@ pub fn messages(input: &[u8]) {
         Channel::Reply => drop(round::<Reply>(&received)),
         Channel::Telemetry => drop(round::<Telemetry>(&received)),
         Channel::Event => drop(round::<Event>(&received)),
+        Channel::Open => drop(received.open()),
+        Channel::Opened => assert_eq!(received.opened(), None, "it has no seal"),
     }
 }
 

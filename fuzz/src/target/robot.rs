@@ -32,6 +32,7 @@ pub fn robot(input: &[u8]) {
         heard: Decoder::new(),
         may_be_armed: false,
         configured: false,
+        may_have_key: false,
     };
     let mut bytes = Bytes(input);
     while !bytes.is_empty() && now_us() < DRIVE_US_MAX {
@@ -53,6 +54,8 @@ struct Host {
     may_be_armed: bool,
     /// So has another configuration: the robot may be a slow one.
     configured: bool,
+    /// And a key: this host, which seals nothing, may be a stranger now.
+    may_have_key: bool,
 }
 
 impl Host {
@@ -96,7 +99,7 @@ impl Host {
         let stops = command == Command::EmergencyStop;
         let frame = self.encoder.message(&Request { session, id: 7, until_ms, command });
         self.send(&frame);
-        if stops {
+        if stops && !self.may_have_key {
             self.stands_without_current("an emergency stop");
         } else {
             self.target.run_until_us(now_us() + 1000);
@@ -110,6 +113,7 @@ impl Host {
             {
                 self.may_be_armed |= matches!(request.command, Command::Arm { .. });
                 self.configured |= matches!(request.command, Command::WriteConfig(_));
+                self.may_have_key |= matches!(request.command, Command::SetKey { key: Some(_) });
             }
         }
         self.wire.write_now(bytes);
@@ -174,6 +178,7 @@ impl Host {
 fn understood(frame: &Received<'_>) {
     match frame.channel {
         Channel::Hello => drop(frame.hello().expect("a hello")),
+        Channel::Opened => panic!("nobody has shown a key"),
         Channel::Reply => {
             let reply: Reply = frame.message().expect("a reply");
             if let Ok(Answer::Config(config)) = reply.outcome {
@@ -182,6 +187,6 @@ fn understood(frame: &Received<'_>) {
         }
         Channel::Telemetry => drop(frame.message::<Telemetry>().expect("telemetry")),
         Channel::Event => drop(frame.message::<Event>().expect("an event")),
-        Channel::Request => panic!("a robot asks for nothing"),
+        Channel::Open | Channel::Request => panic!("a robot asks for nothing"),
     }
 }

@@ -74,6 +74,15 @@ pub struct Common {
         help_heading = "Every command"
     )]
     pub port: Port,
+    /// The file of the robot's key: `beeline key new` makes one.
+    #[arg(
+        long,
+        global = true,
+        value_name = "FILE",
+        env = "BEELINE_KEY_FILE",
+        help_heading = "Every command"
+    )]
+    pub key_file: Option<PathBuf>,
     /// Print one JSON value instead of text (`watch`: one per line).
     #[arg(long, global = true, help_heading = "Every command")]
     pub json: bool,
@@ -86,9 +95,14 @@ pub struct Common {
 }
 
 impl Common {
-    /// The options of the simulator.
+    /// The options of the simulator, and the key.
     pub fn sim(&self) -> SimOptions {
-        SimOptions { seed: self.seed, flash: self.flash.clone() }
+        SimOptions {
+            seed: self.seed,
+            flash: self.flash.clone(),
+            key_file: self.key_file.clone(),
+            key_optional: false,
+        }
     }
 }
 
@@ -102,6 +116,9 @@ pub enum Command {
     /// Read, change and save the robot's configuration.
     #[command(subcommand)]
     Config(ConfigCommand),
+    /// Make, set and clear the key of the link: a robot with a key obeys only who holds it.
+    #[command(subcommand)]
+    Key(KeyCommand),
     /// Drive a motion: straight, spin, arc, or a velocity for a time.
     #[command(subcommand)]
     Drive(DriveArgs),
@@ -204,6 +221,30 @@ pub enum ConfigCommand {
     },
 }
 
+/// `beeline key ...`
+#[derive(Debug, Subcommand)]
+pub enum KeyCommand {
+    /// Make a new key, in a file that only you may read.
+    #[command(after_help = "Example:\n  beeline key new robot.key")]
+    New {
+        /// The new file.
+        file: PathBuf,
+    },
+    /// Give the robot on a serial line this key, for ever. One that it has already must be given with --key-file.
+    #[command(after_help = "Examples:
+  beeline key set robot.key --port /dev/ttyACM0
+  beeline key set new.key --key-file robot.key --port /dev/ttyACM0")]
+    Set {
+        /// The file of the key.
+        file: PathBuf,
+    },
+    /// Take the robot's key away: it obeys whoever reaches its line. The key must be given with --key-file.
+    #[command(
+        after_help = "Example:\n  beeline key clear --key-file robot.key --port /dev/ttyACM0"
+    )]
+    Clear,
+}
+
 /// `beeline watch`
 #[derive(Args, Clone, Debug)]
 pub struct WatchArgs {
@@ -239,13 +280,14 @@ pub struct RecordArgs {
 #[command(after_help = "\
 Examples:
   beeline sim --listen tcp:127.0.0.1:7700 --camera track.csv
+  beeline sim --listen tcp:0.0.0.0:7700 --key-file robot.key
   beeline sim --listen pty --port sim:sim-target/scenarios/lossy_link.toml
   beeline sim --scenario > my-robot.toml         a scenario to start from")]
 pub struct SimArgs {
     /// tcp:HOST:PORT (port 0: any that is free), or pty.
     #[arg(long, value_name = "WHERE", required_unless_present = "scenario")]
     pub listen: Option<Listen>,
-    /// Listen where other machines can connect, too: whoever does can drive the robot.
+    /// Listen where other machines can connect, too, without a key: whoever does can drive the robot.
     #[arg(long)]
     pub insecure: bool,
     /// Write what the overhead camera sees to this new file, as a track that `calibrate` can read.

@@ -27,6 +27,7 @@ pub(super) fn run(common: &Common) -> Result<()> {
                 "frames_received": statistics.frames_received,
                 "frames_damaged": statistics.frames_damaged,
                 "frames_lost": statistics.frames_lost,
+                "frames_refused": statistics.frames_refused,
                 "retries": statistics.retries,
             },
         }));
@@ -81,11 +82,12 @@ fn show(identity: &Identity, status: &Status) {
     row(
         "link",
         format!(
-            "{} frames received, {} sent, {} damaged, {} lost, {} telemetry dropped",
+            "{} frames received, {} sent, {} damaged, {} lost, {} refused, {} telemetry dropped",
             link.frames_received,
             link.frames_sent,
             link.frames_damaged,
             link.frames_lost,
+            link.frames_refused,
             link.telemetry_dropped
         ),
     );

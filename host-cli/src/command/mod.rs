@@ -10,6 +10,7 @@ mod config;
 mod drive;
 mod explain;
 mod identify;
+mod key;
 mod model;
 mod ports;
 mod pose_source;
@@ -43,6 +44,7 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Ports => ports::run(common),
             Command::Identify => identify::run(common),
             Command::Config(args) => config::run(common, args),
+            Command::Key(args) => key::run(common, args),
             Command::Drive(args) => {
                 interrupt::listen();
                 match args {

@@ -7,11 +7,11 @@ use std::time::Duration;
 use serde_json::json;
 use sim_link::{News, ServeEvent, ServeOptions, serve};
 
-use crate::cli::{Common, SimArgs};
+use crate::cli::{Common, Listen, SimArgs};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::port::Port;
-use crate::ui::{BOLD, note, paint, say, say_text};
+use crate::ui::{BOLD, note, paint, say, say_text, warn};
 
 pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     if !matches!(common.port, Port::Sim(_)) {
@@ -27,13 +27,17 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         return Ok(());
     }
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };
-    if !listen.is_local() && !args.insecure {
-        return Err(Error::new(
-            "anyone who can reach that address can drive the robot: there is no password",
-        )
-        .hint("--listen tcp:127.0.0.1:7700 for this machine alone; --insecure if you mean it"));
+    let network = matches!(listen, Listen::Tcp(_));
+    let mut target = common.sim().served(&scenario, network)?;
+    if !listen.is_local() && !target.has_key() {
+        let open = "anyone who can reach that address can drive the robot: it has no key";
+        if !args.insecure {
+            return Err(Error::new(open).hint(
+                "--key-file FILE gives it one (`beeline key new FILE` makes it), --listen tcp:127.0.0.1:7700 is for this machine alone; --insecure if you mean it",
+            ));
+        }
+        warn(open);
     }
-    let mut target = common.sim().target(&scenario)?;
     let options = ServeOptions {
         camera: args.camera.as_deref(),
         reset_on_connect: args.reset_on_connect,
@@ -53,6 +57,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             note("a program that does not speak Beeline's protocol was cut off");
         }
         ServeEvent::Client(News::NotReading) => note("a client that did not read was cut off"),
+        ServeEvent::Client(News::NoKey) => note("a client that does not hold the key was cut off"),
         ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
     };
     Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)

@@ -47,7 +47,13 @@ pub(super) fn run(
             }),
             (VelocitySource::Stdin, None) => None,
         };
-        drive_at(session, acceleration.mps2(radius_m), &mut wanted).await?;
+        let driven = drive_at(session, acceleration.mps2(radius_m), &mut wanted).await;
+        driven.map_err(|error| match (&error, &lines) {
+            (host_link::Error::Refused { request: "drive", .. }, Some(lines)) => {
+                lines.refused(error)
+            }
+            _ => error.into(),
+        })?;
         Ok(failed)
     })?;
     if let Some(error) = failed {
@@ -62,6 +68,8 @@ struct Lines {
     lines: Receiver<std::io::Result<String>>,
     number: usize,
     latest: Twist,
+    /// The line of that.
+    latest_number: usize,
     /// When the latest one came \[s\].
     at_s: f64,
     ended: bool,
@@ -80,7 +88,18 @@ impl Lines {
                 }
             }
         });
-        Self { lines, number: 0, latest: STILL, at_s: 0.0, ended: false }
+        Self { lines, number: 0, latest: STILL, latest_number: 0, at_s: 0.0, ended: false }
+    }
+
+    /// The robot has refused the velocity of the latest line.
+    fn refused(&self, error: host_link::Error) -> Error {
+        let refused = Error::from(error);
+        let named =
+            Error::new(format_args!("line {} of standard input: {refused}", self.latest_number));
+        match refused.hint_text() {
+            Some(hint) => named.hint(hint),
+            None => named,
+        }
     }
 
     /// The velocity now; none after the last line.
@@ -94,6 +113,7 @@ impl Lines {
                     })?;
                     if !line.trim().is_empty() {
                         self.latest = twist(&line, self.number)?;
+                        self.latest_number = self.number;
                         self.at_s = elapsed_s;
                     }
                 }
@@ -148,7 +168,8 @@ mod tests {
     #[test]
     fn a_line_is_driven_until_the_next_and_no_longer_than_half_a_second() {
         let (sender, lines) = sync_channel(8);
-        let mut lines = Lines { lines, number: 0, latest: STILL, at_s: 0.0, ended: false };
+        let mut lines =
+            Lines { lines, number: 0, latest: STILL, latest_number: 0, at_s: 0.0, ended: false };
         let half = Twist { forward_mps: 0.5, turn_rad_s: 0.0 };
         let send = |line: &str| sender.send(Ok(line.into())).unwrap();
         assert_eq!(lines.now(0.0).unwrap(), Some(STILL));

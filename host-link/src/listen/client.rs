@@ -5,14 +5,14 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use shared_proto::{Bound, Channel, Decoder, Encoder, Frame};
+use shared_proto::{Bound, Channel, Decoder, Encoder, Frame, Received, Reply};
 
 use super::News;
 
 /// The first byte of a hello's frame: COBS for a zero at once.
 const HELLO_FIRST: u8 = 1;
 
-/// A client that has not said hello by then is none.
+/// A client that has not said hello by then is none, and one that has not shown the robot's key may not have it.
 const GREETING_MAX: Duration = Duration::from_secs(2);
 
 /// A client may leave this much of what the robot says unread \[bytes\]: two seconds of the quickest line.
@@ -21,11 +21,19 @@ const UNREAD_MAX: usize = 256 * 1024;
 /// So many bytes of a client are held until the line takes them: a few of the longest frames.
 const HELD_MAX: usize = 1024;
 
+/// No stop is longer \[bytes\].
+const SHORT: usize = 24;
+
 /// A client.
 pub(super) struct Client {
     stream: TcpStream,
     since: Instant,
-    greeted: bool,
+    /// Since its hello.
+    session: Option<u32>,
+    /// The robot has let its session in.
+    let_in: bool,
+    /// Its answer to the challenge is on its way, and one short frame may go with it: an emergency stop does not wait.
+    opening: bool,
     decoder: Decoder,
     /// Received, and not passed on yet.
     held: VecDeque<u8>,
@@ -43,7 +51,9 @@ impl Client {
         Some(Self {
             stream,
             since: Instant::now(),
-            greeted: false,
+            session: None,
+            let_in: false,
+            opening: false,
             decoder: Decoder::new(),
             held: VecDeque::new(),
             unsent: VecDeque::new(),
@@ -51,8 +61,27 @@ impl Client {
         })
     }
 
+    /// Its session, once it has said hello.
+    pub fn session(&self) -> Option<u32> {
+        self.session
+    }
+
+    /// Whether the robot has let it in.
+    pub fn is_let_in(&self) -> bool {
+        self.let_in
+    }
+
+    /// What is said of it if it has to go.
+    pub fn farewell(&self) -> News {
+        match self.session {
+            None => News::Stranger,
+            Some(_) if self.let_in => News::Disconnected,
+            Some(_) => News::NoKey,
+        }
+    }
+
     /// Takes from the network what there is room for; false if the client is to be forgotten.
-    pub fn receive(&mut self, tell: &mut dyn FnMut(News)) -> bool {
+    pub fn receive(&mut self, robot_has_key: bool, tell: &mut dyn FnMut(News)) -> bool {
         if !self.ended && self.held.len() < HELD_MAX {
             let mut buffer = [0; HELD_MAX];
             match self.stream.read(&mut buffer[self.held.len()..]) {
@@ -65,11 +94,11 @@ impl Client {
                 Err(_) => self.ended = true,
             }
         }
-        if !self.greeted {
+        if self.session.is_none() {
             match self.greeting() {
                 Greeting::None if self.since.elapsed() < GREETING_MAX && !self.ended => {}
-                Greeting::Hello => {
-                    self.greeted = true;
+                Greeting::Hello(session) => {
+                    self.session = Some(session);
                     tell(News::Connected);
                 }
                 // Whoever connects and leaves without a word is not worth one.
@@ -84,7 +113,11 @@ impl Client {
             tell(News::Disconnected);
             return false;
         }
-        true
+        let slow = self.since.elapsed() > GREETING_MAX && robot_has_key && !self.let_in;
+        if slow {
+            tell(News::NoKey);
+        }
+        !slow
     }
 
     /// What the client's first frame is. Zeros before it are silence.
@@ -103,34 +136,79 @@ impl Client {
         let mut decoder = Decoder::new();
         for &byte in self.held.iter().take(end + 1) {
             if let Some(Ok(frame)) = decoder.push(byte)
-                && frame.hello().is_some()
+                && let Some(hello) = frame.hello()
             {
-                return Greeting::Hello;
+                return Greeting::Hello(hello.session);
             }
         }
         Greeting::Other
     }
 
-    /// The client's next whole frame, counted by this encoder.
-    pub fn next_frame(&mut self, encoder: &mut Encoder) -> Option<Frame> {
-        if !self.greeted {
-            return None;
-        }
+    /// The client's next whole frame, counted by this encoder. Of a client that a robot with a key has not let in, only
+    /// what may change that.
+    pub fn next_frame(&mut self, robot_has_key: bool, encoder: &mut Encoder) -> Option<Frame> {
+        self.session?;
         while let Some(byte) = self.held.pop_front() {
             // A damaged frame is dropped here: between client and robot there is a second checksum.
-            if let Some(Ok(frame)) = self.decoder.push(byte) {
-                return Some(encoder.relay(&frame));
+            let Some(Ok(frame)) = self.decoder.push(byte) else { continue };
+            let its_own = frame.session() == self.session;
+            match frame.channel {
+                // One connection, one session.
+                Channel::Hello | Channel::Open if !its_own => {}
+                channel @ (Channel::Hello | Channel::Open) => {
+                    self.opening = channel == Channel::Open;
+                    return Some(encoder.relay(&frame));
+                }
+                _ if self.let_in || !robot_has_key => return Some(encoder.relay(&frame)),
+                _ if std::mem::take(&mut self.opening)
+                    && its_own
+                    && frame.payload.len() <= SHORT =>
+                {
+                    return Some(encoder.relay(&frame));
+                }
+                _ => {}
             }
         }
         None
     }
 
+    /// The robot has a key from now on.
+    pub fn shut_out(&mut self) {
+        self.let_in = false;
+        self.since = Instant::now();
+    }
+
+    /// Takes what the robot says, as far as it is for this client.
+    pub fn hear(&mut self, bytes: &[u8], frame: Option<&Received<'_>>) {
+        let its_own = frame.is_some_and(|frame| frame.session() == self.session);
+        let for_it = match frame {
+            _ if self.session.is_none() || self.ended => false,
+            Some(frame) if frame.channel == Channel::Hello => {
+                // One without a challenge lets everybody in.
+                self.let_in |= its_own && frame.challenge().is_none();
+                its_own
+            }
+            Some(frame) if frame.channel == Channel::Opened => {
+                self.let_in |= its_own;
+                its_own
+            }
+            // Only a refusal answers who was not let in.
+            Some(frame) if frame.channel == Channel::Reply && !self.let_in => {
+                let refusal = |reply: Reply| reply.id == 0 && reply.outcome.is_err();
+                its_own && frame.message().is_some_and(refusal)
+            }
+            _ => self.let_in,
+        };
+        if for_it {
+            self.unsent.extend(bytes);
+        }
+    }
+
     /// Sends as much as the client takes; false if the client is to be forgotten.
-    pub fn send(&mut self, bytes: &[u8], tell: &mut dyn FnMut(News)) -> bool {
-        if !self.greeted || self.ended {
+    pub fn send(&mut self, tell: &mut dyn FnMut(News)) -> bool {
+        if self.ended {
             return true;
         }
-        self.unsent.extend(bytes);
         let sent = self.send_unsent();
         if sent.is_err() {
             tell(News::Disconnected);
@@ -157,6 +235,6 @@ impl Client {
 
 enum Greeting {
     None,
-    Hello,
+    Hello(u32),
     Other,
 }

@@ -9,30 +9,34 @@ impl Session {
     /// Cuts the motors, for a session that need not be open.
     ///
     /// Hello and command go out in one breath, again and again until an answer comes: on a line that others keep busy, the
-    /// robot acts before an answer finds room.
+    /// robot acts before an answer finds room. A robot with a key acts as soon as its challenge is answered: answer and
+    /// command go out in one breath as well.
     pub async fn emergency_stop(&mut self) -> Result<()> {
         let ours = Hello::of_this_build(self.number);
         let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;
         while self.clock.now_us() < give_up {
-            let hello = self.encoder.hello(ours);
-            self.write(&[&[0], &*hello].concat()).await?;
+            self.write_greeting(ours).await?;
             let id = self.post_until(Command::EmergencyStop, 0).await?;
             let until = self.clock.now_us() + RETRY_AFTER.as_micros() as u64;
             loop {
                 match self.receive_until(until).await {
                     Ok(true) => {}
                     Ok(false) => break,
-                    // To a request of before the hello.
-                    Err(Error::Restarted { .. }) => continue,
+                    // To a request of before the hello, or the session is over.
+                    Err(Error::Restarted { .. }) => {
+                        self.close_if_open();
+                        continue;
+                    }
                     Err(error) => return Err(error),
                 }
                 if self.take_reply(id).is_some_and(|reply| reply.outcome.is_ok()) {
                     return Ok(());
                 }
-                if let Some(theirs) = self.hello.filter(|theirs| theirs.session == self.number)
-                    && !ours.agrees_with(&theirs)
-                {
-                    return Err(Error::VersionsDiffer { ours, theirs });
+                if let Some(theirs) = self.hello {
+                    self.agrees(ours, theirs)?;
+                }
+                if self.may_greet() {
+                    break;
                 }
             }
         }

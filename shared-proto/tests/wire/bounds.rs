@@ -38,7 +38,10 @@ fn longest() -> Vec<Any> {
     };
     let (session, id) = (u32::MAX, u32::MAX);
     vec![
-        Any::Hello(Hello { protocol: u16::MAX, schema: u64::MAX, session: u32::MAX }),
+        Any::Challenge(
+            Hello { protocol: u16::MAX, schema: u64::MAX, session: u32::MAX },
+            [0xFF; 16],
+        ),
         Any::Request(Request {
             session,
             id,
@@ -55,6 +58,8 @@ fn longest() -> Vec<Any> {
             ..samples::telemetry()
         }),
         Any::Event(Event::Fault(fault)),
+        Any::Open(Open { session, nonce: [0xFF; 16] }),
+        Any::Opened(Opened { session, boot: [0xFF; 16], counter: u64::MAX }),
     ]
 }
 
@@ -63,7 +68,9 @@ fn each_bound_is_reached_by_the_longest_message_of_its_kind() {
     for (message, bound) in longest().into_iter().zip(Bound::ALL) {
         let frame = message.frame(&mut Encoder::new());
         let (channel, payload) = parts(&frame);
-        assert_eq!((channel, payload.len()), (bound.channel, bound.payload_len));
+        let sealed = matches!(channel, Channel::Open | Channel::Opened);
+        let len = payload.len() + if sealed { Seal::LEN } else { 0 };
+        assert_eq!((channel, len), (bound.channel, bound.payload_len));
         // COBS takes one byte more for every 254 without a zero; these messages have zeros.
         let slack = bound.frame_len - frame.len();
         assert!(slack <= 1, "{:?}: {} of {} bytes", bound.channel, frame.len(), bound.frame_len);

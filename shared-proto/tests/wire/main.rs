@@ -7,6 +7,7 @@ mod decoder;
 mod decoding;
 mod drivers_page;
 mod golden;
+mod key;
 mod page;
 mod round_trip;
 mod samples;

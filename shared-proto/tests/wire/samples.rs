@@ -7,6 +7,9 @@ use shared_proto::*;
 #[allow(clippy::large_enum_variant, reason = "a few dozen of them in a test")]
 pub enum Any {
     Hello(Hello),
+    Challenge(Hello, Nonce),
+    Open(Open),
+    Opened(Opened),
     Request(Request),
     Reply(Reply),
     Telemetry(Telemetry),
@@ -17,6 +20,9 @@ impl Any {
     pub fn frame(&self, encoder: &mut Encoder) -> Frame {
         match self {
             Any::Hello(hello) => encoder.hello(*hello),
+            Any::Challenge(hello, nonce) => encoder.challenge(*hello, *nonce),
+            Any::Open(open) => encoder.open(*open, &session_key()),
+            Any::Opened(opened) => encoder.opened(*opened, &session_key()),
             Any::Request(message) => encoder.message(message),
             Any::Reply(message) => encoder.message(message),
             Any::Telemetry(message) => encoder.message(message),
@@ -26,7 +32,12 @@ impl Any {
 
     pub fn read(received: &Received<'_>) -> Option<Self> {
         Some(match received.channel {
-            Channel::Hello => Any::Hello(received.hello()?),
+            Channel::Hello => match received.challenge() {
+                None => Any::Hello(received.hello()?),
+                Some(challenge) => Any::Challenge(received.hello()?, challenge),
+            },
+            Channel::Open => Any::Open(received.open()?),
+            Channel::Opened => Any::Opened(received.opened()?),
             Channel::Request => Any::Request(received.message()?),
             Channel::Reply => Any::Reply(received.message()?),
             Channel::Telemetry => Any::Telemetry(received.message()?),
@@ -125,6 +136,7 @@ fn status(state: State, motion_end: Option<MotionEnd>, fault: Option<Fault>) -> 
             frames_lost: 30,
             frames_sent: 4000,
             telemetry_dropped: 5,
+            frames_refused: 6,
         },
         ticks: 20_475,
         tick_delay_us_max: 12,
@@ -183,12 +195,32 @@ pub fn telemetry() -> Telemetry {
 }
 
 /// Every message by name; a later line of the same kind adds a variant of an inner enum.
+/// 16 bytes that count up from this one.
+pub fn bytes(first: u8) -> Nonce {
+    std::array::from_fn(|i| first + i as u8)
+}
+
+/// A hello as a host of some version sends it.
+pub fn host_hello() -> Hello {
+    Hello { protocol: 2, schema: 0x1122_3344_5566_7788, session: 0xA1B2 }
+}
+
+/// The key of the session that the frames `open` and `opened` begin.
+pub fn session_key() -> Key {
+    Key::new(bytes(0)).of_session(&host_hello().to_bytes(), &bytes(0x10), &bytes(0x20))
+}
+
 pub fn all() -> Vec<(String, Any)> {
     let mut all = vec![(
         "hello".to_string(),
         // Not this build's hash, so that the hello's layout is pinned independently of the hash.
         Any::Hello(Hello { protocol: 1, schema: 0x1122_3344_5566_7788, session: 0xA1B2_C3D4 }),
     )];
+    all.push(("hello.challenge".to_string(), Any::Challenge(host_hello(), bytes(0x20))));
+    let session = host_hello().session;
+    all.push(("open".to_string(), Any::Open(Open { session, nonce: bytes(0x10) })));
+    let opened = Opened { session, boot: bytes(0x30), counter: 1000 };
+    all.push(("opened".to_string(), Any::Opened(opened)));
     all.extend(requests());
     all.extend(replies());
     all.push(("telemetry".to_string(), Any::Telemetry(telemetry())));
@@ -234,6 +266,8 @@ fn requests() -> Vec<(String, Any)> {
     request("clear_fault", Command::ClearFault { number: 3 });
     request("subscribe", Command::Subscribe { period_ms: 20 });
     request("recall", Command::Recall { number: 517 });
+    request("set_key", Command::SetKey { key: Some(Key::new(bytes(0x40))) });
+    request("clear_key", Command::SetKey { key: None });
     all
 }
 
@@ -307,6 +341,8 @@ fn refusals() -> Vec<(String, Refusal)> {
         ("lease", Refusal::Lease),
         ("driven", Refusal::Driven),
         ("forgotten", Refusal::Forgotten),
+        ("key", Refusal::Key),
+        ("wrong_key", Refusal::WrongKey),
     ];
     let others = others.into_iter().map(|(name, refusal)| (name.to_string(), refusal));
     others.chain(drivers).chain(at_faults).collect()

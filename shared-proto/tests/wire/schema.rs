@@ -9,7 +9,7 @@ use shared_proto::{Channel, Event, Reply, Request, Telemetry};
 /// The schema of a channel; the hello has none.
 pub fn of_channel(channel: Channel) -> Option<&'static NamedType> {
     match channel {
-        Channel::Hello => None,
+        Channel::Hello | Channel::Open | Channel::Opened => None,
         Channel::Request => Some(Request::SCHEMA),
         Channel::Reply => Some(Reply::SCHEMA),
         Channel::Telemetry => Some(Telemetry::SCHEMA),

@@ -195,6 +195,8 @@ fn command() -> BoxedStrategy<Command> {
         any::<u32>().prop_map(|number| Command::ClearFault { number }),
         any::<u16>().prop_map(|period_ms| Command::Subscribe { period_ms }),
         any::<u32>().prop_map(|number| Command::Recall { number }),
+        proptest::option::of(any::<[u8; 16]>())
+            .prop_map(|key| Command::SetKey { key: key.map(Key::new) }),
     ]
     .boxed()
 }
@@ -247,6 +249,7 @@ fn status() -> BoxedStrategy<Status> {
                 frames_lost: n[2],
                 frames_sent: n[3],
                 telemetry_dropped: n[4],
+                frames_refused: n[5],
             },
             ticks: n[5],
             tick_delay_us_max: n[6],
@@ -289,6 +292,8 @@ fn refusal() -> BoxedStrategy<Refusal> {
             Refusal::HelloFirst,
             Refusal::Unreadable,
             Refusal::Forgotten,
+            Refusal::Key,
+            Refusal::WrongKey,
             Refusal::Late,
             Refusal::Lease,
             Refusal::Driven,

@@ -15,7 +15,7 @@ use crate::served::Served;
 use crate::temp_folder::TempFolder;
 
 /// 0.68 m in 2.8 s of cruise and ramps.
-const DRIVE: &str = "drive straight 3rev --cruise 1.2rev/s --acceleration 2rev/s^2";
+pub const DRIVE: &str = "drive straight 3rev --cruise 1.2rev/s --acceleration 2rev/s^2";
 
 #[test]
 fn a_second_host_may_look_and_is_refused_by_name_while_one_drives() {
@@ -56,7 +56,7 @@ fn a_second_host_stops_the_first_one() {
 }
 
 /// A connection to a robot's port.
-fn connect(robot: &Served<'_>) -> TcpStream {
+pub fn connect(robot: &Served<'_>) -> TcpStream {
     let address = robot.port().strip_prefix("tcp:").expect("a TCP port");
     let stream = TcpStream::connect(address).expect("it listens");
     stream.set_read_timeout(Some(Duration::from_secs(10))).expect("a timeout");
@@ -64,7 +64,7 @@ fn connect(robot: &Served<'_>) -> TcpStream {
 }
 
 /// What arms a robot and drives it, without a word before.
-fn commands() -> Vec<u8> {
+pub fn commands() -> Vec<u8> {
     let mut encoder = Encoder::new();
     let mut bytes = Vec::new();
     let drive = Motion::PAPER.drive_now(MotionId(7));
@@ -229,6 +229,15 @@ fn velocities_from_standard_input_are_driven_until_it_ends() {
     // 2.5 s less the encoder check, and the ramps.
     assert!((0.2..0.6).contains(&robot.travelled_m()), "{}", robot.travelled_m());
     assert_eq!(robot.identify()["status"]["state"], "idle");
+
+    // A velocity that the robot refuses is named by its line as well.
+    let mut host = robot.spawn("drive velocity -");
+    let mut input = host.stdin.take().expect("a pipe");
+    input.write_all(b"0.05 0\n\n").expect("it reads");
+    std::thread::sleep(Duration::from_millis(300));
+    input.write_all(b"900 0\n").expect("it reads");
+    let message = collect(host).refused();
+    assert!(message.contains("line 3 of standard input: the robot refused to drive"), "{message}");
 
     let mut host = robot.spawn("drive velocity -");
     host.stdin.take().expect("a pipe").write_all(b"0.1 0\nleft\n").expect("it reads");

@@ -13,7 +13,7 @@ fn with_wheel_weight(value: f64) -> Config {
 #[test]
 fn written_is_in_use_saved_survives_and_factory_comes_back() {
     let folder = tempfile::tempdir().expect("a folder");
-    let flash = || Options { flash: Some(folder.path().join("flash.toml")), config: None };
+    let flash = || Options { flash: Some(folder.path().join("flash.toml")), ..Options::default() };
     let (saved, unsaved) = (with_wheel_weight(0.99), with_wheel_weight(1.01));
 
     on_robot_with(&Scenario::default(), flash(), async |robot| {
@@ -46,7 +46,7 @@ fn written_is_in_use_saved_survives_and_factory_comes_back() {
 #[test]
 fn a_flash_that_cannot_be_written_keeps_what_it_had() {
     let config = Some(with_wheel_weight(0.99));
-    on_robot_with(&Scenario::default(), Options { flash: None, config }, async |robot| {
+    on_robot_with(&Scenario::default(), Options { config, ..Options::default() }, async |robot| {
         let content = robot.lab.flash_content();
         robot.session.write_config(&with_wheel_weight(1.01)).await.expect("valid");
         robot.lab.write_protect_flash(true);
@@ -68,7 +68,7 @@ fn somebodys_file_is_not_taken_for_a_flash() {
     let folder = tempfile::tempdir().expect("a folder");
     let notes = folder.path().join("notes.txt");
     std::fs::write(&notes, "name = \"my notes\"\n").expect("writable");
-    let options = Options { flash: Some(notes.clone()), config: None };
+    let options = Options { flash: Some(notes.clone()), ..Options::default() };
     assert!(sim_target::SimTarget::new(&Scenario::default(), options).is_err());
     assert_eq!(std::fs::read_to_string(notes).expect("still there"), "name = \"my notes\"\n");
 }
@@ -79,7 +79,7 @@ fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
     let whole = folder.path().join("whole.toml");
     on_robot_with(
         &Scenario::default(),
-        Options { flash: Some(whole.clone()), config: None },
+        Options { flash: Some(whole.clone()), ..Options::default() },
         async |robot| {
             robot.session.write_config(&with_wheel_weight(0.99)).await.expect("valid");
             robot.session.save_config().await.expect("writable");
@@ -99,7 +99,7 @@ fn damaged_flash_boots_with_the_factory_configuration_and_says_so() {
         assert_ne!(text, whole, "{name}");
         let flash = folder.path().join(format!("{name}.toml"));
         std::fs::write(&flash, text).expect("writable");
-        let options = Options { flash: Some(flash), config: None };
+        let options = Options { flash: Some(flash), ..Options::default() };
         on_robot_with(&Scenario::default(), options, async |robot| {
             let identity = robot.session.identify().await.expect("it answers");
             assert!(identity.store_damaged, "{name}: says nothing");

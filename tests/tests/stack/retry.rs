@@ -179,7 +179,7 @@ fn the_lossy_line_of_these_tests_does_lose_frames_both_ways() {
 fn the_host_renews_often_enough_for_the_shortest_link_timeout() {
     let mut config = Config::default();
     config.protection.link_timeout_s = 0.05;
-    let options = Options { flash: None, config: Some(config) };
+    let options = Options { config: Some(config), ..Options::default() };
     on_robot_with(&Scenario::default(), options, async |robot| {
         let short = meters(0.3, 0.3, 0.2, 0.5);
         let options = RecordOptions::default();

@@ -13,6 +13,7 @@
 //! for the store, at boot and when a configuration is saved (once a second at most), and for two control ticks
 //! after a change of configuration; the motors stand still then.
 
+mod access;
 mod motions;
 mod requests;
 mod transitions;
@@ -184,6 +185,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             Ok(Some(_)) | Err(_) => self.store_damaged = true,
         }
         self.configure().await;
+        let _ = self.open_link(None).await;
         self.shared.state.set(State::Idle);
     }
 

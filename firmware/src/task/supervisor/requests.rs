@@ -15,7 +15,7 @@ use crate::units::CONTROL_PERIOD_US;
 
 /// A save waits this long after the one before: a flash sector stands 10,000 erasures, and a host that has gone mad
 /// must not wear it out in an hour.
-const SAVE_EVERY: Duration = Duration::from_secs(1);
+pub(super) const SAVE_EVERY: Duration = Duration::from_secs(1);
 
 /// The driver of an armed robot that stands may be silent for this long.
 const DRIVER_SILENCE: Duration = Duration::from_secs(1);
@@ -37,11 +37,24 @@ const fn number(digits: &str) -> u16 {
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) async fn on_request(&mut self, request: Request) {
-        let waited = match (self.permit(&request), &request.command) {
+        let permitted = self.permit(&request);
+        // A host that repeats a request, because erasing takes long, must not wear out the flash.
+        let writes = match request.command {
+            Command::SaveConfig => !self.is_saved || self.saved != self.config,
+            Command::SetKey { key } => self.key() != Some(key),
+            _ => false,
+        };
+        if writes && permitted.is_ok() && self.motors_off().is_ok() {
+            let pause = Timer::at(self.may_save);
+            self.shared.liveness.while_waiting(SafetyTask::Supervisor, pause).await;
+        }
+        let waited = match (permitted, &request.command) {
             (Err(refusal), _) => Err(refusal),
             (Ok(()), Command::WriteConfig(config)) => self.write_config(config).await,
+            (Ok(()), Command::SaveConfig | Command::SetKey { .. }) if !writes => self.motors_off(),
             (Ok(()), Command::SaveConfig) => self.save().await,
             (Ok(()), Command::RestoreConfig(origin)) => self.restore(*origin).await,
+            (Ok(()), Command::SetKey { key }) => self.open_link(Some(*key)).await,
             (Ok(()), _) => Ok(()),
         };
         self.reply(&request, waited);
@@ -97,7 +110,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::Identify => Ok(Answer::Identity(self.identity())),
             Command::Status => Ok(Answer::Status(self.status())),
             // `on_request` has done this already.
-            Command::WriteConfig(_) | Command::SaveConfig => Ok(Answer::Done),
+            Command::WriteConfig(_) | Command::SaveConfig | Command::SetKey { .. } => {
+                Ok(Answer::Done)
+            }
             Command::ReadConfig | Command::RestoreConfig(_) => {
                 Ok(Answer::Config(self.config.clone()))
             }
@@ -210,19 +225,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     async fn save(&mut self) -> Result<(), Refusal> {
-        // Erasing flash can stall the CPU, so the motors must be off.
-        if !matches!(self.state, State::Idle | State::Faulted) {
-            return Err(Refusal::State(self.state));
-        }
-        // A host that repeats the request, because erasing takes long, must not wear out the flash.
-        if self.is_saved && self.saved == self.config {
-            return Ok(());
-        }
-        let store = &mut self.store;
-        let save = async {
-            Timer::at(self.may_save).await;
-            store.save(&self.config).await
-        };
+        self.motors_off()?;
+        let save = self.store.save(&self.config);
         let saved = self.shared.liveness.while_waiting(SafetyTask::Supervisor, save).await;
         self.may_save = Instant::now() + SAVE_EVERY;
         saved.map_err(|_| Refusal::Store)?;
@@ -234,6 +238,14 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     pub(super) fn not_faulted(&self) -> Result<(), Refusal> {
         self.shared.fault.report().map_or(Ok(()), |report| Err(Refusal::Faulted(report)))
+    }
+
+    /// Erasing flash can stall the CPU.
+    pub(super) fn motors_off(&self) -> Result<(), Refusal> {
+        match self.state {
+            State::Idle | State::Faulted => Ok(()),
+            state => Err(Refusal::State(state)),
+        }
     }
 
     /// Whether this configuration may be taken on now: another one not while the wheels move, and another driver

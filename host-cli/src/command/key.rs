@@ -1,0 +1,50 @@
+//! `beeline key`: makes, sets and clears the key of the link.
+//!
+//! The key's file is `host-link`'s, and so is what is said to the robot.
+
+use std::path::Path;
+
+use host_link::address::Address;
+use host_link::key_file;
+use serde_json::json;
+use shared_proto::Key;
+
+use crate::cli::{Common, KeyCommand};
+use crate::error::{Error, Result};
+use crate::port::{Port, SimOptions, with_robot};
+use crate::ui::{tell, warn};
+
+pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
+    match command {
+        KeyCommand::New { file } => {
+            key_file::create(file)?;
+            let words =
+                format!("{} written: whoever has this file may drive the robot", file.display());
+            tell(common.json, json!({ "file": file }), words);
+            Ok(())
+        }
+        KeyCommand::Set { file } => set(common, Some(file)),
+        KeyCommand::Clear => set(common, None),
+    }
+}
+
+fn set(common: &Common, file: Option<&Path>) -> Result<()> {
+    let key = file.map(key_file::read).transpose()?;
+    if let Port::At(Address::Tcp(_)) = common.port {
+        return Err(Error::new("a robot's key is set over its serial line, not over a network")
+            .hint("`beeline sim --key-file FILE` gives a simulated robot its key"));
+    }
+    if common.port.is_sim() && common.flash.is_none() {
+        warn("this simulated robot forgets when the command ends; --flash FILE gives it a memory");
+    }
+    // A robot that has no key yet will do.
+    let sim = SimOptions { key_optional: true, ..common.sim() };
+    let secret: Key = key_file::random()?;
+    with_robot(&common.port, &sim, async |session, _| Ok(session.set_key(key, secret).await?))?;
+    let words = match file {
+        Some(file) => format!("the robot obeys only who holds {}", file.display()),
+        None => "the robot obeys whoever reaches its line".to_string(),
+    };
+    tell(common.json, json!({ "key": file.is_some() }), words);
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! The robot's end of a session: which hosts it listens to.
+//!
+//! Without a key, those whose hello agreed. With one, those that have answered a challenge under it. There is one
+//! challenge at a time, for everybody, and an answer uses it up: an answer that was recorded opens nothing, and
+//! strangers, however many say hello, take no memory.
+
+use crate::hello::Hello;
+use crate::key::{Key, Nonce, Open, Opened};
+use crate::received::Received;
+
+/// An answer to a host that begins a session.
+pub enum Greeting {
+    /// The robot's hello; with a key, its challenge.
+    Hello(Hello, Option<Nonce>),
+    /// The host holds the key, and its session has this one.
+    Opened {
+        /// Session and start of the robot. The transmitter adds the counter.
+        opened: Opened,
+        /// The session's key.
+        session_key: Key,
+    },
+}
+
+/// Whom the robot obeys.
+#[derive(Clone, Copy)]
+pub enum Access {
+    /// Nobody: the store has not been read yet, or cannot be trusted.
+    Nobody,
+    /// Whoever reaches the line: there is no key.
+    Everybody,
+    /// Those who hold the key.
+    Holders {
+        /// The pre-shared key.
+        key: Key,
+        /// Differs for each start of the robot, and each change of the key.
+        boot: Nonce,
+    },
+}
+
+impl Access {
+    /// Since when: no two ways of access have the same.
+    pub fn boot(&self) -> Option<Nonce> {
+        match self {
+            Access::Nobody => None,
+            Access::Everybody => Some([0; 16]),
+            Access::Holders { boot, .. } => Some(*boot),
+        }
+    }
+}
+
+/// Why a frame is not obeyed, and whom to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// The sender does not show that it holds the key.
+    Stranger(u32),
+    /// The sender does not answer the challenge as a holder of the key does.
+    WrongKey(u32),
+    /// It is sealed, but there is no such session.
+    Gone(u32),
+    /// It came before, or is older than one that came before. Nobody is told.
+    Again,
+    /// There is no such session.
+    HelloFirst(u32),
+    /// It could not be read.
+    Unreadable,
+}
+
+/// So many hosts may talk at once, behind one line.
+const SESSIONS: usize = 4;
+
+/// The hosts with which the robot has agreed on the protocol.
+pub struct Sessions {
+    known: [Option<Session>; SESSIONS],
+    /// The one that a further host replaces.
+    next: usize,
+    /// For which access, see [`Access::boot`].
+    boot: Option<Nonce>,
+    /// So many challenges have been answered.
+    answered: u64,
+}
+
+#[derive(Clone, Copy)]
+struct Session {
+    number: u32,
+    /// With a key.
+    sealed: Option<Sealed>,
+}
+
+#[derive(Clone, Copy)]
+struct Sealed {
+    key: Key,
+    /// The counter of the last frame.
+    counter: u64,
+}
+
+/// Who has sent a request.
+pub enum Sender {
+    /// There is no key.
+    Anybody,
+    /// A host that holds the key, in a session with this one.
+    Holder(Key),
+}
+
+impl Default for Sessions {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Sessions {
+    /// Nobody is known.
+    pub const fn new() -> Self {
+        Self { known: [None; SESSIONS], next: 0, boot: None, answered: 0 }
+    }
+
+    /// Whether the robot understands this session's requests.
+    pub fn knows(&self, number: u32) -> bool {
+        self.known.iter().flatten().any(|session| session.number == number)
+    }
+
+    /// Forgets all sessions if another key is in use than before.
+    fn follow(&mut self, access: &Access) {
+        if access.boot() != self.boot {
+            *self = Self { boot: access.boot(), ..Self::new() };
+        }
+    }
+
+    /// Notes whether this host speaks our version, and answers with ours.
+    ///
+    /// `driver` is the session that drives the robot.
+    #[inline(never)]
+    pub fn greet(&mut self, access: Access, host: Hello, driver: Option<u32>) -> Option<Greeting> {
+        self.follow(&access);
+        let robot = Hello::of_this_build(host.session);
+        match access {
+            Access::Nobody => None,
+            Access::Everybody => {
+                if !host.agrees_with(&robot) {
+                    self.forget(host.session);
+                } else if !self.knows(host.session) {
+                    self.insert(Session { number: host.session, sealed: None }, driver);
+                }
+                Some(Greeting::Hello(robot, None))
+            }
+            Access::Holders { key, boot } => {
+                Some(Greeting::Hello(robot, Some(key.challenge(&boot, self.answered))))
+            }
+        }
+    }
+
+    /// Begins a session under the key, if this answers the challenge.
+    #[inline(never)]
+    pub fn open(
+        &mut self,
+        access: Access,
+        open: Open,
+        frame: &Received<'_>,
+        driver: Option<u32>,
+    ) -> Result<Greeting, Refused> {
+        self.follow(&access);
+        let number = open.session;
+        let Access::Holders { key, boot } = access else { return Err(Refused::WrongKey(number)) };
+        // The host has not heard that its session is open.
+        let again = self.find(number).and_then(|session| session.sealed).map(|sealed| sealed.key);
+        let session_key = match again.filter(|key| frame.is_sealed_by(key)) {
+            Some(session_key) => session_key,
+            None => {
+                let challenge = key.challenge(&boot, self.answered);
+                let hello = Hello::of_this_build(number);
+                let session_key = key.of_session(&hello.to_bytes(), &open.nonce, &challenge);
+                if !frame.is_sealed_by(&session_key) {
+                    return Err(Refused::WrongKey(number));
+                }
+                self.answered = self.answered.wrapping_add(1);
+                self.forget(number);
+                let sealed = Some(Sealed { key: session_key, counter: 0 });
+                self.insert(Session { number, sealed }, driver);
+                session_key
+            }
+        };
+        let opened = Opened { session: number, boot, counter: 0 };
+        Ok(Greeting::Opened { opened, session_key })
+    }
+
+    /// Whether a request may be read: with a key, if it is sealed, and newer than all of its session before.
+    #[inline(never)]
+    pub fn check(&mut self, access: Access, frame: &Received<'_>) -> Result<Sender, Refused> {
+        self.follow(&access);
+        let number = frame.session().ok_or(Refused::Unreadable)?;
+        if !matches!(access, Access::Holders { .. }) {
+            return match self.known.iter().all(Option::is_none) {
+                // A request of another protocol version is not decoded.
+                true => Err(Refused::HelloFirst(0)),
+                // From before the key was cleared.
+                false if frame.seal.is_some() => Err(Refused::HelloFirst(number)),
+                false => Ok(Sender::Anybody),
+            };
+        }
+        let Some(seal) = frame.seal else { return Err(Refused::Stranger(number)) };
+        let session = self.known.iter_mut().flatten().find(|session| session.number == number);
+        let Some(Session { sealed: Some(sealed), .. }) = session else {
+            return Err(Refused::Gone(number));
+        };
+        if !frame.is_sealed_by(&sealed.key) {
+            return Err(Refused::Stranger(number));
+        }
+        if seal.counter <= sealed.counter {
+            return Err(Refused::Again);
+        }
+        sealed.counter = seal.counter;
+        Ok(Sender::Holder(sealed.key))
+    }
+
+    fn find(&self, number: u32) -> Option<&Session> {
+        self.known.iter().flatten().find(|session| session.number == number)
+    }
+
+    fn forget(&mut self, number: u32) {
+        for known in &mut self.known {
+            known.take_if(|session| session.number == number);
+        }
+    }
+
+    fn insert(&mut self, session: Session, driver: Option<u32>) {
+        // Nobody can push the driver out by coming often.
+        let present = self.known[self.next % SESSIONS].map(|session| session.number);
+        if present.is_some() && present == driver {
+            self.next = self.next.wrapping_add(1);
+        }
+        self.known[self.next % SESSIONS] = Some(session);
+        self.next = self.next.wrapping_add(1);
+    }
+}

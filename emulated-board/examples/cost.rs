@@ -97,17 +97,7 @@ fn print_seals(emulation: &Emulation) -> Result<(), Box<dyn std::error::Error>> 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let image =
         std::env::var_os("BEELINE_IMAGE").ok_or("run this by `cargo xtask bench firmware`")?;
-    let emulation = Emulation {
-        image: image.into(),
-        scenario: Scenario::default(),
-        flash: None,
-        cut_before: None,
-        count: true,
-        by_function: false,
-        revision: emulated_board::REVISION,
-        wiring: emulated_board::Wiring::default(),
-        mpu: false,
-    };
+    let emulation = Emulation { count: true, ..Emulation::of(image, Scenario::default()) };
     print_functions(emulation.clone())?;
     print_seals(&emulation)?;
     let ended = emulation.run(|mut bench: Bench| async move {

@@ -2,16 +2,12 @@
 
 use std::cell::RefCell;
 use std::future::Future;
-use std::pin::Pin;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::task::{Context, Wake, Waker};
 
 use rigless::emulator::{self, Driver, HitKind, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session as Machine;
 use rigless::time::VirtualNanos;
-use shared_proto::Wheel;
 use sim_target::{Chassis, Scenario, now_us};
 
 use crate::board::{self, Nucleo};
@@ -23,6 +19,7 @@ use crate::cost::{Counter, TickCost};
 use crate::flash_array::{self, Flash, FlashArray, Operation};
 use crate::monitor::{Bench, BoardMonitor};
 use crate::motor_driver::Wiring;
+use crate::plant_and_host::PlantAndHost;
 use crate::random::{self, Generator};
 use crate::stack::{Stack, StackDepth};
 
@@ -48,8 +45,8 @@ pub struct Emulation {
     pub revision: Revision,
     /// The motor driver.
     pub wiring: Wiring,
-    /// The core has an MPU, as the chip has. The firmware only guards its stack with it; without one that guard is
-    /// missing, and the emulator is half as slow again less.
+    /// The core has an MPU, as the chip has. The firmware guards its stack with it and does nothing else; without one
+    /// that guard is missing, and the emulator takes a fifth less time.
     pub mpu: bool,
 }
 
@@ -85,6 +82,21 @@ pub struct RunResult<T> {
 }
 
 impl Emulation {
+    /// The usual board: blank flash, silicon and driver as most have them; nothing is counted, and there is no MPU.
+    pub fn of(image: impl Into<std::path::PathBuf>, scenario: Scenario) -> Self {
+        Self {
+            image: image.into(),
+            scenario,
+            flash: None,
+            cut_before: None,
+            count: false,
+            by_function: false,
+            revision: crate::REVISION,
+            wiring: Wiring::default(),
+            mpu: false,
+        }
+    }
+
     /// Switches the board on, runs the procedure, and switches the board off.
     ///
     /// The procedure runs in virtual time, as against the simulator.
@@ -115,8 +127,7 @@ impl Emulation {
                 let output = procedure(bench).await;
                 *slot.lock().expect("no holder has panicked") = Some(output);
             });
-            let awake = Arc::new(Awake(AtomicBool::new(true)));
-            PlantAndHost { chassis, wiring, monitor, host, awake }
+            PlantAndHost::new(chassis, wiring, monitor, host)
         });
         let mut array = FlashArray::new(self.flash.as_deref());
         array.cut_before = self.cut_before;
@@ -184,15 +195,6 @@ fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {
         unexpected.push(format!("{} stores into the program", lockstep.program_stores));
     }
     unexpected
-}
-
-/// Plant and host. They run on the core's thread, because their clock belongs to a thread.
-struct PlantAndHost {
-    chassis: Chassis,
-    wiring: Wiring,
-    monitor: BoardMonitor,
-    host: Pin<Box<dyn Future<Output = ()>>>,
-    awake: Arc<Awake>,
 }
 
 thread_local! {
@@ -305,89 +307,5 @@ impl Driver<Nucleo> for Lockstep {
             let next_us = around.chassis.next_us().clamp(now_us() + 1, now_us() + STEP_US);
             Some(VirtualNanos(next_us * 1000))
         })
-    }
-}
-
-impl PlantAndHost {
-    /// Advances the plant to the chip's time and exchanges their signals.
-    fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
-        self.chassis.advance_to(at.0 / 1000);
-        for wheel in Wheel::BOTH {
-            let count = self.chassis.encoder_step(wheel).count_after;
-            let levels = self.monitor.0.borrow_mut().lines.levels(wheel, count);
-            if let Some(levels) = levels {
-                board.turn_encoder(at, wheel, levels);
-            }
-        }
-        // First: a reset makes the chip forget what its pins are driven to.
-        let (button, fault) =
-            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
-        let fault_line_high = self.wiring.fault_line_high(fault);
-        board.set_safety_inputs(at, button, fault_line_high, self.wiring.enable_inverted);
-        let lines = board.motor_lines();
-        let effect = self.wiring.effect(&lines);
-        let (duty, enabled) = (effect.map(|effect| effect.duty()), effect.any(|e| e.coast < 1.0));
-        {
-            let mut outside = self.monitor.0.borrow_mut();
-            (outside.duty, outside.enabled) = (duty, enabled);
-            outside.motors = (lines, effect, board.pwm_period_ns());
-            if enabled && duty.any(|duty| duty != 0.0) {
-                let angles_rad = self.chassis.lab().plant(|plant| plant.wheel_angles_rad());
-                outside.note_powered(at.0 / 1000, angles_rad);
-            }
-        }
-        self.chassis.drive(duty, enabled);
-        self.act_on_chip(board, at);
-        board.set_supply_v(self.chassis.supply_v());
-        let bytes = board.line().take();
-        if !bytes.is_empty() {
-            self.chassis.give_to_host(&bytes);
-        }
-    }
-
-    /// What the procedure does to the chip itself.
-    fn act_on_chip(&mut self, board: &mut Nucleo, at: VirtualNanos) {
-        let mut outside = self.monitor.0.borrow_mut();
-        board.set_stop_line(at, outside.stop_line_open);
-        if std::mem::take(&mut outside.clock_fails) {
-            board.fail_clock(at);
-        }
-        let asked = std::mem::take(&mut outside.asked);
-        if !asked.is_empty() {
-            let read = |address| (address, board.register(at, address));
-            outside.registers = asked.into_iter().map(read).collect();
-        }
-    }
-
-    /// Runs the host until it waits; true if the host has finished.
-    fn poll_host(&mut self) -> bool {
-        let waker = Waker::from(self.awake.clone());
-        while self.awake.0.swap(false, Ordering::Relaxed) {
-            if self.host.as_mut().poll(&mut Context::from_waker(&waker)).is_ready() {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Puts the host's bytes on the line.
-    fn hand_over(&mut self, board: &mut Nucleo) {
-        let mut buffer = [0; 512];
-        loop {
-            let len = self.chassis.take_from_host(&mut buffer);
-            if len == 0 {
-                break;
-            }
-            board.line().send(&buffer[..len]);
-        }
-        self.monitor.0.borrow_mut().waiting = board.line().waiting();
-    }
-}
-
-struct Awake(AtomicBool);
-
-impl Wake for Awake {
-    fn wake(self: Arc<Self>) {
-        self.0.store(true, Ordering::Relaxed);
     }
 }

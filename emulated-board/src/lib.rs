@@ -31,6 +31,7 @@ mod flash_array;
 mod lines;
 mod monitor;
 mod motor_driver;
+mod plant_and_host;
 mod random;
 pub mod random_faults;
 mod stack;

@@ -7,6 +7,7 @@
 
 mod serve;
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use host_link::clock::{Clock, TimeSource};
@@ -48,6 +49,20 @@ impl Wire for SimWire {
             buffer.truncate(len);
             Ok(buffer)
         })
+    }
+}
+
+/// The same, and what the host sends is kept, write by write: for tests that send it again.
+pub struct RecordedWire(pub SimWire, pub Rc<RefCell<Vec<Vec<u8>>>>);
+
+impl Wire for RecordedWire {
+    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
+        self.1.borrow_mut().push(bytes.to_vec());
+        self.0.write(bytes)
+    }
+
+    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
+        self.0.read()
     }
 }
 

@@ -63,17 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cancel = Cancel::default();
     let asked = cancel.clone();
     ctrlc::set_handler(move || asked.request())?;
-    let emulation = Emulation {
-        image: image.into(),
-        scenario,
-        flash,
-        cut_before: None,
-        count: false,
-        by_function: false,
-        revision: emulated_board::REVISION,
-        wiring: emulated_board::Wiring::default(),
-        mpu: false,
-    };
+    let emulation = Emulation { flash, ..Emulation::of(image, scenario) };
     let (listen, camera) = (options.listen, options.camera);
     let ended = emulation.run(move |mut bench: Bench| async move {
         bench.session.cancel_by(&cancel);

@@ -36,17 +36,7 @@ const AGAIN_M_MAX: f64 = 0.0015;
 
 /// Runs a case on this image.
 pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
-    let emulation = Emulation {
-        image: image.into(),
-        scenario: case.scenario.clone(),
-        flash: None,
-        cut_before: None,
-        count: false,
-        by_function: false,
-        revision: crate::REVISION,
-        wiring: crate::Wiring::default(),
-        mpu: false,
-    };
+    let emulation = Emulation::of(image, case.scenario.clone());
     let copy = case.clone();
     let ended = emulation
         .run(move |bench: Bench| async move { live(bench, &copy).await })

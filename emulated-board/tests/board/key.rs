@@ -6,10 +6,10 @@ use std::rc::Rc;
 use emulated_board::Bench;
 use host_link::error::Error;
 use host_link::session::Session;
-use host_link::wire::{Waiting, Wire};
 use shared_proto::{Key, State};
+use sim_link::{RecordedWire, SimWire};
 use sim_target::plant::Pose;
-use sim_target::{HostWire, now_us, sleep_until_us};
+use sim_target::{now_us, sleep_until_us};
 
 use super::emulation;
 use super::robot::{AHEAD, Robot};
@@ -24,32 +24,10 @@ fn secret(number: u32) -> Key {
 
 type Frames = Rc<RefCell<Vec<Vec<u8>>>>;
 
-/// A line on which everything that the host sends is recorded.
-struct Recorded(HostWire, Frames);
-
-impl Wire for Recorded {
-    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
-        self.1.borrow_mut().push(bytes.to_vec());
-        Box::pin(async move {
-            self.0.write(bytes).await;
-            Ok(())
-        })
-    }
-
-    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
-        Box::pin(async move {
-            let mut buffer = vec![0; 512];
-            let len = self.0.read(&mut buffer).await;
-            buffer.truncate(len);
-            Ok(buffer)
-        })
-    }
-}
-
 /// A host that holds the key takes the place of the one before, and is recorded.
 async fn holder(robot: &mut Robot, number: u32) -> Frames {
     let sent = Frames::default();
-    let wire = Recorded(robot.0.wire.clone(), sent.clone());
+    let wire = RecordedWire(SimWire(robot.0.wire.clone()), sent.clone());
     let clock = robot.0.session.clock();
     robot.0.session = Session::new(wire, clock, number, "recorded".into());
     robot.0.session.use_key(KEY, secret(number));

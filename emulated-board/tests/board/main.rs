@@ -39,17 +39,7 @@ fn scenario() -> (std::path::PathBuf, Scenario) {
 }
 
 fn emulation() -> Emulation {
-    Emulation {
-        image: image(),
-        scenario: scenario().1,
-        flash: None,
-        cut_before: None,
-        count: false,
-        by_function: false,
-        revision: emulated_board::REVISION,
-        wiring: emulated_board::Wiring::default(),
-        mpu: false,
-    }
+    Emulation::of(image(), scenario().1)
 }
 
 /// What an emulated life must leave behind in any case: no restart, and no access that the emulator

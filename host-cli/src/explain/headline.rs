@@ -222,10 +222,10 @@ pub fn on_held_out(held_out: &HeldOut) -> String {
 mod tests {
     use robot_model::estimation::ErrorPair;
     use robot_model::explain::Why;
-    use robot_model::residuals::Unexplained;
 
     use super::*;
     use crate::explain::next::no_next_run;
+    use crate::explain::nothing_found::nothing_found;
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
@@ -245,28 +245,9 @@ mod tests {
             matters: true,
         };
         Answer {
-            known: Vec::new(),
             baseline: ErrorPair { fitted: from, cross_validated: from },
             steps: vec![step],
-            rejected: Vec::new(),
-            unexplained: Unexplained {
-                structure: false,
-                depends_on: Vec::new(),
-                p_value: 0.5,
-                place_m: None,
-                places: Vec::new(),
-                size_m: 0.0,
-                expression: None,
-            },
-            next_run: None,
-            held_out: None,
-            floor: Errors::default(),
-            clocks: Vec::new(),
-            second_opinion: None,
-            tolerance_m: 1e-4,
-            predicts_with: Vec::new(),
-            fitted_along: Vec::new(),
-            noise: robot_model::recording::OdometryNoise::TYPICAL,
+            ..nothing_found()
         }
     }
 

@@ -3,6 +3,8 @@
 
 mod headline;
 mod next;
+#[cfg(test)]
+pub(crate) mod nothing_found;
 mod progress;
 
 use campaign::model::EffectEntry;

@@ -149,6 +149,7 @@ mod tests {
     use robot_model::explain::{CandidateKind, PredictedSeparation, Reason, Why};
 
     use super::*;
+    use crate::explain::nothing_found::nothing_found;
 
     /// An answer with one of everything.
     fn found() -> Answer {
@@ -161,8 +162,6 @@ mod tests {
             high95: 0.022,
         };
         Answer {
-            known: Vec::new(),
-            baseline: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
             steps: vec![StepFound {
                 effect: "side_slip".into(),
                 class: vec!["side_slip".into()],
@@ -180,20 +179,12 @@ mod tests {
                 reason: Reason::InModel,
                 cross_validated: Errors::default(),
             }],
-            unexplained: Unexplained::default(),
             next_run: Some(NextRun {
                 kind: CandidateKind::Straight,
                 separates: Vec::new(),
                 predicted: PredictedSeparation::default(),
             }),
-            held_out: None,
-            floor: Errors::default(),
-            clocks: Vec::new(),
-            second_opinion: None,
-            tolerance_m: 1e-4,
-            predicts_with: Vec::new(),
-            fitted_along: Vec::new(),
-            noise: robot_model::recording::OdometryNoise::TYPICAL,
+            ..nothing_found()
         }
     }
 

@@ -9,6 +9,7 @@ use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
 
 use super::*;
+use crate::explain::nothing_found::nothing_found;
 
 fn errors(mm: f64) -> Errors {
     Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mm * 2e-3, chi: 1.2 }
@@ -25,7 +26,6 @@ fn answer() -> Answer {
     };
     let pair = |mm: f64| ErrorPair { fitted: errors(0.9 * mm), cross_validated: errors(mm) };
     Answer {
-        known: Vec::new(),
         baseline: pair(25.8),
         steps: vec![StepFound {
             effect: "side_slip".into(),
@@ -65,12 +65,7 @@ fn answer() -> Answer {
             predicted: PredictedSeparation::default(),
         }),
         floor: errors(5.0),
-        clocks: Vec::new(),
-        second_opinion: None,
-        tolerance_m: 1e-4,
-        predicts_with: Vec::new(),
-        fitted_along: Vec::new(),
-        noise: robot_model::recording::OdometryNoise::TYPICAL,
+        ..nothing_found()
     }
 }
 

@@ -11,6 +11,7 @@ use shared_proto::{
     Answer, Channel, Command, Decoder, Encoder, Hello, Key, Open, Received, Refusal, Reply,
     Request, State,
 };
+use sim_link::{RecordedWire, SimWire};
 use sim_target::{HostWire, Options, Scenario, now_us, sleep_until_us};
 
 pub const KEY: Key = Key::new(*b"a key of a test.");
@@ -112,32 +113,10 @@ pub async fn refused(robot: &mut Robot) -> u32 {
     robot.session.status().await.expect("it answers").link.frames_refused
 }
 
-/// A line on which everything that the host sends is recorded.
-struct Recorded(HostWire, Rc<RefCell<Vec<Vec<u8>>>>);
-
-impl Wire for Recorded {
-    fn write<'a>(&'a mut self, bytes: &'a [u8]) -> Waiting<'a, std::io::Result<()>> {
-        self.1.borrow_mut().push(bytes.to_vec());
-        Box::pin(async move {
-            self.0.write(bytes).await;
-            Ok(())
-        })
-    }
-
-    fn read(&mut self) -> Waiting<'_, std::io::Result<Vec<u8>>> {
-        Box::pin(async move {
-            let mut buffer = vec![0; 512];
-            let len = self.0.read(&mut buffer).await;
-            buffer.truncate(len);
-            Ok(buffer)
-        })
-    }
-}
-
 /// Puts a recording host with this number in the place of the robot's session.
 async fn record(robot: &mut Robot, number: u32) -> Rc<RefCell<Vec<Vec<u8>>>> {
     let sent = Rc::new(RefCell::new(Vec::new()));
-    let wire = Recorded(robot.wire.clone(), sent.clone());
+    let wire = RecordedWire(SimWire(robot.wire.clone()), sent.clone());
     robot.session = Session::new(wire, robot.session.clock(), number, "recorded".into());
     robot.session.use_key(KEY, own_secret(number));
     robot.session.open().await.expect("the key is right");

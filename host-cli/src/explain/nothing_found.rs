@@ -1,0 +1,26 @@
+//! An answer in which nothing is found: tests change what they are about.
+
+use robot_model::estimation::{ErrorPair, Errors};
+use robot_model::explain::Answer;
+use robot_model::recording::OdometryNoise;
+use robot_model::residuals::Unexplained;
+
+/// Nothing is known, found, rejected or held out, and all errors are zero.
+pub(crate) fn nothing_found() -> Answer {
+    Answer {
+        known: Vec::new(),
+        baseline: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
+        steps: Vec::new(),
+        fitted_along: Vec::new(),
+        rejected: Vec::new(),
+        unexplained: Unexplained { p_value: 0.5, ..Unexplained::default() },
+        next_run: None,
+        held_out: None,
+        floor: Errors::default(),
+        clocks: Vec::new(),
+        second_opinion: None,
+        tolerance_m: 1e-4,
+        predicts_with: Vec::new(),
+        noise: OdometryNoise::TYPICAL,
+    }
+}

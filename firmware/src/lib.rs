@@ -12,7 +12,7 @@
 //! | `board` | that interface on STM32 boards; only in an image, behind the feature `stm32` |
 //! | [`dead_reckoning`] | where the robot is by its own counts |
 //! | [`liveness`] | signs of life of the safety tasks |
-//! | [`store`] | the configuration in a flash memory |
+//! | [`store`] | configuration, key and count of starts in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]

@@ -251,7 +251,7 @@ impl Error {
         match self {
             Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
             Self::KeyNeeded { port } => {
-                write!(f, "the robot on {port} obeys only who holds its key, and no key is given")
+                write!(f, "the robot on {port} has a key, and none was given")
             }
             Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
             Self::RobotWithoutKey { port } => {
@@ -323,7 +323,7 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
         Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
-        Refusal::Key | Refusal::WrongKey => f.write_str("it obeys only who holds its key"),
+        Refusal::Key | Refusal::WrongKey => f.write_str("it obeys only hosts with its key"),
         Refusal::HelloFirst => f.write_str("it restarted"),
         Refusal::Unreadable => f.write_str("it could not read the request"),
     }

@@ -4,9 +4,9 @@
 //! to all whom it has let in; requests and replies carry their session. Nothing is read from a client for which
 //! the line has no room, so whatever waits does so at the client, and ages: a lease tells the robot what is late.
 //!
-//! The robot lets in who holds its key, or everybody if it has none; the server needs no key to see that, for the robot
-//! says so. To other clients go the answers to their own attempts and nothing else, and of theirs nothing but attempts
-//! goes to the robot.
+//! The robot lets in hosts that have its key, or everybody if it has none. The server needs no key: it reads from the
+//! robot's answers which clients are let in. Any other client hears only the answers to its own attempts, and nothing but
+//! these attempts is passed on to the robot.
 
 mod client;
 mod from_robot;

@@ -13,7 +13,7 @@
 //! Everything is made of one function, SipHash-2-4 with 64 bits of result:
 //!
 //! ```text
-//! derive(K, label, data) = SipHash(K, 2 label | data) | SipHash(K, 2 label + 1 | data)        16 bytes
+//! derive(K, label, data) = SipHash(K, 2*label | data) | SipHash(K, 2*label + 1 | data)        16 bytes
 //! S = derive(K, 1, hello of the host (18 bytes) | N | C)                                      one session
 //! R = derive(K, 2, B)                                                  the robot since its last start
 //! seal = counter u64 LE | SipHash(S or R, channel + 0x80 | payload | counter u64 LE) u64 LE    16 bytes

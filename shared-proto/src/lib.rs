@@ -6,7 +6,7 @@
 //! channel u8 | sequence u16 LE | payload ... | seal ... | CRC-32 u32 LE      COBS-encoded, then 0x00
 //! ```
 //!
-//! The CRC (ISO-HDLC, as in Ethernet and zlib) covers channel, sequence and payload. A zero byte
+//! The CRC (ISO-HDLC, as in Ethernet and zlib) covers all that precedes it, the seal too. A zero byte
 //! never occurs inside a frame, so after any damage the receiver synchronises at the next zero.
 //! Each direction counts its frames in `sequence`; a gap tells the receiver what was lost. Only between holders of a
 //! pre-shared key a frame has a seal ([`Seal`]), which 0x80 in its channel announces: [`Key`] shows how.

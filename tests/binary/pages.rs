@@ -47,11 +47,11 @@ fn root() -> PathBuf {
 /// All pages: names and texts.
 fn pages() -> Vec<(String, String)> {
     let mut pages = Vec::new();
-    for folder in ["", "docs"] {
+    for folder in ["", "docs", "docs/boards", "examples/mystery-robot", "examples/optiodom"] {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let file = entry.unwrap().path();
             if file.extension().is_some_and(|end| end == "md") {
-                let name = file.file_name().unwrap().to_str().unwrap().to_owned();
+                let name = file.strip_prefix(root()).unwrap().display().to_string();
                 pages.push((name, std::fs::read_to_string(&file).unwrap()));
             }
         }
@@ -157,9 +157,10 @@ fn unknown_key(code: &Code) -> Option<String> {
     let is_key = key.contains('.')
         && parts.all(|part| !part.is_empty() && part.chars().all(plain))
         && key.starts_with(|c: char| c.is_ascii_lowercase());
-    let is_file = [".rs", ".md", ".toml", ".csv", ".svg", ".html", ".json", ".txt", ".py"]
-        .iter()
-        .any(|end| key.ends_with(end));
+    let is_file =
+        [".rs", ".md", ".toml", ".csv", ".svg", ".html", ".json", ".txt", ".py", ".sealed"]
+            .iter()
+            .any(|end| key.ends_with(end));
     if !is_key || is_file || is_config_key(&key) || is_scenario_key(&key) {
         return None;
     }

@@ -5,8 +5,8 @@
 //!
 //! A module file and the files below it are one concept, so one kind of circle is let pass: `a/mod.rs`
 //! calls `a/b.rs`, and this one uses a type of `a/mod.rs`. That is how Rust splits a large module. It
-//! passes only as long as it stays among them and needs the way down: files side by side, or in
-//! different folders, never go in a circle, not even by way of a `mod.rs`.
+//! passes only as long as it stays among them and needs the way down. So files side by side never use
+//! one another in a circle, except through their module's file; files in different folders never do.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

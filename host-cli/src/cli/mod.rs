@@ -116,7 +116,7 @@ pub enum Command {
     /// Read, change and save the robot's configuration.
     #[command(subcommand)]
     Config(ConfigCommand),
-    /// Make, set and clear the key of the link: a robot with a key obeys only who holds it.
+    /// Make, set and clear the robot's key. A robot with a key obeys only hosts that have it.
     #[command(subcommand)]
     Key(KeyCommand),
     /// Drive a motion: straight, spin, arc, or a velocity for a time.
@@ -148,9 +148,9 @@ pub enum Command {
     Report(ReportArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
-    /// Write what a campaign shows, and the firmware can compensate, to the robot.
+    /// Write radii, track width and pull found in a campaign to the robot.
     Apply(ApplyArgs),
-    /// The paper's calculation on numbers typed in.
+    /// Compute W_T from numbers typed in, as the paper does.
     WheelWeight(WheelWeightArgs),
     /// Run a simulated robot in real time, behind TCP or a pseudo-terminal.
     Sim(SimArgs),
@@ -230,7 +230,7 @@ pub enum KeyCommand {
         /// The new file.
         file: PathBuf,
     },
-    /// Give the robot on a serial line this key, for ever. One that it has already must be given with --key-file.
+    /// Store a key in the robot on a serial line, which keeps it without power. If it has one already, give that with --key-file.
     #[command(after_help = "Examples:
   beeline key set robot.key --port /dev/ttyACM0
   beeline key set new.key --key-file robot.key --port /dev/ttyACM0")]
@@ -287,7 +287,7 @@ pub struct SimArgs {
     /// tcp:HOST:PORT (port 0: any that is free), or pty.
     #[arg(long, value_name = "WHERE", required_unless_present = "scenario")]
     pub listen: Option<Listen>,
-    /// Listen where other machines can connect, too, without a key: whoever does can drive the robot.
+    /// Let other machines connect without a key: anyone who connects can drive the robot.
     #[arg(long)]
     pub insecure: bool,
     /// Write what the overhead camera sees to this new file, as a track that `calibrate` can read.

@@ -108,7 +108,7 @@ fn reset_cause(identity: &Identity) -> &'static str {
         PowerOn => "power-on",
         Pin => "the reset button",
         Software => "it restarted itself",
-        Watchdog => "the watchdog bit",
+        Watchdog => "a watchdog reset",
         Panic => "its firmware panicked",
         BrownOut => "its supply dipped",
     }

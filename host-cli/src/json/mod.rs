@@ -2,7 +2,7 @@
 //!
 //! | file | what it shapes |
 //! | --- | --- |
-//! | `answer.rs` | what `explain` answers (schema 1, `docs/explain.schema.json`) |
+//! | `answer.rs` | what `explain` answers (schema 2, `docs/explain.schema.json`) |
 //! | `comparison.rs` | what `compare` answers |
 
 mod answer;

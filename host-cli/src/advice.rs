@@ -2,9 +2,9 @@
 //!
 //! What failed is said by the errors themselves.
 
-use campaign::plan::{PlanError, run_kinds};
 use std::path::Path;
 
+use campaign::plan::{PlanError, run_kinds};
 use host_link::Error;
 use host_link::error::Left;
 use host_link::key_file::KeyFileProblem;
@@ -26,7 +26,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::VersionsDiffer { .. } => {
             "flash the robot with this beeline's firmware, or use the beeline that belongs to it"
         }
-        Error::KeyFile { problem, path } => return on_key_file(problem, path),
+        Error::KeyFile { problem, path } => return Some(on_key_file(problem, path)),
         Error::KeyNeeded { .. } => {
             "--key-file FILE, or BEELINE_KEY_FILE, names the file of its key; if that is lost, erase the flash with a debugger"
         }
@@ -72,17 +72,16 @@ pub fn on_link(error: &Error) -> Option<String> {
     Some(advice.into())
 }
 
-fn on_key_file(problem: &KeyFileProblem, path: &Path) -> Option<String> {
+fn on_key_file(problem: &KeyFileProblem, path: &Path) -> String {
     let file = path.display();
-    Some(match problem {
+    match problem {
         KeyFileProblem::Shared(_) => {
             format!("chmod 600 {file}; if somebody has read it, make another key")
         }
         KeyFileProblem::Exists => "name another file".into(),
-        KeyFileProblem::NoRandomness(_) => return None,
         KeyFileProblem::Unwritable(_) => "does its folder exist, and may you write there?".into(),
         _ => "`beeline key new FILE` makes the file of a key".into(),
-    })
+    }
 }
 
 fn on_refusal(refusal: &Refusal) -> Option<String> {

@@ -42,6 +42,8 @@ pub enum Error {
         /// What is wrong with it.
         problem: KeyFileProblem,
     },
+    /// The system gives no random numbers, which a key is made of.
+    NoRandomNumbers(String),
     /// The robot has a key, and this host has none.
     KeyNeeded {
         /// The port.
@@ -173,6 +175,7 @@ impl fmt::Display for Error {
             ),
             Self::VersionsDiffer { ours, theirs } => versions_differ(f, ours, theirs),
             Self::KeyFile { .. }
+            | Self::NoRandomNumbers(_)
             | Self::KeyNeeded { .. }
             | Self::WrongKey { .. }
             | Self::RobotWithoutKey { .. } => self.fmt_key(f),
@@ -250,6 +253,9 @@ impl Error {
     fn fmt_key(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
+            Self::NoRandomNumbers(cause) => {
+                write!(f, "the system gives no random numbers for a key ({cause})")
+            }
             Self::KeyNeeded { port } => {
                 write!(f, "the robot on {port} has a key, and none was given")
             }

@@ -19,13 +19,17 @@ pub fn read(path: &Path) -> Result<Key> {
 
 /// Makes a new key, of the system's random numbers, in a new file that only its owner may read.
 pub fn create(path: &Path) -> Result<Key> {
-    create_checked(path).map_err(|problem| failed(path, problem))
+    let key = random()?;
+    write_new(path, &key).map_err(|problem| failed(path, problem))?;
+    Ok(key)
 }
 
 /// A key of the system's random numbers, for what [`Session::use_key`](crate::Session::use_key) needs beside the
 /// pre-shared one.
 pub fn random() -> Result<Key> {
-    draw().map_err(|problem| failed(Path::new("(a session's own secret)"), problem))
+    let mut bytes = [0; Key::LEN];
+    getrandom::fill(&mut bytes).map_err(|error| Error::NoRandomNumbers(error.to_string()))?;
+    Ok(Key::new(bytes))
 }
 
 /// 32 random bytes of the system.
@@ -37,12 +41,6 @@ pub fn random_seed() -> Result<[u8; 32]> {
 
 fn failed(path: &Path, problem: KeyFileProblem) -> Error {
     Error::KeyFile { path: PathBuf::from(path), problem }
-}
-
-fn draw() -> std::result::Result<Key, KeyFileProblem> {
-    let mut bytes = [0; Key::LEN];
-    getrandom::fill(&mut bytes).map_err(|error| KeyFileProblem::NoRandomness(error.to_string()))?;
-    Ok(Key::new(bytes))
 }
 
 fn read_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
@@ -69,8 +67,7 @@ fn read_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
     }
 }
 
-fn create_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
-    let key = draw()?;
+fn write_new(path: &Path, key: &Key) -> std::result::Result<(), KeyFileProblem> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
     #[cfg(unix)]
@@ -86,8 +83,7 @@ fn create_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
         // Half a key is none.
         let _ = std::fs::remove_file(path);
         KeyFileProblem::Unwritable(error)
-    })?;
-    Ok(key)
+    })
 }
 
 #[cfg(all(test, unix))]

@@ -18,8 +18,6 @@ pub enum KeyFileProblem {
     NotAKey,
     /// Others than its owner may read or write it: these are its permissions.
     Shared(u32),
-    /// The system gives no random numbers.
-    NoRandomness(String),
 }
 
 impl fmt::Display for KeyFileProblem {
@@ -33,7 +31,6 @@ impl fmt::Display for KeyFileProblem {
             Self::Shared(mode) => {
                 write!(f, "others than its owner may read or change it (mode {mode:03o})")
             }
-            Self::NoRandomness(cause) => write!(f, "the system gives no random numbers ({cause})"),
         }
     }
 }

@@ -158,8 +158,8 @@ impl Session {
             loop {
                 if let Some(reply) = self.take_reply(id) {
                     if reply.outcome == Err(Refusal::Late) {
-                        // The line held it up, or this is the first that we hear of the robot's clock.
-                        late = true;
+                        // The line held it up, unless this is the first that we hear of the robot's clock.
+                        late |= request.until_ms > 0;
                         break;
                     }
                     if let (Some(period_ms), Ok(_)) = (subscribes, &reply.outcome) {

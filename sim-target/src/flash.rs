@@ -128,7 +128,8 @@ impl FlashState {
         }
         if let Some(path) = &self.file {
             let config = content.as_deref().map_or("", |text| text.trim_start_matches(HEADER));
-            let line = link.map(|link| link.line()).unwrap_or_default();
+            // A line that cannot be read is not written over by a configuration.
+            let line = link?.line();
             write_whole(path, &format!("{HEADER}{line}{config}")).map_err(|_| StoreError::Write)?;
         }
         (self.content, self.link) = (content, link);
@@ -196,17 +197,21 @@ fn to_text(config: &Config) -> Option<String> {
 
 /// Writes a new file, syncs it and renames it: the file holds the old text or the new one, never a part.
 ///
-/// What a killed process left beside it is overwritten and renamed by the next save.
+/// What a killed process left beside it is removed first: it may be open to others.
 fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".beeline-part");
     let beside = path.with_file_name(name);
     let mut options = std::fs::OpenOptions::new();
-    options.write(true).create(true).truncate(true);
+    options.write(true).create_new(true);
     #[cfg(unix)]
     if text.contains(LinkLine::MARK) {
         // There may be a key in it.
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    }
+    match std::fs::remove_file(&beside) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+        _ => {}
     }
     let mut file = options.open(&beside)?;
     // Synced before the rename, so that the name never refers to missing data.

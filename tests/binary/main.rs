@@ -16,6 +16,7 @@ mod files;
 mod first_run;
 mod gyro;
 mod help;
+mod key;
 mod libraries;
 mod memory;
 mod outcome;

@@ -8,9 +8,9 @@ use crate::error::{Error, Result};
 impl Session {
     /// Cuts the motors, for a session that need not be open.
     ///
-    /// Hello and command go out in one breath, again and again until an answer comes: on a line that others keep busy, the
+    /// Hello and command are sent together, again and again until an answer comes: on a line that others keep busy, the
     /// robot acts before an answer finds room. A robot with a key acts as soon as its challenge is answered: answer and
-    /// command go out in one breath as well.
+    /// command are sent together as well.
     pub async fn emergency_stop(&mut self) -> Result<()> {
         let ours = Hello::of_this_build(self.number);
         let give_up = self.clock.now_us() + GIVE_UP_AFTER.as_micros() as u64;

@@ -36,6 +36,8 @@
 //! | [`track`], [`live_file`] | track files, complete or still being written |
 //! | `facts` | facts of runs, which appear together with their runs |
 //! | [`lock`] | one writer at a time |
+//! | [`simulated`] | which simulated robot a campaign was recorded on |
+//! | [`error`] | errors and warnings |
 //! | [`input`] | what is read: files only, of a size in proportion |
 //! | [`mod@file`] | files that appear whole or not at all |
 

@@ -1,4 +1,4 @@
-//! Which numbers can be meant: the range of every quantity of a campaign, one table for reading and writing.
+//! The plausible range of every quantity of a campaign: one table for reading and writing.
 //!
 //! The ranges are wide: a value in another unit, in millimetres or in degrees, must still be read, so that the checks of the data
 //! can say so. They only keep out what no instrument gives, and what the arithmetic could not square.

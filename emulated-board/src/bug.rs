@@ -52,7 +52,7 @@ pub enum Effect {
     /// The task never runs again, and everything else does: as if it waited for what never comes.
     Stop,
     /// The core stands still for this long, once, before the task runs: no interrupt is taken, and the
-    /// beats of the control timer merge.
+    /// ticks of the control timer merge.
     Stall {
         /// How long \[ms\].
         ms: u16,

@@ -28,5 +28,5 @@ pub mod store;
 pub mod task;
 
 pub use control::{
-    beats, capture, encoder, lines, odometry, pid, profile, protection, soft_float, supply, units,
+    capture, encoder, lines, odometry, pid, profile, protection, soft_float, supply, ticks, units,
 };

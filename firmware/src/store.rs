@@ -50,7 +50,7 @@ const LINK_MARK: u8 = 0x80;
 const MARK_LEN: usize = 2;
 const COUNT_LEN: usize = size_of::<u64>();
 
-/// Longest record with its key; a configuration takes about 270 bytes, count and key 26.
+/// Longest record with its key; a configuration takes about 240 bytes, count and key 26.
 const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.

@@ -208,7 +208,7 @@ pub fn with_session<T>(
         Port::At(address) => {
             if sim.flash.is_some() || sim.seed.is_some() {
                 warn(format_args!(
-                    "--flash and --seed are of the simulator in this process: {port} has its own"
+                    "--flash and --seed belong to a robot that this command simulates itself; {port} is another"
                 ));
             }
             let key = sim.key()?;

@@ -66,9 +66,9 @@ static SEND: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
 static RECEIVE: ConstStaticCell<[u8; 1024]> = ConstStaticCell::new([0; 1024]);
 
 /// A tick of embassy's clock.
-struct Beat(Ticker);
+struct Timer(Ticker);
 
-impl ControlTimer for Beat {
+impl ControlTimer for Timer {
     async fn next(&mut self) {
         self.0.next().await;
     }
@@ -173,8 +173,8 @@ async fn control(
     bridge: Bridge,
     supply: DividedSupply,
 ) {
-    let beat = Beat(Ticker::every(Duration::from_hz(CONTROL_HZ.into())));
-    let capture = task::capture::run(shared, beat, encoders);
+    let timer = Timer(Ticker::every(Duration::from_hz(CONTROL_HZ.into())));
+    let capture = task::capture::run(shared, timer, encoders);
     let profile = task::profile::run(shared);
     let pid = task::pid::run(shared, bridge, supply);
     join3(capture, profile, pid).await;

@@ -1,4 +1,4 @@
-//! A frame as received.
+//! A received frame, sealed or in the clear.
 
 use crate::channel::{Channel, Message, SEALED};
 use crate::hello::Hello;

@@ -11,9 +11,9 @@ use shared_proto::{DriverConfig, WheelPair};
 use crate::guard::{Guard, Part};
 use crate::world::World;
 
-/// The control timer, on the virtual clock. It has one flag, as a chip's has: the beats of a stall merge.
+/// The control timer, on the virtual clock. It has one flag, as a chip's has: the ticks of a stall merge.
 pub(crate) struct VirtualControlTimer {
-    /// The beat on the timer's grid that was taken last \[us\].
+    /// The tick on the timer's grid that was taken last \[us\].
     taken_us: u64,
 }
 

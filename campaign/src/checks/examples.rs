@@ -1,4 +1,4 @@
-//! What is said of the examples, in which something was made wrong.
+//! Each check, on an example campaign with one planted mistake.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Where in the files something is that is reported of a run, or of all.
+//! Where in the files a reported value stands: of one run, or of all.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -84,9 +84,9 @@ fn a_core_that_stood_still_at_rest_loses_beats_and_arms_and_drives_all_the_same(
         .unwrap();
     uneventful(&ended);
     for (ms, lost) in ended.found {
-        println!("a stall of {ms} ms: {lost} beats lost");
-        // A beat a millisecond, of which the timer's flag keeps the last; one more where the stall ends on a beat.
+        println!("a stall of {ms} ms: {lost} ticks lost");
+        // A tick a millisecond, of which the timer's flag keeps the last; one more where the stall ends on a tick.
         let expected = u32::from(ms) - 1;
-        assert!((expected..=expected + 1).contains(&lost), "{lost} beats in {ms} ms");
+        assert!((expected..=expected + 1).contains(&lost), "{lost} ticks in {ms} ms");
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`beats`] | the control timer's beats: late ones, and lost ones |
+//! | [`ticks`] | the control timer's ticks: late ones, and lost ones |
 //! | [`capture`] | from both counters to counts, travel and speed |
 //! | [`encoder`] | 64-bit counts, and speed from counts |
 //! | [`lines`] | what a motor driver's lines do at a duty |
@@ -20,7 +20,6 @@
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
-pub mod beats;
 pub mod capture;
 pub mod encoder;
 pub mod lines;
@@ -30,4 +29,5 @@ pub mod profile;
 pub mod protection;
 pub mod soft_float;
 pub mod supply;
+pub mod ticks;
 pub mod units;

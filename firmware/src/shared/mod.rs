@@ -93,7 +93,7 @@ pub struct Shared<M: RawMutex> {
     pub heard_us: SharedCell<M, u64>,
     /// Longest delay of a control tick so far \[us\].
     pub tick_delay_us_max: SharedCell<M, u32>,
-    /// Beats of the control timer that were lost so far.
+    /// Ticks of the control timer that were lost so far.
     pub ticks_lost: SharedCell<M, u32>,
     /// Supervisor to PID: how long the motors may be driven.
     pub dead_man: DeadMan,

@@ -1,17 +1,17 @@
 //! Encoder capture: reads both counters at every control tick.
 //!
 //! This task waits for the control timer, turns absolute counts into travel and speed, and hands them to
-//! the profile task. A tick that comes too late is a fault while the motors are on. Beats of the timer that
+//! the profile task. A tick that comes too late is a fault while the motors are on. Ticks of the timer that
 //! a stalled core lost are counted, and the ticks after them are on time again.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{Fault, State};
 
-use crate::beats::{Beat, Beats};
 use crate::capture::Capture;
 use crate::hal::{ControlTimer, Encoders};
 use crate::shared::Shared;
+use crate::ticks::{ControlTicks, LateTick};
 use crate::units::CONTROL_PERIOD_US;
 
 /// Latest start of a control tick \[us\]: half a period, so that two ticks never run into each other.
@@ -25,12 +25,12 @@ pub async fn run<M: RawMutex>(
 ) -> ! {
     let mut capture = Capture::new(shared.capture_settings.next().await, encoders.counts());
     timer.next().await;
-    let mut beats = Beats::new(Instant::now().as_micros());
+    let mut ticks = ControlTicks::new(Instant::now().as_micros());
     let mut tick = 0_u32;
     loop {
         let t_us = Instant::now().as_micros();
-        if let Some(beat) = beats.take(t_us) {
-            note_late(shared, beat, t_us);
+        if let Some(tick) = ticks.take(t_us) {
+            note_late(shared, tick, t_us);
         }
         let counts = encoders.counts();
         if let Some(settings) = shared.capture_settings.try_take() {
@@ -48,15 +48,15 @@ pub async fn run<M: RawMutex>(
 }
 
 #[cold]
-fn note_late<M: RawMutex>(shared: &Shared<M>, beat: Beat, t_us: u64) {
-    let delay = u32::try_from(beat.delay_us).unwrap_or(u32::MAX);
+fn note_late<M: RawMutex>(shared: &Shared<M>, tick: LateTick, t_us: u64) {
+    let delay = u32::try_from(tick.delay_us).unwrap_or(u32::MAX);
     shared.tick_delay_us_max.update(|max| *max = delay.max(*max));
-    if beat.lost > 0 {
-        shared.ticks_lost.update(|lost| *lost = lost.saturating_add(beat.lost));
+    if tick.lost > 0 {
+        shared.ticks_lost.update(|lost| *lost = lost.saturating_add(tick.lost));
     }
     // Only with the motors on: erasing the flash, with the motors off, may stop the core that long.
     let motors_on = matches!(shared.state.get(), State::Armed | State::Driving | State::Stopping);
-    if beat.delay_us > TICK_DELAY_US_MAX && motors_on {
+    if tick.delay_us > TICK_DELAY_US_MAX && motors_on {
         shared.raise(Fault::DeadlineMissed, t_us);
     }
 }

@@ -12,7 +12,7 @@ use robot_model::kinematics::{Geometry, Pose, WheelPair, dead_reckon};
 use shared_proto::{Config, GeometryConfig, Telemetry};
 
 use super::measurement::{Measurement, OneWay};
-use super::standing;
+use super::pose_at_rest;
 use crate::error::{Error, Result};
 use crate::picture::{EndReading, PathSource, RunReport};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
@@ -137,7 +137,7 @@ impl DrivenLine<'_> {
         };
         // A drive that is too short without its run-in is used whole.
         let leg = self.leg_by_track(track, options).unwrap_or_else(|| leg_of(&fit));
-        let offset_m = standing::offset_m(&track.samples, &angles);
+        let offset_m = pose_at_rest::offset_m(&track.samples, &angles);
         Ok(Measurement { wheel_weight: fit.wheel_weight, run, way: OneWay::Track(leg), offset_m })
     }
 

@@ -16,8 +16,8 @@ mod decide;
 mod measure;
 mod measurement;
 pub mod plausibility;
-mod repeat;
-mod standing;
+mod pose_at_rest;
+mod repeatability;
 pub mod umbmark;
 
 pub use checks::Checks;
@@ -334,12 +334,12 @@ impl Bench<'_> {
         }
         let (now, then) = (&after.wheel_weight, &before.wheel_weight);
         let correction = corrected.geometry.wheel_weight - checks.config.geometry.wheel_weight;
-        if repeat::is_third_needed(correction, then, now, &self.geometry) {
+        if repeatability::is_third_needed(correction, then, now, &self.geometry) {
             self.session.write_config(&checks.config).await?;
             self.place("back at its start line").await?;
             let control = self.drive(&checks.config, Pass::Control).await?;
             drives.extend([&after, &control].map(|drive| drive.wheel_weight.value));
-            let repeats = repeat::repeats(correction, &drives, &self.geometry);
+            let repeats = repeatability::repeats(correction, &drives, &self.geometry);
             if !repeats || !after.is_straighter_than(&control, pull_rad_per_m) {
                 return Ok(Decision::NotRepeatable(after, control));
             }

@@ -1,4 +1,4 @@
-//! Drives at velocities that change as they are wanted: a joystick, or a path that another program follows.
+//! Velocity drives: the setpoint changes while the robot moves, as from a joystick or a path follower.
 
 use std::time::Duration;
 

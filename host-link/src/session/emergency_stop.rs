@@ -1,4 +1,4 @@
-//! The emergency stop, on whatever line.
+//! The emergency stop: it needs no open session, and gets through on a busy line.
 
 use shared_proto::{Command, Hello};
 

@@ -13,10 +13,10 @@ use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
 use crate::explain::averaged::{averaged, mean};
 use crate::explain::choice::{Choice, by_evidence, choose};
 use crate::explain::held_out;
-use crate::explain::left_over::left_over;
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
+use crate::explain::unexplained::floor_and_unexplained;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -94,7 +94,7 @@ pub fn explain_observed(
     }
     let reached = steps.iter().map(|step| step.cross_validated);
     let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
-    let (floor, unexplained) = left_over(&choice, &reached);
+    let (floor, unexplained) = floor_and_unexplained(&choice, &reached);
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);

@@ -7,7 +7,7 @@
 //! | `averaged.rs` | what predicts other runs: each class by all its members |
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
-//! | `left_over.rs` | what is left: the floor, the size, an equation |
+//! | `unexplained.rs` | what is left: the floor, the size, an equation |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
@@ -21,7 +21,6 @@ pub(crate) mod averaged;
 pub(crate) mod choice;
 pub(crate) mod explanation;
 pub(crate) mod held_out;
-pub(crate) mod left_over;
 pub mod model;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
@@ -29,6 +28,7 @@ pub(crate) mod progress;
 pub(crate) mod second_opinion;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unexplained;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason,

@@ -1,5 +1,5 @@
 //! A core that stands still for a while, as when its flash is erased or a debugger holds it: the control
-//! timer's beats of that time are lost.
+//! timer's ticks of that time are lost.
 
 use beeline_tests::robot::{Robot, meters, on_robot};
 use shared_proto::{Fault, State};

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use super::wander::PIECES;
+use super::heading_random_walk::PIECES;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::numeric::mixed_model::{MixedModel, Solution};
 

@@ -1,7 +1,7 @@
 //! How sure is the end of the run?
 
+use super::heading_random_walk::PIECES;
 use super::run::{Beta, Run, START};
-use super::wander::PIECES;
 use crate::numeric::mixed_model::Solution;
 
 impl Run<'_> {
@@ -14,7 +14,7 @@ impl Run<'_> {
         piece_variance: f64,
     ) -> (f64, f64) {
         let local = self.local(beta.wheel_weight, beta.delay_s, beta.scale);
-        let wandering = self.wandering(beta, &local, PIECES);
+        let wandering = self.random_walk(beta, &local, PIECES);
         let last = local.len() - 1;
         let (sin, cos) = beta.start.heading_rad.sin_cos();
         let mut offset = vec![0.0; START];

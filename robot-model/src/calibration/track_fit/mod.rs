@@ -6,7 +6,7 @@
 //! the track would count as evidence of W_T, though it shows the tolerance of R just as much.
 //!
 //! **How sure.** The points of a track are not independent evidence of W_T: a disturbance that bends the real path
-//! stays in every later point. So the path may also wander, by as much as the track shows. The equations (1) to
+//! stays in every later point. So the heading may also walk at random, by as much as the track shows. The equations (1) to
 //! (9) and what they achieve are in `docs/how-sure-is-w-t.md`.
 //!
 //! Whether the robot turns because of its radii at all is left to [`super::out_and_back`].
@@ -17,13 +17,14 @@
 //! | `result.rs` | [`FitOptions`], [`TrackFit`] |
 //! | `track.rs` | [`Track`], [`WheelAngles`]: the data |
 //! | `run.rs` | the predicted path, and the least-squares solution |
-//! | `wander.rs`, `average.rs`, `residuals.rs`, `scatter.rs` | how much the path wanders, how noisy the track is |
+//! | `heading_random_walk.rs`, `average.rs`, `residuals.rs`, `scatter.rs` | the random walk of the heading, how noisy the track is |
 //! | `end.rs`, `uncertainty.rs` | the end of the run, and W_T with its whole uncertainty |
 
 mod average;
 mod end;
 mod error;
 mod fit;
+mod heading_random_walk;
 mod residuals;
 mod result;
 mod run;
@@ -32,7 +33,6 @@ mod scatter;
 mod tests;
 mod track;
 mod uncertainty;
-mod wander;
 
 pub use error::TrackFitError;
 pub use fit::fit_track;

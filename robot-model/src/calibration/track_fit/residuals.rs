@@ -16,7 +16,7 @@ impl Run<'_> {
     pub(super) fn lines(&self, beta: &Beta, pieces: usize) -> Vec<Line> {
         let local = self.local(beta.wheel_weight, beta.delay_s, beta.scale);
         let derivatives = self.shape_derivatives(beta);
-        let wandering = self.wandering(beta, &local, pieces);
+        let wandering = self.random_walk(beta, &local, pieces);
         let (sin, cos) = beta.start.heading_rad.sin_cos();
         let mut lines = Vec::with_capacity(3 * self.samples.len());
         for (i, (sample, local)) in self.samples.iter().zip(&local).enumerate() {

@@ -2,10 +2,10 @@
 
 use super::average::average_over_variance;
 use super::error::TrackFitError;
+use super::heading_random_walk::PIECES;
 use super::residuals::Residuals;
 use super::result::{Estimate, TrackFit};
 use super::run::{Beta, Run, SCALE, WEIGHT};
-use super::wander::PIECES;
 use crate::calibration::wheel_weight::uncertainty::{Contribution, Source};
 use crate::calibration::wheel_weight::weight::{Advice, Angle, WheelWeight};
 use crate::numeric::mixed_model::MixedModel;

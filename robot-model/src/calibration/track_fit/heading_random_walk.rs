@@ -1,6 +1,6 @@
-//! What does random wandering of the heading do to the path?
+//! What a random walk of the heading does to the path.
 //!
-//! How much the robot wanders is estimated in `average.rs`.
+//! Its variance per metre is estimated in `average.rs`.
 
 use super::run::{Beta, Run};
 use crate::kinematics::pose::Pose;
@@ -13,7 +13,7 @@ impl Run<'_> {
     /// For each sample, what a turn of one radian in each piece of the run does to its pose: Z of (3).
     ///
     /// The turn is spread evenly over its piece; pieces are equal in wheel travel.
-    pub(super) fn wandering(&self, beta: &Beta, local: &[Pose], pieces: usize) -> Vec<Vec<Pose>> {
+    pub(super) fn random_walk(&self, beta: &Beta, local: &[Pose], pieces: usize) -> Vec<Vec<Pose>> {
         let turns: Vec<_> =
             self.samples.iter().map(|sample| self.turns_at(sample.t_s - beta.delay_s).1).collect();
         let mut travelled = vec![0.0];
@@ -48,7 +48,7 @@ impl Run<'_> {
         let mut moved = *beta;
         moved.step(self.options, best.values.as_slice());
         let local = self.local(moved.wheel_weight, moved.delay_s, moved.scale);
-        let wandering = self.wandering(&moved, &local, PIECES);
+        let wandering = self.random_walk(&moved, &local, PIECES);
         let turns = &best.values.as_slice()[self.unknowns()..];
         local
             .iter()

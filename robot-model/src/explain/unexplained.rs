@@ -10,7 +10,10 @@ use crate::residuals::unexplained::{Unexplained, unexplained};
 /// The floor, and what is left above it by the last of the models that have these cross-validated errors.
 ///
 /// What one of them reaches, any model at all can reach.
-pub(super) fn left_over(choice: &Choice<'_>, reached: &[Errors]) -> (Errors, Unexplained) {
+pub(super) fn floor_and_unexplained(
+    choice: &Choice<'_>,
+    reached: &[Errors],
+) -> (Errors, Unexplained) {
     let Choice { prepared, flexible, opinion, .. } = choice;
     let mut found = unexplained(prepared, &choice.selected);
     if flexible.excess(prepared.robot.track_width_m) > EXCESS_MAX {

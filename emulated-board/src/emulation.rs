@@ -131,18 +131,7 @@ impl Emulation {
         });
         let mut array = FlashArray::new(self.flash.as_deref());
         array.cut_before = self.cut_before;
-        let mut counter = None;
-        if self.count {
-            let (new, watches) = Counter::new(&self.image)?;
-            watches.into_iter().for_each(|watch| machine.watch(watch));
-            counter = Some(new);
-        }
-        let mut by_function = None;
-        if self.by_function {
-            let (new, watches) = ByFunction::new(&self.image)?;
-            watches.into_iter().for_each(|watch| machine.watch(watch));
-            by_function = Some(new);
-        }
+        let (counter, by_function) = self.counters(&mut machine)?;
         let lockstep = Lockstep {
             begin: Some(begin),
             array,
@@ -177,7 +166,30 @@ impl Emulation {
             unexpected,
         })
     }
+
+    /// What counts instructions, as far as it is asked for.
+    fn counters(
+        &self,
+        machine: &mut Machine<Nucleo>,
+    ) -> Result<Counters, Box<dyn std::error::Error>> {
+        let mut counter = None;
+        if self.count {
+            let (new, watches) = Counter::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            counter = Some(new);
+        }
+        let mut by_function = None;
+        if self.by_function {
+            let (new, watches) = ByFunction::new(&self.image)?;
+            watches.into_iter().for_each(|watch| machine.watch(watch));
+            by_function = Some(new);
+        }
+        Ok((counter, by_function))
+    }
 }
+
+/// Of tasks, and of functions.
+type Counters = (Option<Counter>, Option<ByFunction>);
 
 /// What the emulator could not model, and wrong writes to the flash.
 fn unexpected(machine: &Machine<Nucleo>, lockstep: &Lockstep) -> Vec<String> {

@@ -225,17 +225,11 @@ impl fmt::Display for Error {
                 f.write_str("the robot does not come to a standstill at the end of its motion")
             }
             Self::Cancelled(left) => write!(f, "cancelled{left}"),
-            Self::Connect { address, cause } => {
-                write!(f, "cannot connect to tcp:{address}: {cause}")
-            }
-            Self::OpenSerial { path, cause } => {
-                write!(f, "cannot open the serial port {path}: {cause}")
-            }
-            Self::Listen { address, cause } => {
-                write!(f, "cannot listen on tcp:{address}: {cause}")
-            }
-            Self::NoPseudoTerminals => f.write_str("this system has no pseudo-terminals"),
-            Self::PseudoTerminal(cause) => write!(f, "cannot open a pseudo-terminal: {cause}"),
+            Self::Connect { .. }
+            | Self::OpenSerial { .. }
+            | Self::Listen { .. }
+            | Self::NoPseudoTerminals
+            | Self::PseudoTerminal(_) => self.fmt_port(f),
         }
     }
 }
@@ -249,6 +243,24 @@ fn versions_differ(f: &mut fmt::Formatter<'_>, ours: &Hello, theirs: &Hello) -> 
 }
 
 impl Error {
+    /// What is wrong with a port.
+    fn fmt_port(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Connect { address, cause } => {
+                write!(f, "cannot connect to tcp:{address}: {cause}")
+            }
+            Self::OpenSerial { path, cause } => {
+                write!(f, "cannot open the serial port {path}: {cause}")
+            }
+            Self::Listen { address, cause } => {
+                write!(f, "cannot listen on tcp:{address}: {cause}")
+            }
+            Self::NoPseudoTerminals => f.write_str("this system has no pseudo-terminals"),
+            Self::PseudoTerminal(cause) => write!(f, "cannot open a pseudo-terminal: {cause}"),
+            _ => Ok(()),
+        }
+    }
+
     /// What is wrong with a key.
     fn fmt_key(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -296,33 +296,8 @@ impl Session {
         let believed = self.sealing.believes(&frame);
         match frame.channel {
             Channel::Reply => {
-                let Some(reply) = frame.message::<Reply>() else { return Ok(()) };
-                if reply.session != self.number && (reply.session != 0 || self.sealing.has_key()) {
-                    // For another host on the same line.
-                    return Ok(());
-                }
-                // Neither can be sealed by a key that we know, as the robot has a new one. They claim nothing else.
-                let port = || self.port.clone();
-                match reply {
-                    Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
-                        return Err(Error::Restarted { port: port() });
-                    }
-                    Reply { id: 0, outcome: Err(Refusal::Key), .. } if !self.sealing.has_key() => {
-                        return Err(Error::KeyNeeded { port: port() });
-                    }
-                    _ => {}
-                }
-                if !believed {
-                    self.statistics.frames_refused += 1;
-                    return Ok(());
-                }
-                self.robot_clock.hear(reply.t_us, Some(reply.id), self.clock.now_us());
-                match reply {
-                    Reply { id, outcome, .. } if self.telemetry.is_request(id) => match outcome {
-                        Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
-                        _ => self.telemetry.unavailable(id),
-                    },
-                    reply => keep(&mut self.replies, reply),
+                if let Some(reply) = frame.message::<Reply>() {
+                    self.take_answer(reply, believed)?;
                 }
             }
             _ if !believed => self.statistics.frames_refused += 1,
@@ -342,6 +317,38 @@ impl Session {
                     .for_each(|event| keep(&mut self.events, event));
             }
             Channel::Hello | Channel::Request | Channel::Open | Channel::Opened => {}
+        }
+        Ok(())
+    }
+
+    /// Takes an answer, or what is sent in the place of one.
+    fn take_answer(&mut self, reply: Reply, believed: bool) -> Result<()> {
+        if reply.session != self.number && (reply.session != 0 || self.sealing.has_key()) {
+            // For another host on the same line.
+            return Ok(());
+        }
+        // Neither can be sealed by a key that we know, as the robot has a new one. They claim nothing else.
+        let port = || self.port.clone();
+        match reply {
+            Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
+                return Err(Error::Restarted { port: port() });
+            }
+            Reply { id: 0, outcome: Err(Refusal::Key), .. } if !self.sealing.has_key() => {
+                return Err(Error::KeyNeeded { port: port() });
+            }
+            _ => {}
+        }
+        if !believed {
+            self.statistics.frames_refused += 1;
+            return Ok(());
+        }
+        self.robot_clock.hear(reply.t_us, Some(reply.id), self.clock.now_us());
+        match reply {
+            Reply { id, outcome, .. } if self.telemetry.is_request(id) => match outcome {
+                Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
+                _ => self.telemetry.unavailable(id),
+            },
+            reply => keep(&mut self.replies, reply),
         }
         Ok(())
     }

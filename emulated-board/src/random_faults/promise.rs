@@ -69,8 +69,7 @@ impl Promise {
             Kind::Nothing | Kind::Garbage(_) | Kind::LinkToHostCut => {
                 (Bound::None, vec![Name::Harmless])
             }
-            // The setpoint has to advance before a count that stands tells anything. Before the loop closes, the
-            // encoder check pushes slowly: it is bounded by the way.
+            // A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
             Kind::EncoderUnplugged(w) | Kind::EncoderLine(w, _) => {
                 moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
@@ -85,8 +84,7 @@ impl Promise {
             Kind::EncodersExchanged | Kind::MotorsExchanged => {
                 moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
             }
-            // In the check, a motor that never moved its count is not to be told from a dead encoder: the fault's
-            // remedy names both.
+            // In the check, a motor that never moved its count looks like a dead encoder: the remedy names both.
             Kind::MotorCut(w) => {
                 let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
                 let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
@@ -97,25 +95,17 @@ impl Promise {
                 let names = vec![Name::Fault(Fault::Stall(w)), Name::Fault(Fault::EncoderDead(w))];
                 moment.of_wheel(PROTECTION_MS, pushed, names)
             }
-            Kind::SupplyCut | Kind::SupplyLow(_) => {
-                (Bound::Within(SUPPLY_LOW_MS), moment.if_armed(Fault::SupplyLow))
-            }
-            // Shorter than the 20 ticks that a starting motor may take; but arming looks at once.
-            Kind::SupplyDip(..) if case.phase == Phase::Arming => {
-                (Bound::None, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
-            }
-            Kind::SupplyDip(..) => (Bound::None, vec![Name::Harmless]),
-            Kind::SupplyHigh(_) => {
-                (Bound::Within(SUPPLY_HIGH_MS), moment.if_armed(Fault::SupplyHigh))
+            Kind::SupplyCut | Kind::SupplyLow(_) | Kind::SupplyDip(..) | Kind::SupplyHigh(_) => {
+                of_supply(kind, case, moment)
             }
             Kind::Driver => (Bound::Within(INPUT_MS), fault(Fault::Driver)),
+            Kind::StopLine => (Bound::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
             Kind::StopButton(ms) => {
                 (Bound::Within(INPUT_MS), moment.unless_over(Fault::EmergencyStop, ms.into()))
             }
-            Kind::StopLine => (Bound::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
             Kind::StopLineBounce(us) => {
-                let ms = f64::from(us) / 1000.0;
-                (Bound::Within(HARDWARE_MS), moment.unless_over(Fault::EmergencyStop, ms))
+                let names = moment.unless_over(Fault::EmergencyStop, f64::from(us) / 1000.0);
+                (Bound::Within(HARDWARE_MS), names)
             }
             Kind::LinkCut | Kind::LinkToRobotCut | Kind::HostDies => {
                 (silence(case), moment.if_host_is_needed(Fault::LinkLost))
@@ -133,8 +123,7 @@ impl Promise {
             Kind::CoreStands(_) => (Bound::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog)),
             Kind::Program(what, ..) => program(what),
             Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Panic)),
-            // The emulator resets the chip by its pin in both cases.
-            // A host that had not said hello before does not know of the restart, and drives.
+            // The emulator resets the chip by its pin. A host without a hello does not know of the restart, and drives.
             Kind::PowerCut | Kind::ResetPin if moment.is_before_the_host() => {
                 (Bound::None, restart(ResetCause::Pin))
             }
@@ -180,6 +169,18 @@ fn stalls(wheel: Wheel, slow: bool, moment: &Moment) -> Vec<Name> {
 /// The ramp of a controlled stop.
 fn silence(case: &Case) -> Bound {
     Bound::Within(SILENCE_MS + case.motion.cruise / STOP_MPS2 * 1000.0 + SETTLE_MS)
+}
+
+/// A supply that fails. A dip is shorter than the 20 ticks that a starting motor may take; but arming looks at once.
+fn of_supply(kind: Kind, case: &Case, moment: &Moment) -> (Bound, Vec<Name>) {
+    match kind {
+        Kind::SupplyDip(..) if case.phase == Phase::Arming => {
+            (Bound::None, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
+        }
+        Kind::SupplyDip(..) => (Bound::None, vec![Name::Harmless]),
+        Kind::SupplyHigh(_) => (Bound::Within(SUPPLY_HIGH_MS), moment.if_armed(Fault::SupplyHigh)),
+        _ => (Bound::Within(SUPPLY_LOW_MS), moment.if_armed(Fault::SupplyLow)),
+    }
 }
 
 /// Bounds as in `emulated-board/tests/board/hang.rs`.

@@ -1,5 +1,7 @@
 //! `beeline record`: drives one motion and adds it to a campaign.
 
+use std::path::Path;
+
 use serde_json::json;
 
 use super::drive::{kind, motion_of, profile_of};
@@ -74,26 +76,26 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             run.push(&on_one_encoder(row, &config))?;
         }
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
-        if let Err(error) = driven {
-            note(format_args!(
-                "{}: the run up to this point, {} samples",
-                path.display(),
-                rows.len()
-            ));
-            return Err(error.into());
-        }
+        driven.inspect_err(|_| {
+            let (path, samples) = (path.display(), rows.len());
+            note(format_args!("{path}: the run up to this point, {samples} samples"));
+        })?;
         warn_of_gaps(session, dropped).await?;
         Ok((path, rows))
     })?;
     if !rows.iter().any(|row| row.x_m.is_some()) {
         warn("the run has no measured poses: add x_m, y_m and heading_rad before you compare it");
     }
-    if common.json {
-        say(json!({"run": path, "samples": rows.len()}));
-    } else {
-        say(format_args!("{}: {} samples", path.display(), rows.len()));
-    }
+    say_recorded(common.json, &path, rows.len());
     Ok(())
+}
+
+fn say_recorded(json: bool, path: &Path, samples: usize) {
+    if json {
+        say(json!({"run": path, "samples": samples}));
+    } else {
+        say(format_args!("{}: {samples} samples", path.display()));
+    }
 }
 
 /// Warns of missing samples; `dropped_before` is how many the robot had dropped before the run.

@@ -17,14 +17,15 @@
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`clock`] | one clock for all runs, over interruptions |
 //! | `continued` | what a campaign that is continued takes from its folder |
-//! | [`record`] | the procedure |
+//! | [`run`] | one run |
+//! | [`record`] | the whole campaign |
 
 pub mod clock;
 mod continued;
 pub mod piece;
 pub mod record;
+pub mod run;
 pub mod samples;
 
-pub use record::{
-    RecordSettings, RecordStep, RecordedRun, RunOutcome, Summary, record_campaign, record_run,
-};
+pub use record::{RecordSettings, RecordStep, Summary, record_campaign};
+pub use run::{RecordedRun, RunOutcome, record_run};

@@ -3,24 +3,21 @@
 //! What the user sees is left to [`crate::command`].
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use robot_model::recording::Piece;
-use shared_proto::{Command, Config, Telemetry};
+use shared_proto::Config;
 
 use super::clock::{LastRun, start_clock, wait_for};
-use super::continued::{keep_plan, planned_facts, restore_facts};
+use super::continued::{keep_plan, restore_facts};
 use super::piece;
-use super::samples::{columns, on_one_encoder, robot_file, rows};
+use super::run::{RunOutcome, record_run};
+use super::samples::robot_file;
 use crate::error::{Error, Result};
 use crate::hex::hex;
-use crate::pose_source::align::reckoned;
-use crate::pose_source::{Go, Mark, PoseSource, Seen};
+use crate::pose_source::{Go, Mark, PoseSource};
 use campaign::model::in_use::{self, Kept};
-use campaign::plan::{CampaignPlan, PAUSE_S, PlannedRun, plan_path};
-use campaign::{Campaign, CampaignWriter, Place, Row, RunFacts, Simulated, Warning};
+use campaign::plan::{CampaignPlan, PlannedRun, plan_path};
+use campaign::{Campaign, CampaignWriter, Place, Simulated, Warning};
 use host_link::Session;
-use host_link::motion::{self, RecordOptions};
 
 /// How to record.
 #[derive(Clone, Debug)]
@@ -86,40 +83,6 @@ pub enum RecordStep<'a> {
     Skipped(&'a PlannedRun),
     /// Something that the user should know.
     Warning(&'a Warning),
-}
-
-/// One run as recorded.
-#[derive(Clone, Debug)]
-pub struct RecordedRun {
-    /// Its samples.
-    pub rows: Vec<Row>,
-    /// When it began, on the session's clock \[us\].
-    pub started_us: u64,
-    /// Samples that were dropped because the line was too slow.
-    pub dropped: u32,
-}
-
-impl RecordedRun {
-    /// Samples with a measured pose.
-    pub fn poses(&self) -> usize {
-        self.rows.iter().filter(|row| row.x_m.is_some()).count()
-    }
-
-    /// Whether a yaw rate was measured.
-    pub fn has_gyro(&self) -> bool {
-        self.rows.iter().any(|row| row.gyro_z_rad_s.is_some())
-    }
-}
-
-/// The result of one run.
-#[derive(Clone, Debug)]
-pub enum RunOutcome {
-    /// It was recorded.
-    Recorded(RecordedRun),
-    /// It is to be driven again.
-    Repeat,
-    /// It is to be skipped.
-    Skip,
 }
 
 /// What was recorded.
@@ -199,14 +162,8 @@ pub async fn record_campaign(
             let other = writer.keep_sigmas(sigma.position_m, sigma.heading_rad)?;
             other.iter().for_each(|warning| tell(RecordStep::Warning(warning)));
         }
-        let poses = recorded.poses();
-        let mut file = writer.start_run(&run.name, &columns(poses > 0, recorded.has_gyro()))?;
-        recorded.rows.iter().try_for_each(|row| file.push(row))?;
-        let path = file.finish(RunFacts {
-            started_s: Some((clock.at(recorded.started_us) * 1e3).round() / 1e3),
-            ..planned_facts(run)
-        })?;
-        let (samples, dropped) = (recorded.rows.len(), recorded.dropped);
+        let path = recorded.write(&writer, run, clock.at(recorded.started_us))?;
+        let (poses, samples, dropped) = (recorded.poses(), recorded.rows.len(), recorded.dropped);
         tell(RecordStep::Recorded { path: &path, samples, poses, dropped });
         summary.without_poses += usize::from(poses == 0);
         summary.recorded.push(path);
@@ -278,94 +235,6 @@ async fn ask_and_record(
             RunOutcome::Repeat => {}
             other => return Ok(other),
         }
-    }
-}
-
-/// Drives one run, has it measured, and leaves the robot at standstill with its motors off.
-pub async fn record_run(
-    session: &mut Session,
-    source: &mut dyn PoseSource,
-    config: &Config,
-    plan: &CampaignPlan,
-    run: &PlannedRun,
-    period_ms: u16,
-    progress: &mut dyn FnMut(f64),
-) -> Result<RunOutcome> {
-    let dropped_before = session.status().await?.link.telemetry_dropped;
-    source.check()?;
-    let first = source.begin()?;
-    let started_us = session.clock().now_us();
-    let track_m = config.geometry.track_width_m;
-    let options = RecordOptions {
-        period_ms,
-        rest: Duration::from_secs_f64(PAUSE_S),
-        // A camera records the pauses between the pieces as well.
-        trigger: None,
-    };
-    let whole_s = run.duration_s(track_m, plan.acceleration_mps2);
-    let mut telemetry = Vec::new();
-    let mut done_s = 0.0;
-    for piece in &run.pieces {
-        let piece_s = piece.duration_s(track_m, plan.acceleration_mps2);
-        let mut at = |share: f64| progress(((done_s + share * piece_s) / whole_s).min(1.0));
-        match (piece, piece::motion(piece, track_m, plan.acceleration_mps2)) {
-            (Piece::Rest { duration_s }, _) => {
-                rest(session, *duration_s, period_ms, &mut telemetry, &mut at).await?;
-            }
-            (_, Some(motion)) => {
-                motion::drive_into(session, &motion, options.clone(), &mut telemetry, &mut at)
-                    .await?;
-            }
-            (_, None) => {}
-        }
-        done_s += piece_s + 2.0 * PAUSE_S;
-    }
-    telemetry.sort_by_key(|frame| frame.t_us);
-    let reckoned = reckoned(config, &telemetry);
-    let track = match source.measure(&session.clock(), first, run, &reckoned).await? {
-        Seen::Track(track) => track,
-        Seen::Repeat => return Ok(RunOutcome::Repeat),
-        Seen::Skip => return Ok(RunOutcome::Skip),
-    };
-    let rows = rows(&telemetry, &track, &source.yaw_rates(&run.name, &reckoned)?);
-    if rows.len() < 2 {
-        return Err(Error::new("the robot sent no telemetry during the run")
-            .hint("`beeline watch` shows whether it sends any"));
-    }
-    let dropped = session.status().await?.link.telemetry_dropped.wrapping_sub(dropped_before);
-    let rows = rows.iter().map(|row| on_one_encoder(row, config)).collect();
-    Ok(RunOutcome::Recorded(RecordedRun { rows, started_us, dropped }))
-}
-
-/// Records the robot standing still.
-async fn rest(
-    session: &mut Session,
-    duration_s: f64,
-    period_ms: u16,
-    telemetry: &mut Vec<Telemetry>,
-    progress: &mut dyn FnMut(f64),
-) -> Result<()> {
-    const LISTEN_FOR: Duration = Duration::from_millis(100);
-    let _stale = session.take_telemetry().count();
-    session.request(Command::Subscribe { period_ms }).await?;
-    let start_us = session.clock().now_us();
-    loop {
-        session.listen(LISTEN_FOR).await?;
-        telemetry.extend(session.take_telemetry());
-        let rested_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
-        progress((rested_s / duration_s).min(1.0));
-        if session.is_cancelled() {
-            let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
-            return Err(Error::interrupted("stopped by Ctrl-C; the robot stands still"));
-        }
-        if rested_s >= duration_s {
-            break;
-        }
-    }
-    session.request(Command::Subscribe { period_ms: 0 }).await?;
-    match session.status().await?.fault {
-        Some(report) => Err(host_link::Error::Faulted(report).into()),
-        None => Ok(()),
     }
 }
 

@@ -170,6 +170,13 @@ pub async fn drive_into(
     outcome
 }
 
+/// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2 by their ranges.
+const STEERED: f64 = 1.25;
+/// An emulated robot may be slower than real time: a fifth at most.
+const SLOWEST: f64 = 5.0;
+/// The longest lead of a command to drive: [`LEAD`] times 16.
+const LEAD_S_MAX: f64 = 4.8;
+
 async fn drive_armed(
     session: &mut Session,
     motion: &Motion,
@@ -187,13 +194,6 @@ async fn drive_armed(
     let begun_us = session.clock().now_us();
     let mut heard_us = begun_us;
     let mut last_us = 0;
-    /// Steering against a pull makes a wheel travel farther by b c / 2, at most 5 m x 0.1 rad/m / 2
-    /// by their ranges.
-    const STEERED: f64 = 1.25;
-    /// An emulated robot may be slower than real time: a fifth at most.
-    const SLOWEST: f64 = 5.0;
-    /// The longest lead of a command to drive: [`LEAD`] times 16.
-    const LEAD_S_MAX: f64 = 4.8;
     let duration_s = motion.duration_s();
     loop {
         session.listen(RENEW_EVERY).await?;

@@ -110,20 +110,12 @@ fn of_runs(
             open[run] = false;
         }
     }
-    let nothing = |run: Option<String>, error_m: f64| DataHypothesis {
-        what: DataFault::Unknown,
-        run,
-        or: Vec::new(),
-        error_m,
-        mended_m: error_m,
-        next: None,
-    };
     if unknown.len() > UNKNOWN_MAX && 4 * unknown.len() > runs.len() {
-        found.push(nothing(None, rms(unknown.iter().map(|run| fits[*run].error_m))));
+        found.push(of_unknown_cause(None, rms(unknown.iter().map(|run| fits[*run].error_m))));
         return found;
     }
     found.extend(
-        unknown.iter().map(|run| nothing(Some(runs[*run].name.clone()), fits[*run].error_m)),
+        unknown.iter().map(|run| of_unknown_cause(Some(&runs[*run].name), fits[*run].error_m)),
     );
     let ends = last_poses(robot, runs, tracks, geometry, &open);
     found.extend(ends.into_iter().zip(runs).zip(&fits).filter_map(|((off, run), fit)| {
@@ -144,6 +136,18 @@ fn of_runs(
         })
     }));
     found
+}
+
+/// What no hypothesis mends, of one run or of all.
+fn of_unknown_cause(run: Option<&String>, error_m: f64) -> DataHypothesis {
+    DataHypothesis {
+        what: DataFault::Unknown,
+        run: run.cloned(),
+        or: Vec::new(),
+        error_m,
+        mended_m: error_m,
+        next: None,
+    }
 }
 
 fn by_importance(a: &DataHypothesis, b: &DataHypothesis) -> Ordering {

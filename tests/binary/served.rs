@@ -9,13 +9,8 @@ use serde_json::Value;
 use crate::outcome::{Outcome, wait_for};
 use crate::temp_folder::TempFolder;
 
-/// Wheels so unequal that one revolution shows the difference: W_T = 0.96.
-const SCENARIO: &str = "\
-name = \"uneven\"
-[plant.geometry.wheel_radius_m]
-left = 0.036
-right = 0.03456
-";
+/// Wheels so unequal that one revolution shows the difference.
+const SCENARIO: &str = include_str!("../uneven.toml");
 
 /// A motion that is over soon, within the limits of the standard robot.
 const SHORT: &str = "--distance 1rev --cruise 1.2rev/s --acceleration 2rev/s^2";

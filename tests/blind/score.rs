@@ -71,13 +71,6 @@ pub fn bars(all: &[Verdict]) -> Vec<Bar> {
     let of = |kinds: &'static [Kind]| {
         verdicts.iter().filter(move |verdict| kinds.contains(&verdict.case.kind))
     };
-    let bar = |claim, (measured, of): (f64, usize), within| Bar {
-        claim,
-        measured,
-        of,
-        within,
-        ratio: false,
-    };
     let covered: Vec<bool> = verdicts
         .iter()
         .flat_map(|verdict| verdict.covered.iter().map(|interval| interval.1))
@@ -118,18 +111,16 @@ pub fn bars(all: &[Verdict]) -> Vec<Bar> {
     bars
 }
 
+/// A bar that is no ratio.
+const fn bar(claim: &'static str, (measured, of): (f64, usize), within: [f64; 2]) -> Bar {
+    Bar { claim, measured, of, within, ratio: false }
+}
+
 /// The bars of what a stranger's robot asks: that nothing is passed over in silence, that the floor is the noise, that
 /// only what is there and matters is called worth correcting, that wrong numbers and clocks are named.
 ///
 /// Silence and the floor count in every campaign, however strong what it hides came out.
 fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
-    let bar = |claim, (measured, of): (f64, usize), within| Bar {
-        claim,
-        measured,
-        of,
-        within,
-        ratio: false,
-    };
     let sound = |verdict: &&Verdict| verdict.case.effects.is_empty();
     // Outside the catalogue a substitute may be right: that has its own bar.
     let hiding = |verdict: &&Verdict| {

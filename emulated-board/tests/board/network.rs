@@ -23,13 +23,8 @@ impl Drop for Program {
     }
 }
 
-/// Wheels so unequal that one revolution shows it: W_T = 0.96.
-const SCENARIO: &str = "\
-name = \"uneven\"
-[plant.geometry.wheel_radius_m]
-left = 0.036
-right = 0.03456
-";
+/// Wheels so unequal that one revolution shows it.
+const SCENARIO: &str = include_str!("../../../tests/uneven.toml");
 
 #[test]
 fn a_host_calibrates_the_emulated_board_over_tcp() {

@@ -54,17 +54,7 @@ pub struct Bridge {
 }
 
 /// The left wheel's lines A and B are TIM1's channels 1 and 2, the right wheel's 3 and 4.
-pub struct Pins<A1, A2, A3, A4, E, S, C1, C2>
-where
-    A1: TimerPin<TIM1, Ch1>,
-    A2: TimerPin<TIM1, Ch2>,
-    A3: TimerPin<TIM1, Ch3>,
-    A4: TimerPin<TIM1, Ch4>,
-    E: Pin,
-    S: BreakInputPin<TIM1, BkIn1> + Pin,
-    C1: Pin,
-    C2: Pin,
-{
+pub struct Pins<A1: Pin, A2: Pin, A3: Pin, A4: Pin, E: Pin, S: Pin, C1: Pin, C2: Pin> {
     /// The left wheel's line A.
     pub left_a: Peri<'static, A1>,
     /// The left wheel's line B.

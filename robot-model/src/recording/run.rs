@@ -1,5 +1,6 @@
 //! One run as it was recorded: wheel angles, measured poses, a yaw rate sensor, each at its own times.
 
+use core::f64::consts::TAU;
 use core::fmt;
 
 use crate::kinematics::wheel_pair::WheelPair;
@@ -19,6 +20,18 @@ pub struct Robot {
     pub position_sigma_m: Option<f64>,
     /// Noise of the measured heading \[rad\]; `None`: to be estimated.
     pub heading_sigma_rad: Option<f64>,
+}
+
+impl Robot {
+    /// The paper's robot: R = 3.6 cm, b = 37.2 cm, 900 counts per turn of a wheel. Its noise is to be estimated.
+    pub const PAPER: Self = Self {
+        wheel_radius_m: 0.036,
+        track_width_m: 0.372,
+        gear_reduction: 1.0,
+        rad_per_count: TAU / 900.0,
+        position_sigma_m: None,
+        heading_sigma_rad: None,
+    };
 }
 
 /// The wheels at one time.

@@ -16,15 +16,7 @@ use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{GyroSample, Recording, Robot, WheelSample};
 
-/// A robot of the paper's size.
-pub(crate) const ROBOT: Robot = Robot {
-    wheel_radius_m: 0.036,
-    track_width_m: 0.372,
-    gear_reduction: 1.0,
-    rad_per_count: TAU / 900.0,
-    position_sigma_m: None,
-    heading_sigma_rad: None,
-};
+pub(crate) const ROBOT: Robot = Robot::PAPER;
 
 /// A good camera over a good floor.
 pub(crate) const NOISE: OdometryNoise = OdometryNoise {

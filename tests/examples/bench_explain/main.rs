@@ -21,14 +21,7 @@ const MEGABYTES_MAX: f64 = 300.0;
 const RUNS: usize = 12;
 const SAMPLES: usize = 2000;
 
-const ROBOT: Robot = Robot {
-    wheel_radius_m: 0.036,
-    track_width_m: 0.372,
-    gear_reduction: 1.0,
-    rad_per_count: TAU / 900.0,
-    position_sigma_m: None,
-    heading_sigma_rad: None,
-};
+const ROBOT: Robot = Robot::PAPER;
 /// The hidden truth: rho, scale, delta; and a side slip \[s\], which a model of three parameters does not have.
 const TRUTH: [f64; 3] = [0.008, -0.004, 0.015];
 const SLIP_S: f64 = 0.03;

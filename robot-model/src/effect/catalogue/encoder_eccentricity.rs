@@ -9,8 +9,8 @@
 //! away, at phi_i = 0: c_i = -e/h cos alpha, s_i = e/h sin alpha.
 //! The angle is that of the encoder's count, so the run files must not reset it between runs.
 
-use super::wheel_eccentricity::once_per_turn;
-use crate::effect::definition::{Change, Effect, Facts, Memory, Need, Parameter};
+use super::wheel_eccentricity::{ONCE_PER_TURN, once_per_turn};
+use crate::effect::definition::{Change, Effect, Facts, Memory, Need};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
@@ -32,12 +32,7 @@ static FACTS: Facts<'static> = Facts {
     id: "encoder_eccentricity",
     name: "eccentric encoders",
     equation: "R_i (1 + c_i cos (gear_reduction phi_i) + s_i sin (gear_reduction phi_i))",
-    parameters: &[
-        Parameter::amplitude("c_left", "1", 0.05),
-        Parameter::amplitude("s_left", "1", 0.05),
-        Parameter::amplitude("c_right", "1", 0.05),
-        Parameter::amplitude("s_right", "1", 0.05),
-    ],
+    parameters: &ONCE_PER_TURN,
     signature: "a ripple once per encoder revolution",
     shown_by: "a slow run, sampled several times per encoder revolution",
     compensation: "correct the counts by a table over the encoder's angle",

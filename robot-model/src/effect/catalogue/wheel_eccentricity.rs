@@ -33,18 +33,21 @@ static FACTS: Facts<'static> = Facts {
     id: "wheel_eccentricity",
     name: "eccentric wheels",
     equation: "R_i (1 + c_i cos phi_i + s_i sin phi_i)",
-    parameters: &[
-        Parameter::amplitude("c_left", "1", 0.05),
-        Parameter::amplitude("s_left", "1", 0.05),
-        Parameter::amplitude("c_right", "1", 0.05),
-        Parameter::amplitude("s_right", "1", 0.05),
-    ],
+    parameters: &ONCE_PER_TURN,
     signature: "a ripple once per wheel revolution",
     shown_by: "a slow run of several wheel revolutions",
     compensation: "correct the travel by a table over the wheel's angle",
     needs: &[Need::ContinuousCounts],
     ..Facts::DEFAULT
 };
+
+/// What [`once_per_turn`] takes.
+pub(super) static ONCE_PER_TURN: [Parameter; 4] = [
+    Parameter::amplitude("c_left", "1", 0.05),
+    Parameter::amplitude("s_left", "1", 0.05),
+    Parameter::amplitude("c_right", "1", 0.05),
+    Parameter::amplitude("s_right", "1", 0.05),
+];
 
 /// A ripple of each wheel's travel, `often` times per turn of the wheel.
 pub(super) fn once_per_turn(p: &[Jet; PARAMETERS_MAX], step: &Step, often: f64) -> Change {

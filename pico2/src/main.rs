@@ -66,9 +66,9 @@ static SEND: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
 static RECEIVE: ConstStaticCell<[u8; 1024]> = ConstStaticCell::new([0; 1024]);
 
 /// A tick of embassy's clock.
-struct Timer(Ticker);
+struct TickTimer(Ticker);
 
-impl ControlTimer for Timer {
+impl ControlTimer for TickTimer {
     async fn next(&mut self) {
         self.0.next().await;
     }
@@ -173,7 +173,7 @@ async fn control(
     bridge: Bridge,
     supply: DividedSupply,
 ) {
-    let timer = Timer(Ticker::every(Duration::from_hz(CONTROL_HZ.into())));
+    let timer = TickTimer(Ticker::every(Duration::from_hz(CONTROL_HZ.into())));
     let capture = task::capture::run(shared, timer, encoders);
     let profile = task::profile::run(shared);
     let pid = task::pid::run(shared, bridge, supply);

@@ -10,7 +10,8 @@ use cargo_metadata::{Metadata, MetadataCommand, Package};
 use serde::Deserialize;
 use spdx::{Expression, ParseMode};
 
-use crate::{Outcome, root};
+use crate::repository::root;
+use crate::steps::Outcome;
 
 /// The part of `deny.toml` that is held.
 #[derive(Deserialize)]

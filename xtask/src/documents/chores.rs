@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::page::Page;
-use crate::HELP;
+use crate::help::HELP;
 
 /// What is no chore, or names what is not there, with its line.
 pub fn findings(base: &Path, files: &[PathBuf], page: &Page) -> Vec<(usize, String)> {

@@ -15,7 +15,8 @@ mod paths;
 
 use std::path::{Path, PathBuf};
 
-use crate::{Outcome, root, tracked_files};
+use crate::repository::{root, tracked_files};
+use crate::steps::Outcome;
 use page::Page;
 
 /// The first page has no more words than this.

@@ -21,7 +21,8 @@ cargo xtask <chore>
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs every one of
                      these, which firmware, faults and crash are none of
   arrows             draws which folder of robot-model uses which, into ARCHITECTURE.md
-  dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml
+  dependencies       licences, sources and duplicates of what is depended on, by the rules of deny.toml;
+                     and which crate must not depend on which
   third-party        writes THIRD-PARTY.txt, the notice of whose code is in the programs
   boards             writes the pin tables and wiring pictures in docs/boards/
   help               this

@@ -1,7 +1,8 @@
-//! Is what the pages say of `beeline` true? Every `.md` file of the root and of `docs/`.
+//! Is what the pages say of `beeline` true? Every `.md` file of the root, of `docs/` and of `examples/`.
 //!
-//! Command lines and flags are checked against the parser, keys of the configuration and of scenarios against the
-//! program's own; examples of a campaign's files are read by it. Paths and links are checked by `cargo xtask check`.
+//! Command lines and flags are checked against the parser, dotted keys, and those of `config set`, against the
+//! program's own. A key without a dot may be of a campaign's files, a fault, or a column: the sources have to know the
+//! word. Examples of a campaign's files are read by the program. Paths and links are checked by `cargo xtask check`.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
-use pulldown_cmark::{Event, Parser as Markdown, Tag, TagEnd};
+use pulldown_cmark::{CodeBlockKind, Event, Parser as Markdown, Tag, TagEnd};
 use shared_proto::Config;
 use sim_target::Scenario;
 
@@ -18,20 +19,29 @@ use crate::temp_folder::TempFolder;
 /// Code in a page: between backquotes, or a line of a fenced block.
 #[derive(Debug)]
 struct Code {
+    line: usize,
     text: String,
     is_block: bool,
+    is_toml: bool,
 }
 
 fn code_in(page: &str) -> Vec<Code> {
     let mut code = Vec::new();
-    let mut is_block = false;
-    for event in Markdown::new_ext(page, pulldown_cmark::Options::ENABLE_TABLES) {
+    let (mut is_block, mut is_toml) = (false, false);
+    let options = pulldown_cmark::Options::ENABLE_TABLES;
+    for (event, range) in Markdown::new_ext(page, options).into_offset_iter() {
+        let line = page[..range.start].matches('\n').count() + 1;
         match event {
-            Event::Start(Tag::CodeBlock(_)) => is_block = true,
-            Event::End(TagEnd::CodeBlock) => is_block = false,
-            Event::Code(text) => code.push(Code { text: text.to_string(), is_block: false }),
+            Event::Start(Tag::CodeBlock(kind)) => {
+                is_block = true;
+                is_toml = matches!(kind, CodeBlockKind::Fenced(language) if &*language == "toml");
+            }
+            Event::End(TagEnd::CodeBlock) => (is_block, is_toml) = (false, false),
+            Event::Code(text) => code.push(Code { line, text: text.into(), is_block, is_toml }),
             Event::Text(text) if is_block => {
-                let lines = text.lines().map(|line| Code { text: line.into(), is_block });
+                let lines = text.lines().zip(line..);
+                let lines =
+                    lines.map(|(text, line)| Code { line, text: text.into(), is_block, is_toml });
                 code.extend(lines);
             }
             _ => {}
@@ -47,27 +57,32 @@ fn root() -> PathBuf {
 /// All pages: names and texts.
 fn pages() -> Vec<(String, String)> {
     let mut pages = Vec::new();
-    for folder in ["", "docs", "docs/boards", "examples/mystery-robot", "examples/optiodom"] {
-        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+    let mut open = vec![root()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap() {
             let file = entry.unwrap().path();
-            if file.extension().is_some_and(|end| end == "md") {
+            if file.is_dir()
+                && (folder != root() || file.ends_with("docs") || file.ends_with("examples"))
+            {
+                open.push(file);
+            } else if file.extension().is_some_and(|end| end == "md") {
                 let name = file.strip_prefix(root()).unwrap().display().to_string();
                 pages.push((name, std::fs::read_to_string(&file).unwrap()));
             }
         }
     }
-    assert!(pages.len() >= 10, "{}", pages.len());
+    assert!(pages.len() >= 25, "{}", pages.len());
     pages
 }
 
 /// The findings of one check in all pages.
 fn findings(check: impl Fn(&Code) -> Option<String>) -> Vec<String> {
-    let mut findings = Vec::new();
-    for (name, page) in pages() {
-        let wrong = code_in(&page).into_iter().filter_map(|code| check(&code));
-        findings.extend(wrong.map(|wrong| format!("{name}: {wrong}")));
-    }
-    findings
+    pages().iter().flat_map(|(name, page)| findings_in(name, page, &check)).collect()
+}
+
+fn findings_in(name: &str, page: &str, check: impl Fn(&Code) -> Option<String>) -> Vec<String> {
+    let wrong = |code: &Code| Some(format!("{name}:{}: {}", code.line, check(code)?));
+    code_in(page).iter().filter_map(wrong).collect()
 }
 
 /// A command line's words as a shell splits them, up to a comment or the next program.
@@ -134,37 +149,102 @@ fn flags() -> BTreeSet<String> {
 /// Flags of other programs that the pages name alone: `cargo run --config`.
 const OTHERS: [&str; 1] = ["--config"];
 
-/// A flag that stands alone and that no command has.
+/// A flag that stands alone, or behind another one, and that no command has.
 fn unknown_flag(code: &Code) -> Option<String> {
-    let flag = code.text.split([' ', '=']).next()?;
-    let is_flag = !code.is_block && flag.starts_with("--");
-    let is_known = || flags().contains(flag) || OTHERS.contains(&flag);
-    (is_flag && !is_known()).then(|| format!("`{}`: no command has this flag", code.text))
+    if code.is_block || !code.text.starts_with("--") {
+        return None;
+    }
+    let words = shell_words(&code.text);
+    let mut flags_here = words.iter().filter_map(|word| word.split('=').next());
+    let known = flags();
+    let is_known = |flag: &str| known.contains(flag) || OTHERS.contains(&flag);
+    let unknown = flags_here.find(|flag| flag.starts_with("--") && !is_known(flag))?;
+    Some(format!("`{}`: no command has a flag `{unknown}`", code.text))
+}
+
+/// The arguments of `config set` and `config get`, wherever they stand.
+fn unknown_argument(code: &Code) -> Option<String> {
+    let words = shell_words(&code.text);
+    let config = words.iter().position(|word| word == "config")?;
+    let is_key = words.get(config + 1).is_some_and(|word| word == "set" || word == "get");
+    let key = words.get(config + 2).filter(|word| is_key && !word.starts_with('-'))?;
+    let is_placeholder = key.chars().all(|c| c.is_ascii_uppercase());
+    (!is_placeholder && !is_config_key(key))
+        .then(|| format!("`{key}`: no key of the configuration"))
 }
 
 /// A dotted name that is a key neither of the configuration nor of a scenario.
 fn unknown_key(code: &Code) -> Option<String> {
-    let key = if code.is_block {
-        // In a block, only the arguments of `config set`.
-        let words = shell_words(&code.text);
-        let set = words.iter().position(|word| word == "config")?;
-        words.get(set + 2).filter(|_| words.get(set + 1).is_some_and(|word| word == "set"))?.clone()
-    } else {
-        code.text.split(" = ").next()?.to_string()
-    };
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_*".contains(c);
+    if code.is_block {
+        return None;
+    }
+    let key = code.text.split(" = ").next()?;
     let mut parts = key.split('.');
     let is_key = key.contains('.')
-        && parts.all(|part| !part.is_empty() && part.chars().all(plain))
+        && parts.all(|part| !part.is_empty() && part.chars().all(is_plain))
         && key.starts_with(|c: char| c.is_ascii_lowercase());
     let is_file =
         [".rs", ".md", ".toml", ".csv", ".svg", ".html", ".json", ".txt", ".py", ".sealed"]
             .iter()
             .any(|end| key.ends_with(end));
-    if !is_key || is_file || is_config_key(&key) || is_scenario_key(&key) {
+    if !is_key || is_file || is_config_key(key) || is_scenario_key(key) {
         return None;
     }
     Some(format!("`{key}`: no key of the configuration, nor of a scenario"))
+}
+
+fn is_plain(c: char) -> bool {
+    c.is_ascii_lowercase() || c.is_ascii_digit() || "_*".contains(c)
+}
+
+/// Names that are not ours: the controller of ROS.
+const FOREIGN: [&str; 1] = ["diff_drive_controller"];
+
+/// A name without a dot that no source has: one with `_` or before ` = `, and each part of the keys in a block of TOML.
+fn unknown_word(code: &Code, known: &BTreeSet<String>) -> Option<String> {
+    let text = code.text.split(" #").next()?;
+    let mut keys: Vec<&str> = text.split(" = ").collect();
+    let last = keys.pop()?;
+    let names: Vec<&str> = match (code.is_block, &keys[..]) {
+        (false, []) if last.contains('_') => vec![last],
+        (false, [key, ..]) => vec![*key],
+        // In front of each `=` of an inline table, too.
+        (true, keys) if code.is_toml => {
+            keys.iter().filter_map(|key| key.rsplit([' ', '{']).next()).collect()
+        }
+        _ => return None,
+    };
+    // `_um` is the end of names.
+    let is_name = |name: &&str| {
+        name.starts_with(|c: char| c.is_ascii_lowercase())
+            && name.chars().all(|c| is_plain(c) || c == '.')
+    };
+    let mut parts = names.into_iter().filter(is_name).flat_map(|name| name.split('.'));
+    let is_known = |part: &str| part.contains('*') || known.contains(part);
+    let unknown = parts.find(|part| !is_known(part) && !FOREIGN.contains(part))?;
+    Some(format!("`{unknown}`: no source has this name"))
+}
+
+/// All words of the sources and of the files beside them, but not of this one, which plants mistakes.
+fn words_of_sources() -> BTreeSet<String> {
+    let crates = std::fs::read_dir(root()).unwrap().map(|entry| entry.unwrap().path());
+    let mut open: Vec<PathBuf> = crates.filter(|path| path.join("Cargo.toml").exists()).collect();
+    let mut words = BTreeSet::new();
+    while let Some(path) = open.pop() {
+        if path.ends_with("target") {
+            continue;
+        }
+        if path.is_dir() {
+            open.extend(std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
+        } else if path.extension().is_some_and(|end| end == "rs" || end == "toml")
+            && !path.ends_with("tests/binary/pages.rs")
+        {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let names = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+            words.extend(names.filter(|name| !name.is_empty()).map(String::from));
+        }
+    }
+    words
 }
 
 fn is_config_key(key: &str) -> bool {
@@ -203,8 +283,17 @@ fn every_flag_is_one_of_a_command() {
 
 #[test]
 fn every_key_is_one_of_the_configuration_or_of_a_scenario() {
-    let findings = findings(unknown_key);
-    assert!(findings.is_empty(), "{}", findings.join("\n"));
+    let mut found = findings(unknown_key);
+    found.extend(findings(unknown_argument));
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn every_name_without_a_dot_is_one_of_the_sources() {
+    let known = words_of_sources();
+    assert!(known.contains("payload_kg") && !known.contains("payload_kgg"));
+    let found = findings(|code| unknown_word(code, &known));
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 /// The findings of a check in a page with only this text.
@@ -232,18 +321,48 @@ fn a_planted_command_line_flag_or_key_is_found() {
         assert_eq!(planted(page, refusal), [""; 0], "{page}");
     }
     assert_eq!(planted("`--undoo`", unknown_flag).len(), 1);
+    assert_eq!(planted("`--seed 7 --undoo`", unknown_flag).len(), 1);
     assert_eq!(planted("`--undo`, `--runs 4`", unknown_flag), [""; 0]);
     for page in [
         "Set `geometry.wheel_diameter_m`.",
         "`encoder.left.counts` stands for it",
         "`tyre.stiffness_n_per_m`",
-        "```sh\nbeeline config set geometry.wheel_diameter_m 0.072\n```",
     ] {
         assert_eq!(planted(page, unknown_key).len(), 1, "{page}");
     }
+    for page in [
+        "```sh\nbeeline config set geometry.wheel_diameter_m 0.072\n```",
+        "`beeline config set wheel_radius_m 0.036`",
+        "`config get geometri`",
+    ] {
+        assert_eq!(planted(page, unknown_argument).len(), 1, "{page}");
+    }
+    let page = "`config set KEY VALUE`, `beeline config get`, `config get encoder.left`, `config get geometry --json`";
+    assert_eq!(planted(page, unknown_argument), [""; 0]);
     let page = "`geometry.wheel_radius_m`, `encoder.left.reversed`, `tyre.contact_width_m`, \
                 `wheel.*.eccentricity`, `robot.toml`, `5.0x`, `plant.gear.right.backlash_rad`";
     assert_eq!(planted(page, unknown_key), [""; 0]);
+}
+
+#[test]
+fn a_planted_name_without_a_dot_is_found_with_its_line() {
+    let known = ["payload_kg", "held_out", "plant", "seed", "run"].map(String::from).into();
+    let found = |page: &str| findings_in("page.md", page, |code| unknown_word(code, &known));
+    for (page, told) in [
+        ("A page.\n\nSet `payload_kgg`.", "page.md:3: `payload_kgg`: no source has this name"),
+        ("`held = true`", "page.md:1: `held`: no source has this name"),
+        ("```toml\nseed = 1\nsede = 7\n```", "page.md:3: `sede`: no source has this name"),
+        (
+            "```toml\n  { payload_kg = 1, rest = 2 },\n```",
+            "page.md:2: `rest`: no source has this name",
+        ),
+        ("```toml\nplant.seeed = 1 # of all\n```", "page.md:2: `seeed`: no source has this name"),
+    ] {
+        assert_eq!(found(page), [told], "{page}");
+    }
+    let page = "`payload_kg`, `held_out = true`, `word`, `a/b_c`, `Some_Name`, `_um`\n\n```toml\n\
+                [[run]]\nplant.seed = { payload_kg = 2 }  # x = y\n```\n\n```sh\nx = 1\n```\n";
+    assert_eq!(found(page), [""; 0]);
 }
 
 /// The first block of TOML below a heading of a page.

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::circles::{circles_in, describe};
+use crate::repository::root;
 use crate::source::{Crate, Uses};
-use crate::{Outcome, root};
+use crate::steps::Outcome;
 
 const CRATE: &str = "robot-model/src";
 const PAGE: &str = "ARCHITECTURE.md";

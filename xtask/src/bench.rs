@@ -1,7 +1,7 @@
 //! `cargo xtask bench NAME`: runs `tests/examples/bench_NAME.rs`.
 
-use crate::steps::cargo;
-use crate::{Outcome, root};
+use crate::repository::root;
+use crate::steps::{Outcome, cargo};
 
 /// Runs one bench with its arguments, or all of them.
 pub fn run(name: &str, args: &[&str]) -> Outcome {

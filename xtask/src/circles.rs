@@ -3,16 +3,17 @@
 //! What counts as a use is said in `source`. Every crate is read: the workspace's, the emulated
 //! board's, their examples and their tests' programs.
 //!
-//! A module file and the files below it are one concept, so one kind of circle is let pass: `a/mod.rs`
-//! calls `a/b.rs`, and this one uses a type of `a/mod.rs`. That is how Rust splits a large module. It
-//! passes only as long as it stays among them and needs the way down. So files side by side never use
-//! one another in a circle, except through their module's file; files in different folders never do.
+//! One kind of circle is let pass, that of two files: a module's file (`a/mod.rs`, or `a.rs` beside `a/`)
+//! calls a file below it, and this one uses a type of the module's file. That is how Rust splits a large
+//! module. A circle of more files is never let pass, not even within one module: `a/b.rs` uses `a/mod.rs`,
+//! this uses `a/c.rs`, and this uses `a/b.rs`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use crate::repository::{root, tracked_files};
 use crate::source::{Crate, Uses, crate_roots};
-use crate::{Outcome, root, tracked_files};
+use crate::steps::Outcome;
 
 /// Holds that no files go in a circle.
 pub fn check() -> Outcome {
@@ -22,9 +23,18 @@ pub fn check() -> Outcome {
     if circles.is_empty() {
         return Ok(());
     }
+    Err(message(&circles))
+}
+
+/// What is said of circles.
+fn message(circles: &[Uses]) -> String {
     let all: Vec<String> = circles.iter().map(describe).collect();
+    let number = match circles.len() {
+        1 => "1 circle".to_owned(),
+        more => format!("{more} circles"),
+    };
     let advice = "files that use each other; move what both need into a third file";
-    Err(format!("{} circles of {advice}:\n{}", circles.len(), all.join("\n")))
+    format!("{number} of {advice}:\n{}", all.join("\n"))
 }
 
 /// How much was read.
@@ -41,24 +51,34 @@ fn find(base: &Path, files: &[PathBuf]) -> Result<(Vec<Uses>, Read), String> {
     for crate_root in &roots {
         let source = Crate::read(base, crate_root)?;
         read.extend(source.files().map(Path::to_path_buf));
-        let mut uses = source.uses();
-        let mut found: Vec<Uses> = circles_in(&uses).into_iter().filter(crosses_modules).collect();
-        uses.retain(|(from, to), _| !is_below(to, from));
-        for circle in circles_in(&uses) {
-            let is_in = |larger: &Uses| circle.keys().all(|arrow| larger.contains_key(arrow));
-            if !found.iter().any(is_in) {
-                found.push(circle);
-            }
-        }
-        circles.extend(found);
+        circles.extend(circles_in(&not_let_pass(&source.uses())));
     }
     Ok((circles, Read { crates: roots.len(), files: read.len() }))
 }
 
-/// Whether a circle is more than one module file and files below it.
-fn crosses_modules(circle: &Uses) -> bool {
-    let files: BTreeSet<&PathBuf> = circle.keys().map(|(from, _)| from).collect();
-    !files.iter().any(|head| files.iter().all(|file| file == head || is_below(file, head)))
+/// The uses that are part of a circle, except of one between a module's file and a file below it.
+fn not_let_pass(uses: &Uses) -> Uses {
+    let to_all = graph(uses);
+    let is_wrong = |from: &Path, to: &Path| {
+        let goes_back = to_all.get(to).is_some_and(|all| all.contains(from));
+        let is_pair = is_below(from, to) || is_below(to, from);
+        goes_back && !is_pair || has_way_round(to, from, &to_all)
+    };
+    let wrong = uses.iter().filter(|((from, to), _)| is_wrong(from, to));
+    wrong.map(|(arrow, names)| (arrow.clone(), names.clone())).collect()
+}
+
+/// Whether a way leads from one file to another by at least one more.
+fn has_way_round(from: &Path, to: &Path, to_all: &Graph) -> bool {
+    let nexts = |file: &Path| to_all.get(file).into_iter().flatten().copied();
+    let mut reached = BTreeSet::from([from]);
+    let mut open: Vec<&Path> = nexts(from).filter(|next| *next != to).collect();
+    while let Some(file) = open.pop() {
+        if reached.insert(file) {
+            open.extend(nexts(file));
+        }
+    }
+    reached.contains(to)
 }
 
 /// Whether a file is of a module inside that of the other file.
@@ -70,10 +90,7 @@ fn is_below(inner: &Path, outer: &Path) -> bool {
 
 /// The circles of a graph: its strongly connected parts, each with the uses within it.
 pub fn circles_in(uses: &Uses) -> Vec<Uses> {
-    let mut to_all: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
-    for (from, to) in uses.keys() {
-        to_all.entry(from).or_default().insert(to);
-    }
+    let to_all = graph(uses);
     let reach: BTreeMap<&Path, BTreeSet<&Path>> =
         to_all.keys().map(|from| (*from, reachable(from, &to_all))).collect();
     let in_one_circle = |a: &Path, b: &Path| {
@@ -98,10 +115,18 @@ pub fn circles_in(uses: &Uses) -> Vec<Uses> {
     circles
 }
 
-fn reachable<'a>(
-    from: &Path,
-    to_all: &BTreeMap<&'a Path, BTreeSet<&'a Path>>,
-) -> BTreeSet<&'a Path> {
+/// Each file, with those that it uses.
+type Graph<'a> = BTreeMap<&'a Path, BTreeSet<&'a Path>>;
+
+fn graph(uses: &Uses) -> Graph<'_> {
+    let mut to_all = Graph::new();
+    for (from, to) in uses.keys() {
+        to_all.entry(from).or_default().insert(to);
+    }
+    to_all
+}
+
+fn reachable<'a>(from: &Path, to_all: &Graph<'a>) -> BTreeSet<&'a Path> {
     let mut reached = BTreeSet::new();
     let mut open = vec![from];
     while let Some(file) = open.pop() {

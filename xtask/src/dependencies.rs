@@ -1,7 +1,10 @@
-//! What the project depends on: licences, sources, duplicates, by the rules of `deny.toml`.
+//! What the project depends on: licences, sources, duplicates, by the rules of `deny.toml`; and which crate must not
+//! depend on which, by the table in [`layers`].
 //!
-//! These are cargo-deny's rules. It takes minutes to compile, so its parts that need no database are held here, from
+//! The first are cargo-deny's rules. It takes minutes to compile, so its parts that need no database are held here, from
 //! what cargo itself knows; known vulnerabilities need cargo-deny and its database.
+
+mod layers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -10,7 +13,8 @@ use cargo_metadata::{Metadata, MetadataCommand, Package};
 use serde::Deserialize;
 use spdx::{Expression, ParseMode};
 
-use crate::{Outcome, root};
+use crate::repository::root;
+use crate::steps::Outcome;
 
 /// The part of `deny.toml` that is held.
 #[derive(Deserialize)]
@@ -77,10 +81,14 @@ pub fn check() -> Outcome {
             findings.extend(duplicates(&rules, &foreign));
         }
     }
-    if findings.is_empty() {
-        return Ok(());
-    }
-    Err(format!("against the rules of deny.toml:\n{}", findings.join("\n")))
+    let layers = layers::findings()?;
+    let groups = [("of deny.toml", findings), ("in xtask/src/dependencies/layers.rs", layers)];
+    let failures: Vec<String> = groups
+        .into_iter()
+        .filter(|(_, findings)| !findings.is_empty())
+        .map(|(place, findings)| format!("against the rules {place}:\n{}", findings.join("\n")))
+        .collect();
+    if failures.is_empty() { Ok(()) } else { Err(failures.join("\n")) }
 }
 
 fn licences(rules: &Rules, packages: &[&Package]) -> Vec<String> {

@@ -1,8 +1,9 @@
 //! What is done with the image on the emulated board: its tests, its count of instructions, and a robot
 //! that hosts can talk to.
 
-use crate::steps::{LINTING, cargo};
-use crate::{Outcome, firmware, target_folder};
+use crate::firmware;
+use crate::repository::target_folder;
+use crate::steps::{LINTING, Outcome, cargo};
 
 /// The emulator's crate is outside the workspace, and declares a newer compiler than it needs. It is
 /// built in the workspace's folder all the same: most of what it depends on is there already.

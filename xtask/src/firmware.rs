@@ -9,8 +9,9 @@ use std::process::{Command, Stdio};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 
-use crate::steps::run as run_command;
-use crate::{Outcome, needs, root, target_folder};
+use crate::needs;
+use crate::repository::{root, target_folder};
+use crate::steps::{Outcome, run as run_command};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 

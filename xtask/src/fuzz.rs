@@ -14,8 +14,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{cargo, run as command};
-use crate::{Outcome, needs, root, target_folder};
+use crate::needs;
+use crate::repository::{root, target_folder};
+use crate::steps::{Outcome, cargo, run as command};
 
 /// LLVM's coverage of edges, and of what comparisons compare.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \

@@ -4,7 +4,8 @@
 //! its `fn` to its closing brace, with signature and comments; clippy's count leaves both out. The files are formatted by
 //! rustfmt, so the closing brace stands below the `fn`.
 
-use crate::{Outcome, root, tracked_files};
+use crate::repository::{root, tracked_files};
+use crate::steps::Outcome;
 
 const LINES_MAX: usize = 400;
 const FUNCTION_LINES_MAX: usize = 70;

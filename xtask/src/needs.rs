@@ -2,8 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use crate::Outcome;
-use crate::steps::run;
+use crate::steps::{Outcome, run};
 
 /// One thing that has to be there.
 struct Need {

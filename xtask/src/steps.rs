@@ -4,7 +4,10 @@ use std::ffi::OsStr;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::{Outcome, root};
+use crate::repository::root;
+
+/// A chore ends well, or with what failed and what to try.
+pub type Outcome = Result<(), String>;
 
 /// The steps so far.
 #[derive(Default)]

@@ -5,10 +5,11 @@
 
 use std::process::Command;
 
-use crate::steps::{Steps, cargo, run as command};
+use crate::repository::root;
+use crate::steps::{Outcome, Steps, cargo, run as command};
 use crate::{
-    Outcome, arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
-    root, test_binaries, third_party, words,
+    arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
+    test_binaries, third_party, words,
 };
 
 pub fn run() -> Outcome {

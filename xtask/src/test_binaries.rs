@@ -11,8 +11,7 @@ use std::time::Instant;
 
 use cargo_metadata::Message;
 
-use crate::Outcome;
-use crate::steps::{cargo_command, run as command};
+use crate::steps::{Outcome, cargo_command, run as command};
 
 /// So many run at once.
 const AT_ONCE: usize = 2;
@@ -124,7 +123,7 @@ impl TestBinary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::root;
+    use crate::repository::root;
 
     fn binary(name: &str, executable: &str) -> TestBinary {
         TestBinary { name: name.into(), executable: executable.into(), folder: root().into() }

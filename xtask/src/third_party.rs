@@ -7,7 +7,8 @@ use std::fs;
 use cargo_metadata::{DependencyKind, Metadata, Package, PackageId};
 
 use crate::dependencies::{WORKSPACE, metadata};
-use crate::{Outcome, root};
+use crate::repository::root;
+use crate::steps::Outcome;
 
 const NOTICE: &str = "THIRD-PARTY.txt";
 

@@ -1,6 +1,7 @@
 //! No file may contain what is true on one machine only.
 
-use crate::{Outcome, root, tracked_files};
+use crate::repository::{root, tracked_files};
+use crate::steps::Outcome;
 
 /// A forbidden word, in pieces so that this file does not contain it, and why it is forbidden.
 const FORBIDDEN: &[(&[&str], &str)] = &[

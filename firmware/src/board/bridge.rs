@@ -26,7 +26,7 @@ use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{BkIn1, BreakInputPin, Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
 use shared_proto::{DriverConfig, Inputs, WheelPair};
 
-use super::guard;
+use super::check_in::{self, Part};
 use crate::hal::{self, Motors};
 use crate::lines::Lines;
 use crate::soft_float::truncate;
@@ -220,18 +220,18 @@ impl Motors for Bridge {
 
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
         // Once the guard has switched the motors off, only a restart switches them on again.
-        let lines = if self.enabled && !guard::tripped() {
+        let lines = if self.enabled && !check_in::tripped() {
             let (inputs, period) = (self.inputs, self.period);
             duty.map(|duty| Lines::at(inputs, duty, period))
         } else {
             WheelPair::both(Lines::LOW)
         };
         self.set(lines);
-        guard::alive(guard::Part::Pid);
+        check_in::alive(Part::Pid);
     }
 
     fn enable(&mut self, on: bool) {
-        let on = on && !guard::tripped();
+        let on = on && !check_in::tripped();
         if self.enabled != on {
             self.enabled = on;
             if on {

@@ -60,7 +60,7 @@ impl TimerEncoders {
 impl Encoders for TimerEncoders {
     fn counts(&mut self) -> WheelPair<i64> {
         let hardware = WheelPair { left: self.left.count(), right: self.right.count() };
-        super::guard::alive(super::guard::Part::Capture);
+        super::check_in::alive(super::check_in::Part::Capture);
         self.extenders.as_mut().zip(hardware).map(|(extender, count)| extender.extend(count))
     }
 }

@@ -1,5 +1,5 @@
 //! The guard: an interrupt above all tasks. It feeds the watchdog while every task meets its deadline,
-//! and switches the motors off when one misses it.
+//! and switches the motors off when one misses it. They check in at [`super::check_in`].
 //!
 //! ```text
 //! part      checks in                        deadline
@@ -14,7 +14,7 @@
 //! hangs with interrupts masked stops the guard too: then the restart itself switches the motors off, at
 //! most 59 ms after the last feed. A hard fault switches the motors off at once, like a panic.
 
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -22,6 +22,8 @@ use cortex_m_rt::exception;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+
+use super::check_in;
 
 /// How often the guard checks the parts \[Hz\].
 const CHECK_HZ: u32 = 100;
@@ -41,41 +43,16 @@ const STRETCHED: Timeout = Timeout { divider: Pr::DIVIDE_BY32, reload: 3999 };
 /// Checks until every part must have checked in once: the store may need repair before it can be read.
 const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
 
-/// A part that has to check in.
-#[derive(Clone, Copy)]
-pub enum Part {
-    /// The encoders were read.
-    Capture = 1,
-    /// The motors were written.
-    Pid = 2,
-    /// Every safety task has checked in ([`crate::liveness`]).
-    Others = 4,
-}
-
-/// Every [`Part`].
+/// Every [`check_in::Part`].
 const ALL: u32 = 0b111;
 
-/// Checks in a row that a part may miss, in the order of [`Part`].
+/// Checks in a row that a part may miss, in the order of [`check_in::Part`].
 const MISSES_MAX: [u32; 3] = [1, 1, 3];
 
-/// The parts that have checked in since the guard's last check, as bits of [`Part`].
-static ALIVE: AtomicU32 = AtomicU32::new(0);
 /// How many checks in a row each part has missed.
 static MISSED: [AtomicU32; 3] = [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)];
 /// Checks that are left for the start; 0 after it.
 static BOOT: AtomicU32 = AtomicU32::new(BOOT_CHECKS);
-/// A part missed its deadline: the motors stay off until the watchdog resets the board.
-static TRIPPED: AtomicBool = AtomicBool::new(false);
-
-/// A part checks in.
-pub fn alive(part: Part) {
-    ALIVE.fetch_or(part as u32, Ordering::Relaxed);
-}
-
-/// Whether the guard has switched the motors off for good.
-pub fn tripped() -> bool {
-    TRIPPED.load(Ordering::Relaxed)
-}
 
 /// Starts the watchdog. It needs no clock but its own.
 pub(super) fn start_watchdog() {
@@ -133,7 +110,7 @@ fn feed() {
 
 #[exception]
 fn SysTick() {
-    let alive = ALIVE.swap(0, Ordering::Relaxed);
+    let alive = check_in::take();
     let mut all_well = true;
     for (bit, (missed, max)) in MISSED.iter().zip(MISSES_MAX).enumerate() {
         let count = if alive & 1 << bit != 0 {
@@ -149,10 +126,10 @@ fn SysTick() {
         // The start is over when every part has checked in.
         BOOT.store(if alive == ALL { 0 } else { boot - 1 }, Ordering::Relaxed);
         feed();
-    } else if all_well && !tripped() {
+    } else if all_well && !check_in::tripped() {
         feed();
     } else {
-        TRIPPED.store(true, Ordering::Relaxed);
+        check_in::trip();
         super::motors_off();
     }
 }

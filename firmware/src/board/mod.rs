@@ -13,6 +13,7 @@
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
+//! | [`check_in`] | where the tasks check in with the guard |
 //! | [`leds`] | the state on the LEDs |
 //! | `memory` | small routines that copy and clear memory |
 //! | [`power_on`] | watchdog, flash accelerator, brown-out level, clock security, debugger |
@@ -22,6 +23,7 @@
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
 pub mod bridge;
+pub mod check_in;
 mod clocks;
 pub mod control_timer;
 pub mod encoders;

@@ -27,7 +27,7 @@ use super::flash::StoreFlash;
 use super::input::PolledInput;
 use super::leds::{self, Leds};
 use super::supply::DividedSupply;
-use super::{NAME, guard};
+use super::{NAME, check_in};
 use crate::hal::{BoardInfo, WaitPin};
 use crate::shared::Shared;
 use crate::store::FlashStore;
@@ -186,5 +186,5 @@ async fn show(shared: &'static BoardShared, leds: Leds) {
 /// Shows the guard that every safety task runs, and with them the executor of the tasks beside control.
 #[embassy_executor::task]
 async fn heartbeat(shared: &'static BoardShared) {
-    task::heartbeat::run(shared, || guard::alive(guard::Part::Others)).await;
+    task::heartbeat::run(shared, || check_in::alive(check_in::Part::Others)).await;
 }

@@ -1,4 +1,4 @@
-//! Where quantities and ticks are on the page: scales, steps, and numbers as text.
+//! Where quantities and ticks are on the page: scales, boxes, steps, and numbers as text.
 
 use std::fmt;
 
@@ -35,6 +35,18 @@ impl fmt::Display for Px {
         let hundredths = if self.0.is_finite() { (self.0 * 100.0).round() } else { 0.0 };
         write!(f, "{}", (hundredths + 0.0) / 100.0)
     }
+}
+
+/// The box round points: its lower left and its upper right corner. Points that are not finite are left out.
+pub(crate) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
+    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let found = points.filter(|point| point.iter().all(|part| part.is_finite())).fold(
+        start,
+        |(low, high), p| {
+            ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
+        },
+    );
+    if found.0[0].is_finite() { found } else { ([0.0; 2], [1.0; 2]) }
 }
 
 /// The step of 1, 2 or 5 times a power of ten that gives at most `most` steps in `span`.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use robot_model::residuals::{PlaceSeen, Regressor};
 
 use super::CampaignReport;
-use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
+use crate::picture::scale::{Px, Scale, bounds, nice_step, number, ticks};
 
 const WIDTH_MAX: f64 = 940.0;
 const HEIGHT_MAX: f64 = 560.0;
@@ -26,7 +26,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> Option<String> {
     }
     let paths = report.paths[1];
     let shapes = paths.iter().flat_map(|path| path.shape_m());
-    let (low, high) = super::paths::bounds(shapes.chain(&unexplained.place_m));
+    let (low, high) = bounds(shapes.chain(&unexplained.place_m));
     let span = [0, 1].map(|k| high[k] - low[k] + 2.0 * RING_M);
     let per_m = ((WIDTH_MAX - LEFT - PAD) / span[0]).min((HEIGHT_MAX - 2.0 * PAD) / span[1]);
     let width = span[0] * per_m + LEFT + PAD;

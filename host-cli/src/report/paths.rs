@@ -7,7 +7,7 @@ use robot_model::recording::RunKind;
 
 use super::{CampaignReport, legend};
 use crate::escape::html as escape;
-use crate::picture::scale::{Px, nice_step, number};
+use crate::picture::scale::{Px, bounds, nice_step, number};
 
 /// So many drawings at most.
 const PANELS: usize = 9;
@@ -232,15 +232,4 @@ impl View {
 
 fn bar_text(metres: f64) -> String {
     if metres < 0.1 { format!("{} mm", number(metres * 1e3, 0)) } else { format!("{metres} m") }
-}
-
-pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]) {
-    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let found = points.filter(|point| point.iter().all(|part| part.is_finite())).fold(
-        start,
-        |(low, high), p| {
-            ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
-        },
-    );
-    if found.0[0].is_finite() { found } else { ([0.0; 2], [1.0; 2]) }
 }

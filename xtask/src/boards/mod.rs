@@ -6,7 +6,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use crate::{Outcome, root};
+use crate::repository::root;
+use crate::steps::Outcome;
 
 mod picture;
 

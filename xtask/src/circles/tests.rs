@@ -1,6 +1,6 @@
 //! Circles that are planted are found, and nothing else is.
 
-use super::{describe, find};
+use super::{describe, find, message};
 use crate::example::Example;
 
 const MANIFEST: (&str, &str) = ("robot/Cargo.toml", "[package]\nname = \"robot\"\n");
@@ -107,6 +107,53 @@ fn a_module_and_its_parts_may_go_down_and_up_but_not_round_by_another_file() {
 }
 
 #[test]
+fn parts_side_by_side_go_in_no_circle_by_their_module() {
+    let selection = |classes: &str, select: &str| {
+        circles(&[
+            ("robot/src/lib.rs", "mod selection;\n"),
+            (
+                "robot/src/selection/mod.rs",
+                "mod classes;\nmod select;\npub struct S;\nfn f() { select::g() }\n",
+            ),
+            ("robot/src/selection/classes.rs", classes),
+            ("robot/src/selection/select.rs", select),
+        ])
+    };
+    // The module's file calls one part, both parts use its type, and one of them the other.
+    let uses_the_module = "use super::S;\npub struct Class;\n";
+    let uses_classes = "use super::classes::Class;\npub fn g() {}\n";
+    let told = "circle of 3:\n  \
+                robot/src/selection/classes.rs -> robot/src/selection/mod.rs: S\n  \
+                robot/src/selection/mod.rs -> robot/src/selection/select.rs: g\n  \
+                robot/src/selection/select.rs -> robot/src/selection/classes.rs: Class";
+    assert_eq!(selection(uses_the_module, uses_classes), [told]);
+    // Two circles of two files, each of the module's file and a part, are let pass.
+    let uses_both = "use super::S;\npub fn g() { super::f() }\n";
+    assert!(selection(uses_the_module, uses_both).is_empty());
+}
+
+#[test]
+fn a_name_that_the_module_re_exports_is_a_use_of_the_part_that_defines_it() {
+    let module = "mod a;\nmod b;\npub use a::A;\npub use b::*;\n";
+    let found = circles(&[
+        ("robot/src/lib.rs", "mod m;\n"),
+        ("robot/src/m.rs", module),
+        ("robot/src/m/a.rs", "pub struct A;\nfn f() -> super::B { todo!() }\n"),
+        ("robot/src/m/b.rs", "use super::A;\npub struct B;\n"),
+    ]);
+    let told = "circle of 2:\n  robot/src/m/a.rs -> robot/src/m/b.rs: B\n  \
+                robot/src/m/b.rs -> robot/src/m/a.rs: A";
+    assert_eq!(found, [told]);
+}
+
+#[test]
+fn one_circle_is_told_in_the_singular() {
+    let circle = super::Uses::from([(("a.rs".into(), "b.rs".into()), ["B".to_owned()].into())]);
+    assert!(message(std::slice::from_ref(&circle)).starts_with("1 circle of files"));
+    assert!(message(&[circle.clone(), circle]).starts_with("2 circles of files"));
+}
+
+#[test]
 fn modules_that_a_macro_declares_are_read() {
     let found = circles(&[
         (
@@ -121,8 +168,8 @@ fn modules_that_a_macro_declares_are_read() {
 
 #[test]
 fn this_repository_is_read_to_the_last_file() {
-    let files = crate::tracked_files().unwrap();
-    let (_, read) = find(crate::root(), &files).unwrap();
+    let files = crate::repository::tracked_files().unwrap();
+    let (_, read) = find(crate::repository::root(), &files).unwrap();
     let sources = files.iter().filter(|file| file.extension().is_some_and(|end| end == "rs"));
     assert_eq!(read.files, sources.count());
 }

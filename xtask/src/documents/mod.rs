@@ -1,21 +1,23 @@
 //! What the pages name exists: every `.md` file of the repository.
 //!
-//! - **Paths**: what in code begins with a folder of the root (`` `firmware/src/pid.rs` ``), or is the
-//!   bare name of a `.rs` or `.md` file; where links lead, from the page, with the heading behind `#`.
-//! - **Chores**: `cargo xtask CHORE --flag` is in the help of `cargo xtask`; the bench, the example and
-//!   the package that a `cargo` line names are there.
+//! - **Paths**: what in code begins with a folder of the root (`` `firmware/src/pid.rs` ``), or with a word that is nearly
+//!   one, or is the bare name of a `.rs` or `.md` file; where links lead, from the page, with the heading behind `#`.
+//! - **Chores**: `cargo xtask CHORE --flag` is in the help of `cargo xtask`, with the flag at this chore; so are cargo's
+//!   own commands with their flags in a list, and the packages, tests, examples and programs that they name are there.
 //! - **Length**: the first page is to be read in a few minutes.
 //!
 //! What `beeline` understands (commands, flags, keys of the configuration and of files) is held by
-//! `tests/binary/pages.rs`, which has the parser at hand.
+//! `tests/binary/pages.rs`, which has the parser at hand: it needs the built command.
 
 mod chores;
+mod packages;
 mod page;
 mod paths;
 
 use std::path::{Path, PathBuf};
 
-use crate::{Outcome, root, tracked_files};
+use crate::repository::{root, tracked_files};
+use crate::steps::Outcome;
 use page::Page;
 
 /// The first page has no more words than this.
@@ -24,7 +26,10 @@ const README_WORDS_MAX: usize = 1000;
 pub fn check() -> Outcome {
     let files = tracked_files()?;
     let (findings, pages) = findings(root(), &files)?;
-    println!("    {pages} pages");
+    println!(
+        "    {pages} pages; the commands, flags and keys of `beeline` in them are checked by another test:"
+    );
+    println!("    cargo test -p host-cli --test binary pages");
     if findings.is_empty() { Ok(()) } else { Err(findings.join("\n")) }
 }
 
@@ -43,7 +48,7 @@ fn findings(base: &Path, files: &[PathBuf]) -> Result<(Vec<String>, usize), Stri
         findings.extend(found.iter().map(|(line, what)| format!("{name}:{line}: {what}")));
         let words = text.split_whitespace().count();
         if file == Path::new("README.md") && words > README_WORDS_MAX {
-            findings.push(format!("{name}: {words} words, at most {README_WORDS_MAX}"));
+            findings.push(format!("{name}:1: {words} words, at most {README_WORDS_MAX}"));
         }
         pages += 1;
     }

@@ -1,5 +1,6 @@
 //! Paths and links of a page.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::page::Page;
@@ -8,8 +9,11 @@ use super::page::Page;
 pub fn findings(base: &Path, files: &[PathBuf], file: &Path, page: &Page) -> Vec<(usize, String)> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut findings = Vec::new();
+    let in_folders = files.iter().filter(|file| file.components().count() > 1);
+    let folders: BTreeSet<&str> =
+        in_folders.filter_map(|file| file.iter().next()?.to_str()).collect();
     for piece in &page.code {
-        for path in paths_in(base, &piece.text) {
+        for path in paths_in(base, &folders, &piece.text) {
             let is_there = base.join(path).exists()
                 || base.join(folder).join(path).exists()
                 || !path.contains('/') && files.iter().any(|file| file.ends_with(path));
@@ -35,7 +39,7 @@ fn has_anchor(page: &Path, anchor: &str) -> bool {
 }
 
 /// What in code looks like a path in this repository.
-fn paths_in<'a>(base: &Path, code: &'a str) -> Vec<&'a str> {
+fn paths_in<'a>(base: &Path, folders: &BTreeSet<&str>, code: &'a str) -> Vec<&'a str> {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
     let words = code.split(|c: char| c.is_whitespace() || "\"'=:,;()".contains(c));
     let words = words.filter(|word| !word.is_empty() && word.chars().all(plain));
@@ -43,10 +47,38 @@ fn paths_in<'a>(base: &Path, code: &'a str) -> Vec<&'a str> {
         let Some((first, _)) = word.split_once('/') else {
             return word.ends_with(".rs") || word.ends_with(".md");
         };
-        // One whose first part is no folder here is something else: `2/s`, `embedded-hal/1`; `..`
-        // leads to the folder of another program.
+        // One whose first part is no folder here, nor nearly one, is something else: `2/s`, `embedded-hal/1`;
+        // `..` leads to the folder of another program.
         let is_source = word.ends_with(".rs") || word.ends_with(".md");
-        !["", ".", ".."].contains(&first) && (is_source || base.join(first).is_dir())
+        let is_folder = || base.join(first).is_dir();
+        let is_misspelt = || folders.iter().any(|folder| is_near(first, folder));
+        !["", ".", ".."].contains(&first) && (is_source || is_folder() || is_misspelt())
     };
     words.filter(is_ours).collect()
+}
+
+/// Whether a word is a name with a slip or two; in a short name, two make another word.
+fn is_near(word: &str, name: &str) -> bool {
+    let slips_max = if name.len() < 7 { 1 } else { 2 };
+    (1..=slips_max).contains(&distance(word, name))
+}
+
+/// How many letters are to be added, left out or changed, or neighbours exchanged, to make one word of the other.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut rows = vec![(0..=b.len()).collect::<Vec<usize>>()];
+    for i in 1..=a.len() {
+        let mut row = vec![i];
+        for j in 1..=b.len() {
+            let above = &rows[i - 1];
+            let changed = above[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let mut least = changed.min(above[j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                least = least.min(rows[i - 2][j - 2] + 1);
+            }
+            row.push(least);
+        }
+        rows.push(row);
+    }
+    rows[a.len()][b.len()]
 }

@@ -10,6 +10,7 @@
 //! A lag counts if its misfit is far below that of no lag.
 
 use crate::numeric::angle::wrap;
+use crate::numeric::parallel;
 use crate::recording::campaign::Campaign;
 use crate::recording::run::{Recording, RecordingError, Robot};
 
@@ -40,11 +41,8 @@ struct Signal {
 /// Shifts the poses of runs whose clocks are far apart; the runs, and how late their poses were \[s\].
 pub(super) fn align(campaign: &mut Campaign) -> Result<Vec<(String, f64)>, RecordingError> {
     let robot = campaign.robot;
-    let lags: Vec<Option<f64>> = campaign
-        .runs
-        .iter()
-        .map(|run| run.validate().map(|()| lag_s(&robot, run)))
-        .collect::<Result<_, _>>()?;
+    let lags = parallel::map(&campaign.runs, |run| run.validate().map(|()| lag_s(&robot, run)));
+    let lags: Vec<Option<f64>> = lags.into_iter().collect::<Result<_, _>>()?;
     // A lag that runs agree about also holds for runs that are too short to show it.
     let mut told: Vec<f64> = lags.iter().flatten().copied().collect();
     told.sort_by(f64::total_cmp);
@@ -80,8 +78,9 @@ fn lag_s(robot: &Robot, run: &Recording) -> Option<f64> {
     let (wheels, poses) = (of_wheels(robot, run), of_poses(robot, run)?);
     let most = (LAG_MAX_S / GRID_S) as i64;
     let between = ((poses.start_s - wheels.start_s) / GRID_S).round() as i64;
+    let energies = poses.energies();
     let misfits: Vec<(i64, f64)> = (-most..=most)
-        .filter_map(|lag| Some((lag, misfit(&wheels, &poses, between - lag)?)))
+        .filter_map(|lag| Some((lag, misfit(&wheels, &poses, energies, between - lag)?)))
         .collect();
     let here = misfits.iter().find(|(lag, _)| *lag == 0).map_or(1.0, |(_, misfit)| *misfit);
     let (lag, least) = misfits.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -97,21 +96,28 @@ fn lag_s(robot: &Robot, run: &Recording) -> Option<f64> {
     (certain || stays).then_some(if certain { lag as f64 * GRID_S } else { 0.0 })
 }
 
-/// Equation (1), with the wheels' grid `shift` places before the poses'; `None` if too little of the motion overlaps.
-fn misfit(wheels: &Signal, poses: &Signal, shift: i64) -> Option<f64> {
-    let energy = |values: &[f64; 2]| values[0] * values[0] + values[1] * values[1];
-    let all: f64 = poses.values.iter().flatten().map(energy).sum();
-    let (mut products, mut squares, mut seen, mut overlap) = ([0.0; 2], [0.0; 2], [0.0; 2], 0.0);
-    for (index, z) in poses.values.iter().enumerate() {
-        let Some(z) = z else { continue };
-        let at = usize::try_from(index as i64 + shift).ok();
-        // Before and after its recording, a robot stands.
-        let w = at.and_then(|at| wheels.values.get(at).copied().flatten()).unwrap_or([0.0; 2]);
-        overlap += if w == [0.0; 2] { 0.0 } else { energy(z) };
+impl Signal {
+    /// Sums of the squares of both numbers.
+    fn energies(&self) -> [f64; 2] {
+        let each = self.values.iter().flatten();
+        each.fold([0.0; 2], |sum, z| [sum[0] + z[0] * z[0], sum[1] + z[1] * z[1]])
+    }
+}
+
+/// Equation (1), with the wheels' grid `shift` places before the poses', whose energies are given; `None` if too little
+/// of the motion overlaps.
+fn misfit(wheels: &Signal, poses: &Signal, energies: [f64; 2], shift: i64) -> Option<f64> {
+    let all = energies[0] + energies[1];
+    let (mut products, mut squares, mut overlap) = ([0.0; 2], [0.0; 2], 0.0);
+    // Before and after its recording, a robot stands.
+    let first = usize::try_from(-shift).unwrap_or(0).min(poses.values.len());
+    let beside = usize::try_from(shift).unwrap_or(0).min(wheels.values.len());
+    for (z, w) in poses.values[first..].iter().zip(&wheels.values[beside..]) {
+        let (Some(z), Some(w)) = (z, w) else { continue };
+        overlap += if *w == [0.0; 2] { 0.0 } else { z[0] * z[0] + z[1] * z[1] };
         for axis in 0..2 {
             products[axis] += z[axis] * w[axis];
             squares[axis] += w[axis] * w[axis];
-            seen[axis] += z[axis] * z[axis];
         }
     }
     if all <= 0.0 || overlap < 0.5 * all {
@@ -120,7 +126,7 @@ fn misfit(wheels: &Signal, poses: &Signal, shift: i64) -> Option<f64> {
     let left: f64 = (0..2)
         .map(|axis| {
             let explained = products[axis] * products[axis].abs() / squares[axis].max(1e-12);
-            seen[axis] - explained
+            energies[axis] - explained
         })
         .sum();
     Some(left / all)

@@ -3,6 +3,7 @@
 
 use super::rms::Rms;
 use super::stretch::tracks;
+use super::twin::Twin;
 use crate::effect::composition::Term;
 use crate::estimation::predict::open_loop_as_seen;
 use crate::estimation::predict::{PoseError, Track};
@@ -10,7 +11,6 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::parallel;
 use crate::numeric::random::Random;
 use crate::recording::campaign::{Prepared, PreparedRun};
-use crate::recording::motion::Step;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 use crate::recording::run_kind::RunKind;
@@ -19,8 +19,6 @@ use crate::recording::run_kind::RunKind;
 const DRAWS: usize = 100;
 /// Index of the 99th percentile among them.
 const PERCENTILE_99: usize = 98;
-/// A root mean square does not need every measurement: more than this many are thinned out.
-const MEASUREMENTS_MAX: usize = 200;
 
 /// One run, predicted and measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,13 +156,10 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     let errors = track.errors(position_m, heading_rad);
     let end = errors.iter().rev().find_map(|error| error.position_m);
     let measured = Squares::of(&errors);
-    let thinned = thinned(track);
+    let twin = Twin::new(run, track, noise);
     let mut random = Random::new(index as u64 + 1);
     let drawn: Vec<Squares> = (0..DRAWS)
-        .map(|_| {
-            let simulated = drawn(run, &thinned, noise, &mut random);
-            Squares::of(&simulated.errors(position_m, heading_rad))
-        })
+        .map(|_| Squares::of(&twin.drawn(&mut random).errors(position_m, heading_rad)))
         .collect();
     let steps = &run.motion.steps;
     let sums = Sums { measured, drawn };
@@ -206,62 +201,6 @@ fn rms(runs: &[&Sums]) -> [Rms; 2] {
             noise_high: simulated[PERCENTILE_99],
         }
     })
-}
-
-/// A track with at most [`MEASUREMENTS_MAX`] measurements, the last among them.
-fn thinned(track: &Track) -> Track {
-    let count = track.measured.len();
-    let every = count.div_ceil(MEASUREMENTS_MAX).max(1);
-    let kept: Vec<usize> = (0..count).filter(|k| k % every == 0 || k + 1 == count).collect();
-    Track {
-        measured: kept.iter().map(|k| track.measured[*k]).collect(),
-        predicted: kept.iter().map(|k| track.predicted[*k]).collect(),
-        step: kept.iter().map(|k| track.step[*k]).collect(),
-    }
-}
-
-/// The same run as predicted, measured with drawn noise.
-fn drawn(run: &PreparedRun, track: &Track, noise: &OdometryNoise, random: &mut Random) -> Track {
-    let mut measurements = Vec::with_capacity(track.measured.len());
-    // Error of dead reckoning: in the fixed frame, and of the heading.
-    let mut off = [0.0_f64; 3];
-    let mut wobble = [(); 3].map(|()| random.normal());
-    let scale = [noise.position_wobble_m, noise.position_wobble_m, noise.heading_wobble_rad];
-    let turned_rad = noise.heading_offset_rad * random.normal();
-    let late_s = noise.clock_offset_s * random.normal();
-    let mut before: Option<(Pose, usize, f64)> = None;
-    for ((measurement, pose), step) in track.measured.iter().zip(&track.predicted).zip(&track.step)
-    {
-        if let Some((from, from_step, from_s)) = before {
-            let steps = &run.motion.steps[from_step..*step];
-            let rolled_m: f64 = steps.iter().map(Step::rolled_m).sum();
-            let wander_rad = random.normal() * noise.heading_variance_rad2(rolled_m).sqrt();
-            let lever_rad = off[2] + wander_rad / 2.0;
-            let travel_sigma_m = noise.travel_variance_m2(rolled_m).sqrt();
-            off[0] += -lever_rad * (pose.y_m - from.y_m) + travel_sigma_m * random.normal();
-            off[1] += lever_rad * (pose.x_m - from.x_m) + travel_sigma_m * random.normal();
-            off[2] += wander_rad;
-            let fade = noise.wobble_fade(measurement.t_s - from_s);
-            let fresh = (1.0 - fade * fade).sqrt();
-            wobble = wobble.map(|part| fade * part + fresh * random.normal());
-        }
-        before = Some((*pose, *step, measurement.t_s));
-        let white = [noise.position_sigma_m, noise.position_sigma_m, noise.heading_sigma_rad]
-            .map(|sigma| sigma * random.normal());
-        let of_run = {
-            let (moving, (sin, cos)) = (&run.motion.steps[*step], pose.heading_rad.sin_cos());
-            let behind_m = -late_s * moving.speed_mps();
-            [behind_m * cos, behind_m * sin, turned_rad - late_s * moving.turn_rate_rad_s()]
-        };
-        let error: [f64; 3] =
-            core::array::from_fn(|i| off[i] + of_run[i] + scale[i] * wobble[i] + white[i]);
-        measurements.push(PoseMeasurement {
-            t_s: measurement.t_s,
-            position_m: measurement.position_m.map(|_| [pose.x_m + error[0], pose.y_m + error[1]]),
-            heading_rad: measurement.heading_rad.map(|_| pose.heading_rad + error[2]),
-        });
-    }
-    Track { measured: measurements, predicted: track.predicted.clone(), step: track.step.clone() }
 }
 
 pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Vec<Path> {

@@ -201,7 +201,8 @@ impl<'a> Composer<'a> {
         let mut turning = 1.0;
         let mut sum = Increment::default();
         for (i, (term, _)) in self.terms.iter().enumerate() {
-            let change = term.act(&self.parameters[i], step, &mut self.memories[i]);
+            self.changes[i] = term.act(&self.parameters[i], step, &mut self.memories[i]);
+            let change = &self.changes[i];
             angle = angle.zip(change.angle_rad).map(|(sum, change)| sum + change.value);
             travel =
                 travel.zip(change.travel).map(|(product, change)| product * (1.0 + change.value));
@@ -210,7 +211,6 @@ impl<'a> Composer<'a> {
             sum.sideways_m += change.sideways_m.value;
             sum.drift_m[0] += change.drift_m[0].value;
             sum.drift_m[1] += change.drift_m[1].value;
-            self.changes[i] = change;
         }
         let wheels_m = angle.zip(travel).map(|(dphi, factor)| step.wheel_radius_m * dphi * factor);
         let wheel_turn_rad = wheels_m.difference() / step.track_width_m;
@@ -218,18 +218,23 @@ impl<'a> Composer<'a> {
         sum.turn_rad += wheel_turn_rad * turning;
         for ((term, first), change) in self.terms.iter().zip(&self.changes) {
             let Some(first) = first else { continue };
+            // Derivatives of a wheel's travel and of the turn, by what this effect changes.
+            let by_angle = travel.map(|factor| step.wheel_radius_m * factor);
+            let by_travel =
+                wheels_m.zip(change.travel).map(|(ds_m, travel)| ds_m / (1.0 + travel.value));
+            let by_difference = turning / step.track_width_m;
+            let by_turning = wheel_turn_rad * turning / (1.0 + change.turning.value);
             for j in 0..term.values.len() {
-                let by_wheel = wheels_m.zip(travel).zip(change.angle_rad.zip(change.travel)).map(
-                    |((ds_m, factor), (angle, travel))| {
-                        step.wheel_radius_m * angle.by[j] * factor
-                            + ds_m * travel.by[j] / (1.0 + travel.value)
-                    },
-                );
+                let by_wheel = by_angle
+                    .zip(by_travel)
+                    .zip(change.angle_rad.zip(change.travel))
+                    .map(|((by_angle, by_travel), (angle, travel))| {
+                        by_angle * angle.by[j] + by_travel * travel.by[j]
+                    });
                 self.by_column[first + j] = Increment {
                     travel_m: by_wheel.mean(),
-                    turn_rad: by_wheel.difference() / step.track_width_m * turning
-                        + wheel_turn_rad * turning * change.turning.by[j]
-                            / (1.0 + change.turning.value)
+                    turn_rad: by_wheel.difference() * by_difference
+                        + by_turning * change.turning.by[j]
                         + change.turn_rad.by[j],
                     sideways_m: change.sideways_m.by[j],
                     drift_m: change.drift_m.map(|drift| drift.by[j]),

@@ -245,11 +245,13 @@ impl Filter<'_> {
         index: usize,
         sink: &mut impl Sink,
     ) {
-        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+        let (mut sin, mut cos) = self.state.pose.heading_rad.sin_cos();
         let velocity = self.velocity(step, [sin, cos]);
         for (quantity, measured) in numbers(measurement) {
-            // The update before has turned the heading, and the measured point on the body with it.
-            let (sin, cos) = self.state.pose.heading_rad.sin_cos();
+            if quantity == Quantity::Y {
+                // x has turned the heading, and the measured point on the body with it.
+                (sin, cos) = self.state.pose.heading_rad.sin_cos();
+            }
             let (offset, by_heading) = self.offset_at([sin, cos]);
             let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
             let update = self.state.innovation(self.noise, &scalar);

@@ -4,8 +4,9 @@
 use nalgebra::DVector;
 
 use crate::effect::composition::{PlacedTerm, Term};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::moved_within_range;
-use crate::estimation::normal_equations::{CampaignEquations, Sums};
+use crate::estimation::normal_equations::Sums;
 use crate::estimation::predict::open_loop_as_seen;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
@@ -106,7 +107,7 @@ pub(crate) fn errors_on_runs(
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Errors {
-    let delta = equations.solve(&equations.total, columns).delta;
+    let delta = equations.best(&equations.total, columns);
     let terms = moved(prepared, terms, columns, &delta);
     let each = parallel::map(prepared.recorded(), |run| squares(run, &terms, noise));
     total(each, equations.total.chi_squared(columns, &delta), equations.total.rows)
@@ -171,7 +172,7 @@ pub(crate) fn tracks(
     let runs = parallel::map(&runs, |run| {
         let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
         let sums = equations.without(left_out);
-        let delta = equations.solve(&sums, columns).delta;
+        let delta = equations.best(&sums, columns);
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     TrackErrors { runs }
@@ -192,7 +193,7 @@ pub(crate) fn cross_validated(
         // The only run is predicted by the fit to itself.
         let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
         let sums = equations.without(left_out);
-        let delta = equations.solve(&sums, columns).delta;
+        let delta = equations.best(&sums, columns);
         squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
     let units: Vec<usize> = (0..equations.units.len()).collect();
@@ -203,7 +204,7 @@ pub(crate) fn cross_validated(
             _ => equations.units_of(unit.run),
         };
         let sums = equations.without(left_out);
-        let delta = equations.solve(&sums, columns).delta;
+        let delta = equations.best(&sums, columns);
         unit.sums.chi_squared(columns, &delta)
     });
     let chi_squared = on_each.into_iter().sum();

@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::effect::definition::{Effect, Role};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
 use crate::estimation::gyro::{fixed_segments, follow, whiten_gyro};
 use crate::estimation::most_likely_noise::{Search, Whitened, most_likely};
 use crate::estimation::noise_segments::NoiseSegments;
-use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::{NUMBERS, OdometryNoise};
@@ -217,7 +217,7 @@ pub(crate) fn within_signs(
     let at_zero: Vec<bool> = values.map(|(value, never)| never && value <= 0.0).collect();
     let mut free = columns.to_vec();
     loop {
-        let delta = equations.solve(&equations.total, &free).delta;
+        let delta = equations.best(&equations.total, &free);
         let falls = |(column, delta): (&usize, &f64)| at_zero[*column] && *delta < 0.0;
         let pairs = free.iter().zip(delta.iter());
         let rest: Vec<usize> = pairs.filter(|pair| !falls(*pair)).map(|pair| *pair.0).collect();

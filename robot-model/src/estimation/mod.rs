@@ -9,7 +9,8 @@
 //! | `state.rs` | the filter's state and covariance: predict, add process noise, update |
 //! | `transition.rs` | one step of the pose, and its derivatives |
 //! | `gyro.rs` | the same for the yaw rate sensor |
-//! | `normal_equations.rs` | sums over runs: solve, leave out, shift |
+//! | `normal_equations.rs`, `row_adder.rs` | sums of whitened rows; what adds them up |
+//! | `campaign_equations.rs` | those of all runs: solve, leave out, shift |
 //! | `most_likely_noise.rs` | the most likely [`OdometryNoise`](crate::recording::OdometryNoise) |
 //! | `noise_segments.rs` | segments between poses, from which the noise is estimated |
 //! | `fit.rs` | parameters and noise of a model |
@@ -19,6 +20,7 @@
 //!
 //! Which effects belong in a model is decided in `selection`.
 
+pub(crate) mod campaign_equations;
 pub(crate) mod ekf;
 pub(crate) mod errors;
 pub(crate) mod fit;
@@ -28,6 +30,7 @@ pub(crate) mod noise_segments;
 pub(crate) mod normal_equations;
 pub(crate) mod predict;
 pub(crate) mod profile_likelihood;
+pub(crate) mod row_adder;
 pub(crate) mod state;
 pub(crate) mod transition;
 

@@ -17,7 +17,7 @@ use crate::effect::composition::Increment;
 use crate::estimation::ekf::{Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, velocity_of};
 use crate::estimation::gyro::GyroSegment;
 use crate::estimation::most_likely_noise::Whitened;
-use crate::estimation::state::{ScalarMeasurement, State};
+use crate::estimation::state::{Quantity, ScalarMeasurement, State};
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
 use crate::recording::motion::Step;
@@ -119,11 +119,14 @@ impl NoiseSegments {
             state.predict(there, by_heading, fade);
             state.add_process_noise(noise, segment.rolled_m, fade);
             state.couple_heading_noise(noise, segment.rolled_m, by_heading, segment.steps);
-            let [sin, cos] = sin_cos(state.pose.heading_rad);
-            let by_heading = self.offset_at([sin, cos]).1;
-            let velocity = velocity_of(segment.speed[0], segment.speed[1], [sin, cos], by_heading);
+            let direction = sin_cos(state.pose.heading_rad);
+            let (mut offset, mut by_heading) = self.offset_at(direction);
+            let velocity = velocity_of(segment.speed[0], segment.speed[1], direction, by_heading);
             for (quantity, measured) in numbers(&segment.measurement) {
-                let (offset, by_heading) = self.offset_at(sin_cos(state.pose.heading_rad));
+                if quantity == Quantity::Y && self.offset_m != [0.0; 2] {
+                    // x has turned the heading, and the measured point on the body with it.
+                    (offset, by_heading) = self.offset_at(sin_cos(state.pose.heading_rad));
+                }
                 let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
                 let update = state.innovation(noise, &scalar);
                 state.update(&update);

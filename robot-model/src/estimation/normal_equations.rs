@@ -1,33 +1,18 @@
-//! What do the runs of a campaign tell about any set of parameters? Normal equations, one set for each run.
-//!
-//! After whitening, with rows (r, J) about one point of all parameters, each run is
+//! Normal equations: sums of whitened rows (r, J) about one point of all parameters.
 //!
 //! ```text
 //! A = J'J,  b = J'r,  c = r'r;      chi^2(d) = c - 2 b'd + d'A d                     (1)
 //! ```
-//!
-//! and every refit, cross-validation and test after that is arithmetic on sums of these over runs. The run is the
-//! unit throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
 
-use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
-
-use crate::effect::composition::{PlacedTerm, Terms};
-use crate::effect::definition::Role;
-use crate::estimation::ekf::{Innovation, Sink, whiten};
-use crate::estimation::gyro::whiten_gyro;
-use crate::recording::campaign::Prepared;
-use crate::recording::odometry_noise::OdometryNoise;
-use crate::recording::run_kind::RunKind;
-
-/// A single run is cut into this many blocks, so that it can be cross-validated.
-const BLOCKS: usize = 8;
 
 /// Equation (1) of some rows.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
-    pub gram: DMatrix<f64>,
+    /// A. Shared: a copy about another point has the same.
+    pub gram: Arc<DMatrix<f64>>,
     pub right: DVector<f64>,
     pub squares: f64,
     pub rows: f64,
@@ -36,7 +21,7 @@ pub(crate) struct NormalEquations {
 impl NormalEquations {
     pub fn zeros(columns: usize) -> Self {
         Self {
-            gram: DMatrix::zeros(columns, columns),
+            gram: Arc::new(DMatrix::zeros(columns, columns)),
             right: DVector::zeros(columns),
             squares: 0.0,
             rows: 0.0,
@@ -44,14 +29,14 @@ impl NormalEquations {
     }
 
     pub fn add(&mut self, other: &Self) {
-        self.gram += &other.gram;
+        *Arc::make_mut(&mut self.gram) += &*other.gram;
         self.right += &other.right;
         self.squares += other.squares;
         self.rows += other.rows;
     }
 
     /// The same sums about a point that differs in one column by `delta`.
-    fn shift(&mut self, column: usize, delta: f64) {
+    pub fn shift(&mut self, column: usize, delta: f64) {
         self.squares += delta * (delta * self.gram[(column, column)] - 2.0 * self.right[column]);
         self.right -= self.gram.column(column) * delta;
     }
@@ -95,7 +80,7 @@ impl Sums for NormalEquations {
     }
 }
 
-/// Some sums less others. Taken column by column when asked for: a copy of all columns for each run that is left
+/// Some sums less a few others. Taken column by column when asked for: a copy of all columns for each run that is left
 /// out takes longer than the fit.
 pub(crate) struct Less<'a, S> {
     all: &'a NormalEquations,
@@ -124,172 +109,44 @@ impl<S: Sums> Sums for Less<'_, S> {
     }
 }
 
-/// One unit: a run, or a block of it where there is only one run.
-#[derive(Clone, Debug)]
-pub(crate) struct Unit {
-    pub run: usize,
-    pub kind: RunKind,
-    pub sums: NormalEquations,
+/// Some columns of other sums, added up once: for those of many units, which are asked often.
+pub(crate) struct Columns {
+    /// Where each column stands here.
+    places: Vec<usize>,
+    sums: NormalEquations,
 }
 
-/// The prior of a parameter.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Prior {
-    /// How far the point of linearisation is from the prior's middle.
-    pub from_middle: f64,
-    pub spread: f64,
-}
-
-/// The normal equations about one point of all parameters.
-#[derive(Clone, Debug)]
-pub(crate) struct CampaignEquations {
-    pub units: Vec<Unit>,
-    pub total: NormalEquations,
-    pub priors: Vec<Prior>,
-}
-
-/// Values and covariance of some columns.
-#[derive(Clone, Debug)]
-pub(crate) struct Solution {
-    pub delta: DVector<f64>,
-    pub covariance: DMatrix<f64>,
-}
-
-/// Adds rows up, in the block that their step belongs to.
-struct Adder {
-    columns: usize,
-    steps: usize,
-    blocks: Vec<(Vec<f64>, Vec<f64>, f64, f64)>,
-}
-
-impl Sink for Adder {
-    fn row(&mut self, innovation: Innovation, row: &[f64]) {
-        let count = self.blocks.len();
-        let index = (innovation.step * count / self.steps).min(count - 1);
-        let (gram, right, squares, rows) = &mut self.blocks[index];
-        let residual = innovation.value / innovation.variance.sqrt();
-        for (i, a) in row.iter().enumerate() {
-            if *a == 0.0 {
-                continue;
-            }
-            right[i] += a * residual;
-            let line = &mut gram[i * self.columns..(i + 1) * self.columns];
-            for (slot, b) in line[i..].iter_mut().zip(&row[i..]) {
-                *slot += a * b;
-            }
+impl Columns {
+    pub fn of(sums: &impl Sums, columns: &[usize]) -> Self {
+        let mut places = vec![usize::MAX; columns.iter().max().map_or(0, |last| last + 1)];
+        for (place, column) in columns.iter().enumerate() {
+            places[*column] = place;
         }
-        *squares += residual * residual;
-        *rows += 1.0;
-    }
-}
-
-/// The prior of each column, in order.
-fn priors(terms: &[PlacedTerm<'_>]) -> Vec<Prior> {
-    let mut priors = Vec::new();
-    for term in terms {
-        for (parameter, value) in term.effect.facts().parameters.iter().zip(&term.values) {
-            // A shape has no value that means "not there": its prior only keeps a step within reason.
-            let from_middle = if parameter.role == Role::Amplitude { *value } else { 0.0 };
-            priors.push(Prior { from_middle, spread: parameter.spread() });
-        }
-    }
-    priors
-}
-
-impl CampaignEquations {
-    /// The normal equations of a campaign for these terms, all of whose parameters are free.
-    pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
-        let free = Terms::Free(terms);
-        let columns = free.columns();
-        let blocks = if prepared.runs.len() == 1 { BLOCKS } else { 1 };
-        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
-            let empty = (vec![0.0; columns * columns], vec![0.0; columns], 0.0, 0.0);
-            let steps = run.motion.steps.len().max(1);
-            let mut adder = Adder { columns, steps, blocks: vec![empty; blocks] };
-            whiten(&run.motion, &run.recording.measured_poses, free, noise, &mut adder);
-            whiten_gyro(run, free, noise, &mut adder);
-            adder.blocks
-        });
-        let mut units = Vec::new();
-        let mut total = NormalEquations::zeros(columns);
-        for (index, blocks) in gathered.into_iter().enumerate() {
-            for (gram, right, squares, rows) in blocks {
-                let mut gram = DMatrix::from_row_slice(columns, columns, &gram);
-                gram.fill_lower_triangle_with_upper_triangle();
-                let sums = NormalEquations { gram, right: DVector::from_vec(right), squares, rows };
-                total.add(&sums);
-                if rows > 0.0 {
-                    units.push(Unit { run: index, kind: prepared.runs[index].kind, sums });
-                }
-            }
-        }
-        Self { units, total, priors: priors(terms) }
-    }
-
-    /// Moves the point of linearisation in one column.
-    pub fn shift(&mut self, column: usize, delta: f64) {
-        self.total.shift(column, delta);
-        for unit in &mut self.units {
-            unit.sums.shift(column, delta);
-        }
-        self.priors[column].from_middle += delta;
-    }
-
-    /// The best values of these columns by these sums, with the others fixed.
-    pub fn solve(&self, sums: &impl Sums, columns: &[usize]) -> Solution {
         let n = columns.len();
-        let spread = |i: usize| self.priors[columns[i]].spread;
-        // In units of the spreads, so that all numbers are comparable and the prior is the identity.
-        let mut matrix = DMatrix::from_fn(n, n, |i, j| {
-            spread(i) * sums.gram(columns[i], columns[j]) * spread(j)
-        });
-        let mut right = DVector::from_fn(n, |i, _| spread(i) * sums.right(columns[i]));
-        for i in 0..n {
-            let prior = self.priors[columns[i]];
-            matrix[(i, i)] += 1.0;
-            right[i] -= prior.from_middle / prior.spread;
-        }
-        let inverse =
-            matrix.cholesky().map_or_else(|| DMatrix::identity(n, n), |factor| factor.inverse());
-        let delta = DVector::from_fn(n, |i, _| spread(i) * (inverse.row(i) * &right)[0]);
-        let covariance = DMatrix::from_fn(n, n, |i, j| spread(i) * inverse[(i, j)] * spread(j));
-        Solution { delta, covariance }
+        let mut gram =
+            DMatrix::from_fn(
+                n,
+                n,
+                |i, j| if i < j { 0.0 } else { sums.gram(columns[i], columns[j]) },
+            );
+        gram.fill_upper_triangle_with_lower_triangle();
+        let right = DVector::from_fn(n, |i, _| sums.right(columns[i]));
+        let sums =
+            NormalEquations { gram: Arc::new(gram), right, squares: sums.squares(), rows: 0.0 };
+        Self { places, sums }
+    }
+}
+
+impl Sums for Columns {
+    fn gram(&self, row: usize, column: usize) -> f64 {
+        self.sums.gram[(self.places[row], self.places[column])]
     }
 
-    /// The priors' part of chi^2 at this point.
-    pub fn prior_cost(&self) -> f64 {
-        self.priors.iter().map(|prior| (prior.from_middle / prior.spread).powi(2)).sum()
+    fn right(&self, row: usize) -> f64 {
+        self.sums.right[self.places[row]]
     }
 
-    /// Expected gain in -2 log likelihood of these columns at these values, if they are the truth, over the best fit
-    /// of other columns: the squared distance of the two predictions, in sigmas.
-    pub fn separation(
-        &self,
-        sums: &NormalEquations,
-        columns: &[usize],
-        values: &[f64],
-        others: &[usize],
-    ) -> f64 {
-        let mut truth = NormalEquations { right: sums.right.scale(0.0), ..sums.clone() };
-        for (i, a) in columns.iter().zip(values) {
-            truth.right += sums.gram.column(*i) * *a;
-        }
-        truth.squares = sums.quadratic(columns, &DVector::from_column_slice(values));
-        let mut flat = Self { priors: self.priors.clone(), units: Vec::new(), total: truth };
-        flat.priors.iter_mut().for_each(|prior| prior.from_middle = 0.0);
-        let delta = flat.solve(&flat.total, others).delta;
-        flat.total.chi_squared(others, &delta)
-    }
-
-    /// The sums of all units but these, given in their order.
-    pub fn without(&self, left_out: impl IntoIterator<Item = usize>) -> Less<'_, NormalEquations> {
-        let units = left_out.into_iter().map(|unit| &self.units[unit].sums);
-        Less::new(&self.total, units.collect())
-    }
-
-    /// The units of a run, which stand together.
-    pub fn units_of(&self, run: usize) -> Range<usize> {
-        let before = |end: usize| self.units.partition_point(|unit| unit.run < end);
-        before(run)..before(run + 1)
+    fn squares(&self) -> f64 {
+        self.sums.squares
     }
 }

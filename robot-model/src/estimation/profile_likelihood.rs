@@ -10,8 +10,9 @@
 //! noise explains ([`crate::selection::effect_test`]). If the fit is quadratic, this is 1.96 standard errors.
 
 use crate::effect::composition::{PlacedTerm, Term};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::{Fitted, moved_within_range, raise_to_zero, within_signs};
-use crate::estimation::normal_equations::{CampaignEquations, Sums};
+use crate::estimation::normal_equations::Sums;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
 

@@ -2,7 +2,7 @@
 
 use crate::effect::composition::Increment;
 use crate::kinematics::pose::Pose;
-use crate::numeric::angle::sinc;
+use crate::numeric::angle::{sinc, sinc_slope};
 use crate::recording::motion::Motion;
 use crate::recording::run::PoseMeasurement;
 
@@ -25,8 +25,7 @@ impl Transition {
         let half = turn / 2.0;
         let (sin, cos) = (pose.heading_rad + half).sin_cos();
         let shorter = sinc(half);
-        // d sinc(u) / du = (cos u - sinc u) / u, to u^3 where that would cancel.
-        let slope = if half.abs() < 1e-3 { -half / 3.0 } else { (half.cos() - shorter) / half };
+        let slope = sinc_slope(half, shorter);
         let chord = [travel_m * cos - sideways_m * sin, travel_m * sin + sideways_m * cos];
         let moved = [shorter * chord[0], shorter * chord[1]];
         Self {

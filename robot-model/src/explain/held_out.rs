@@ -3,8 +3,8 @@
 //! Cross-validated errors, of runs that take part in the fit, are in [`crate::estimation`].
 
 use crate::effect::composition::{PlacedTerm, Term};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, errors_on_runs};
-use crate::estimation::normal_equations::CampaignEquations;
 use crate::explain::answer::HeldOut;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;

@@ -15,8 +15,9 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::effect::composition::{PlacedTerm, Term, Terms};
 use crate::effect::definition::Role;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::estimation::normal_equations::NormalEquations;
 use crate::estimation::predict::open_loop_from;
 use crate::explain::answer::{CandidateKind, NextRun, PredictedSeparation};
 use crate::kinematics::pose::Pose;

@@ -1,8 +1,8 @@
 //! The values of an effect of a fitted model, with intervals that hold when the noise is not quite as assumed.
 
 use crate::effect::composition::PlacedTerm;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::CampaignEquations;
 use crate::estimation::profile_likelihood::interval;
 use crate::explain::answer::ParameterFound;
 use crate::numeric::distributions::SIGMAS_95;
@@ -56,7 +56,7 @@ fn jackknife(prepared: &Prepared, fitted: &Fitted<'_>) -> Vec<f64> {
     }
     let left_out = |run: &usize| {
         let sums = equations.without(equations.units_of(*run));
-        equations.solve(&sums, &columns).delta
+        equations.best(&sums, &columns)
     };
     let each: Vec<_> = runs.iter().map(left_out).collect();
     let variance = |column: &usize| {

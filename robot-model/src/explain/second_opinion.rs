@@ -12,9 +12,9 @@
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, cross_validated};
 use crate::estimation::fit::{Fitted, fit_parameters};
-use crate::estimation::normal_equations::CampaignEquations;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible::displacement_m;

@@ -19,6 +19,16 @@ pub(crate) fn sinc(x: f64) -> f64 {
     1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)))
 }
 
+/// d sinc(x) / dx, where sinc(x) is given.
+pub(crate) fn sinc_slope(x: f64, sinc: f64) -> f64 {
+    if x.abs() >= 0.1 {
+        return (x.cos() - sinc) / x;
+    }
+    // The difference would cancel; the first term left out, x^9 / 3991680, is under 1e-15.
+    let square = x * x;
+    -x / 3.0 * (1.0 - square / 10.0 * (1.0 - square / 28.0 * (1.0 - square / 54.0)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -28,6 +38,14 @@ mod tests {
         #[test]
         fn sinc_has_no_step_where_its_formula_changes(x in 0.09_f64..0.11) {
             prop_assert!((sinc(x) - x.sin() / x).abs() < 4e-16);
+        }
+
+        #[test]
+        fn the_slope_of_sinc_is_its_derivative_on_both_sides_of_where_its_formula_changes(
+            x in -0.2_f64..0.2,
+        ) {
+            let difference = (sinc(x + 1e-4) - sinc(x - 1e-4)) / 2e-4;
+            prop_assert!((sinc_slope(x, sinc(x)) - difference).abs() < 1e-9);
         }
     }
 }

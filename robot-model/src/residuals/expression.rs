@@ -7,9 +7,9 @@
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::custom::{Custom, CustomEffect};
 use crate::effect::definition::Effect;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::cross_validated;
 use crate::estimation::fit::{Fitted, fit_parameters};
-use crate::estimation::normal_equations::CampaignEquations;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::residuals::flexible::{Flexible, displacement_m, left_out};

@@ -16,10 +16,11 @@
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, TrackErrors, cross_validated, tracks};
 use crate::estimation::fit::{Fitted, fit_noise};
 use crate::estimation::most_likely_noise::Search;
-use crate::estimation::normal_equations::{CampaignEquations, Less, Sums};
+use crate::estimation::normal_equations::{Less, Sums};
 use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
@@ -267,7 +268,7 @@ fn lowers_tracks(
 pub(super) fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
     let each = equations.units.iter().map(|unit| {
         let others = Less::new(&equations.total, vec![&unit.sums]);
-        let delta = equations.solve(&others, columns).delta;
+        let delta = equations.best(&others, columns);
         unit.sums.chi_squared(columns, &delta)
     });
     each.collect()
@@ -278,7 +279,7 @@ fn refitted<'a>(prepared: &Prepared, terms: Vec<Term<'a>>, noise: &OdometryNoise
     let placed = PlacedTerm::place(&terms);
     let equations = CampaignEquations::gather(prepared, &placed, noise);
     let columns: Vec<usize> = placed.iter().flat_map(PlacedTerm::amplitudes).collect();
-    let delta = equations.solve(&equations.total, &columns).delta;
+    let delta = equations.best(&equations.total, &columns);
     let mut terms = terms;
     for (term, placed) in terms.iter_mut().zip(&placed) {
         let first = placed.columns().start;

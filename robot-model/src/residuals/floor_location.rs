@@ -12,8 +12,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, Sums};
+use crate::estimation::normal_equations::Sums;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::distributions::chi_squared;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
@@ -124,7 +125,7 @@ pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSea
     let in_model = &terms[..fitted.terms.len()];
     let model: Vec<usize> = in_model.iter().flat_map(PlacedTerm::columns).collect();
     let chi_squared_of = |columns: &[usize]| {
-        let delta = equations.solve(&equations.total, columns).delta;
+        let delta = equations.best(&equations.total, columns);
         equations.total.chi_squared(columns, &delta)
     };
     let without = chi_squared_of(&model);

@@ -11,8 +11,9 @@ use core::ops::Range;
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, Sums};
+use crate::estimation::normal_equations::Sums;
 use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
 use crate::residuals::heavy_tails::heavy_tails;
@@ -260,7 +261,7 @@ fn each_run_by_itself(
     if asked.is_empty() {
         return 1.0;
     }
-    let best = equations.solve(&equations.total, model).delta;
+    let best = equations.best(&equations.total, model);
     let mut gains: Vec<f64> = equations
         .units
         .iter()
@@ -269,7 +270,7 @@ fn each_run_by_itself(
             for (column, delta) in model.iter().zip(&best) {
                 sums.right -= sums.gram.column(*column) * *delta;
             }
-            let delta = equations.solve(&sums, asked).delta;
+            let delta = equations.best(&sums, asked);
             sums.squares = 0.0;
             -sums.chi_squared(asked, &delta)
         })

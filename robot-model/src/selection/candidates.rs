@@ -6,9 +6,11 @@
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Group};
+use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{TrackErrors, cross_validated_tracks, tracks};
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::{CampaignEquations, Sums};
+use crate::estimation::normal_equations::Sums;
+use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::selection::dispersion::{run_scatter, scatter};
@@ -143,15 +145,14 @@ impl<'a> Screening<'a> {
 
     /// The test of each effect of the model, given all its others.
     pub fn kept(&self) -> Vec<EffectTest> {
-        (0..self.in_model)
-            .map(|index| {
-                let model = self.model_columns(&[index]);
-                let asked = self.amplitudes(index);
-                let (effect, scatter) = (self.terms[index].effect, self.scatter);
-                let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
-                test_effect(&self.equations_without(&[index]), &hypothesis)
-            })
-            .collect()
+        let effects: Vec<usize> = (0..self.in_model).collect();
+        parallel::map(&effects, |index| {
+            let model = self.model_columns(&[*index]);
+            let asked = self.amplitudes(*index);
+            let (effect, scatter) = (self.terms[*index].effect, self.scatter);
+            let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
+            test_effect(&self.equations_without(&[*index]), &hypothesis)
+        })
     }
 
     /// The test of each candidate, given the model without the effects left out.
@@ -164,7 +165,7 @@ impl<'a> Screening<'a> {
         let equations = self.equations_without(left_out);
         let model = self.model_columns(left_out);
         let chi_squared = |columns: &[usize]| {
-            let delta = equations.solve(&equations.total, columns).delta;
+            let delta = equations.best(&equations.total, columns);
             equations.total.chi_squared(columns, &delta)
         };
         let without = chi_squared(&model);
@@ -185,16 +186,14 @@ impl<'a> Screening<'a> {
                 _ => best.push((index, gain)),
             }
         }
-        best.into_iter()
-            .filter(|(index, gain)| gain - penalty(&self.terms[*index]) >= least)
-            .map(|(index, _)| {
-                let asked = self.amplitudes(index);
-                let term = self.terms[index].clone();
-                let (effect, scatter) = (term.effect, self.scatter);
-                let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
-                Candidate { test: test_effect(&equations, &hypothesis), term }
-            })
-            .collect()
+        best.retain(|(index, gain)| gain - penalty(&self.terms[*index]) >= least);
+        parallel::map(&best, |(index, _)| {
+            let asked = self.amplitudes(*index);
+            let term = self.terms[*index].clone();
+            let (effect, scatter) = (term.effect, self.scatter);
+            let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
+            Candidate { test: test_effect(&equations, &hypothesis), term }
+        })
     }
 
     /// Whether cross-validated tracks get worse with a candidate in place of some effects of the model.
@@ -349,7 +348,7 @@ impl<'a> Screening<'a> {
         if let Some(term) = candidate {
             columns.extend(term.amplitudes());
         }
-        let delta = equations.solve(&equations.total, &columns).delta;
+        let delta = equations.best(&equations.total, &columns);
         equations.total.chi_squared(&columns, &delta) + price
     }
 }

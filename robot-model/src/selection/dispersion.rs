@@ -23,7 +23,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimation::normal_equations::{CampaignEquations, NormalEquations};
+use crate::estimation::campaign_equations::CampaignEquations;
+use crate::estimation::normal_equations::NormalEquations;
+use crate::numeric::parallel;
 
 /// Weight of the prior, in units: runs disagree about this effect as they do about others.
 const PRIOR_UNITS: f64 = 4.0;
@@ -36,14 +38,14 @@ pub(crate) fn scatter<'q>(
     equations: &CampaignEquations,
     asked: impl Iterator<Item = (&'q [usize], &'q [usize])>,
 ) -> f64 {
-    let mut raws: Vec<f64> = asked
-        .filter_map(|(model, asked)| {
-            let both: Vec<usize> = model.iter().chain(asked).copied().collect();
-            let delta = equations.solve(&equations.total, &both).delta;
-            let spread = spread(equations, (model, asked), &delta);
-            (spread.freedom >= FREEDOM_MIN).then_some(spread.raw)
-        })
-        .collect();
+    let asked: Vec<_> = asked.collect();
+    let raws = parallel::map(&asked, |(model, asked)| {
+        let both: Vec<usize> = model.iter().chain(*asked).copied().collect();
+        let delta = equations.best(&equations.total, &both);
+        let spread = spread(equations, (model, asked), &delta);
+        (spread.freedom >= FREEDOM_MIN).then_some(spread.raw)
+    });
+    let mut raws: Vec<f64> = raws.into_iter().flatten().collect();
     raws.sort_by(f64::total_cmp);
     raws.get(raws.len() / 2).map_or(1.0, |median| median.max(1.0))
 }
@@ -79,7 +81,7 @@ pub(crate) fn run_scatter_in_the_mean(
 
 /// Gain of each run by these columns fitted to that run alone, per degree of freedom.
 fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> Vec<f64> {
-    let best = equations.solve(&equations.total, model).delta;
+    let best = equations.best(&equations.total, model);
     equations
         .units
         .iter()

@@ -14,7 +14,8 @@
 use nalgebra::DVector;
 
 use crate::effect::definition::{Effect, Parameter, Role};
-use crate::estimation::normal_equations::{CampaignEquations, Less, Sums};
+use crate::estimation::campaign_equations::CampaignEquations;
+use crate::estimation::normal_equations::{Columns, Less, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::numeric::parallel;
 use crate::recording::run_kind::RunKind;
@@ -134,7 +135,7 @@ fn gain_on(
     on: &impl Sums,
 ) -> Gain {
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
-    let without = equations.solve(fitted_to, hypothesis.model).delta;
+    let without = equations.best(fitted_to, hypothesis.model);
     let solution = equations.solve(fitted_to, &both);
     let gain = on.chi_squared(hypothesis.model, &without) - on.chi_squared(&both, &solution.delta);
     let mut difference = solution.delta;
@@ -273,7 +274,7 @@ fn worse_kind(
             continue;
         }
         let score = |left_out: &[usize]| {
-            let rest = equations.without(left_out.iter().copied());
+            let rest = Columns::of(&equations.without(left_out.iter().copied()), &both);
             let on = Less::new(&equations.total, vec![&rest]);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {

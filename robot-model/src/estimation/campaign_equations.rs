@@ -1,0 +1,183 @@
+//! What do the runs of a campaign tell about any set of parameters? Normal equations, one set for each run.
+//!
+//! After whitening, every refit, cross-validation and test is arithmetic on sums of these over runs. The run is the unit
+//! throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
+
+use std::ops::Range;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::effect::composition::{PlacedTerm, Terms};
+use crate::effect::definition::Role;
+use crate::estimation::ekf::whiten;
+use crate::estimation::gyro::whiten_gyro;
+use crate::estimation::normal_equations::{Less, NormalEquations, Sums};
+use crate::estimation::row_adder::RowAdder;
+use crate::recording::campaign::Prepared;
+use crate::recording::odometry_noise::OdometryNoise;
+use crate::recording::run_kind::RunKind;
+
+/// A single run is cut into this many blocks, so that it can be cross-validated.
+const BLOCKS: usize = 8;
+
+/// One unit: a run, or a block of it where there is only one run.
+#[derive(Clone, Debug)]
+pub(crate) struct Unit {
+    pub run: usize,
+    pub kind: RunKind,
+    pub sums: NormalEquations,
+}
+
+/// The prior of a parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prior {
+    /// How far the point of linearisation is from the prior's middle.
+    pub from_middle: f64,
+    pub spread: f64,
+}
+
+/// The normal equations about one point of all parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct CampaignEquations {
+    pub units: Vec<Unit>,
+    pub total: NormalEquations,
+    pub priors: Vec<Prior>,
+}
+
+/// Values and covariance of some columns.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    pub delta: DVector<f64>,
+    pub covariance: DMatrix<f64>,
+}
+
+/// The prior of each column, in order.
+fn priors(terms: &[PlacedTerm<'_>]) -> Vec<Prior> {
+    let mut priors = Vec::new();
+    for term in terms {
+        for (parameter, value) in term.effect.facts().parameters.iter().zip(&term.values) {
+            // A shape has no value that means "not there": its prior only keeps a step within reason.
+            let from_middle = if parameter.role == Role::Amplitude { *value } else { 0.0 };
+            priors.push(Prior { from_middle, spread: parameter.spread() });
+        }
+    }
+    priors
+}
+
+impl CampaignEquations {
+    /// The normal equations of a campaign for these terms, all of whose parameters are free.
+    pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
+        let free = Terms::Free(terms);
+        let columns = free.columns();
+        let blocks = if prepared.runs.len() == 1 { BLOCKS } else { 1 };
+        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
+            let mut adder = RowAdder::new(columns, run.motion.steps.len(), blocks);
+            whiten(&run.motion, &run.recording.measured_poses, free, noise, &mut adder);
+            whiten_gyro(run, free, noise, &mut adder);
+            adder.sums()
+        });
+        let mut units = Vec::new();
+        let mut total = NormalEquations::zeros(columns);
+        for (index, blocks) in gathered.into_iter().enumerate() {
+            for sums in blocks {
+                total.add(&sums);
+                if sums.rows > 0.0 {
+                    units.push(Unit { run: index, kind: prepared.runs[index].kind, sums });
+                }
+            }
+        }
+        Self { units, total, priors: priors(terms) }
+    }
+
+    /// Moves the point of linearisation in one column.
+    pub fn shift(&mut self, column: usize, delta: f64) {
+        self.total.shift(column, delta);
+        for unit in &mut self.units {
+            unit.sums.shift(column, delta);
+        }
+        self.priors[column].from_middle += delta;
+    }
+
+    /// The best values of these columns by these sums, with the others fixed, and their covariance.
+    pub fn solve(&self, sums: &impl Sums, columns: &[usize]) -> Solution {
+        let n = columns.len();
+        let spread = |i: usize| self.priors[columns[i]].spread;
+        let (factor, right) = self.factorised(sums, columns);
+        let inverse = factor.map_or_else(|| DMatrix::identity(n, n), |factor| factor.inverse());
+        let delta = DVector::from_fn(n, |i, _| spread(i) * (inverse.row(i) * &right)[0]);
+        let covariance = DMatrix::from_fn(n, n, |i, j| spread(i) * inverse[(i, j)] * spread(j));
+        Solution { delta, covariance }
+    }
+
+    /// The values of [`solve`](Self::solve) alone, in a sixth of the time.
+    pub fn best(&self, sums: &impl Sums, columns: &[usize]) -> DVector<f64> {
+        let (factor, mut delta) = self.factorised(sums, columns);
+        if let Some(factor) = factor {
+            factor.solve_mut(&mut delta);
+        }
+        for (delta, column) in delta.iter_mut().zip(columns) {
+            *delta *= self.priors[*column].spread;
+        }
+        delta
+    }
+
+    /// The equations of these columns, priors included, in units of the priors' spreads: so all numbers are comparable
+    /// and the prior is the identity. Left side factorised, and right side.
+    fn factorised(
+        &self,
+        sums: &impl Sums,
+        columns: &[usize],
+    ) -> (Option<Cholesky<f64, Dyn>>, DVector<f64>) {
+        let n = columns.len();
+        let spread = |i: usize| self.priors[columns[i]].spread;
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut right = DVector::zeros(n);
+        for j in 0..n {
+            let prior = self.priors[columns[j]];
+            // The factorisation reads the lower triangle alone.
+            for i in j..n {
+                matrix[(i, j)] = spread(i) * sums.gram(columns[i], columns[j]) * spread(j);
+            }
+            matrix[(j, j)] += 1.0;
+            right[j] = spread(j) * sums.right(columns[j]) - prior.from_middle / prior.spread;
+        }
+        (matrix.cholesky(), right)
+    }
+
+    /// The priors' part of chi^2 at this point.
+    pub fn prior_cost(&self) -> f64 {
+        self.priors.iter().map(|prior| (prior.from_middle / prior.spread).powi(2)).sum()
+    }
+
+    /// Expected gain in -2 log likelihood of these columns at these values, if they are the truth, over the best fit
+    /// of other columns: the squared distance of the two predictions, in sigmas.
+    pub fn separation(
+        &self,
+        sums: &NormalEquations,
+        columns: &[usize],
+        values: &[f64],
+        others: &[usize],
+    ) -> f64 {
+        let mut truth = NormalEquations { right: sums.right.scale(0.0), ..sums.clone() };
+        for (i, a) in columns.iter().zip(values) {
+            truth.right += sums.gram.column(*i) * *a;
+        }
+        truth.squares = sums.quadratic(columns, &DVector::from_column_slice(values));
+        let mut flat = Self { priors: self.priors.clone(), units: Vec::new(), total: truth };
+        flat.priors.iter_mut().for_each(|prior| prior.from_middle = 0.0);
+        let delta = flat.best(&flat.total, others);
+        flat.total.chi_squared(others, &delta)
+    }
+
+    /// The sums of all units but these, given in their order.
+    pub fn without(&self, left_out: impl IntoIterator<Item = usize>) -> Less<'_, NormalEquations> {
+        let units = left_out.into_iter().map(|unit| &self.units[unit].sums);
+        Less::new(&self.total, units.collect())
+    }
+
+    /// The units of a run, which stand together.
+    pub fn units_of(&self, run: usize) -> Range<usize> {
+        let before = |end: usize| self.units.partition_point(|unit| unit.run < end);
+        before(run)..before(run + 1)
+    }
+}

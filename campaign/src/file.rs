@@ -19,7 +19,7 @@ pub fn check_writable(file: &Path) -> Result<(), WriteError> {
     if is_special(file) {
         return Ok(());
     }
-    beside(&target(file)).map(drop).map_err(WriteError)
+    beside(&target(file), READABLE).map(drop).map_err(WriteError)
 }
 
 /// Writes a file whole or not at all, and replaces the one that exists. A device or a pipe is
@@ -49,7 +49,7 @@ fn not_own(there: &fs::Metadata) -> io::Error {
 }
 
 fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
-    with_bytes(file, bytes)?.persist(file)?;
+    with_bytes(file, bytes, READABLE)?.persist(file)?;
     sync_folder(file)
 }
 
@@ -88,7 +88,16 @@ fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Writes a file that must not exist yet, whole or not at all; false if it exists.
 pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
-    let written = with_bytes(file, bytes).map_err(WriteError)?;
+    write_new_as(file, bytes, READABLE)
+}
+
+/// The same, of a file that only its owner may read.
+pub fn write_new_private(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
+    write_new_as(file, bytes, PRIVATE)
+}
+
+fn write_new_as(file: &Path, bytes: &[u8], mode: u32) -> Result<bool, WriteError> {
+    let written = with_bytes(file, bytes, mode).map_err(WriteError)?;
     match written.persist_noclobber(file) {
         Ok(_) => sync_folder(file).map(|()| true).map_err(WriteError),
         Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
@@ -112,16 +121,19 @@ pub fn target(file: &Path) -> PathBuf {
 }
 
 /// A temporary file beside `file` with these bytes, synced to the disk before it is renamed.
-fn with_bytes(file: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
-    let mut beside = beside(file)?;
+fn with_bytes(file: &Path, bytes: &[u8], mode: u32) -> io::Result<NamedTempFile> {
+    let mut beside = beside(file, mode)?;
     beside.write_all(bytes)?;
     beside.as_file().sync_all()?;
     Ok(beside)
 }
 
-/// A temporary file in the same folder, so that it can be renamed in one step; readable like any
-/// other.
-fn beside(file: &Path) -> io::Result<NamedTempFile> {
+/// Permissions of a file: as any other, and for its owner alone.
+const READABLE: u32 = 0o644;
+const PRIVATE: u32 = 0o600;
+
+/// A temporary file in the same folder, so that it can be renamed in one step, with these permissions.
+fn beside(file: &Path, mode: u32) -> io::Result<NamedTempFile> {
     if file.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
@@ -130,7 +142,9 @@ fn beside(file: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
     let beside = builder.tempfile_in(folder)?;
     // The lock tells others that its process lives. A file system may have none.
     let _ = beside.as_file().try_lock();

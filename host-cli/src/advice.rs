@@ -78,8 +78,6 @@ fn on_key_file(problem: &KeyFileProblem, path: &Path) -> String {
         KeyFileProblem::Shared(_) => {
             format!("chmod 600 {file}; if somebody has read it, make another key")
         }
-        KeyFileProblem::Exists => "name another file".into(),
-        KeyFileProblem::Unwritable(_) => "does its folder exist, and may you write there?".into(),
         _ => "`beeline key new FILE` makes the file of a key".into(),
     }
 }

@@ -1,7 +1,7 @@
 //! The file of a pre-shared key: one line of 32 hexadecimal digits, for its owner's eyes alone.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use shared_proto::Key;
@@ -17,11 +17,9 @@ pub fn read(path: &Path) -> Result<Key> {
     read_checked(path).map_err(|problem| failed(path, problem))
 }
 
-/// Makes a new key, of the system's random numbers, in a new file that only its owner may read.
-pub fn create(path: &Path) -> Result<Key> {
-    let key = random()?;
-    write_new(path, &key).map_err(|problem| failed(path, problem))?;
-    Ok(key)
+/// What the file of a key holds.
+pub fn text(key: &Key) -> String {
+    key.expose().iter().map(|byte| format!("{byte:02x}")).chain(["\n".into()]).collect()
 }
 
 /// A key of the system's random numbers, for what [`Session::use_key`](crate::Session::use_key) needs beside the
@@ -67,44 +65,29 @@ fn read_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
     }
 }
 
-fn write_new(path: &Path, key: &Key) -> std::result::Result<(), KeyFileProblem> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut file = options.open(path).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => KeyFileProblem::Exists,
-        _ => KeyFileProblem::Unwritable(error),
-    })?;
-    let line: String =
-        key.expose().iter().map(|byte| format!("{byte:02x}")).chain(["\n".into()]).collect();
-    let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_all());
-    written.map_err(|error| {
-        // Half a key is none.
-        let _ = std::fs::remove_file(path);
-        KeyFileProblem::Unwritable(error)
-    })
-}
-
 #[cfg(all(test, unix))]
 mod tests {
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
 
+    fn write(path: &Path, bytes: &[u8]) {
+        std::fs::write(path, bytes).unwrap();
+        std::fs::set_permissions(path, PermissionsExt::from_mode(0o600)).unwrap();
+    }
+
     fn problem(path: &Path) -> String {
         read(path).expect_err("no key").to_string()
     }
 
     #[test]
-    fn a_new_key_is_its_owners_alone_is_read_back_and_overwrites_none() {
+    fn a_random_key_is_read_back_and_is_not_told() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("robot.key");
-        let key = create(&path).unwrap();
-        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        let key = random().unwrap();
+        write(&path, text(&key).as_bytes());
         assert_eq!(read(&path).unwrap(), key);
-        assert!(create(&path).unwrap_err().to_string().contains("is not overwritten"));
-        assert_ne!(create(&folder.path().join("other.key")).unwrap(), key);
+        assert_ne!(random().unwrap(), key);
         assert!(!format!("{key:?}").contains(|c: char| c.is_ascii_digit()), "{key:?}");
     }
 
@@ -114,7 +97,7 @@ mod tests {
         let path = folder.path().join("robot.key");
         assert!(problem(&path).contains("robot.key: it cannot be read"));
         assert!(problem(folder.path()).contains("it is not a file"));
-        create(&path).unwrap();
+        write(&path, text(&random().unwrap()).as_bytes());
         for mode in [0o640, 0o604, 0o660, 0o644, 0o602] {
             std::fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
             assert!(problem(&path).contains(&format!("mode {mode:03o}")), "{mode:o}");

@@ -8,10 +8,6 @@ use std::io;
 pub enum KeyFileProblem {
     /// It cannot be read.
     Unreadable(io::Error),
-    /// It cannot be written.
-    Unwritable(io::Error),
-    /// It exists, and is not overwritten.
-    Exists,
     /// It is a pipe, a device or a folder.
     NotAFile,
     /// It does not hold 32 hexadecimal digits.
@@ -24,8 +20,6 @@ impl fmt::Display for KeyFileProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unreadable(cause) => write!(f, "it cannot be read ({cause})"),
-            Self::Unwritable(cause) => write!(f, "it cannot be written ({cause})"),
-            Self::Exists => f.write_str("it exists, and a key is not overwritten"),
             Self::NotAFile => f.write_str("it is not a file"),
             Self::NotAKey => f.write_str("it is not one line of 32 hexadecimal digits"),
             Self::Shared(mode) => {

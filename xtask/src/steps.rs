@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::process::Command;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::repository::root;
@@ -10,30 +11,68 @@ use crate::repository::root;
 pub type Outcome = Result<(), String>;
 
 /// The steps so far.
-#[derive(Default)]
 pub struct Steps {
+    begun: Instant,
     done: Vec<(&'static str, Duration, bool)>,
 }
 
+/// A step that runs beside others.
+pub struct Beside {
+    name: &'static str,
+    ended: JoinHandle<(Result<(), String>, Duration)>,
+}
+
 impl Steps {
-    /// Runs one step; its failure is that of the whole.
-    pub fn run(&mut self, name: &'static str, step: impl FnOnce() -> Outcome) -> Outcome {
-        println!("\n==> {name}");
-        let start = Instant::now();
-        let outcome = step();
-        let took = start.elapsed();
+    pub fn new() -> Self {
+        Self { begun: Instant::now(), done: Vec::new() }
+    }
+
+    /// Begins a step that leaves the processor idle most of the time. What is run until it is [waited for](Self::wait) has
+    /// the lowest priority, where the system can say so.
+    pub fn begin(
+        &mut self,
+        name: &'static str,
+        step: impl FnOnce() -> Outcome + Send + 'static,
+    ) -> Beside {
+        println!("\n==> {name}, beside what follows");
+        let ended = std::thread::spawn(|| {
+            let start = Instant::now();
+            (step(), start.elapsed())
+        });
+        // Of this thread, and of the processes that it starts.
+        #[cfg(target_os = "linux")]
+        let _ = rustix::process::nice(19);
+        Beside { name, ended }
+    }
+
+    /// Waits for a step that was begun; its failure is that of the whole.
+    pub fn wait(&mut self, Beside { name, ended }: Beside) -> Outcome {
+        let (outcome, took) =
+            ended.join().unwrap_or_else(|_| (Err("it panicked".into()), Duration::ZERO));
+        self.took(name, took, outcome)
+    }
+
+    fn took(&mut self, name: &'static str, took: Duration, outcome: Outcome) -> Outcome {
         self.done.push((name, took, outcome.is_ok()));
         println!("==> {name}: {} in {:.1} s", verdict(outcome.is_ok()), took.as_secs_f64());
         outcome.map_err(|message| format!("{name} failed: {message}"))
     }
 
-    /// One line a step, and the total.
+    /// Runs one step; its failure is that of the whole.
+    pub fn run(&mut self, name: &'static str, step: impl FnOnce() -> Outcome) -> Outcome {
+        println!("\n==> {name}");
+        let start = Instant::now();
+        let outcome = step();
+        self.took(name, start.elapsed(), outcome)
+    }
+
+    /// One line a step, and how long all of them took, some of them beside others.
     pub fn print_summary(&self) {
         println!("\n{:<16} {:>8}  result", "step", "seconds");
         for (name, took, good) in &self.done {
             println!("{name:<16} {:>8.1}  {}", took.as_secs_f64(), verdict(*good));
         }
-        let total: Duration = self.done.iter().map(|(_, took, _)| took).sum();
+        let total = self.begun.elapsed();
         let good = self.done.iter().all(|(_, _, good)| *good);
         println!("{:<16} {:>8.1}  {}", "total", total.as_secs_f64(), verdict(good));
     }

@@ -13,7 +13,7 @@ use crate::{
 };
 
 pub fn run() -> Outcome {
-    let mut steps = Steps::default();
+    let mut steps = Steps::new();
     let outcome = all(&mut steps);
     steps.print_summary();
     outcome
@@ -21,7 +21,7 @@ pub fn run() -> Outcome {
 
 /// What takes seconds and compiles nothing.
 pub fn check() -> Outcome {
-    let mut steps = Steps::default();
+    let mut steps = Steps::new();
     let outcome = quick(&mut steps);
     steps.print_summary();
     outcome
@@ -70,11 +70,17 @@ fn all(steps: &mut Steps) -> Outcome {
         Ok(())
     })?;
     steps.run("test", || test_binaries::run(&binaries, REAL_TIME))?;
-    // They wait more than they compute, so more of them run at once than there are cores.
-    let wait = ["--test", "binary", "--", REAL_TIME, "--test-threads", REAL_TIME_THREADS];
-    let advice = "the failed tests and their messages stand above, under `failures:`";
-    steps
-        .run("real time", || cargo(&[&["test", "--workspace"][..], &wait].concat(), &[], advice))?;
+    // They wait more than they compute: more of them run at once than there are cores, and others beside them.
+    let wait = ["--test-threads", REAL_TIME_THREADS];
+    let real_time = steps.begin("real time", move || {
+        test_binaries::run_one(&binaries, "binary", &[&[REAL_TIME], &wait[..]].concat())
+    });
+    let outcome = on_boards(steps);
+    steps.wait(real_time).and(outcome)
+}
+
+/// What is for boards.
+fn on_boards(steps: &mut Steps) -> Outcome {
     steps.run("images", || firmware::run(&[]))?;
     steps.run("images clippy", firmware::clippy)?;
     steps.run("build emulated", emulated::build_tests)?;

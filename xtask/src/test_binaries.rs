@@ -68,7 +68,7 @@ pub fn run(binaries: &[TestBinary], skip: &str) -> Outcome {
             scope.spawn(|| {
                 while let Some(binary) = next(&waiting) {
                     let begun = Instant::now();
-                    let outcome = binary.run(skip);
+                    let outcome = binary.run(&["--skip", skip]);
                     let seconds = begun.elapsed().as_secs_f64();
                     let mut failed = failed.lock().expect("no holder has panicked");
                     if !print(binary, &outcome, seconds) {
@@ -83,6 +83,18 @@ pub fn run(binaries: &[TestBinary], skip: &str) -> Outcome {
     match failed.is_empty() {
         true => documentation,
         false => Err(format!("{}\n       {ADVICE}", failed.join("\n"))),
+    }
+}
+
+/// Runs the binary of this name with these arguments.
+pub fn run_one(binaries: &[TestBinary], name: &str, arguments: &[&str]) -> Outcome {
+    let binary = binaries.iter().find(|binary| binary.name == name);
+    let binary = binary.ok_or_else(|| format!("there is no test binary `{name}`"))?;
+    let begun = Instant::now();
+    let outcome = binary.run(arguments);
+    match print(binary, &outcome, begun.elapsed().as_secs_f64()) {
+        true => Ok(()),
+        false => Err(format!("{}\n       {ADVICE}", binary.executable.display())),
     }
 }
 
@@ -109,9 +121,9 @@ fn print(binary: &TestBinary, outcome: &std::io::Result<Output>, seconds: f64) -
 }
 
 impl TestBinary {
-    fn run(&self, skip: &str) -> std::io::Result<Output> {
+    fn run(&self, arguments: &[&str]) -> std::io::Result<Output> {
         Command::new(&self.executable)
-            .args(["--skip", skip])
+            .args(arguments)
             .current_dir(&self.folder)
             // As cargo sets it; this chore has its own.
             .env("CARGO_MANIFEST_DIR", &self.folder)
@@ -132,11 +144,11 @@ mod tests {
     #[test]
     fn a_binary_that_fails_or_cannot_be_run_is_told_and_one_that_passes_is_not() {
         let pass = binary("pass", "true");
-        let outcome = pass.run("nothing");
+        let outcome = pass.run(&[]);
         assert!(print(&pass, &outcome, 0.0));
         for broken in ["false", "/no/such/program"] {
             let broken = binary("broken", broken);
-            let outcome = broken.run("nothing");
+            let outcome = broken.run(&[]);
             assert!(!print(&broken, &outcome, 0.0));
         }
     }

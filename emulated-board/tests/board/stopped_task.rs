@@ -60,7 +60,7 @@ fn a_safety_task_that_stops_alone_has_the_motors_off_and_the_board_restarted() {
 }
 
 #[test]
-fn a_core_that_stood_still_at_rest_loses_beats_and_arms_and_drives_all_the_same() {
+fn a_core_that_stood_still_at_rest_loses_ticks_and_arms_and_drives_all_the_same() {
     let ended = emulation()
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_stall_of_any_length_and_phase_the_next_beats_are_on_time() {
+    fn after_a_stall_of_any_length_and_phase_the_next_ticks_are_on_time() {
         for stall_us in [1_500, 2_000, 2_750, 20_000, 250_000, 5_000_000] {
             for phase_us in [0, 100, 499, 900] {
                 let (from_us, to_us) = (10_000 - phase_us, 10_000 - phase_us + stall_us);
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_loses_time_in_a_stall_does_not_make_later_beats_late() {
+    fn a_clock_that_loses_time_in_a_stall_does_not_make_later_ticks_late() {
         // 131.072 ms: the period of a clock that counts overflows of 16 bits.
         for skipped_us in [65_536, 131_072] {
             let mut ticks = ControlTicks::new(0);

@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use campaign::file::write_new_private;
 use host_link::address::Address;
 use host_link::key_file;
 use serde_json::json;
@@ -17,7 +18,7 @@ use crate::ui::{tell, warn};
 pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
     match command {
         KeyCommand::New { file } => {
-            key_file::create(file)?;
+            new(file)?;
             let words =
                 format!("{} written: whoever has this file may drive the robot", file.display());
             tell(common.json, json!({ "file": file }), words);
@@ -25,6 +26,23 @@ pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
         }
         KeyCommand::Set { file } => set(common, Some(file)),
         KeyCommand::Clear => set(common, None),
+    }
+}
+
+/// Writes a new key into a new file that only its owner may read.
+fn new(file: &Path) -> Result<()> {
+    let key = key_file::random()?;
+    let name = file.display();
+    match write_new_private(file, key_file::text(&key).as_bytes()) {
+        Ok(true) => Ok(()),
+        Ok(false) => {
+            let problem = format_args!("{name}: it exists, and a key is not overwritten");
+            Err(Error::new(problem).hint("name another file"))
+        }
+        Err(error) => {
+            let hint = error.hint("does its folder exist, and may you write there?");
+            Err(Error::new(format_args!("{name}: it cannot be written ({error})")).hint(hint))
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::temp_folder::TempFolder;
 
-use super::tree::Tree;
+use super::tree::{KEYS, Tree};
 
 /// A command that writes, and the commands that make the folder it starts from.
 pub struct Writing {
@@ -27,6 +27,7 @@ const SAVE: &str = "config set geometry.wheel_weight 0.995 --save --flash flash"
 const EXPORT: &str = "config export robot.toml --flash flash";
 const ADD: &str = "model add wheel_radius_ratio robot";
 const CALIBRATE: &str = "calibrate --flash flash -o picture.svg";
+const KEY_SET: &str = "key set robot.key --flash flash";
 const APPLY: &str = "apply robot --yes --flash flash";
 
 /// All of them.
@@ -60,6 +61,10 @@ pub const ALL: &[Writing] = &[
         ..writing(APPLY, &["config save --flash flash", RECORD, ADD])
     },
     writing("apply --undo --flash flash", &["config save --flash flash", RECORD, ADD, APPLY]),
+    writing("key new new.key", &[]),
+    writing(KEY_SET, &["config save --flash flash"]),
+    writing("key set other.key --flash flash --key-file robot.key", &[SAVE, KEY_SET]),
+    writing("key clear --flash flash --key-file robot.key", &[SAVE, KEY_SET]),
 ];
 
 /// Two runs, one of them with facts; and enough of a drive to fit the ratio of the radii to.
@@ -80,6 +85,9 @@ impl Writing {
     pub fn start(&self) -> Tree {
         let temp = TempFolder::new();
         temp.write("plan.toml", PLAN);
+        let [robot, other] = KEYS.map(Into::into);
+        Tree([("robot.key".into(), robot), ("other.key".into(), other)].into())
+            .write(&temp.path(""));
         for line in self.before {
             temp.run(line).ok();
         }

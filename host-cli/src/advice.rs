@@ -43,6 +43,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::Restarted { .. } => "check its supply; what was not saved is lost",
         Error::ReadBackDiffers => "nothing was saved; try again, and report it if it happens twice",
         Error::Refused { refusal, .. } => return on_refusal(refusal),
+        Error::BeyondLimits(error) => return on_refusal(&Refusal::Motion(*error)),
         Error::Faulted(report) => return Some(on_fault(report)),
         Error::AlreadyMoving(_) => {
             "`beeline stop` ends that; a robot whose host is gone stops by itself"

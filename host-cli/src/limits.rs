@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use host_link::limits;
 use host_link::motion::Motion;
-use shared_proto::{Config, Readable, Refusal};
+use shared_proto::{Config, Readable};
 
 use crate::calibrate::plausibility::DIFFERENCE_USUAL;
 use crate::error::{Error, Result};
@@ -20,10 +20,7 @@ pub const DURATION_S_USUAL: f64 = 600.0;
 /// Refuses what the robot would refuse, and what takes longer than [`DURATION_S_USUAL`] unless
 /// `long`.
 pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
-    limits::check(motion, config).map_err(|error| host_link::Error::Refused {
-        request: "drive",
-        refusal: Refusal::Motion(error),
-    })?;
+    limits::check(motion, config).map_err(host_link::Error::BeyondLimits)?;
     let duration_s = motion.duration_s();
     if duration_s > DURATION_S_USUAL && !long {
         return Err(Error::new(format_args!("this drive takes {}", time(duration_s)))

@@ -98,7 +98,7 @@ pub fn all_said() -> Result<()> {
         None => Ok(()),
         Some(error) => {
             Err(Error::new(format_args!("cannot write the result to standard output: {error}"))
-                .hint("what the command did is done; is the disk full to which its output goes?"))
+                .hint("the command itself has finished; is the disk of the output full?"))
         }
     }
 }
@@ -127,13 +127,20 @@ pub fn warn(line: impl Display) {
     note(format_args!("{} {line}", paint(WARN, "warning:")));
 }
 
+/// Begins a line below an error's own, as of an equation with the place of a mistake. A text from outside that has it
+/// cannot pass for a line of ours, which is never indented.
+const BELOW: &str = "\n    ";
+
 /// Prints an error and what to try.
 pub fn print_error(error: &Error, json: bool) {
     if json {
         say(error.to_json());
         return;
     }
-    note(format_args!("{} {error}", paint(BAD, "error:")));
+    let text = error.to_string();
+    let mut lines = text.split(BELOW);
+    note(format_args!("{} {}", paint(BAD, "error:"), lines.next().unwrap_or_default()));
+    lines.for_each(|line| note(format_args!("    {line}")));
     if let Some(hint) = error.hint_text() {
         note(format_args!("  {} {hint}", paint(BOLD, "try:")));
     }

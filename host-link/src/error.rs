@@ -7,7 +7,9 @@ use std::fmt;
 use std::io;
 
 use crate::key_file_problem::KeyFileProblem;
-use shared_proto::{Answer, Command, ConfigError, Fault, FaultReport, Hello, Refusal, State};
+use shared_proto::{
+    Answer, Command, ConfigError, Fault, FaultReport, Hello, MotionError, Refusal, State,
+};
 
 /// A result of the link.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -42,6 +44,8 @@ pub enum Error {
         /// What is wrong with it.
         problem: KeyFileProblem,
     },
+    /// The motion is beyond the robot's limits: it was not asked to drive.
+    BeyondLimits(MotionError),
     /// The system gives no random numbers, which a key is made of.
     NoRandomNumbers(String),
     /// The robot has a key, and this host has none.
@@ -191,6 +195,7 @@ impl fmt::Display for Error {
             Self::WrongAnswer { request, answer } => {
                 write!(f, "the robot gave a wrong answer when asked to {request}: {answer:?}")
             }
+            Self::BeyondLimits(error) => write!(f, "not driven: {error}"),
             Self::Refused { request, refusal } => refused(f, request, refusal),
             Self::ReadBackDiffers => {
                 f.write_str("the configuration read back differs from the one written")
@@ -205,7 +210,7 @@ impl fmt::Display for Error {
             }
             Self::AlreadyMoving(state) => write!(
                 f,
-                "not driven: the robot is already {}, on an earlier command",
+                "not driven: the robot is already {}, by an earlier command",
                 state.name()
             ),
             Self::NoTelemetry => f.write_str("the robot sends no telemetry"),

@@ -251,7 +251,10 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
         (&["model", "add", "slip", "robot"], "did you mean side_slip?"),
         (&["model", "remove", "scrub", "robot"], "scrub is not in the model"),
         (&["model", "add", "--custom", "dtheta = k * omga", "robot"], "column 14: `omga`"),
-        (&["model", "add", "--custom", "dtheta = k * omga", "robot"], "                 ^^^^"),
+        (
+            &["model", "add", "--custom", "dtheta = k * omga", "robot"],
+            "\n    dtheta = k * omga\n                 ^^^^",
+        ),
         (&["model", "add", "--custom", "dtheta = k * (v + omega)", "robot"], "different units"),
         (
             &["model", "add", "--custom", "dtheta = k * v", "--unit", "k=s", "robot"],

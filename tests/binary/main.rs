@@ -21,6 +21,7 @@ mod libraries;
 mod memory;
 mod outcome;
 mod outside_text;
+mod page_code;
 mod pages;
 mod question;
 mod real_time;

@@ -10,45 +10,11 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
-use pulldown_cmark::{CodeBlockKind, Event, Parser as Markdown, Tag, TagEnd};
 use shared_proto::Config;
 use sim_target::Scenario;
 
+use crate::page_code::{Code, code_in, shell_commands, shell_words};
 use crate::temp_folder::TempFolder;
-
-/// Code in a page: between backquotes, or a line of a fenced block.
-#[derive(Debug)]
-struct Code {
-    line: usize,
-    text: String,
-    is_block: bool,
-    is_toml: bool,
-}
-
-fn code_in(page: &str) -> Vec<Code> {
-    let mut code = Vec::new();
-    let (mut is_block, mut is_toml) = (false, false);
-    let options = pulldown_cmark::Options::ENABLE_TABLES;
-    for (event, range) in Markdown::new_ext(page, options).into_offset_iter() {
-        let line = page[..range.start].matches('\n').count() + 1;
-        match event {
-            Event::Start(Tag::CodeBlock(kind)) => {
-                is_block = true;
-                is_toml = matches!(kind, CodeBlockKind::Fenced(language) if &*language == "toml");
-            }
-            Event::End(TagEnd::CodeBlock) => (is_block, is_toml) = (false, false),
-            Event::Code(text) => code.push(Code { line, text: text.into(), is_block, is_toml }),
-            Event::Text(text) if is_block => {
-                let lines = text.lines().zip(line..);
-                let lines =
-                    lines.map(|(text, line)| Code { line, text: text.into(), is_block, is_toml });
-                code.extend(lines);
-            }
-            _ => {}
-        }
-    }
-    code
-}
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -85,33 +51,15 @@ fn findings_in(name: &str, page: &str, check: impl Fn(&Code) -> Option<String>) 
     code_in(page).iter().filter_map(wrong).collect()
 }
 
-/// A command line's words as a shell splits them, up to a comment or the next program.
-fn shell_words(line: &str) -> Vec<String> {
-    let mut words = Vec::new();
-    let mut word: Option<String> = None;
-    let mut quote = None;
-    for c in line.chars() {
-        match quote {
-            Some(end) if c == end => quote = None,
-            None if c == '"' || c == '\'' => {
-                quote = Some(c);
-                word.get_or_insert_default();
-            }
-            None if c.is_whitespace() => words.extend(word.take()),
-            None if word.is_none() && "#|>&;\\".contains(c) => return words,
-            _ => word.get_or_insert_default().push(c),
-        }
-    }
-    words.extend(word);
-    words
-}
-
 /// The parser's error for a command line of `beeline`. A line of a block is complete; in running text a command may
 /// lack its arguments, and a value in capitals stands for one of the reader's.
 fn refusal(code: &Code) -> Option<String> {
     let line = code.text.trim();
     let line = line.strip_prefix("$ ").unwrap_or(line);
-    let words = shell_words(line);
+    shell_commands(line).iter().find_map(|words| refusal_of(words, line, code.is_block))
+}
+
+fn refusal_of(words: &[String], line: &str, is_block: bool) -> Option<String> {
     if words.first()? != "beeline" {
         return None;
     }
@@ -126,8 +74,8 @@ fn refusal(code: &Code) -> Option<String> {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
         ErrorKind::MissingRequiredArgument
         | ErrorKind::MissingSubcommand
-        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => is_elided || !code.is_block,
-        ErrorKind::InvalidValue if words.clone().next_back()?.starts_with('-') => !code.is_block,
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => is_elided || !is_block,
+        ErrorKind::InvalidValue if words.clone().next_back()?.starts_with('-') => !is_block,
         ErrorKind::InvalidValue | ErrorKind::ValueValidation => words.clone().any(is_placeholder),
         _ => false,
     };

@@ -58,7 +58,9 @@ fn long_functions(text: &str) -> Vec<(usize, usize)> {
 
 fn is_function(line: &str) -> bool {
     let mut words = line.split_whitespace().skip_while(|word| {
+        // `pub(in crate::a)` is two words.
         word.starts_with("pub")
+            || word.ends_with(')')
             || matches!(*word, "const" | "async" | "unsafe" | "extern" | "\"C\"")
     });
     words.next() == Some("fn")

@@ -1,4 +1,4 @@
-//! What the robot was doing when something happened, and what that has to do with its name.
+//! What the robot was doing when a fault happened, on which the fault's name and its bound depend.
 
 use shared_proto::Fault;
 

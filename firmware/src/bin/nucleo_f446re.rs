@@ -1,4 +1,4 @@
-//! The wiring of a robot with a NUCLEO-F446RE. See `docs/boards.md` for the connectors.
+//! The wiring of a robot with a NUCLEO-F446RE. See `docs/boards/nucleo-f446re.md` for the connectors.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

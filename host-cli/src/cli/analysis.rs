@@ -58,12 +58,12 @@ pub struct ExplainArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// What moves the robot by less is not worth correcting, e.g. 0.2mm. Default: a tenth of the
-    /// noise of one pose.
+    /// Effects that move the robot by less are called too small to matter, e.g. 0.2mm. Default: a tenth
+    /// of the noise of one pose.
     #[arg(long, value_parser = above_zero(|length: &Length| length.m))]
     pub tolerance: Option<Length>,
     /// Write what was found as a model, to predict other runs with: `beeline compare OTHER --model FILE`.
-    /// Effects that these runs cannot tell apart are all in it, each at its share.
+    /// Of effects that these runs cannot tell apart, all are in it, each with its share of their sum.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
     /// Exit with 1 if something that matters is missing, as `git diff` does.

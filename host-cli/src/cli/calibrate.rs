@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 
-use super::check::{above_zero, angle, distance, length, not_negative, percent};
+use super::check::{above_zero, angle, count, distance, length, not_negative, number, percent};
 use super::choice::{Measure, Method};
 use super::drive::ProfileArgs;
 use crate::quantity::{Angle, Distance, Length};
@@ -61,7 +61,7 @@ pub struct CalibrateArgs {
     pub out_and_back: bool,
     /// Drive this many runs before deciding, each from the start line, and take their mean; not with
     /// --out-and-back [default: 1; umbmark: 5 each way].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
+    #[arg(long, value_name = "N", value_parser = count(100))]
     pub runs: Option<u16>,
     /// Where to write the picture: the full page, or only the drawing if FILE ends in .svg.
     #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
@@ -110,10 +110,10 @@ pub struct WheelWeightArgs {
     #[arg(long, value_name = "LENGTH", default_value = "37.2cm", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub track_width: Length,
     /// Encoder counts per wheel revolution, N / g.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 900.0)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 900.0, value_parser = number)]
     pub counts_per_rev: f64,
     /// Wheel revolutions driven (both wheels).
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 8.0)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 8.0, value_parser = number)]
     pub revolutions: f64,
     /// Counts of the left wheel, if the wheels turned differently.
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "right_counts")]

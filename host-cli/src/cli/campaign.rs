@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, Subcommand};
 
 use super::Measure;
-use super::check::{above_zero, acceleration, angle, length, speed};
+use super::check::{above_zero, acceleration, angle, count, length, speed};
 use crate::quantity::{Acceleration, Angle, Length, Speed};
 
 /// `beeline campaign ...`
@@ -75,7 +75,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = above_zero(acceleration))]
     pub acceleration: Option<Acceleration>,
     /// Drive every run this many times [default: 1].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=20))]
+    #[arg(long, value_name = "N", value_parser = count(20))]
     pub repeats: Option<u16>,
     /// Add an out-and-back run with this load on board.
     #[arg(long, value_name = "MASS")]
@@ -119,7 +119,7 @@ pub struct CampaignRecordArgs {
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = above_zero(angle))]
     pub heading_sigma: Option<Angle>,
     /// Samples per second.
-    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, default_value_t = 50, value_parser = count(1000))]
     pub rate: u16,
     /// Do not ask; assume that the robot stands at its mark before each run.
     #[arg(long, short)]

@@ -56,6 +56,24 @@ pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
     }
 }
 
+/// Reads a whole number from 1 to `max`.
+pub(super) fn count(max: u16) -> impl Fn(&str) -> Result<u16, String> + Clone {
+    move |text| match text.parse() {
+        Ok(number) if (1..=max).contains(&number) => Ok(number),
+        _ => Err(format!("must be a whole number from 1 to {max}")),
+    }
+}
+
+/// Reads a whole number that is not negative.
+pub(super) fn whole(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("must be a whole number from 0 to {}", u64::MAX))
+}
+
+/// Reads a number.
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "must be a number".into())
+}
+
 /// Reads a rate in 1/s. It must divide 1000, as the telemetry period is in whole milliseconds.
 pub(super) fn rate(text: &str) -> Result<u16, String> {
     match text.parse::<u16>() {

@@ -26,7 +26,7 @@ use std::path::PathBuf;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
 
-use self::check::{above_zero, rate, time};
+use self::check::{above_zero, rate, time, whole};
 use crate::port::{Port, SimOptions};
 use crate::quantity::Time;
 
@@ -71,7 +71,7 @@ pub struct Common {
         value_name = "PORT",
         default_value = "sim",
         env = "BEELINE_PORT",
-        help_heading = "Every command"
+        help_heading = "Most commands"
     )]
     pub port: Port,
     /// The file of the robot's key: `beeline key new` makes one.
@@ -80,14 +80,14 @@ pub struct Common {
         global = true,
         value_name = "FILE",
         env = "BEELINE_KEY_FILE",
-        help_heading = "Every command"
+        help_heading = "Most commands"
     )]
     pub key_file: Option<PathBuf>,
     /// Print one JSON value instead of text (`watch`: one per line).
     #[arg(long, global = true, help_heading = "Every command")]
     pub json: bool,
     /// Seed of all random numbers, instead of the scenario's.
-    #[arg(long, global = true, value_name = "N", help_heading = "Simulator")]
+    #[arg(long, global = true, value_name = "N", value_parser = whole, help_heading = "Simulator")]
     pub seed: Option<u64>,
     /// A file that serves as the robot's flash; without one, the robot forgets.
     #[arg(long, global = true, value_name = "FILE", help_heading = "Simulator")]
@@ -230,7 +230,7 @@ pub enum KeyCommand {
         /// The new file.
         file: PathBuf,
     },
-    /// Store a key in the robot on a serial line, which keeps it without power. If it has one already, give that with --key-file.
+    /// Store a key in a robot on a serial line; it keeps the key without power. If it already has a key, give that with --key-file.
     #[command(after_help = "Examples:
   beeline key set robot.key --port /dev/ttyACM0
   beeline key set new.key --key-file robot.key --port /dev/ttyACM0")]
@@ -238,7 +238,7 @@ pub enum KeyCommand {
         /// The file of the key.
         file: PathBuf,
     },
-    /// Take the robot's key away: it obeys whoever reaches its line. The key must be given with --key-file.
+    /// Remove the robot's key: it then obeys any host that can reach it. Give the key with --key-file.
     #[command(
         after_help = "Example:\n  beeline key clear --key-file robot.key --port /dev/ttyACM0"
     )]

@@ -61,7 +61,7 @@ fn set(common: &Common, file: Option<&Path>) -> Result<()> {
     with_robot(&common.port, &sim, async |session, _| Ok(session.set_key(key, secret).await?))?;
     let words = match file {
         Some(file) => format!("the robot now obeys only hosts that have {}", file.display()),
-        None => "the robot obeys whoever reaches its line".to_string(),
+        None => "the robot now obeys any host that can reach it".to_string(),
     };
     tell(common.json, json!({ "key": file.is_some() }), words);
     Ok(())

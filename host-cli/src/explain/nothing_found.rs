@@ -1,4 +1,4 @@
-//! An answer in which nothing is found: tests change what they are about.
+//! An answer in which nothing is found. Each test changes the part that it is about.
 
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::Answer;

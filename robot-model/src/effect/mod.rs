@@ -19,7 +19,7 @@
 //! | `catalogue/` | the built-in effects, one per file |
 //! | [`custom`] | effects that a user writes as an expression |
 //! | `known.rs` | [`KnownEffect`]: an effect by its id, built in or a user's own |
-//! | `composition.rs` | equations (1) to (3) and (5) for all effects of a model together |
+//! | `composition.rs` | equations (1) to (4) for all effects of a model together |
 //! | `net_change.rs` | [`NetChange`]: what an effect adds up to over a campaign, in one number |
 //!
 //! [`crate::estimation`] fits the parameters, `selection` decides which effects a robot has.

@@ -41,21 +41,35 @@ pub fn findings(base: &Path, files: &[PathBuf], page: &Page) -> Vec<(usize, Stri
     for piece in &page.code {
         let line = piece.text.split(" #").next().unwrap_or_default().trim();
         let line = line.strip_prefix("$ ").unwrap_or(line);
-        let problem = match &words(line)[..] {
-            ["cargo", "xtask", words @ ..] => problem_of_chore(base, files, words),
-            ["cargo", command, words @ ..] => problem_of_cargo(&packages, command, words),
-            _ => None,
-        };
-        findings.extend(problem.map(|problem| (piece.line, format!("`{line}`: {problem}"))));
+        for command in commands(line) {
+            let problem = match &command[..] {
+                ["cargo", "xtask", words @ ..] => problem_of_chore(base, files, words),
+                ["cargo", command, words @ ..] => problem_of_cargo(&packages, command, words),
+                _ => None,
+            };
+            findings.extend(problem.map(|problem| (piece.line, format!("`{line}`: {problem}"))));
+        }
     }
     findings
 }
 
-/// The words of a command, up to the next one. An optional word stands in brackets.
-fn words(line: &str) -> Vec<&str> {
+/// The words of each command in a line, without variables in front. An optional word stands in brackets.
+fn commands(line: &str) -> Vec<Vec<&str>> {
     let ends = |word: &&str| ["|", "||", "&&", ";", "&", ">", "2>", "\\"].contains(word);
-    let words = line.split_whitespace().take_while(|word| !ends(word));
-    words.map(|word| word.trim_matches(['[', ']'])).collect()
+    let is_variable = |word: &&&str| {
+        word.split_once('=').is_some_and(|(name, _)| {
+            name.chars().all(|c| c.is_ascii_uppercase() || c == '_') && !name.is_empty()
+        })
+    };
+    let mut commands = Vec::new();
+    for part in line.split(';') {
+        let words: Vec<&str> = part.split_whitespace().collect();
+        commands.extend(words.split(ends).map(|words| {
+            let variables = words.iter().take_while(is_variable).count();
+            words[variables..].iter().map(|word| word.trim_matches(['[', ']'])).collect()
+        }));
+    }
+    commands
 }
 
 /// A word in capitals stands for one of the reader's.

@@ -4,6 +4,7 @@
 //!   one, or is the bare name of a `.rs` or `.md` file; where links lead, from the page, with the heading behind `#`.
 //! - **Chores**: `cargo xtask CHORE --flag` is in the help of `cargo xtask`, with the flag at this chore; so are cargo's
 //!   own commands with their flags in a list, and the packages, tests, examples and programs that they name are there.
+//! - **Variables** of the environment: something in the sources reads `BEELINE_PORT`.
 //! - **Length**: the first page is to be read in a few minutes.
 //!
 //! What `beeline` understands (commands, flags, keys of the configuration and of files) is held by
@@ -13,6 +14,7 @@ mod chores;
 mod packages;
 mod page;
 mod paths;
+mod variables;
 
 use std::path::{Path, PathBuf};
 
@@ -36,6 +38,7 @@ pub fn check() -> Outcome {
 /// What is wrong in the pages among these files, and how many pages there are.
 fn findings(base: &Path, files: &[PathBuf]) -> Result<(Vec<String>, usize), String> {
     let is_page = |file: &&PathBuf| file.extension().is_some_and(|end| end == "md");
+    let known = variables::known(base, files);
     let mut findings = Vec::new();
     let mut pages = 0;
     for file in files.iter().filter(is_page) {
@@ -45,6 +48,7 @@ fn findings(base: &Path, files: &[PathBuf]) -> Result<(Vec<String>, usize), Stri
         let page = Page::read(&text);
         let mut found = paths::findings(base, files, file, &page);
         found.extend(chores::findings(base, files, &page));
+        found.extend(variables::findings(&known, &page));
         findings.extend(found.iter().map(|(line, what)| format!("{name}:{line}: {what}")));
         let words = text.split_whitespace().count();
         if file == Path::new("README.md") && words > README_WORDS_MAX {

@@ -9,7 +9,7 @@ fn found(name: &str, page: &str) -> Vec<String> {
         (name, page),
         ("docs/other.md", "# A page\n\n## What it is, `here`\n\n## Twice\n\n## Twice\n"),
         ("robot/Cargo.toml", "[package]\nname = \"robot\"\n"),
-        ("robot/src/pid.rs", ""),
+        ("robot/src/pid.rs", "env(\"BEELINE_PORT\")"),
         ("tests/examples/bench_blind.rs", "fn main() { let _ = \"--seed\"; }"),
         ("tests/examples/bench_scale/main.rs", "fn main() { let _ = \"--one\"; }"),
         ("robot/examples/drive.rs", ""),
@@ -26,7 +26,7 @@ fn found(name: &str, page: &str) -> Vec<String> {
 
 #[test]
 fn what_is_there_is_not_found() {
-    let page = "`robot/src/pid.rs`, [a page](other.md#what-it-is-here), [up](#top), `pid.rs`, \
+    let page = "`robot/src/pid.rs`, `BEELINE_PORT=a x`, [a page](other.md#what-it-is-here), [up](#top), `pid.rs`, \
                 [twice](other.md#twice-1), [the web](https://example.org/a#b), `a/b`, `2 m/s`, \
                 `robot.toml`\n\n# Top\n\n```sh\n\
                 cargo xtask bench blind --seed 2  # one more\ncargo run -p robot --example drive\n\
@@ -61,6 +61,10 @@ fn each_planted_mistake_is_found_in_its_line() {
         ("`cargo xtask bench scale --seed 1`", "`bench scale` has no flag `--seed`"),
         ("`cargo xtask bench crash --seed 1`", "`bench crash` has no flag `--seed`"),
         ("`cargo xtask bench faults --threds 1`", "`bench faults` has no flag `--threds`"),
+        ("```\ncd robot && cargo run --relaese\n```", "`cargo run` has no flag `--relaese`"),
+        ("```\nmkdir a; cargo xtask chekc\n```", "there is no chore `chekc`"),
+        ("`A_B=1 cargo xtask tset`", "there is no chore `tset`"),
+        ("`BEELINE_PROT`", "`BEELINE_PROT`: nothing reads it"),
         ("`cargo rnu --release`", "cargo has no command `rnu`"),
         ("`cargo run --relaese`", "`cargo run` has no flag `--relaese`"),
         ("`cargo run --no-run`", "`cargo run` has no flag `--no-run`"),

@@ -29,24 +29,23 @@
 //! | [`range`] | which numbers can be meant |
 //! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |
-//! | `copies` | runs that are copies of others, which count once |
+//! | `duplicate_runs` | runs that are copies of others, which count once |
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
 //! | [`track`], [`live_file`] | track files, complete or still being written |
-//! | `facts` | facts of runs, which appear together with their runs |
+//! | `run_facts` | facts of runs, which appear together with their runs |
 //! | [`lock`] | one writer at a time |
 //! | [`simulated`] | which simulated robot a campaign was recorded on |
 //! | [`error`] | errors and warnings |
-//! | [`input`] | what is read: files only, of a size in proportion |
+//! | [`bounded_read`] | what is read: files only, of a size in proportion |
 //! | [`mod@file`] | files that appear whole or not at all |
 
+pub mod bounded_read;
 mod checks;
-mod copies;
+mod duplicate_runs;
 pub mod error;
-mod facts;
 pub mod file;
-pub mod input;
 pub mod live_file;
 pub mod lock;
 pub mod model;
@@ -56,6 +55,7 @@ pub mod read;
 pub mod recorded;
 pub mod robot_toml;
 pub mod row;
+mod run_facts;
 pub mod simulated;
 pub mod table;
 pub mod to_recording;

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use robot_model::calibration::TrackSample;
 
+use crate::bounded_read::{TABLE_BYTES_MAX, open};
 use crate::error::{CampaignError, Place, Warning};
-use crate::input::{TABLE_BYTES_MAX, open};
 use crate::track::{parse_track, unknown_columns};
 
 /// Refuses, before the robot moves, a file that is not a track; a file that is still empty is

@@ -6,7 +6,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::copies;
+use crate::duplicate_runs;
 use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::{RobotFile, RunFacts, place_of_run};
@@ -59,7 +59,7 @@ impl Campaign {
             let hint = format!("add the file runs/{}.csv, or remove this [[run]]", facts.name);
             return Err(CampaignError::new(place, problem, hint));
         }
-        campaign.copies = copies::take_out(&mut campaign.runs);
+        campaign.copies = duplicate_runs::take_out(&mut campaign.runs);
         campaign.warnings.extend(campaign.copied(folder));
         campaign.warnings.extend(campaign.without_start(&toml));
         let recordings = Recordings::of(&campaign);

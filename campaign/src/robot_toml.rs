@@ -7,8 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use shared_proto::{Config, GeometryConfig};
 
+use crate::bounded_read;
 use crate::error::{CampaignError, Place};
-use crate::input;
 use crate::range;
 use crate::simulated::Simulated;
 
@@ -110,7 +110,7 @@ impl RobotFile {
 
     /// Reads and checks a `robot.toml`.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
-        let text = input::read_keys(file).map_err(|error| match error.kind() {
+        let text = bounded_read::read_keys(file).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => CampaignError::new(
                 Place::whole(file),
                 "there is no such file",
@@ -240,7 +240,7 @@ pub(crate) fn start_of_run(text: &str, index: usize) -> usize {
 
 /// The place of a key of the robot.
 pub(super) fn place_of_key(file: &Path, key: &str) -> Place {
-    place_of(file, &input::read_keys(file).unwrap_or_default(), 0, key)
+    place_of(file, &bounded_read::read_keys(file).unwrap_or_default(), 0, key)
 }
 
 /// The first place of a key, from a byte on.
@@ -259,7 +259,7 @@ fn place_of(file: &Path, text: &str, from: usize, key: &str) -> Place {
 
 /// The place of the name of a run.
 pub(super) fn place_of_run(file: &Path, name: &str) -> Place {
-    let text = input::read_keys(file).unwrap_or_default();
+    let text = bounded_read::read_keys(file).unwrap_or_default();
     match text.find(&format!("\"{name}\"")) {
         Some(byte) => Place::of_byte(file, &text, byte),
         None => Place::whole(file),

@@ -8,7 +8,7 @@ use std::path::Path;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::{CampaignError, Column, Place, Warning};
-use crate::input::{TABLE_BYTES_MAX, open};
+use crate::bounded_read::{TABLE_BYTES_MAX, open};
 
 /// The cells of one row in the known columns.
 pub type Cells = Vec<(Column, Option<f64>)>;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use robot_model::calibration::TrackSample;
 
-use crate::input::{TABLE_BYTES_MAX, read_text};
+use crate::bounded_read::{TABLE_BYTES_MAX, read_text};
 use crate::table::Table;
 use crate::{CampaignError, Column, Place, Warning};
 

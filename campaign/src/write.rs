@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use super::read::run_files;
 use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning};
-use crate::facts;
+use crate::bounded_read;
 use crate::file::{WriteError, check_writable, write_new, write_own};
-use crate::input;
 use crate::lock::FolderLock;
 use crate::range;
+use crate::run_facts;
 
 /// A campaign folder to add runs to. While it exists, no other process can.
 #[derive(Debug)]
@@ -82,7 +82,7 @@ impl CampaignWriter {
             }
         }
         if !lines.is_empty() {
-            let text = input::read_keys(&toml)
+            let text = bounded_read::read_keys(&toml)
                 .map_err(|error| CampaignError::io(&toml, "read it", error))?;
             let text = before_sections(&text, &lines);
             RobotFile::parse(&toml, &text)?;
@@ -97,7 +97,7 @@ impl CampaignWriter {
         if RobotFile::read(&toml)?.runs.iter().any(|entry| entry.name == run) {
             return Ok(false);
         }
-        facts::add(&toml, &RunFacts { name: run.into(), ..facts.clone() })?;
+        run_facts::add(&toml, &RunFacts { name: run.into(), ..facts.clone() })?;
         Ok(true)
     }
 
@@ -195,11 +195,11 @@ impl RunWriter {
             let facts = RunFacts { name: name.clone(), ..facts.clone() };
             let has_facts = facts != RunFacts { name, ..RunFacts::default() };
             if has_facts {
-                facts::announce(&self.folder.join("robot.toml"), &facts)?;
+                run_facts::announce(&self.folder.join("robot.toml"), &facts)?;
             }
             let written = write_new(&path, self.text.as_bytes());
             // The run stands or falls with its file. An entry that stays pending is settled by the next writer.
-            let settled = if has_facts { facts::settle(&self.folder) } else { Ok(()) };
+            let settled = if has_facts { run_facts::settle(&self.folder) } else { Ok(()) };
             match written.map_err(|error| unwritten(&path, error))? {
                 true => return Ok(path),
                 // A program that does not know the lock has recorded into this folder meanwhile.
@@ -248,8 +248,8 @@ fn existing(folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError
     }
     // Whether facts can be added must be known before a run is driven.
     let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
-    facts::with_facts(&toml, &facts)?;
-    facts::settle(folder)?;
+    run_facts::with_facts(&toml, &facts)?;
+    run_facts::settle(folder)?;
     Ok(RobotFile { runs: RobotFile::read(&toml)?.runs, ..there })
 }
 

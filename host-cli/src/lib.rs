@@ -11,7 +11,7 @@
 //! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`undo`] | the geometry before the last change |
-//! | [`wheels`] | telemetry counts as wheel angles |
+//! | [`wheel_angles`] | telemetry counts as wheel angles |
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`survey`] | records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
@@ -47,5 +47,5 @@ pub mod survey;
 pub mod table;
 pub mod ui;
 pub mod undo;
-pub mod wheels;
+pub mod wheel_angles;
 pub mod words;

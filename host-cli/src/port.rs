@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use campaign::Simulated;
+use campaign::bounded_read::read_keys;
 use campaign::file::{check_writable, is_special, target};
-use campaign::input::read_keys;
 use host_link::address::{Address, AddressError};
 use host_link::{Session, key_file};
 use shared_proto::Key;

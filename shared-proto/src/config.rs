@@ -4,8 +4,8 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::driver::{AtFault, Driver, DriverConfig};
+use crate::float_order::is_above;
 use crate::name::Name;
-use crate::order::is_above;
 use crate::pair::{Wheel, WheelPair};
 use crate::readable::Readable;
 

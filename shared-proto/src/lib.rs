@@ -62,7 +62,6 @@
 //! `docs/protocol.md` describes the protocol for hosts in other languages.
 #![cfg_attr(not(test), no_std)]
 
-mod bound;
 mod channel;
 mod config;
 mod config_bytes;
@@ -70,13 +69,14 @@ mod crc;
 mod driver;
 mod encoded_len;
 mod fault;
+mod float_order;
 mod frame;
 mod hello;
 mod key;
 mod message;
+mod message_bounds;
 mod motion;
 mod name;
-mod order;
 mod pair;
 mod readable;
 mod received;
@@ -84,19 +84,19 @@ mod sessions;
 mod state;
 mod telemetry;
 
-pub use bound::Bound;
 pub use channel::{Channel, Message};
 pub use config::*;
 pub use crc::Crc32;
 pub use driver::*;
 pub use fault::*;
+pub use float_order::is_above;
 pub use frame::*;
 pub use hello::*;
 pub use key::*;
 pub use message::*;
+pub use message_bounds::Bound;
 pub use motion::*;
 pub use name::*;
-pub use order::is_above;
 pub use pair::*;
 pub use readable::Readable;
 pub use received::*;

@@ -4,7 +4,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::order::is_above;
+use crate::float_order::is_above;
 use crate::pair::WheelPair;
 
 /// Identifies a motion, so that a repeated command is not driven twice.

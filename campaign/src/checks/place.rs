@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use robot_model::checks::DataHypothesis;
 
+use crate::bounded_read::{self, TABLE_BYTES_MAX};
 use crate::error::Place;
-use crate::input::{self, TABLE_BYTES_MAX};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::place_of_key;
 use crate::row::Column;
@@ -68,7 +68,7 @@ pub(super) fn cell(file: &Path, run: &Run, t_s: f64, column: Column) -> Place {
 /// The place of a column's name; the whole file if it cannot be read again.
 pub(super) fn header(file: &Path, column: Column) -> Place {
     let mut head = Vec::new();
-    let read = input::open(file, TABLE_BYTES_MAX)
+    let read = bounded_read::open(file, TABLE_BYTES_MAX)
         .map(|file| file.take(HEADER_BYTES).read_to_end(&mut head));
     let text = match read {
         Ok(Ok(_)) => String::from_utf8_lossy(&head),

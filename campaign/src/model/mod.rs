@@ -19,10 +19,10 @@
 //! its runs were recorded, at the value in its configuration ([`in_use`]).
 
 pub mod in_use;
-mod raw;
 mod read;
 #[cfg(test)]
 mod tests;
+mod unchecked;
 mod validate;
 mod write;
 

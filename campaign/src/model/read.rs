@@ -8,9 +8,9 @@ use robot_model::effect::custom::{CustomError, Part, Per, Target};
 use robot_model::effect::{Custom, CustomEffect};
 use toml::Spanned;
 
-use super::raw::{RawCustom, RawEffect, RawModel};
+use super::unchecked::{RawCustom, RawEffect, RawModel};
 use super::{EffectEntry, FitEntry, ModelFile, validate};
-use crate::{CampaignError, Place, input};
+use crate::{CampaignError, Place, bounded_read};
 
 impl ModelFile {
     /// Reads a model; if the file does not exist, the model is empty.
@@ -20,8 +20,8 @@ impl ModelFile {
 
     /// Reads a model.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
-        let text =
-            input::read_keys(file).map_err(|error| CampaignError::io(file, "read it", error))?;
+        let text = bounded_read::read_keys(file)
+            .map_err(|error| CampaignError::io(file, "read it", error))?;
         Self::parse(file, &text)
     }
 

@@ -9,7 +9,7 @@ use robot_model::explain::ParameterFound;
 use robot_model::recording::OdometryNoise;
 use toml::Spanned;
 
-use super::raw::{RawError, RawErrors, RawNoise, RawParameter};
+use super::unchecked::{RawError, RawErrors, RawNoise, RawParameter};
 use crate::{CampaignError, Place};
 
 /// A value beyond this many times the greatest plausible one makes no sense.

@@ -59,7 +59,7 @@ pub fn plan_path(folder: &Path) -> PathBuf {
 impl CampaignPlan {
     /// Reads a plan.
     pub fn read(file: &Path) -> Result<Self, CampaignError> {
-        let text = crate::input::read_keys(file)
+        let text = crate::bounded_read::read_keys(file)
             .map_err(|error| CampaignError::io(file, "read it", error))?;
         Self::parse(file, &text)
     }

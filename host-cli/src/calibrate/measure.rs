@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::picture::{EndReading, PathSource, RunReport};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
 use crate::survey::samples::seconds;
-use crate::wheels;
+use crate::wheel_angles;
 
 /// A drive that is to be measured.
 pub(super) struct DrivenLine<'a> {
@@ -106,7 +106,7 @@ impl DrivenLine<'_> {
         let origin_us = self.origin_us();
         let frame = |frame: &Telemetry| WheelAngles {
             t_s: seconds(origin_us, frame.t_us),
-            turns: wheels::turns(frame, self.config),
+            turns: wheel_angles::turns(frame, self.config),
         };
         let mut angles = telemetry.iter().map(frame).collect::<Vec<_>>();
         remove_steering(&mut angles, &self.config.geometry);

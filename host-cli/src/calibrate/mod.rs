@@ -38,7 +38,7 @@ use crate::error::{Error, Result};
 use crate::picture::Basis;
 use crate::pose_source::{Mark, PoseSource};
 use crate::undo::{self, Undo};
-use crate::wheels::geometry;
+use crate::wheel_angles::geometry;
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
 

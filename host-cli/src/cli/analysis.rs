@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use robot_model::effect::custom::Per;
 
-use super::check::above_zero;
+use super::value_parsers::above_zero;
 use crate::quantity::Length;
 
 /// How a result is printed.

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 
-use super::check::{above_zero, angle, count, distance, length, not_negative, number, percent};
-use super::choice::{Measure, Method};
 use super::drive::ProfileArgs;
+use super::value_enums::{Measure, Method};
+use super::value_parsers::{
+    above_zero, angle, count, distance, length, not_negative, number, percent,
+};
 use crate::quantity::{Angle, Distance, Length};
 
 /// `beeline calibrate`

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, Subcommand};
 
 use super::Measure;
-use super::check::{above_zero, acceleration, angle, count, length, speed};
+use super::value_parsers::{above_zero, acceleration, angle, count, length, speed};
 use crate::quantity::{Acceleration, Angle, Length, Speed};
 
 /// `beeline campaign ...`

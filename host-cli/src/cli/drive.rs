@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::{Args, Subcommand};
 
-use super::check::{above_zero, acceleration, speed, time};
+use super::value_parsers::{above_zero, acceleration, speed, time};
 use crate::quantity::{
     Acceleration, Angle, Distance, Length, QuantityError, Speed, Time, TurnRate,
 };

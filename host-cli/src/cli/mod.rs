@@ -5,9 +5,9 @@
 mod analysis;
 mod calibrate;
 mod campaign;
-mod check;
-mod choice;
 mod drive;
+mod value_enums;
+mod value_parsers;
 
 pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
@@ -16,17 +16,17 @@ pub use analysis::{
     AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
-pub use check::period_ms;
-pub use choice::{Measure, Method};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
 pub use host_link::listen::Listen;
+pub use value_enums::{Measure, Method};
+pub use value_parsers::period_ms;
 
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
 
-use self::check::{above_zero, rate, time, whole};
+use self::value_parsers::{above_zero, rate, time, whole};
 use crate::port::{Port, SimOptions};
 use crate::quantity::Time;
 

@@ -11,8 +11,8 @@ use crate::config_text::{flatten, get, leaves, parse, set, to_value};
 use crate::error::{Context, Error, Result};
 use crate::port::with_robot;
 use crate::ui::{note, say, say_text, tell, warn};
+use campaign::bounded_read::read_keys;
 use campaign::file::{is_special, write_whole};
-use campaign::input::read_keys;
 
 pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
     match command {

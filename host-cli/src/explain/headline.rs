@@ -224,8 +224,8 @@ mod tests {
     use robot_model::explain::Why;
 
     use super::*;
+    use crate::explain::empty_answer::nothing_found;
     use crate::explain::next::no_next_run;
-    use crate::explain::nothing_found::nothing_found;
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }

@@ -1,10 +1,10 @@
 //! `beeline explain` in words: what is missing, the evidence for it, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
+#[cfg(test)]
+pub(crate) mod empty_answer;
 mod headline;
 mod next;
-#[cfg(test)]
-pub(crate) mod nothing_found;
 mod progress;
 
 use campaign::model::EffectEntry;

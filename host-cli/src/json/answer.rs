@@ -149,7 +149,7 @@ mod tests {
     use robot_model::explain::{CandidateKind, PredictedSeparation, Reason, Why};
 
     use super::*;
-    use crate::explain::nothing_found::nothing_found;
+    use crate::explain::empty_answer::nothing_found;
 
     /// An answer with one of everything.
     fn found() -> Answer {

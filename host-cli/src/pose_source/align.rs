@@ -19,7 +19,7 @@ use robot_model::kinematics::Pose;
 use robot_model::kinematics::dead_reckon;
 use shared_proto::{Config, Telemetry};
 
-use crate::wheels;
+use crate::wheel_angles;
 
 /// A pose by dead reckoning, and its time.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +32,8 @@ pub struct Reckoned {
 
 /// Dead reckoning with the configuration in use, from an arbitrary start.
 pub fn reckoned(config: &Config, telemetry: &[Telemetry]) -> Vec<Reckoned> {
-    let turns = telemetry.iter().map(|frame| wheels::turns(frame, config));
-    let geometry = wheels::geometry(config, 0.0);
+    let turns = telemetry.iter().map(|frame| wheel_angles::turns(frame, config));
+    let geometry = wheel_angles::geometry(config, 0.0);
     let poses = dead_reckon(Pose::ORIGIN, &geometry, config.geometry.wheel_weight, turns);
     let times = telemetry.iter().map(|frame| frame.t_us as f64 * 1e-6);
     times.zip(poses).map(|(t_s, pose)| Reckoned { t_s, pose }).collect()

@@ -16,14 +16,14 @@
 //! | [`piece`] | the motion that drives a piece of a run |
 //! | [`samples`] | telemetry and measured poses as rows of a file |
 //! | [`clock`] | one clock for all runs, over interruptions |
-//! | `continued` | what a campaign that is continued takes from its folder |
+//! | `resumed` | what a campaign that is continued takes from its folder |
 //! | [`run`] | one run |
 //! | [`record`] | the whole campaign |
 
 pub mod clock;
-mod continued;
 pub mod piece;
 pub mod record;
+mod resumed;
 pub mod run;
 pub mod samples;
 

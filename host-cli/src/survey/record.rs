@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use shared_proto::Config;
 
 use super::clock::{LastRun, start_clock, wait_for};
-use super::continued::{keep_plan, restore_facts};
 use super::piece;
+use super::resumed::{keep_plan, restore_facts};
 use super::run::{RunOutcome, record_run};
 use super::samples::robot_file;
 use crate::error::{Error, Result};

@@ -10,8 +10,8 @@ use host_link::motion::{self, RecordOptions};
 use robot_model::recording::Piece;
 use shared_proto::{Command, Config, Telemetry};
 
-use super::continued::planned_facts;
 use super::piece;
+use super::resumed::planned_facts;
 use super::samples::{columns, on_one_encoder, rows};
 use crate::error::{Error, Result};
 use crate::pose_source::align::reckoned;

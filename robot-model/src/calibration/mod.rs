@@ -5,11 +5,11 @@
 //! | [`wheel_weight`] | W_T from one reading at the end of a run: the paper's calculation |
 //! | [`track_fit`] | W_T from a whole measured track |
 //! | [`out_and_back`] | is it the radius at all, or a pull? |
-//! | `advice.rs` | which measurement would make W_T surer? |
+//! | `next_measurement.rs` | which measurement would make W_T surer? |
 //!
 //! All of this needs one run or two, and three nominal numbers. Other effects take a campaign: [`crate::explain`].
 
-pub(crate) mod advice;
+pub(crate) mod next_measurement;
 pub mod out_and_back;
 pub mod track_fit;
 pub mod wheel_weight;

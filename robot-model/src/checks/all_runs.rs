@@ -8,7 +8,7 @@ use crate::numeric::parallel::map;
 use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::fit::Fit;
 use super::geometry::{Geometry, OFF_BY};
-use super::solve::{Solution, Tracks};
+use super::geometry_fit::{Solution, Tracks};
 use super::track::{Track, every_few};
 
 /// As many of the runs that are far off, and of the others, are looked at.

@@ -9,9 +9,9 @@ use super::counters;
 use super::data_fault::{DataFault, DataHypothesis};
 use super::fit::{Fit, lateness};
 use super::geometry::Geometry;
+use super::geometry_fit::{Tracks, lever_m};
 use super::last_pose::last_poses;
 use super::one_run::one_run;
-use super::solve::{Tracks, lever_m};
 use super::track::Track;
 use super::tracker;
 
@@ -104,7 +104,7 @@ fn of_runs(
             found.push(hypothesis);
             open[run] = false;
         } else if tracks.each[run].poses.len() >= POSES_MIN
-            && tracks.is_far(run, fit.error_m * super::solve::FAR / UNKNOWN_TIMES)
+            && tracks.is_far(run, fit.error_m * super::geometry_fit::FAR / UNKNOWN_TIMES)
         {
             unknown.push(run);
             open[run] = false;

@@ -7,7 +7,7 @@ use crate::recording::run::{Recording, Robot};
 
 use super::end_pose::{End, FAR_OFF, OffEndPose};
 use super::geometry::Geometry;
-use super::solve::Tracks;
+use super::geometry_fit::Tracks;
 
 /// From the first number of runs on there may be one outlier, from the second on two.
 const RUNS_MIN: [usize; 2] = [5, 9];

@@ -18,9 +18,9 @@
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
-//! | `track.rs`, `fit.rs`, `geometry.rs`, `solve.rs` | a thinned run; its least squares; a geometry; that of all runs |
+//! | `track.rs`, `fit.rs`, `geometry.rs`, `geometry_fit.rs` | a thinned run; its least squares; a geometry; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
-//! | `spikes.rs` | single positions that are elsewhere |
+//! | `position_outliers.rs` | single positions that are elsewhere |
 //! | `heading_marker.rs` | headings that sit a little crooked in all runs |
 //! | `dead_reckoning.rs` | where the wheels alone lead a nominal robot |
 //! | `clock.rs` | a clock that is not in seconds |
@@ -35,12 +35,12 @@ mod dead_reckoning;
 mod end_pose;
 mod fit;
 mod geometry;
+mod geometry_fit;
 mod heading_marker;
 mod hypotheses;
 mod last_pose;
 mod one_run;
-mod solve;
-mod spikes;
+mod position_outliers;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -51,4 +51,4 @@ pub use data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 pub use end_pose::{OffEndPose, implausible_end_pose};
 pub use heading_marker::heading_offset;
 pub use hypotheses::data_hypotheses;
-pub use spikes::{Spike, spike};
+pub use position_outliers::{Spike, spike};

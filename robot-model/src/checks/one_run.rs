@@ -4,7 +4,7 @@ use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk
 use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::fit::Fit;
 use super::geometry::Geometry;
-use super::solve::Tracks;
+use super::geometry_fit::Tracks;
 use super::track::Track;
 
 /// An error is mended if it falls to this share.

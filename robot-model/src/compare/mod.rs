@@ -15,7 +15,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `comparison.rs` | [`Comparer`]: a campaign with its noise, and [`Comparison`] with a model |
-//! | `whole_runs.rs`, `twin.rs` | whole runs, and their simulation with noise alone |
+//! | `whole_runs.rs`, `simulated_run.rs` | whole runs, and their simulation with noise alone |
 //! | `stretch.rs`, `regime.rs` | stretches, and their errors by regime |
 //! | `curve.rs` | residuals against speed, heading, wheel angle and time |
 //! | `finding.rs` | the main finding |
@@ -28,10 +28,10 @@ mod curve;
 mod finding;
 mod regime;
 mod rms;
+mod simulated_run;
 mod stretch;
 #[cfg(test)]
 mod tests;
-mod twin;
 mod whole_runs;
 
 pub use comparison::{Assumed, Comparer, Comparison};

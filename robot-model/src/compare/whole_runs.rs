@@ -2,8 +2,8 @@
 //! times with noise alone for comparison.
 
 use super::rms::Rms;
+use super::simulated_run::SimulatedRun;
 use super::stretch::tracks;
-use super::twin::Twin;
 use crate::effect::composition::Term;
 use crate::estimation::predict::open_loop_as_seen;
 use crate::estimation::predict::{PoseError, Track};
@@ -156,10 +156,10 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     let errors = track.errors(position_m, heading_rad);
     let end = errors.iter().rev().find_map(|error| error.position_m);
     let measured = Squares::of(&errors);
-    let twin = Twin::new(run, track, noise);
+    let simulated = SimulatedRun::new(run, track, noise);
     let mut random = Random::new(index as u64 + 1);
     let drawn: Vec<Squares> = (0..DRAWS)
-        .map(|_| Squares::of(&twin.drawn(&mut random).errors(position_m, heading_rad)))
+        .map(|_| Squares::of(&simulated.drawn(&mut random).errors(position_m, heading_rad)))
         .collect();
     let steps = &run.motion.steps;
     let sums = Sums { measured, drawn };

@@ -18,7 +18,7 @@
 //! | `definition.rs` | the trait [`Effect`], what it returns, and its [`Facts`] |
 //! | `catalogue/` | the built-in effects, one per file |
 //! | [`custom`] | effects that a user writes as an expression |
-//! | `known.rs` | [`KnownEffect`]: an effect by its id, built in or a user's own |
+//! | `known_effect.rs` | [`KnownEffect`]: an effect by its id, built in or a user's own |
 //! | `composition.rs` | equations (1) to (4) for all effects of a model together |
 //! | `net_change.rs` | [`NetChange`]: what an effect adds up to over a campaign, in one number |
 //!
@@ -28,7 +28,7 @@ pub(crate) mod catalogue;
 pub(crate) mod composition;
 pub mod custom;
 pub(crate) mod definition;
-pub(crate) mod known;
+pub(crate) mod known_effect;
 pub(crate) mod net_change;
 #[cfg(test)]
 mod tests;
@@ -38,5 +38,5 @@ pub use custom::{Custom, CustomEffect};
 pub use definition::{
     ActsOn, Change, Effect, Facts, FirmwareTerm, Group, Memory, Need, Parameter, Role, View,
 };
-pub use known::KnownEffect;
+pub use known_effect::KnownEffect;
 pub use net_change::{NetChange, Ways};

@@ -3,8 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
-//! | `choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
-//! | `averaged.rs` | what predicts other runs: each class by all its members |
+//! | `model_choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
+//! | `model_averaging.rs` | what predicts other runs: each class by all its members |
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `unexplained.rs` | what is left: the floor, the size, an equation |
@@ -17,11 +17,11 @@
 //! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
 
 pub(crate) mod answer;
-pub(crate) mod averaged;
-pub(crate) mod choice;
 pub(crate) mod explanation;
 pub(crate) mod held_out;
 pub mod model;
+pub(crate) mod model_averaging;
+pub(crate) mod model_choice;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
 pub(crate) mod progress;

@@ -17,7 +17,7 @@ use crate::estimation::errors::{Errors, cross_validated};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::flexible::displacement_m;
+use crate::residuals::flexible_model::displacement_m;
 use crate::selection::candidates::is_geometry;
 
 /// Shares of (1) that are tried besides the noise as estimated.

@@ -1,10 +1,10 @@
 //! What the chosen effects leave: the floor, how far above it the error is, what that depends on, and an equation for it.
 
 use crate::estimation::errors::Errors;
-use crate::explain::choice::{Choice, EXCESS_MAX};
+use crate::explain::model_choice::{Choice, EXCESS_MAX};
 use crate::recording::campaign::Prepared;
 use crate::residuals::expression::expression;
-use crate::residuals::flexible::displacement_m;
+use crate::residuals::flexible_model::displacement_m;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 
 /// The floor, and what is left above it by the last of the models that have these cross-validated errors.

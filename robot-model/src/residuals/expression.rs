@@ -12,7 +12,7 @@ use crate::estimation::errors::cross_validated;
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
-use crate::residuals::flexible::{Flexible, displacement_m, left_out};
+use crate::residuals::flexible_model::{Flexible, displacement_m, left_out};
 
 /// An equation that does nearly all that a flexible model does.
 #[derive(Clone, Debug, PartialEq)]

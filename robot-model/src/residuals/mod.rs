@@ -5,8 +5,8 @@
 //! | `unexplained.rs` | [`Unexplained`]: the results of all tests |
 //! | `regressor.rs` | [`Regressor`]: what they may depend on |
 //! | `probe.rs` | small effects in proportion to speed, load, heading and the like |
-//! | `flexible.rs` | the floor: what a model of any shape could reach |
-//! | `basis.rs` | its functions |
+//! | `flexible_model.rs` | the floor: what a model of any shape could reach |
+//! | `basis_functions.rs` | its functions |
 //! | `expression.rs` | [`Expression`]: the simple equation that would do nearly as well |
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
@@ -15,9 +15,9 @@
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
-pub(crate) mod basis;
+pub(crate) mod basis_functions;
 pub(crate) mod expression;
-pub(crate) mod flexible;
+pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;
 pub(crate) mod probe;

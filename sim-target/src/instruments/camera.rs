@@ -6,8 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::camera_sample::CameraSample;
+use super::dropped_pictures::{Stale, StaleParameters};
 use super::lens::{LensParameters, MarkerParameters};
-use super::stale::{Stale, StaleParameters};
 use crate::plant::{ParameterError, Plant, Pose, RangeCheck};
 
 /// How good the camera is.

@@ -6,14 +6,14 @@
 
 mod camera;
 mod camera_sample;
+mod dropped_pictures;
 mod gyro;
 mod lens;
 mod ruler;
-mod stale;
 
 pub use camera::{Camera, CameraParameters};
 pub use camera_sample::CameraSample;
+pub use dropped_pictures::StaleParameters;
 pub use gyro::{Gyro, GyroParameters, GyroSample};
 pub use lens::{LensParameters, MarkerParameters};
 pub use ruler::{EndReading, Ruler, RulerParameters, TangentReading};
-pub use stale::StaleParameters;

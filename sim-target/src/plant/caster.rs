@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bush::{Bush, BushParameters};
+use super::caster_pivot::{Bush, BushParameters};
 use super::pose::Twist;
 use super::range_check::{ParameterError, RangeCheck};
 use super::rotation::Rotation;

@@ -11,9 +11,9 @@ use super::gear::{Joint, JointLoad};
 use super::load::LoadModel;
 use super::motor::{MotorParameters, Terminals};
 use super::parameters::PlantParameters;
-use super::ribs::Ribs;
 use super::wheel::DrivenWheel;
 use super::wheel_defects::WheelParameters;
+use super::wide_tyre::Ribs;
 
 /// How often the wheels' warming is updated \[us\].
 pub(super) const WARMTH_EVERY_US: u64 = 100_000;

@@ -26,13 +26,13 @@
 //! A field that is left out keeps its type's default. What the robot assumes about itself is its
 //! configuration, not part of a scenario.
 
-mod draw;
 mod error;
 mod fault;
 mod hidden;
 mod link;
-mod placement;
+mod random_robot;
 mod setup;
+mod start_pose;
 
 use std::path::Path;
 
@@ -42,8 +42,8 @@ pub use error::ScenarioError;
 pub use fault::{FaultClock, ScheduledFault};
 pub use hidden::{HiddenEffect, ShownBy};
 pub use link::LinkParameters;
-pub use placement::PlacementParameters;
 pub use setup::{FaultEvent, Setup};
+pub use start_pose::PlacementParameters;
 
 use crate::instruments::{CameraParameters, GyroParameters, RulerParameters};
 use crate::plant::{ParameterError, PlantParameters};

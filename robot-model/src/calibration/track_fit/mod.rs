@@ -18,10 +18,10 @@
 //! | `track.rs` | [`Track`], [`WheelAngles`]: the data |
 //! | `run.rs` | the predicted path, and the least-squares solution |
 //! | `heading_random_walk.rs`, `average.rs`, `residuals.rs`, `scatter.rs` | the random walk of the heading, how noisy the track is |
-//! | `end.rs`, `uncertainty.rs` | the end of the run, and W_T with its whole uncertainty |
+//! | `end_sigma.rs`, `uncertainty.rs` | the end of the run, and W_T with its whole uncertainty |
 
 mod average;
-mod end;
+mod end_sigma;
 mod error;
 mod fit;
 mod heading_random_walk;

@@ -9,9 +9,9 @@
 
 use std::path::Path;
 
+use crate::bounded_read;
 use crate::error::{CampaignError, Place};
 use crate::file::write_own;
-use crate::input;
 use crate::robot_toml::{RobotFile, RunFacts, start_of_run};
 
 /// Adds the facts of a run whose file does not exist yet. The text before them stays as people wrote it.
@@ -94,7 +94,7 @@ pub(crate) fn with_facts(toml: &Path, facts: &RunFacts) -> Result<String, Campai
 }
 
 fn read(toml: &Path) -> Result<String, CampaignError> {
-    input::read_keys(toml).map_err(|error| CampaignError::io(toml, "read it", error))
+    bounded_read::read_keys(toml).map_err(|error| CampaignError::io(toml, "read it", error))
 }
 
 fn write(toml: &Path, text: &str) -> Result<(), CampaignError> {

@@ -1,7 +1,7 @@
 //! What could any model reach on these runs? A floor that does not depend on the catalogue.
 //!
 //! A flexible model is the model of known effects with basis functions of everything that was recorded
-//! ([`super::basis`], [`super::probe`], places on the floor), and with the effects of the catalogue. It takes up what
+//! ([`super::basis_functions`], [`super::probe`], places on the floor), and with the effects of the catalogue. It takes up what
 //! predicts runs that it was not fitted to, group by group:
 //!
 //! ```text
@@ -25,7 +25,7 @@ use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::basis::FUNCTIONS;
+use crate::residuals::basis_functions::FUNCTIONS;
 use crate::residuals::floor_location::visited;
 use crate::residuals::probe::PROBES;
 use crate::residuals::regressor::Regressor;

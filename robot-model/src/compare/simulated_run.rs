@@ -12,7 +12,7 @@ use crate::recording::run::PoseMeasurement;
 const MEASUREMENTS_MAX: usize = 200;
 
 /// A predicted run whose measurements are drawn again and again.
-pub(super) struct Twin<'a> {
+pub(super) struct SimulatedRun<'a> {
     track: Track,
     noise: &'a OdometryNoise,
     /// For each measurement.
@@ -36,7 +36,7 @@ struct Moved {
     fade: f64,
 }
 
-impl<'a> Twin<'a> {
+impl<'a> SimulatedRun<'a> {
     /// Of a run, with its predicted track and this noise.
     pub fn new(run: &PreparedRun, track: &Track, noise: &'a OdometryNoise) -> Self {
         let track = thinned(track);

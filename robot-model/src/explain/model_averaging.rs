@@ -26,7 +26,7 @@ use crate::effect::composition::Term;
 use crate::effect::definition::{FirmwareTerm, Group, Role};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::explain::answer::{Averaged, ParameterFound};
-use crate::explain::choice::Choice;
+use crate::explain::model_choice::Choice;
 use crate::explain::parameters::parameters;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;

@@ -1,7 +1,7 @@
 //! Functions for a flexible model: small made-up effects that together can take nearly any shape over speed, turn rate,
 //! acceleration, curvature, heading, load and time.
 //!
-//! With [`super::probe::PROBES`] and the effects of the catalogue they are what [`super::flexible`] chooses from.
+//! With [`super::probe::PROBES`] and the effects of the catalogue they are what [`super::flexible_model`] chooses from.
 
 use super::probe::Probe;
 use super::regressor::Regressor;

@@ -7,7 +7,7 @@ use crate::estimation::fit::Fitted;
 use crate::explain::second_opinion::{SecondOpinion, second_opinion};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::flexible::{Flexible, flexible};
+use crate::residuals::flexible_model::{Flexible, flexible};
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;

@@ -2,7 +2,6 @@
 
 use std::ffi::OsStr;
 use std::process::Command;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::repository::root;
@@ -16,40 +15,9 @@ pub struct Steps {
     done: Vec<(&'static str, Duration, bool)>,
 }
 
-/// A step that runs beside others.
-pub struct Beside {
-    name: &'static str,
-    ended: JoinHandle<(Result<(), String>, Duration)>,
-}
-
 impl Steps {
     pub fn new() -> Self {
         Self { begun: Instant::now(), done: Vec::new() }
-    }
-
-    /// Begins a step that leaves the processor idle most of the time. What is run until it is [waited for](Self::wait) has
-    /// the lowest priority, where the system can say so.
-    pub fn begin(
-        &mut self,
-        name: &'static str,
-        step: impl FnOnce() -> Outcome + Send + 'static,
-    ) -> Beside {
-        println!("\n==> {name}, beside what follows");
-        let ended = std::thread::spawn(|| {
-            let start = Instant::now();
-            (step(), start.elapsed())
-        });
-        // Of this thread, and of the processes that it starts.
-        #[cfg(target_os = "linux")]
-        let _ = rustix::process::nice(19);
-        Beside { name, ended }
-    }
-
-    /// Waits for a step that was begun; its failure is that of the whole.
-    pub fn wait(&mut self, Beside { name, ended }: Beside) -> Outcome {
-        let (outcome, took) =
-            ended.join().unwrap_or_else(|_| (Err("it panicked".into()), Duration::ZERO));
-        self.took(name, took, outcome)
     }
 
     fn took(&mut self, name: &'static str, took: Duration, outcome: Outcome) -> Outcome {
@@ -66,7 +34,7 @@ impl Steps {
         self.took(name, start.elapsed(), outcome)
     }
 
-    /// One line a step, and how long all of them took, some of them beside others.
+    /// One line a step, and how long all of them took.
     pub fn print_summary(&self) {
         println!("\n{:<16} {:>8}  result", "step", "seconds");
         for (name, took, good) in &self.done {

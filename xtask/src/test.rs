@@ -70,17 +70,10 @@ fn all(steps: &mut Steps) -> Outcome {
         Ok(())
     })?;
     steps.run("test", || test_binaries::run(&binaries, REAL_TIME))?;
-    // They wait more than they compute: more of them run at once than there are cores, and others beside them.
+    // They wait more than they compute: more of them run at once than there are cores, and nothing beside them.
     let wait = ["--test-threads", REAL_TIME_THREADS];
-    let real_time = steps.begin("real time", move || {
-        test_binaries::run_one(&binaries, "binary", &[&[REAL_TIME], &wait[..]].concat())
-    });
-    let outcome = on_boards(steps);
-    steps.wait(real_time).and(outcome)
-}
-
-/// What is for boards.
-fn on_boards(steps: &mut Steps) -> Outcome {
+    let arguments = [&[REAL_TIME], &wait[..]].concat();
+    steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))?;
     steps.run("images", || firmware::run(&[]))?;
     steps.run("images clippy", firmware::clippy)?;
     steps.run("build emulated", emulated::build_tests)?;

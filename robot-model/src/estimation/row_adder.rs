@@ -37,12 +37,13 @@ impl RowAdder {
     }
 
     /// The sums of each block.
-    pub fn sums(self) -> impl Iterator<Item = NormalEquations> {
-        self.blocks.into_iter().map(|mut block| {
+    pub fn sums(self) -> Vec<NormalEquations> {
+        let finished = self.blocks.into_iter().map(|mut block| {
             block.add_waiting();
             Arc::make_mut(&mut block.sums.gram).fill_upper_triangle_with_lower_triangle();
             block.sums
-        })
+        });
+        finished.collect()
     }
 }
 
@@ -104,7 +105,7 @@ mod tests {
             for (step, row) in rows.iter().enumerate() {
                 adder.row(Innovation { step, value: 2.0, variance: 4.0 }, row);
             }
-            let blocks: Vec<_> = adder.sums().collect();
+            let blocks = adder.sums();
             for (index, block) in blocks.iter().enumerate() {
                 let own = &rows[count.min(5 * index)..count.min(if index == 0 { 5 } else { 11 })];
                 let product = |i: usize, j: usize| own.iter().map(|row| row[i] * row[j]).sum();

@@ -6,3 +6,4 @@ pub mod calibration;
 pub mod parallel;
 pub mod robot;
 pub mod scenarios;
+pub mod tuning;

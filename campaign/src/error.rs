@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::os_error::without_os_numbers;
 use crate::simulated::Simulated;
 
 /// A place in a file, lines and columns from 1; zero where there is none.
@@ -87,7 +88,7 @@ impl fmt::Display for CampaignError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.place, self.problem)?;
         if let Some(cause) = &self.cause {
-            write!(f, " ({cause})")?;
+            write!(f, " ({})", without_os_numbers(&cause.to_string()))?;
         }
         write!(f, "; {}", self.hint)
     }
@@ -339,4 +340,18 @@ fn no_start(f: &mut fmt::Formatter<'_>, place: &Place, runs: usize, of: usize) -
         "{place}: started_s is missing for {which} runs, so nothing can show whether the \
          robot changes with time (thermal_drift); add started_s to each [[run]] there, in seconds on one clock"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_of_the_system_is_said_without_its_number() {
+        let cause = io::Error::from_raw_os_error(2);
+        assert!(cause.to_string().ends_with(" (os error 2)"), "{cause}");
+        let said = CampaignError::io(Path::new("robot.toml"), "read this file", cause).to_string();
+        assert!(said.starts_with("robot.toml: cannot read this file ("), "{said}");
+        assert!(said.ends_with("); check the path") && !said.contains("os error"), "{said}");
+    }
 }

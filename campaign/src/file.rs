@@ -10,6 +10,8 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
+use crate::os_error::without_os_numbers;
+
 /// How many links are followed one after the other; operating systems follow 40.
 const LINKS_MAX: usize = 40;
 
@@ -221,9 +223,9 @@ impl From<WriteError> for io::Error {
 impl std::error::Error for WriteError {}
 
 impl fmt::Display for WriteError {
-    /// The system's error without the name of the temporary file, which means nothing to a user.
+    /// The system's error without its number and the name of the temporary file, which mean nothing to a user.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = self.0.to_string();
+        let text = without_os_numbers(&self.0.to_string());
         f.write_str(text.split(" at path ").next().unwrap_or(&text))
     }
 }

@@ -37,7 +37,7 @@
 //! | `run_facts` | facts of runs, which appear together with their runs |
 //! | [`lock`] | one writer at a time |
 //! | [`simulated`] | which simulated robot a campaign was recorded on |
-//! | [`error`] | errors and warnings |
+//! | [`error`], [`os_error`] | errors and warnings; the operating system's, for a user |
 //! | [`bounded_read`] | what is read: files only, of a size in proportion |
 //! | [`mod@file`] | files that appear whole or not at all |
 
@@ -49,6 +49,7 @@ pub mod file;
 pub mod live_file;
 pub mod lock;
 pub mod model;
+pub mod os_error;
 pub mod plan;
 pub mod range;
 pub mod read;

@@ -29,4 +29,5 @@ pub mod task;
 
 pub use control::{
     capture, encoder, lines, odometry, pid, profile, protection, soft_float, supply, ticks, units,
+    voltage,
 };

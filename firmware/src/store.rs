@@ -17,12 +17,13 @@
 //! 4       as 3, with feedforward.supply_v and protection.supply_v_max
 //! 5       as 4, with limits.hold_s
 //! 6       as 5, with driver
+//! 7       as 6, with a feedforward in volts for each wheel and direction in place of one in duty for both
 //! ```
 //!
-//! Layout 6 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
+//! Layout 7 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
 //! pull, no scaling by the supply, no upper limit of it, no hold. Their driver has a PWM and a direction line at 20 kHz, as
-//! every image before layout 6 drove it. They become layout 6 at the next save. Should a
-//! layout ever differ in more than something added, a frozen copy of its type and a conversion belong here.
+//! every image before layout 6 drove it; their feedforward is multiplied by the nominal supply, so that the same duty
+//! results. They become layout 7 at the next save.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
 //! new one is complete: a power cut leaves one of the two. A power cut during an erasure leaves a sector
@@ -33,12 +34,12 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::{Config, Crc32, Key};
+use shared_proto::{Config, Crc32, FeedforwardConfig, Key, is_above};
 
 use crate::hal::{LinkRecord, Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
-pub const LAYOUT: u16 = 6;
+pub const LAYOUT: u16 = 7;
 
 /// The record's key in the map.
 const RECORD: u8 = 1;
@@ -50,7 +51,7 @@ const LINK_MARK: u8 = 0x80;
 const MARK_LEN: usize = 2;
 const COUNT_LEN: usize = size_of::<u64>();
 
-/// Longest record with its key; a configuration takes about 240 bytes, count and key 26.
+/// Longest record with its key; a configuration takes about 280 bytes, count and key 26.
 const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.
@@ -308,10 +309,12 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
     config.ok_or(StoreError::Damaged)
 }
 
-/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks, and the
-/// driver is appended.
+/// Length of a number in a configuration.
+const NUMBER: usize = size_of::<f64>();
+
+/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks, the
+/// driver is appended, and the feedforward becomes one in volts for each wheel and direction.
 fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
-    const NUMBER: usize = size_of::<f64>();
     /// Since which layout there is a number, and the numbers and flags before it: the pull, `feedforward.supply_v`,
     /// `limits.hold_s` and `protection.supply_v_max`.
     const ADDED: [(u16, usize, usize); 4] = [(3, 3, 0), (4, 14, 4), (5, 20, 4), (4, 25, 4)];
@@ -332,10 +335,40 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
         whole.get_mut(at..at + NUMBER)?.fill(0);
         len += NUMBER;
     }
-    let driver = whole.get_mut(len..len + NUMBER + DRIVER_CHOICES)?;
-    driver.fill(0);
-    driver[..NUMBER].copy_from_slice(&PWM_HZ.to_le_bytes());
-    Config::from_postcard(&whole[..len + NUMBER + DRIVER_CHOICES])
+    if layout < 6 {
+        let driver = whole.get_mut(len..len + NUMBER + DRIVER_CHOICES)?;
+        driver.fill(0);
+        driver[..NUMBER].copy_from_slice(&PWM_HZ.to_le_bytes());
+        len += NUMBER + DRIVER_CHOICES;
+    }
+    widen_feedforward(&mut whole, &mut len, name)?;
+    Config::from_postcard(&whole[..len])
+}
+
+/// From ks, kv, ka as shares of the nominal supply, and that supply, to volts: kS+, kS-, kV, kA of the left wheel and of
+/// the right one, and that supply.
+fn widen_feedforward(whole: &mut [u8; RECORD_LEN_MAX], len: &mut usize, name: usize) -> Option<()> {
+    /// Numbers and flags in front of it.
+    const BEFORE: usize = 11 * NUMBER + 4;
+    let at = name + BEFORE;
+    let read = |number: usize| {
+        let bytes = whole.get(at + number * NUMBER..)?.first_chunk()?;
+        Some(f64::from_le_bytes(*bytes))
+    };
+    let [ks, kv, ka, supply_v] = [read(0)?, read(1)?, read(2)?, read(3)?];
+    let nominal_v =
+        if is_above(supply_v, 0.0) { supply_v } else { FeedforwardConfig::SUPPLY_V_UNKNOWN };
+    let wheel = [ks, ks, kv, ka].map(|share| share * nominal_v);
+    let added = (2 * wheel.len() - 3) * NUMBER;
+    if at + 3 * NUMBER > *len || *len + added > whole.len() {
+        return None;
+    }
+    whole.copy_within(at + 3 * NUMBER..*len, at + 3 * NUMBER + added);
+    *len += added;
+    for (place, volts) in whole[at..].chunks_exact_mut(NUMBER).zip(wheel.into_iter().chain(wheel)) {
+        place.copy_from_slice(&volts.to_le_bytes());
+    }
+    Some(())
 }
 
 fn checksum(parts: &[&[u8]]) -> u32 {

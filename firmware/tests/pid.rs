@@ -6,9 +6,11 @@ use firmware::supply::UNSCALED;
 use firmware::units::{Acceleration, Speed, Travel};
 use fixed::types::{I8F24, I32F32};
 use proptest::prelude::*;
-use shared_proto::Config;
+use shared_proto::{Config, Wheel, WheelFeedforward};
 
 const DT_S: f64 = 1e-3;
+/// The default configuration's.
+const NOMINAL_V: f64 = 12.0;
 
 /// Gains and limits anywhere in their ranges, each decade as likely as the next, and zero.
 fn configs() -> impl Strategy<Value = Config> {
@@ -21,11 +23,13 @@ fn configs() -> impl Strategy<Value = Config> {
         .prop_map(|((kp, ki, kd), (ks, kv, ka), (duty_max, slew))| {
             let mut config = Config::default();
             (config.pid.kp_per_m, config.pid.ki_per_m_s, config.pid.kd_s_per_m) = (kp, ki, kd);
-            (
-                config.feedforward.ks,
-                config.feedforward.kv_s_per_m,
-                config.feedforward.ka_s2_per_m,
-            ) = (ks, kv, ka);
+            // Shares of the nominal supply, as the equations have them. Nothing of the right wheel's comes in.
+            config.feedforward.left = WheelFeedforward {
+                ks_forward_v: ks * NOMINAL_V,
+                ks_backward_v: (0.5 - ks) * NOMINAL_V,
+                kv_v_s_per_m: kv * NOMINAL_V,
+                ka_v_s2_per_m: ka * NOMINAL_V,
+            };
             (config.limits.duty_max, config.limits.duty_slew_per_s) = (duty_max, slew);
             config.validate().unwrap();
             config
@@ -67,9 +71,10 @@ impl Reference {
         let e = (setpoint.travel.0 - travel.0).to_num::<f64>();
         let (v, a) = (setpoint.speed.to_si(), setpoint.acceleration.to_si());
         let sign = if v == 0.0 { 0.0 } else { v.signum() };
-        let wanted = feedforward.ks * sign
-            + feedforward.kv_s_per_m * v
-            + feedforward.ka_s2_per_m * a
+        let feedforward = &feedforward.left;
+        let ks_v = if v < 0.0 { feedforward.ks_backward_v } else { feedforward.ks_forward_v };
+        let wanted = (ks_v * sign + feedforward.kv_v_s_per_m * v + feedforward.ka_v_s2_per_m * a)
+            / NOMINAL_V
             + pid.kp_per_m * e
             + self.integral
             + pid.kd_s_per_m * (v - speed.to_si());
@@ -91,7 +96,7 @@ proptest! {
     fn limit_and_slew_hold_for_any_inputs_and_nothing_overflows(
         config in configs(), inputs in prop::collection::vec(prop_oneof![wild(), tame()], 1..60),
     ) {
-        let (gains, mut state) = (Gains::new(&config), PidState::default());
+        let (gains, mut state) = (Gains::new(&config, Wheel::Left), PidState::default());
         let mut last = 0.0;
         for (setpoint, travel, speed) in inputs {
             let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED).to_si();
@@ -110,7 +115,7 @@ proptest! {
         let mut unlimited = config;
         unlimited.limits.duty_max = 1.0;
         unlimited.limits.duty_slew_per_s = 1000.0;
-        let (gains, mut state) = (Gains::new(&unlimited), PidState::default());
+        let (gains, mut state) = (Gains::new(&unlimited, Wheel::Left), PidState::default());
         let mut reference = Reference::default();
         let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED);
         reference.step(&unlimited, &setpoint, travel, speed);
@@ -126,7 +131,7 @@ proptest! {
         config in configs(),
         inputs in prop::collection::vec((-1e-3..1e-3, -0.6..0.6, -1.0..1.0, -0.05..0.05), 100),
     ) {
-        let (gains, mut state) = (Gains::new(&config), PidState::default());
+        let (gains, mut state) = (Gains::new(&config, Wheel::Left), PidState::default());
         let mut reference = Reference::default();
         for (e, v, a, v_e) in inputs {
             let setpoint = Setpoint {
@@ -151,7 +156,7 @@ proptest! {
 #[test]
 fn the_integral_does_not_wind_up_while_the_output_is_limited() {
     let config = Config::default();
-    let (gains, mut state) = (Gains::new(&config), PidState::default());
+    let (gains, mut state) = (Gains::new(&config, Wheel::Left), PidState::default());
     let setpoint = Setpoint { travel: Travel::from_si(0.5), ..Setpoint::default() };
     // Held back by 0.5 m for 10 s: kp e alone is 20 times full duty.
     for _ in 0..10_000 {
@@ -169,7 +174,7 @@ fn the_integral_does_not_wind_up_while_the_output_is_limited() {
 
 #[test]
 fn friction_is_fed_forward_with_the_sign_of_the_speed_and_not_at_standstill() {
-    let gains = Gains::new(&Config::default());
+    let gains = Gains::new(&Config::default(), Wheel::Left);
     for (speed, expected) in [(1e-3, 0.042), (-1e-3, -0.042), (0.0, 0.0)] {
         let mut state = PidState::default();
         let speed = Speed::from_si(speed);
@@ -184,7 +189,7 @@ fn each_term_shows_in_telemetry_by_itself() {
     let mut config = Config::default();
     // No slew limit, which would hold the integral back at the first tick.
     config.limits.duty_slew_per_s = 1000.0;
-    let (gains, mut state) = (Gains::new(&config), PidState::default());
+    let (gains, mut state) = (Gains::new(&config, Wheel::Left), PidState::default());
     let setpoint = Setpoint { travel: Travel::from_si(0.001), ..Setpoint::default() };
     for _ in 0..101 {
         pid::step(&gains, &mut state, &setpoint, Travel::default(), Speed::from_si(0.01), UNSCALED);

@@ -131,7 +131,7 @@ fn run(
     after_ms: u32,
 ) -> Option<(Fault, u32)> {
     let odometry = Odometry::new(config);
-    let gains = Gains::new(config);
+    let gains = Gains::new(config, Wheel::Left);
     let mut benches = odometry.meters_per_count().map(|q| Bench {
         travel_m: 0.0,
         speed_mps: 0.0,

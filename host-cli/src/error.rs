@@ -5,6 +5,7 @@
 use std::fmt;
 
 use campaign::CampaignError;
+use campaign::os_error::without_os_numbers;
 use campaign::plan::PlanError;
 use sim_link::ServeError;
 use sim_target::scenario::ScenarioError;
@@ -35,9 +36,10 @@ enum Kind {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// The command could not run.
+    /// The command could not run. Errors of the system that the text names lose their numbers.
     pub fn new(what: impl fmt::Display) -> Self {
-        Self { what: what.to_string(), hint: None, kind: Kind::CouldNotRun, details: None }
+        let what = without_os_numbers(&what.to_string());
+        Self { what, hint: None, kind: Kind::CouldNotRun, details: None }
     }
 
     /// The command ran, and its answer is no.
@@ -189,5 +191,27 @@ pub trait Context<T> {
 impl<T, E: fmt::Display> Context<T> for std::result::Result<T, E> {
     fn context(self, what: impl fmt::Display) -> Result<T> {
         self.map_err(|error| Error::new(format_args!("{what}: {error}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_of_the_system_is_said_without_its_number() {
+        let missing = || std::io::Error::from_raw_os_error(2);
+        let words = missing().to_string();
+        let words = words.strip_suffix(" (os error 2)").unwrap();
+        let of_a_file: Result<()> = Err(missing()).context("cannot read a.toml");
+        let of_a_file = of_a_file.unwrap_err();
+        assert_eq!(of_a_file.to_string(), format!("cannot read a.toml: {words}"));
+        assert_eq!(of_a_file.to_json()["error"], format!("cannot read a.toml: {words}"));
+        let file = std::path::Path::new("robot.toml");
+        let of_a_campaign = Error::from(CampaignError::io(file, "read this file", missing()));
+        assert_eq!(
+            of_a_campaign.to_string(),
+            format!("robot.toml: cannot read this file ({words})")
+        );
     }
 }

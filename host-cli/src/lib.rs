@@ -10,12 +10,13 @@
 //! | [`advice`] | what to try when a robot or a plan refuses |
 //! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
+//! | [`tune`] | identifies the motors and sets the gains |
 //! | [`undo`] | the geometry before the last change |
 //! | [`wheel_angles`] | telemetry counts as wheel angles |
 //! | [`pose_source`] | what measures where the robot is |
-//! | [`survey`] | records whole campaigns |
+//! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
-//! | [`picture`] | the page and the drawing of a calibration |
+//! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
@@ -27,6 +28,8 @@
 pub mod advice;
 pub mod apply;
 pub mod calibrate;
+pub mod calibration_page;
+pub mod campaign_recorder;
 pub mod cli;
 pub mod command;
 pub mod compare;
@@ -38,13 +41,12 @@ pub mod hex;
 pub mod interrupt;
 pub mod json;
 pub mod limits;
-pub mod picture;
 pub mod port;
 pub mod pose_source;
 pub mod quantity;
 pub mod report;
-pub mod survey;
 pub mod table;
+pub mod tune;
 pub mod ui;
 pub mod undo;
 pub mod wheel_angles;

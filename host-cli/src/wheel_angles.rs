@@ -29,3 +29,18 @@ pub fn geometry(config: &Config, tolerance_share: f64) -> Geometry {
         counts_per_wheel_rev: encoder.counts_per_rev * encoder.gear_reduction,
     }
 }
+
+/// Travel of both wheels between two frames as the firmware has it, the right one's with W_T \[m\].
+pub fn travel_m(
+    config: &Config,
+    first: &Telemetry,
+    frame: &Telemetry,
+) -> shared_proto::WheelPair<f64> {
+    let q_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
+    let counts = first.wheels.zip(frame.wheels);
+    let mut travel = counts
+        .zip(q_m)
+        .map(|((first, now), q_m)| now.counts.wrapping_sub(first.counts) as f64 * q_m);
+    travel.right *= config.geometry.wheel_weight;
+    travel
+}

@@ -364,6 +364,7 @@ pub(crate) fn name_of(command: &Command) -> &'static str {
         Command::Arm { .. } => "arm",
         Command::Disarm => "disarm",
         Command::Drive(_) | Command::Velocity(_) => "drive",
+        Command::Voltage(_) => "apply a voltage",
         Command::Renew { .. } => "renew the motion",
         Command::Stop => "stop",
         Command::EmergencyStop => "stop at once",

@@ -43,6 +43,9 @@ const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
 /// What the host wants is void after this long, and a motion that is not renewed ends.
 pub const LEASE: Duration = Duration::from_millis(200);
 
+/// What moves nothing may be held up for longer: at the slowest baud rate a configuration takes 171 ms by itself.
+const LEASE_AT_REST: Duration = Duration::from_secs(1);
+
 /// A session with one robot.
 pub struct Session {
     wire: Box<dyn Wire>,
@@ -149,7 +152,11 @@ impl Session {
                 self.statistics.retries += 1;
             }
             if request.command.needs_lease() {
-                request.until_ms = self.lease_end_ms();
+                let lease = match request.command {
+                    Command::WriteConfig(_) | Command::RestoreConfig(_) => LEASE_AT_REST,
+                    _ => LEASE,
+                };
+                request.until_ms = self.robot_clock.lease_end_ms(lease, self.clock.now_us());
             }
             let frame = self.frame(&request);
             self.robot_clock.send(id, self.clock.now_us());

@@ -17,15 +17,17 @@
 //! | [`clocks`] | do the clocks of wheels and poses agree? | [`clocks::ClockFound`] |
 //! | [`residuals`] | does what is left depend on anything? | [`residuals::Unexplained`] |
 //! | `selection` | which effects belong in a model? | behind [`explain::explain`] |
+//! | [`drivetrain`] | how do the motors answer, and which gains make the wheels follow? | [`drivetrain::fit`], [`drivetrain::design`] |
 //! | [`numeric`] | numerics that know nothing of robots | [`numeric::Jet`] |
 //!
-//! A room uses only those named before it here: numeric, kinematics, recording, checks and calibration, effect,
+//! A room uses only those named before it here: numeric, kinematics, drivetrain, recording, checks and calibration, effect,
 //! estimation, clocks, selection, residuals, explain, compare.
 
 pub mod calibration;
 pub mod checks;
 pub mod clocks;
 pub mod compare;
+pub mod drivetrain;
 pub mod effect;
 pub mod estimation;
 pub mod explain;

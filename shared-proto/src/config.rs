@@ -3,11 +3,9 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::driver::{AtFault, Driver, DriverConfig};
-use crate::float_order::is_above;
+use crate::driver::DriverConfig;
 use crate::name::Name;
 use crate::pair::{Wheel, WheelPair};
-use crate::readable::Readable;
 
 /// Everything that differs from robot to robot.
 ///
@@ -26,7 +24,7 @@ pub struct Config {
     pub motor: WheelPair<MotorConfig>,
     /// The feedback loop, the same for both wheels.
     pub pid: PidConfig,
-    /// The duty that a motion should take, before any feedback.
+    /// The voltage that a motion should take, before any feedback.
     pub feedforward: FeedforwardConfig,
     /// What no motion may exceed.
     pub limits: LimitsConfig,
@@ -76,7 +74,7 @@ pub struct MotorConfig {
     pub reversed: bool,
 }
 
-/// Gains of the travel controller. Duty is a share of the supply, -1 to 1.
+/// Gains of the travel controller. Duty is a share of the nominal supply, -1 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(deny_unknown_fields)]
@@ -89,21 +87,66 @@ pub struct PidConfig {
     pub kd_s_per_m: f64,
 }
 
-/// The duty that a motion should take, before any feedback.
+/// The voltage that a motion should take, before any feedback.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(deny_unknown_fields)]
 pub struct FeedforwardConfig {
-    /// Duty that overcomes friction, with the sign of the speed.
-    pub ks: f64,
-    /// Duty per speed \[s/m\].
-    pub kv_s_per_m: f64,
-    /// Duty per acceleration \[s^2/m\].
-    pub ka_s2_per_m: f64,
-    /// The supply at which these and the gains of `pid` hold \[V\]: the duty is scaled by it over the measured
-    /// supply, by a half to two. 0: the duty is not scaled.
+    /// The left wheel's.
+    pub left: WheelFeedforward,
+    /// The right wheel's.
+    pub right: WheelFeedforward,
+    /// The nominal supply, at which the gains of `pid` hold \[V\]: the duty is scaled by it over the measured
+    /// supply, by a half to two. 0: the duty is not scaled, and the supply is taken for
+    /// [`SUPPLY_V_UNKNOWN`](Self::SUPPLY_V_UNKNOWN).
     #[serde(default)]
     pub supply_v: f64,
+}
+
+impl FeedforwardConfig {
+    /// The supply where none is configured \[V\].
+    pub const SUPPLY_V_UNKNOWN: f64 = 12.0;
+
+    /// The supply that duties of the configuration are shares of \[V\].
+    pub const fn nominal_v(&self) -> f64 {
+        if self.supply_v.to_bits() << 1 == 0 { Self::SUPPLY_V_UNKNOWN } else { self.supply_v }
+    }
+
+    /// One wheel's kS forwards and backwards, kV \[s/m\] and kA \[s^2/m\], as shares of the nominal supply.
+    #[inline(never)]
+    pub fn shares(&self, wheel: Wheel) -> [f64; 4] {
+        let WheelFeedforward { ks_forward_v, ks_backward_v, kv_v_s_per_m, ka_v_s2_per_m } =
+            *self.wheel(wheel);
+        let share = 1.0 / self.nominal_v();
+        let mut shares = [ks_forward_v, ks_backward_v, kv_v_s_per_m, ka_v_s2_per_m];
+        for value in &mut shares {
+            *value *= share;
+        }
+        shares
+    }
+
+    /// One wheel's.
+    pub const fn wheel(&self, wheel: Wheel) -> &WheelFeedforward {
+        match wheel {
+            Wheel::Left => &self.left,
+            Wheel::Right => &self.right,
+        }
+    }
+}
+
+/// How one wheel's motor answers: V = kS sign(v) + kV v + kA dv/dt, in travel of the wheel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(deny_unknown_fields)]
+pub struct WheelFeedforward {
+    /// Voltage that overcomes friction forwards, kS+ \[V\].
+    pub ks_forward_v: f64,
+    /// Voltage that overcomes friction backwards, kS-, positive \[V\].
+    pub ks_backward_v: f64,
+    /// Voltage per speed, kV \[V s/m\].
+    pub kv_v_s_per_m: f64,
+    /// Voltage per acceleration, kA \[V s^2/m\].
+    pub ka_v_s2_per_m: f64,
 }
 
 /// What no motion may exceed.
@@ -185,7 +228,7 @@ macro_rules! fields {
         }
 
         /// The ranges alone: a board does not need the names.
-        static RANGES: [(f64, f64); NUMBERS] = [$(($min, $max)),*];
+        pub(crate) static RANGES: [(f64, f64); NUMBERS] = [$(($min, $max)),*];
     };
 }
 
@@ -202,9 +245,14 @@ fields![
     "pid.kp_per_m"                      "1/m"     0.0   ..= 10000.0 pid.kp_per_m;
     "pid.ki_per_m_s"                    "1/(m s)" 0.0   ..= 10000.0 pid.ki_per_m_s;
     "pid.kd_s_per_m"                    "s/m"     0.0   ..= 1000.0  pid.kd_s_per_m;
-    "feedforward.ks"                    ""        0.0   ..= 0.5     feedforward.ks;
-    "feedforward.kv_s_per_m"            "s/m"     0.0   ..= 1000.0  feedforward.kv_s_per_m;
-    "feedforward.ka_s2_per_m"           "s^2/m"   0.0   ..= 100.0   feedforward.ka_s2_per_m;
+    "feedforward.left.ks_forward_v"      "V"       0.0   ..= 30.0    feedforward.left.ks_forward_v;
+    "feedforward.left.ks_backward_v"     "V"       0.0   ..= 30.0    feedforward.left.ks_backward_v;
+    "feedforward.left.kv_v_s_per_m"      "V s/m"   0.0   ..= 60000.0 feedforward.left.kv_v_s_per_m;
+    "feedforward.left.ka_v_s2_per_m"     "V s^2/m" 0.0   ..= 6000.0  feedforward.left.ka_v_s2_per_m;
+    "feedforward.right.ks_forward_v"     "V"       0.0   ..= 30.0    feedforward.right.ks_forward_v;
+    "feedforward.right.ks_backward_v"    "V"       0.0   ..= 30.0    feedforward.right.ks_backward_v;
+    "feedforward.right.kv_v_s_per_m"     "V s/m"   0.0   ..= 60000.0 feedforward.right.kv_v_s_per_m;
+    "feedforward.right.ka_v_s2_per_m"    "V s^2/m" 0.0   ..= 6000.0  feedforward.right.ka_v_s2_per_m;
     "feedforward.supply_v"              "V"       0.0   ..= 60.0    feedforward.supply_v;
     "limits.speed_mps_max"              "m/s"     0.001 ..= 20.0    limits.speed_mps_max;
     "limits.acceleration_mps2_max"      "m/s^2"   0.001 ..= 100.0   limits.acceleration_mps2_max;
@@ -222,7 +270,7 @@ fields![
 ];
 
 impl Config {
-    /// Every numeric field. A field's place in this list is its number in [`ConfigError`].
+    /// Every numeric field. A field's place in this list is its number in [`ConfigError`](crate::ConfigError).
     ///
     /// The ranges keep every quantity inside the firmware's fixed-point types: travel to 2^31 m
     /// in steps of 2^-32 m, metres per count above 1 um, ramps below 1000 s.
@@ -237,117 +285,7 @@ impl Config {
         core::f64::consts::TAU * self.geometry.wheel_radius_m
             / (encoder.counts_per_rev * encoder.gear_reduction)
     }
-
-    /// Refuses a value outside its range, and names the field.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        for (number, (&value, (min, max))) in self.numbers().into_iter().zip(&RANGES).enumerate() {
-            if is_outside(value, *min, *max) {
-                return Err(ConfigError::OutOfRange { field: number as u8, value });
-            }
-        }
-        for wheel in Wheel::BOTH {
-            let q = self.meters_per_count(self.encoder.get(wheel));
-            if is_outside(q, *Self::METERS_PER_COUNT.start(), *Self::METERS_PER_COUNT.end()) {
-                return Err(ConfigError::DistancePerCount { wheel, meters: q });
-            }
-        }
-        let DriverConfig { name: driver, pwm_hz: hz, at_fault, .. } = self.driver;
-        if is_outside(hz, 0.0, driver.facts().pwm_hz_max.into()) {
-            return Err(ConfigError::PwmFrequency { driver, hz });
-        }
-        if !self.driver.can_do_at_fault() {
-            return Err(ConfigError::AtFault { driver, at_fault });
-        }
-        Ok(())
-    }
 }
-
-/// Compares by IEEE 754's totalOrder: NaN is outside, whatever its sign. Both zeros are equal.
-fn is_outside(value: f64, min: f64, max: f64) -> bool {
-    let value = value + 0.0;
-    is_above(min, value) || is_above(value, max)
-}
-
-/// Why a configuration is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ConfigError {
-    /// A field of [`Config::FIELDS`] is outside its range, or not a number.
-    OutOfRange {
-        /// Its place in [`Config::FIELDS`].
-        field: u8,
-        /// The value that was refused.
-        value: f64,
-    },
-    /// Radius, counts and gear give a distance per count outside [`Config::METERS_PER_COUNT`].
-    DistancePerCount {
-        /// The wheel in question.
-        wheel: Wheel,
-        /// Its distance per count \[m\].
-        meters: f64,
-    },
-    /// The driver does not bear this PWM frequency.
-    PwmFrequency {
-        /// The driver.
-        driver: Driver,
-        /// The frequency \[Hz\].
-        hz: f64,
-    },
-    /// The driver cannot do this with the motors.
-    AtFault {
-        /// The driver.
-        driver: Driver,
-        /// What was wanted.
-        at_fault: AtFault,
-    },
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match *self {
-            ConfigError::OutOfRange { field, value } => match Config::FIELDS.get(field as usize) {
-                Some(FieldRange { path, unit, min, max, .. }) => {
-                    let space = if unit.is_empty() { "" } else { " " };
-                    let value = Readable(value);
-                    write!(f, "{path} = {value}: must be from {min} to {max}{space}{unit}")
-                }
-                None => {
-                    let value = Readable(value);
-                    write!(f, "field {field} of the configuration = {value}: out of range")
-                }
-            },
-            ConfigError::DistancePerCount { wheel, meters } => write!(
-                f,
-                "the {} wheel travels {} m per count (from geometry.wheel_radius_m, \
-                 encoder.{0}.counts_per_rev and encoder.{0}.gear_reduction): must be from {} to {} m",
-                wheel.name(),
-                Readable(meters),
-                Config::METERS_PER_COUNT.start(),
-                Config::METERS_PER_COUNT.end(),
-            ),
-            ConfigError::PwmFrequency { driver, hz } => write!(
-                f,
-                "driver.pwm_hz = {}: a driver of the kind {} bears at most {} Hz",
-                Readable(hz),
-                driver.name(),
-                driver.facts().pwm_hz_max,
-            ),
-            ConfigError::AtFault { driver, at_fault } => write!(
-                f,
-                "driver.at_fault = {}: a driver of the kind {} cannot {}",
-                at_fault.name(),
-                driver.name(),
-                if at_fault == AtFault::Brake {
-                    "brake the motors"
-                } else {
-                    "let the motors coast"
-                },
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ConfigError {}
 
 impl Default for Config {
     /// The paper's robot: 3.6 cm wheels, 37.2 cm apart, 900 counts per turn, no gear, equal wheels.
@@ -356,6 +294,12 @@ impl Default for Config {
     /// standard robot: 0.5 m/s at full duty, of which the speed limit leaves a fifth to the loop.
     fn default() -> Self {
         let encoder = EncoderConfig { counts_per_rev: 900.0, gear_reduction: 1.0, reversed: false };
+        let motor = WheelFeedforward {
+            ks_forward_v: 0.48,
+            ks_backward_v: 0.48,
+            kv_v_s_per_m: 24.0,
+            ka_v_s2_per_m: 0.768,
+        };
         Self {
             name: Name::default(),
             geometry: GeometryConfig {
@@ -367,12 +311,7 @@ impl Default for Config {
             encoder: WheelPair::both(encoder),
             motor: WheelPair::both(MotorConfig { reversed: false }),
             pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
-            feedforward: FeedforwardConfig {
-                ks: 0.04,
-                kv_s_per_m: 2.0,
-                ka_s2_per_m: 0.064,
-                supply_v: 12.0,
-            },
+            feedforward: FeedforwardConfig { left: motor, right: motor, supply_v: 12.0 },
             limits: LimitsConfig {
                 speed_mps_max: 0.4,
                 acceleration_mps2_max: 1.0,

@@ -30,9 +30,9 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 34 | 43 |
-//! | 1 `Request` | 278 | 288 |
-//! | 2 `Reply` | 279 | 289 |
-//! | 3 `Telemetry` | 140 | 149 |
+//! | 1 `Request` | 318 | 328 |
+//! | 2 `Reply` | 319 | 329 |
+//! | 3 `Telemetry` | 160 | 169 |
 //! | 4 `Event` | 50 | 59 |
 //! | 5 `Open` | 36 | 45 |
 //! | 6 `Opened` | 36 | 45 |
@@ -65,6 +65,7 @@
 mod channel;
 mod config;
 mod config_bytes;
+mod config_check;
 mod crc;
 mod driver;
 mod encoded_len;
@@ -83,9 +84,11 @@ mod received;
 mod sessions;
 mod state;
 mod telemetry;
+mod voltage;
 
 pub use channel::{Channel, Message};
 pub use config::*;
+pub use config_check::ConfigError;
 pub use crc::Crc32;
 pub use driver::*;
 pub use fault::*;
@@ -103,3 +106,4 @@ pub use received::*;
 pub use sessions::*;
 pub use state::State;
 pub use telemetry::*;
+pub use voltage::*;

@@ -3,13 +3,15 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, ConfigError, LimitsConfig};
+use crate::config::{Config, LimitsConfig};
+use crate::config_check::ConfigError;
 use crate::fault::FaultReport;
 use crate::key::Key;
 use crate::motion::{Drive, MotionError, MotionId, Velocity};
 use crate::name::Name;
 use crate::state::State;
 use crate::telemetry::Telemetry;
+use crate::voltage::Voltage;
 
 /// A command from the host. Every command may be repeated without further effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -104,6 +106,8 @@ pub enum Command {
         /// The new key.
         key: Option<Key>,
     },
+    /// Voltages at the motors, without feedback, within bounds: to measure how they answer.
+    Voltage(Voltage),
 }
 
 impl Command {
@@ -117,6 +121,7 @@ impl Command {
             | Command::Arm { .. }
             | Command::Drive(_)
             | Command::Velocity(_)
+            | Command::Voltage(_)
             | Command::Renew { .. }
             | Command::ClearFault { .. }
             | Command::Subscribe { .. }
@@ -282,6 +287,10 @@ pub enum MotionEnd {
     Faulted,
     /// By a new motion.
     Replaced,
+    /// By a wheel that went as far as the [`Voltage`] allows.
+    TravelLimit,
+    /// By a wheel that turned as fast as the [`Voltage`] allows.
+    SpeedLimit,
 }
 
 /// What the robot received and sent.

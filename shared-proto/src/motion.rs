@@ -160,10 +160,14 @@ pub enum MotionError {
     TooFast,
     /// Acceleration above `limits.acceleration_mps2_max`.
     TooSteep,
-    /// A ramp above [`Drive::RAMP_S_MAX`], or a motion above [`Drive::DURATION_S_MAX`].
+    /// A ramp above [`Drive::RAMP_S_MAX`], or a motion above [`Drive::DURATION_S_MAX`]; of a voltage, a ramp below
+    /// [`Voltage::RAMP_V_PER_S_MIN`](crate::Voltage::RAMP_V_PER_S_MIN) or a time above
+    /// [`Voltage::DURATION_S_MAX`](crate::Voltage::DURATION_S_MAX).
     TooLong,
     /// [`Drive::start_us`] has passed, or is more than [`Drive::START_AHEAD_US_MAX`] ahead.
     Start,
+    /// A voltage above [`Voltage::VOLTS_MAX`](crate::Voltage::VOLTS_MAX).
+    TooHigh,
 }
 
 impl core::fmt::Display for MotionError {
@@ -180,6 +184,7 @@ impl core::fmt::Display for MotionError {
                 "a ramp would take more than 1000 s, or the whole motion more than 2,000,000 s"
             }
             MotionError::Start => "the start time must lie ahead, by at most 10 s",
+            MotionError::TooHigh => "a voltage above 60 V",
         })
     }
 }

@@ -10,15 +10,15 @@ const CHECK_US: u64 = 10_000;
 /// The watchdog's timeout \[us\].
 const WATCHDOG_US: u64 = 31_000;
 
-/// Checks in a row that a part may miss, in the order of [`Part`].
+/// Checks in a row that a task may miss, in the order of [`GuardedTask`].
 const MISSES_MAX: [u32; 3] = [1, 1, 3];
 
-/// Checks until every part must have checked in once.
+/// Checks until every task must have checked in once.
 const BOOT_CHECKS: u32 = 300;
 
-/// A part that has to check in.
+/// A task that has to check in with the guard, or all others together.
 #[derive(Clone, Copy)]
-pub(crate) enum Part {
+pub(crate) enum GuardedTask {
     /// The encoders were read.
     Capture,
     /// The motors were written.
@@ -50,9 +50,9 @@ impl Guard {
         }
     }
 
-    /// A part checks in.
-    pub(crate) fn alive(&mut self, part: Part) {
-        self.alive[part as usize] = true;
+    /// A task checks in.
+    pub(crate) fn alive(&mut self, task: GuardedTask) {
+        self.alive[task as usize] = true;
     }
 
     /// Whether the motors have to stay off.
@@ -101,15 +101,15 @@ impl Guard {
 mod tests {
     use super::*;
 
-    /// Lets all parts but one check in for a while; returns when the motors went off and the restart.
-    fn without(missing: Part) -> (u64, u64) {
+    /// Lets all tasks but one check in for a while; returns when the motors went off and the restart.
+    fn without(missing: GuardedTask) -> (u64, u64) {
         let mut guard = Guard::new(0);
         let (mut off_us, mut t_us) = (None, 0);
         loop {
             t_us += 1000;
-            for part in [Part::Capture, Part::Pid, Part::Others] {
-                if t_us < 500_000 || part as usize != missing as usize {
-                    guard.alive(part);
+            for task in [GuardedTask::Capture, GuardedTask::Pid, GuardedTask::Others] {
+                if t_us < 500_000 || task as usize != missing as usize {
+                    guard.alive(task);
                 }
             }
             let restart = guard.act(t_us);
@@ -123,9 +123,9 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_part_has_the_motors_off_within_50_ms_and_a_restart_within_100() {
-        for part in [Part::Capture, Part::Pid, Part::Others] {
-            let (off_us, restart_us) = without(part);
+    fn a_missing_task_has_the_motors_off_within_50_ms_and_a_restart_within_100() {
+        for task in [GuardedTask::Capture, GuardedTask::Pid, GuardedTask::Others] {
+            let (off_us, restart_us) = without(task);
             assert!((10_000..=50_000).contains(&off_us), "{off_us}");
             assert!((off_us..100_000).contains(&restart_us), "{restart_us}");
         }

@@ -8,7 +8,7 @@ use firmware::hal::{ControlTimer, Encoders, Motors, Supply};
 use firmware::units::{CONTROL_PERIOD_US, Duty};
 use shared_proto::{DriverConfig, WheelPair};
 
-use crate::guard::{Guard, Part};
+use crate::guard::{Guard, GuardedTask};
 use crate::world::World;
 
 /// The control timer, on the virtual clock. It has one flag, as a chip's has: the ticks of a stall merge.
@@ -40,7 +40,7 @@ pub(crate) struct Hardware(pub(crate) Rc<RefCell<World>>);
 impl Encoders for Hardware {
     fn counts(&mut self) -> WheelPair<i64> {
         let mut world = self.0.borrow_mut();
-        world.check_in(Part::Capture);
+        world.check_in(GuardedTask::Capture);
         world.plant_now().counts()
     }
 }
@@ -53,7 +53,7 @@ impl Motors for Hardware {
 
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
         let mut world = self.0.borrow_mut();
-        world.check_in(Part::Pid);
+        world.check_in(GuardedTask::Pid);
         world.plant_now().set_duty(duty.map(Duty::to_si));
     }
 

@@ -21,7 +21,7 @@ use shared_proto::{Config, Key, Name, ResetCause};
 use crate::clock;
 use crate::executor::Executor;
 use crate::flash::Flash;
-use crate::guard::{Guard, Part};
+use crate::guard::{Guard, GuardedTask};
 use crate::hardware::{Hardware, VirtualControlTimer};
 use crate::lab::Lab;
 use crate::pin::Pin;
@@ -144,7 +144,7 @@ impl SimTarget {
         });
         let (s, world) = (shared.clone(), self.lab.world.clone());
         executor.spawn(RobotTask::Heartbeat, async move {
-            task::heartbeat::run(&s, || world.borrow_mut().check_in(Part::Others)).await
+            task::heartbeat::run(&s, || world.borrow_mut().check_in(GuardedTask::Others)).await
         });
     }
 

@@ -1,7 +1,7 @@
 //! The physical world of a simulated robot: plant, instruments, and scheduled faults.
 
 use crate::clock;
-use crate::guard::{Guard, Part};
+use crate::guard::{Guard, GuardedTask};
 use crate::instruments::{Camera, CameraSample, Gyro, GyroSample, Ruler};
 use crate::pin::Pin;
 use crate::plant::{Plant, PlantFault};
@@ -139,10 +139,10 @@ impl World {
         }
     }
 
-    /// A part of the controller shows the guard that it runs.
-    pub(crate) fn check_in(&mut self, part: Part) {
+    /// A task of the controller shows the guard that it runs.
+    pub(crate) fn check_in(&mut self, task: GuardedTask) {
         if let Some(guard) = &mut self.guard {
-            guard.alive(part);
+            guard.alive(task);
         }
     }
 

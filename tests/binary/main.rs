@@ -32,5 +32,6 @@ mod schema;
 mod served;
 mod tape;
 mod temp_folder;
+mod tune;
 mod walkthrough;
 mod wrong_campaign;

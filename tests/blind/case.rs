@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::hard::Hard;
-use super::hide::Secret;
+use super::hidden_effects::Secret;
 use super::plant::Plant;
 
 /// What a campaign hides.

@@ -17,26 +17,26 @@
 //! | [`hard`] | what makes a campaign as hard as the world |
 //! | [`plant`] | a robot of either plant, recorded and made hard |
 //! | [`robots`] | the robots of both plants |
-//! | [`field`] | the robot of forces, recorded |
+//! | [`sim_target_robot`] | the robot of forces, recorded |
 //! | [`kinematic`] | the second plant |
-//! | [`hide`] | the effects that can be hidden, and their true parameters |
+//! | [`hidden_effects`] | the effects that can be hidden, and their true parameters |
 //! | [`strength`] | how strong an effect must be to stand out by so many sigma |
-//! | [`subject`] | a case with its robot: effects scaled, campaign recorded |
+//! | [`benchmark_robot`] | a case with its robot: effects scaled, campaign recorded |
 //! | [`verdict`] | the answer against the truth |
 //! | [`score`] | many verdicts against the bars |
 //! | [`mystery`] | one such campaign for a reader to solve, with its answer sealed |
 
+pub mod benchmark_robot;
 pub mod case;
-pub mod field;
 pub mod hard;
-pub mod hide;
+pub mod hidden_effects;
 pub mod kinematic;
 pub mod mystery;
 pub mod plant;
 pub mod robots;
 pub mod score;
+pub mod sim_target_robot;
 pub mod strength;
-pub mod subject;
 pub mod verdict;
 
 use crate::parallel::in_order;

@@ -13,8 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
 use super::case::Kind;
-use super::field::{PERIOD_MS, plan, record, sound};
-use super::hide::{Hidden, inside};
+use super::hidden_effects::{Hidden, inside};
+use super::sim_target_robot::{PERIOD_MS, plan, record, sound};
 
 /// A robot with something hidden in it.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, WheelSample};
 
 use super::hard::{Hard, Hardship, WOBBLE};
-use super::kinematic::misfit::{Pose, squares};
+use super::kinematic::track_distance::{Pose, squares};
 
 /// Where a robot comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

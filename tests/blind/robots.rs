@@ -5,12 +5,12 @@ use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 
 use super::case::{Case, Kind};
-use super::field::{PERIOD_MS, plan, record, sound};
 use super::hard::{GEOMETRY, Hard, Hardship};
-use super::hide::{Hidden, true_parameters};
+use super::hidden_effects::{Hidden, true_parameters};
 use super::kinematic::mechanism::{self, Mechanism};
 use super::kinematic::robot::Robot as KinematicRobot;
 use super::plant::{Dose, Ideal, Recorded, Robot, Truth};
+use super::sim_target_robot::{PERIOD_MS, plan, record, sound};
 
 /// A robot of forces, as `beeline campaign record` drives it.
 pub struct Forces {

@@ -116,10 +116,10 @@ const fn bar(claim: &'static str, (measured, of): (f64, usize), within: [f64; 2]
     Bar { claim, measured, of, within, ratio: false }
 }
 
-/// The bars of what a stranger's robot asks: that nothing is passed over in silence, that the floor is the noise, that
-/// only what is there and matters is called worth correcting, that wrong numbers and clocks are named.
+/// The bars of what a stranger's robot asks: that nothing is passed over in silence, that the reachable error is the
+/// noise, that only what is there and matters is called worth correcting, that wrong numbers and clocks are named.
 ///
-/// Silence and the floor count in every campaign, however strong what it hides came out.
+/// Silence and the reachable error count in every campaign, however strong what it hides came out.
 fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
     let sound = |verdict: &&Verdict| verdict.case.effects.is_empty();
     // Outside the catalogue a substitute may be right: that has its own bar.
@@ -136,7 +136,7 @@ fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
         ),
         bar(
             "floor within 15 % of the noise",
-            share(verdicts.iter(), Verdict::floor_is_true),
+            share(verdicts.iter(), Verdict::reachable_is_right),
             [0.95, 1.0],
         ),
         bar(
@@ -328,8 +328,8 @@ fn faults(verdict: &Verdict) -> Vec<String> {
     if verdict.case.effects.is_empty() && !verdict.worth_nothing() {
         faults.push("worth correcting, or flagged".to_owned());
     }
-    if !verdict.floor_is_true() {
-        faults.push(format!("floor {:.2} of the noise", verdict.floor_ratio));
+    if !verdict.reachable_is_right() {
+        faults.push(format!("floor {:.2} of the noise", verdict.reachable_ratio));
     }
     if verdict.geometry_named() == Some(false) {
         faults.push("the wrong data sheet is not named".to_owned());

@@ -6,16 +6,16 @@ use robot_model::explain::explain;
 use robot_model::explain::model::fit;
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 
+use super::benchmark_robot::BenchmarkRobot;
 use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard};
 use super::plant::{Dose, Plant, Taken, Truth};
 use super::strength::sigmas;
-use super::subject::Subject;
 
 /// An answer whose error is more than this many times the noise, without a flag, fails in silence.
 const SILENT: f64 = 1.4;
-/// The floor is true within this share of the noise.
-const FLOOR: f64 = 0.15;
+/// The reachable error is right within this share of the noise.
+const REACHABLE_WITHIN: f64 = 0.15;
 /// A clock is found if its offset is off by at most this \[s\]: a tenth of a camera's usual delay.
 const CLOCK_S: f64 = 0.01;
 
@@ -51,8 +51,8 @@ pub struct Verdict {
     /// The same over the true noise level: of the fit that knows the truth, or where the plant knows its noise, of the
     /// true model with its true parameters.
     pub over_noise: f64,
-    /// The answer's floor over the true noise level.
-    pub floor_ratio: f64,
+    /// The answer's reachable error over the true noise level.
+    pub reachable_ratio: f64,
     /// Where the clock of the poses is off, whether the answer says so, and by how much.
     pub clock_found: Option<bool>,
     /// For each parameter that the plant has as well: its name, and whether the 95 % interval covers it.
@@ -103,9 +103,9 @@ impl Verdict {
         self.hides() && !small && !self.flagged && self.refused.is_none()
     }
 
-    /// Whether the answer's floor is the noise level.
-    pub fn floor_is_true(&self) -> bool {
-        (self.floor_ratio - 1.0).abs() <= FLOOR && self.refused.is_none()
+    /// Whether the answer's reachable error is the noise level.
+    pub fn reachable_is_right(&self) -> bool {
+        (self.reachable_ratio - 1.0).abs() <= REACHABLE_WITHIN && self.refused.is_none()
     }
 
     /// Of a sound robot, whether anything is called worth correcting.
@@ -176,8 +176,8 @@ impl Verdict {
 /// What went wrong, for a person to read.
 pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
-    let subject = Subject::new(case);
-    let (taken, mut reached, without) = subject.record()?;
+    let robot = BenchmarkRobot::new(case);
+    let (taken, mut reached, without) = robot.record()?;
 
     // From here to the answer, nothing has access to what is hidden.
     let refused = taken.campaign.to_model(std::path::Path::new("campaign")).err();
@@ -190,28 +190,28 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
         (0..case.effects.len()).map(|index| Dose { index, strength: 0.0 }).collect();
     let true_m = match (&without, case.kind, taken.noise_m) {
         (Some(without), ..) => {
-            let oracle = fit(&without.mended, &subject.known(&[])).map_err(|error| text(&error))?;
+            let oracle = fit(&without.mended, &robot.known(&[])).map_err(|error| text(&error))?;
             oracle.errors.cross_validated.position_rms_m
         }
         (None, Kind::Outside, Some(noise_m)) => noise_m,
         _ => {
-            let oracle = fit(&taken.mended, &subject.known(&all)).map_err(|error| text(&error))?;
+            let oracle = fit(&taken.mended, &robot.known(&all)).map_err(|error| text(&error))?;
             reached = case.effects.iter().map(|hidden| sigmas(&oracle, hidden.id())).collect();
             oracle.errors.cross_validated.position_rms_m
         }
     };
-    let verdict = compare(&subject, taken, answer, true_m, (reached, explain_s));
+    let verdict = compare(&robot, taken, answer, true_m, (reached, explain_s));
     Ok(Verdict { refused, ..verdict })
 }
 
 fn compare(
-    subject: &Subject<'_>,
+    robot: &BenchmarkRobot<'_>,
     taken: Taken,
     answer: Answer,
     true_m: f64,
     (reached, explain_s): (Vec<f64>, f64),
 ) -> Verdict {
-    let case = subject.case;
+    let case = robot.case;
     // Of two poses a run, what is position error and what is heading error depends on the weights that a fit gives
     // them: there, the fit that knows the truth is the measure.
     let known_m = taken.noise_m.filter(|_| case.hard != Hard::Ends);
@@ -225,7 +225,7 @@ fn compare(
             || case.hard.effects().iter().any(|id| holds(step, id))
     };
     let extra: Vec<&StepFound> = answer.steps.iter().filter(|step| !there(step)).collect();
-    let clock_found = clock_found(subject, &taken.truth, &answer);
+    let clock_found = clock_found(robot, &taken.truth, &answer);
     Verdict {
         reached,
         named: case
@@ -255,7 +255,7 @@ fn compare(
             .collect(),
         cross_validated_ratio: after.position_rms_m / true_m,
         over_noise: after.position_rms_m / noise_m,
-        floor_ratio: answer.floor.position_rms_m / noise_m,
+        reachable_ratio: answer.reachable.position_rms_m / noise_m,
         clock_found,
         covered: covered(case, &answer, &taken.truth),
         explain_s,
@@ -266,9 +266,9 @@ fn compare(
 }
 
 /// Whether the answer says how late the poses are, as a clock or as a delay; `None` if they are not.
-fn clock_found(subject: &Subject<'_>, truth: &[Truth], answer: &Answer) -> Option<bool> {
+fn clock_found(robot: &BenchmarkRobot<'_>, truth: &[Truth], answer: &Answer) -> Option<bool> {
     let delay = truth.iter().find(|known| known.0 == "measurement_delay");
-    let late_s = subject.hardship.late_s + delay.map_or(0.0, |known| known.2);
+    let late_s = robot.hardship.late_s + delay.map_or(0.0, |known| known.2);
     let near = |offset_s: f64| (offset_s - late_s).abs() <= CLOCK_S;
     let clocks = &answer.clocks;
     let as_clock = !clocks.is_empty() && clocks.iter().all(|clock| near(clock.offset_s));

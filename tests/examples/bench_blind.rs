@@ -20,7 +20,7 @@ use beeline_tests::blind::hard::Hard;
 use beeline_tests::blind::plant::Plant;
 use beeline_tests::blind::score::{bars, confusion, ids, misses, table, too_weak};
 use beeline_tests::blind::verdict::Verdict;
-use beeline_tests::blind::{field, verdicts_on};
+use beeline_tests::blind::{sim_target_robot, verdicts_on};
 use host_cli::ui::Progress;
 
 /// The seed of the reported figures; tuning uses others.
@@ -146,13 +146,13 @@ fn print_answer(verdict: &Verdict) {
             "  {:<24} cross-validated {:.3} mm; {}",
             step.effect,
             mm(step.cross_validated),
-            words::why(step)
+            words::evidence(step)
         );
     }
     println!("  unexplained: {:?}", verdict.answer.unexplained);
     println!(
         "  cross-validated error over the truth's: {:.3}, over the noise {:.3}; floor over the noise {:.3}",
-        verdict.cross_validated_ratio, verdict.over_noise, verdict.floor_ratio
+        verdict.cross_validated_ratio, verdict.over_noise, verdict.reachable_ratio
     );
     if let Some(why) = &verdict.refused {
         println!("  refused: {why}");
@@ -168,7 +168,7 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
     for verdict in verdicts.iter().filter(|verdict| all || !verdict.good()) {
         let place = folder.join(format!("case_{:04}", verdict.case.index));
         let _ = std::fs::remove_dir_all(&place);
-        field::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
+        sim_target_robot::keep(&verdict.campaign, &place).map_err(|error| error.to_string())?;
         truth += &format!(
             "{}\t{}\t{}\t{}\t{}\t{}\t{:.1?}\t{}\t{}\t{}\t{}\t{}\n",
             verdict.case.index,
@@ -181,7 +181,7 @@ fn keep(folder: &std::path::Path, verdicts: &[Verdict], all: bool) -> Result<(),
             verdict.as_strong_as_required(),
             verdict.cross_validated_ratio,
             verdict.over_noise,
-            verdict.floor_ratio,
+            verdict.reachable_ratio,
             verdict
                 .answer
                 .steps

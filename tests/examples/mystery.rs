@@ -8,8 +8,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use beeline_tests::blind::field::keep;
 use beeline_tests::blind::mystery::{Mystery, read_sealed, seal};
+use beeline_tests::blind::sim_target_robot::keep;
 
 const USUAL: &str = "examples/mystery-robot";
 

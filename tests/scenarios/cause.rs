@@ -3,8 +3,8 @@
 use campaign::Campaign;
 use campaign::plan::{CampaignPlan, PlanSettings};
 use futures_lite::future;
+use host_cli::campaign_recorder::{RecordSettings, RecordStep, record_campaign};
 use host_cli::pose_source::camera::Camera;
-use host_cli::survey::{RecordSettings, RecordStep, record_campaign};
 use robot_model::explain::{Answer, StepFound, explain};
 use sim_target::{Options, Scenario, SimTarget};
 

@@ -4,7 +4,7 @@ pub const HELP: &str = "\
 cargo xtask <chore>
 
   test               installs what is missing, then runs all that CI runs
-  check              the part of it that takes seconds: format, words, pages, lengths, circles
+  check              the part of it that takes seconds: format, words, pages, lengths, circles, side effects
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints how large they are
   bench firmware     counts the instructions of a control tick, on the emulated board

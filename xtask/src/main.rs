@@ -15,6 +15,7 @@ mod help;
 mod lengths;
 mod needs;
 mod repository;
+mod side_effects;
 mod source;
 mod steps;
 mod test;

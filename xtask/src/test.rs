@@ -9,7 +9,7 @@ use crate::repository::root;
 use crate::steps::{Outcome, Steps, cargo, run as command};
 use crate::{
     arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
-    test_binaries, third_party, words,
+    side_effects, test_binaries, third_party, words,
 };
 
 pub fn run() -> Outcome {
@@ -30,13 +30,14 @@ pub fn check() -> Outcome {
 /// Each of these is run, whatever becomes of the others: all that is to be fixed is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
-    let checks: [(&'static str, Check); 8] = [
+    let checks: [(&'static str, Check); 9] = [
         ("format", format),
         ("words", words::check),
         ("documents", documents::check),
         ("lengths", lengths::check),
         ("circles", circles::check),
         ("arrows", arrows::check),
+        ("side effects", side_effects::check),
         ("third party", third_party::check),
         ("boards", boards::check),
     ];

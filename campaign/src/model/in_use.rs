@@ -45,9 +45,9 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
     CATALOGUE.into_iter().filter_map(entry).collect()
 }
 
-/// The result of [`keep`].
+/// The result of [`record`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum CompensationRecord {
     /// Nothing to report: nothing is compensated, or the model agrees.
     Nothing,
     /// A model with the effects of these ids was written for a new campaign.
@@ -61,19 +61,19 @@ pub enum Kept {
 ///
 /// A campaign without runs is refused if its model is of another configuration. One with runs goes
 /// on: as counts are raw, runs from before and after a change of the configuration belong together.
-pub fn keep(
+pub fn record(
     folder: &Path,
     nominal: &RobotFile,
     config: &Config,
     has_runs: bool,
-) -> Result<Kept, CampaignError> {
+) -> Result<CompensationRecord, CampaignError> {
     let place = ModelFile::place(folder);
     let effects = effects(nominal, config);
     if place.exists() {
         let there = ModelFile::read(&place)?;
         return match changed(&there, &effects) {
-            None => Ok(Kept::Nothing),
-            Some(id) if has_runs => Ok(Kept::Changed(id)),
+            None => Ok(CompensationRecord::Nothing),
+            Some(id) if has_runs => Ok(CompensationRecord::Changed(id)),
             Some(id) => {
                 let problem = format!("the robot now compensates another {id} than this file says");
                 let hint = "remove this file, as there is no run yet, or choose another folder";
@@ -82,12 +82,12 @@ pub fn keep(
         };
     }
     if has_runs || effects.is_empty() {
-        return Ok(Kept::Nothing);
+        return Ok(CompensationRecord::Nothing);
     }
     let ids = effects.iter().map(|entry| entry.id().to_owned()).collect();
     let model = ModelFile { effects, ..ModelFile::default() };
     model.write_new(&place, &nominal.name)?;
-    Ok(Kept::Written(ids))
+    Ok(CompensationRecord::Written(ids))
 }
 
 /// The first effect in use whose value differs between now and a model. Effects that were fitted
@@ -158,25 +158,28 @@ mod tests {
         let (folder, place) = (folder.path(), ModelFile::place(folder.path()));
         let config = calibrated();
         let nominal = RobotFile::of(&config);
-        let keep = |config: &Config, has_runs| keep(folder, &nominal, config, has_runs);
+        let record = |config: &Config, has_runs| super::record(folder, &nominal, config, has_runs);
         // The runs were recorded before: their owner must say what the robot compensated then.
-        assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
+        assert_eq!(record(&config, true).unwrap(), CompensationRecord::Nothing);
         assert!(!place.exists());
         assert_eq!(
-            keep(&config, false).unwrap(),
-            Kept::Written(vec!["wheel_radius_ratio".to_owned()])
+            record(&config, false).unwrap(),
+            CompensationRecord::Written(vec!["wheel_radius_ratio".to_owned()])
         );
         let text = std::fs::read_to_string(&place).unwrap();
         assert!(text.contains("robot's configuration") && text.contains("in_use = true"), "{text}");
-        assert_eq!(keep(&config, true).unwrap(), Kept::Nothing);
+        assert_eq!(record(&config, true).unwrap(), CompensationRecord::Nothing);
         let mut other = calibrated();
         other.geometry.wheel_weight = 1.001;
-        assert_eq!(keep(&other, true).unwrap(), Kept::Changed("wheel_radius_ratio".to_owned()));
-        let error = keep(&other, false).unwrap_err().to_string();
+        assert_eq!(
+            record(&other, true).unwrap(),
+            CompensationRecord::Changed("wheel_radius_ratio".to_owned())
+        );
+        let error = record(&other, false).unwrap_err().to_string();
         assert!(error.contains("another wheel_radius_ratio"), "{error}");
         assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
         // Once fitted, the entry has the fitted value, not the one in use.
         std::fs::write(&place, text.replace("in_use = true\n", "")).unwrap();
-        assert_eq!(keep(&other, false).unwrap(), Kept::Nothing);
+        assert_eq!(record(&other, false).unwrap(), CompensationRecord::Nothing);
     }
 }

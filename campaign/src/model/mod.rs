@@ -29,7 +29,7 @@ mod write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use robot_model::compare::Assumed;
+use robot_model::compare::EffectWithValues;
 use robot_model::effect::custom::CustomError;
 use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, KnownEffect};
 use robot_model::estimation::ErrorPair;
@@ -124,8 +124,8 @@ impl ModelFile {
     }
 
     /// The model at its fitted values; the error is the id of the first effect without values.
-    pub fn assumed(&self) -> Result<Vec<Assumed<'_>>, &str> {
-        fn assumed(entry: &EffectEntry) -> Result<Assumed<'_>, &str> {
+    pub fn effects_with_values(&self) -> Result<Vec<EffectWithValues<'_>>, &str> {
+        fn effect_with_values(entry: &EffectEntry) -> Result<EffectWithValues<'_>, &str> {
             let facts = entry.effect.facts();
             let values: Option<Vec<f64>> = facts
                 .parameters
@@ -135,10 +135,10 @@ impl ModelFile {
                 .collect();
             let up_to_mps = entry.up_to_mps;
             values
-                .map(|values| Assumed { effect: &*entry.effect, values, up_to_mps })
+                .map(|values| EffectWithValues { effect: &*entry.effect, values, up_to_mps })
                 .ok_or(facts.id)
         }
-        self.effects.iter().map(assumed).collect()
+        self.effects.iter().map(effect_with_values).collect()
     }
 
     /// Declares an effect of the user's own. If its id is taken, a number is added to it.

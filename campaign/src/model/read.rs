@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use robot_model::effect::custom::{CustomError, Part, Per, Target};
+use robot_model::effect::custom::{CustomError, DefinitionPart, Per, Target};
 use robot_model::effect::{Custom, CustomEffect};
 use toml::Spanned;
 
@@ -98,16 +98,16 @@ fn custom_effect(
             // The byte in the file, as long as the string has no escapes before it.
             let inside = |text: &Spanned<String>| text.span().start + 1 + error.at.start;
             let byte = match &error.part {
-                Part::Id => start,
-                Part::Target => custom.target.span().start,
-                Part::Expression => inside(&custom.expression),
-                Part::Unit(name) => custom.unit.get(name).map_or(start, inside),
-                Part::Range(name) => {
+                DefinitionPart::Id => start,
+                DefinitionPart::Target => custom.target.span().start,
+                DefinitionPart::Expression => inside(&custom.expression),
+                DefinitionPart::Unit(name) => custom.unit.get(name).map_or(start, inside),
+                DefinitionPart::Range(name) => {
                     custom.range.get(name).map_or(start, |range| range.span().start)
                 }
             };
             let problem = match error.part {
-                Part::Expression => {
+                DefinitionPart::Expression => {
                     format!("{}{}", error.problem, caret(&declared.expression, &error))
                 }
                 _ => error.problem,

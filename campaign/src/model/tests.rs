@@ -45,8 +45,8 @@ fn what_was_written_is_read_again() {
     };
     assert_eq!(of(&model), of(&again));
     assert_eq!(again.customs[0].custom(), model.customs[0].custom());
-    let assumed = again.assumed().unwrap();
-    assert_eq!(assumed[1].values, [-0.5]);
+    let effects = again.effects_with_values().unwrap();
+    assert_eq!(effects[1].values, [-0.5]);
     assert_eq!(model.catalogue().len(), CATALOGUE.len() + 1);
     // A parameter of the user's own effect has the unit that was declared.
     let mine =
@@ -62,7 +62,8 @@ fn the_speed_up_to_which_an_effect_is_known_is_kept_and_must_be_a_speed() {
     };
     let model = parse(&limited("0.11")).unwrap();
     let again = parse(&model.to_text("robot")).unwrap();
-    let limits: Vec<_> = again.assumed().unwrap().iter().map(|one| one.up_to_mps).collect();
+    let limits: Vec<_> =
+        again.effects_with_values().unwrap().iter().map(|one| one.up_to_mps).collect();
     assert_eq!(limits, [Some(0.11), None]);
     for wrong in ["0", "-1.0", "nan", "inf"] {
         let error = parse(&limited(wrong)).map(|_| ()).unwrap_err();
@@ -93,7 +94,7 @@ fn whatever_a_fit_may_come_to_is_read_again() {
 #[test]
 fn an_effect_without_values_is_named() {
     let model = parse("[[effect]]\nid = \"side_slip\"\n").unwrap();
-    assert_eq!(model.assumed().unwrap_err(), "side_slip");
+    assert_eq!(model.effects_with_values().unwrap_err(), "side_slip");
 }
 
 #[test]

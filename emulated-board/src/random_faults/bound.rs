@@ -27,9 +27,9 @@ impl std::fmt::Display for Name {
 
 /// How soon the motors are off, from what happened, or from the first duty after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bound {
+pub enum MotorsOff {
     /// It need not stop the robot.
-    None,
+    NotNeeded,
     /// Zero duty within this time \[ms\].
     Within(f64),
     /// The same, or later but before a wheel has turned this far \[mm\].

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use shared_proto::{Config, TravelUnit, Wheel, WheelPair};
 use sim_target::Scenario;
 
-use super::kind::{CORE_STANDS_MS_MAX, Kind, OTHER_TASKS, PROGRAM, SAFETY_TASKS};
+use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind, OTHER_TASKS, PROGRAM, SAFETY_TASKS};
 use crate::lines::{Line, LineFault};
 
 /// When something happens: a delay after this.
@@ -74,9 +74,9 @@ pub struct Case {
     /// How long after that phase's beginning \[us\].
     pub delay_us: u64,
     /// What happens first.
-    pub first: Kind,
+    pub first: FaultKind,
     /// What happens then, and how much later \[us\].
-    pub second: Option<(Kind, u64)>,
+    pub second: Option<(FaultKind, u64)>,
 }
 
 /// The cruise lasts this long \[s\].
@@ -169,7 +169,7 @@ fn delay_us(rng: &mut ChaCha8Rng, phase: Phase, motion: &Motion) -> u64 {
 }
 
 /// What happens; every kind is as likely as the next one, as far as the phase allows it.
-fn kind(rng: &mut ChaCha8Rng, phase: Phase, supply: (f64, f64)) -> Kind {
+fn kind(rng: &mut ChaCha8Rng, phase: Phase, supply: (f64, f64)) -> FaultKind {
     loop {
         let kind = any_kind(rng, supply);
         let too_early = kind.needs_tasks() && phase < Phase::Idle;
@@ -181,56 +181,61 @@ fn kind(rng: &mut ChaCha8Rng, phase: Phase, supply: (f64, f64)) -> Kind {
 }
 
 /// Whether a second thing can be put into a robot in which the first has happened.
-fn may_follow(second: Kind, first: Kind) -> bool {
+fn may_follow(second: FaultKind, first: FaultKind) -> bool {
     // Of a program that restarts nothing can be changed, and one change is enough.
-    let restarts = matches!(first, Kind::ClockFails | Kind::PowerCut | Kind::ResetPin);
+    let restarts =
+        matches!(first, FaultKind::ClockFails | FaultKind::PowerCut | FaultKind::ResetPin);
     let both = second.is_of_the_program() && (restarts || first.is_of_the_program());
     second.name() != first.name() && !both
 }
 
-fn any_kind(rng: &mut ChaCha8Rng, (supply_v, supply_v_min): (f64, f64)) -> Kind {
+fn any_kind(rng: &mut ChaCha8Rng, (supply_v, supply_v_min): (f64, f64)) -> FaultKind {
     let wheel = if rng.random_bool(0.5) { Wheel::Left } else { Wheel::Right };
     let line = if rng.random_bool(0.5) { Line::A } else { Line::B };
     // Below the limit by more than the measurement's noise.
     let below_v = supply_v - supply_v_min + rng.random_range(0.3..supply_v_min);
     match rng.random_range(0..35) {
-        0 => Kind::Nothing,
-        1 => Kind::EncoderUnplugged(wheel),
-        2..5 => Kind::EncoderLine(wheel, LineFault::Stuck { line, high: rng.random_bool(0.5) }),
-        5 => Kind::EncoderLine(wheel, LineFault::Floats(line)),
-        6 => Kind::EncoderSwapped(wheel),
+        0 => FaultKind::Nothing,
+        1 => FaultKind::EncoderUnplugged(wheel),
+        2..5 => {
+            FaultKind::EncoderLine(wheel, LineFault::Stuck { line, high: rng.random_bool(0.5) })
+        }
+        5 => FaultKind::EncoderLine(wheel, LineFault::Floats(line)),
+        6 => FaultKind::EncoderSwapped(wheel),
         7 => {
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
             // More than the wheel can turn: a slower one cannot be told from travel.
-            Kind::EncoderNoise(wheel, sign * rng.random_range(1.6e4..1e5))
+            FaultKind::EncoderNoise(wheel, sign * rng.random_range(1.6e4..1e5))
         }
-        8 => Kind::EncodersExchanged,
-        9 => Kind::MotorsExchanged,
-        10 => Kind::MotorReversed(wheel),
-        11 => Kind::MotorCut(wheel),
-        12 => Kind::WheelBlocked(wheel),
-        13 => Kind::WheelJammed(wheel),
-        14 => Kind::SupplyCut,
-        15 => Kind::SupplyLow(below_v),
-        16 => Kind::SupplyDip(below_v, rng.random_range(1..16)),
-        17 => Kind::SupplyHigh(SUPPLY_V_MAX - supply_v + rng.random_range(0.3..5.0)),
-        18 => Kind::Driver,
-        19 => Kind::StopButton(rng.random_range(10..500)),
-        20 => Kind::StopLine,
-        21 => Kind::StopLineBounce(rng.random_range(100..5_000)),
-        22 => Kind::LinkCut,
-        23 => Kind::LinkToRobotCut,
-        24 => Kind::LinkToHostCut,
-        25 => Kind::HostDies,
-        26 => Kind::HostHangs,
-        27 => Kind::Garbage(rng.random_range(20..300)),
-        28 => Kind::TaskStops(SAFETY_TASKS[rng.random_range(0..SAFETY_TASKS.len())]),
-        29 => Kind::TaskStops(OTHER_TASKS[rng.random_range(0..OTHER_TASKS.len())]),
-        30 if rng.random_bool(0.5) => Kind::CoreStands(rng.random_range(2..=CORE_STANDS_MS_MAX)),
-        30 => Kind::CoreStands(rng.random_range(45..100)),
+        8 => FaultKind::EncodersExchanged,
+        9 => FaultKind::MotorsExchanged,
+        10 => FaultKind::MotorReversed(wheel),
+        11 => FaultKind::MotorCut(wheel),
+        12 => FaultKind::WheelBlocked(wheel),
+        13 => FaultKind::WheelJammed(wheel),
+        14 => FaultKind::SupplyCut,
+        15 => FaultKind::SupplyLow(below_v),
+        16 => FaultKind::SupplyDip(below_v, rng.random_range(1..16)),
+        17 => FaultKind::SupplyHigh(SUPPLY_V_MAX - supply_v + rng.random_range(0.3..5.0)),
+        18 => FaultKind::Driver,
+        19 => FaultKind::StopButton(rng.random_range(10..500)),
+        20 => FaultKind::StopLine,
+        21 => FaultKind::StopLineBounce(rng.random_range(100..5_000)),
+        22 => FaultKind::LinkCut,
+        23 => FaultKind::LinkToRobotCut,
+        24 => FaultKind::LinkToHostCut,
+        25 => FaultKind::HostDies,
+        26 => FaultKind::HostHangs,
+        27 => FaultKind::Garbage(rng.random_range(20..300)),
+        28 => FaultKind::TaskStops(SAFETY_TASKS[rng.random_range(0..SAFETY_TASKS.len())]),
+        29 => FaultKind::TaskStops(OTHER_TASKS[rng.random_range(0..OTHER_TASKS.len())]),
+        30 if rng.random_bool(0.5) => {
+            FaultKind::CoreStands(rng.random_range(2..=CORE_STANDS_MS_MAX))
+        }
+        30 => FaultKind::CoreStands(rng.random_range(45..100)),
         31 => PROGRAM[rng.random_range(0..PROGRAM.len())],
-        32 => Kind::ClockFails,
-        33 => Kind::PowerCut,
-        _ => Kind::ResetPin,
+        32 => FaultKind::ClockFails,
+        33 => FaultKind::PowerCut,
+        _ => FaultKind::ResetPin,
     }
 }

@@ -2,9 +2,9 @@
 
 use shared_proto::{Fault, MotionEnd};
 
-use super::bound::{Bound, Name};
+use super::bound::{MotorsOff, Name};
 use super::draw::Case;
-use super::moment::{Moment, Situation};
+use super::fault_instant::{FaultInstant, Situation};
 use super::observed::{Happened, Observed};
 use super::promise::Promise;
 
@@ -57,8 +57,8 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         .happened
         .iter()
         .map(|happened| {
-            let moment = Moment::new(case, &observed.timeline, happened.at_us);
-            (Promise::of(happened.kind, case, &moment), driven_after(happened, observed))
+            let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
+            (Promise::of(happened.kind, case, &instant), driven_after(happened, observed))
         })
         .collect();
     // While the program itself is disturbed, it sees everything else later.
@@ -68,16 +68,16 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         .zip(&promises)
         .filter(|(happened, _)| happened.kind.is_of_the_program())
         .map(|(_, (promise, _))| match promise.bound {
-            Bound::Within(ms) | Bound::WithinOrTravel(ms, _) => ms,
-            Bound::None => 0.0,
+            MotorsOff::Within(ms) | MotorsOff::WithinOrTravel(ms, _) => ms,
+            MotorsOff::NotNeeded => 0.0,
         })
         .fold(0.0, f64::max);
     for (happened, (promise, driven)) in observed.happened.iter().zip(&promises) {
         let own_ms = if happened.kind.is_of_the_program() { 0.0 } else { delay_ms };
         let late = match promise.bound {
-            Bound::None => false,
-            Bound::Within(ms) => driven.ms > ms + own_ms,
-            Bound::WithinOrTravel(ms, mm) => driven.ms > ms + own_ms && driven.mm > mm,
+            MotorsOff::NotNeeded => false,
+            MotorsOff::Within(ms) => driven.ms > ms + own_ms,
+            MotorsOff::WithinOrTravel(ms, mm) => driven.ms > ms + own_ms && driven.mm > mm,
         };
         if late {
             let Driven { ms, mm, .. } = driven;
@@ -104,11 +104,11 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     }
     let first = observed.happened[0];
     let bound_ms = match promises[0].0.bound {
-        Bound::Within(ms) if observed.happened.len() == 1 => Some(ms),
+        MotorsOff::Within(ms) if observed.happened.len() == 1 => Some(ms),
         _ => None,
     };
     let Driven { ms, at_all, .. } = promises[0].1;
-    let situation = Moment::new(case, &observed.timeline, first.at_us).situation;
+    let situation = FaultInstant::new(case, &observed.timeline, first.at_us).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
 }
 

@@ -10,21 +10,21 @@
 //! The pins tell when the motors were driven, the host's session what the fault is called. Then the cause is
 //! removed and the fault cleared: the robot must drive a few centimetres again.
 
-mod act;
 mod bound;
 mod draw;
+mod fault_injection;
+mod fault_instant;
+mod fault_kind;
 mod judge;
-mod kind;
-mod moment;
 mod observed;
 mod promise;
 mod run;
 mod script;
 
-pub use bound::{Bound, Name};
+pub use bound::{MotorsOff, Name};
 pub use draw::{Case, Phase};
+pub use fault_instant::Situation;
+pub use fault_kind::FaultKind;
 pub use judge::Verdict;
-pub use kind::Kind;
-pub use moment::Situation;
 pub use observed::{Happened, Observed, Timeline};
 pub use run::run;

@@ -2,14 +2,14 @@
 
 use shared_proto::{Fault, MotionEnd, ResetCause, WheelPair};
 
-use super::kind::Kind;
+use super::fault_kind::FaultKind;
 use crate::monitor::Powered;
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug)]
 pub struct Happened {
     /// What.
-    pub kind: Kind,
+    pub kind: FaultKind,
     /// When \[us\].
     pub at_us: u64,
     /// How far the wheels had turned \[rad\].

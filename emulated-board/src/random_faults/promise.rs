@@ -3,16 +3,16 @@
 
 use shared_proto::{Fault, ResetCause, Wheel};
 
-use super::bound::{Bound, Name};
+use super::bound::{MotorsOff, Name};
 use super::draw::{Case, Phase};
-use super::kind::{CORE_STANDS_MS_MAX, Kind};
-use super::moment::{Moment, Situation};
+use super::fault_instant::{FaultInstant, Situation};
+use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind};
 
 /// What is promised.
 #[derive(Clone, Debug)]
 pub struct Promise {
     /// How soon the motors are off.
-    pub bound: Bound,
+    pub bound: MotorsOff,
     /// What it may be called.
     pub names: Vec<Name>,
 }
@@ -51,85 +51,83 @@ const TASK_STOPS_MS: f64 = 65.0;
 const CORE_RESTARTS_MS: f64 = 45.0;
 
 impl Promise {
-    /// What is promised at this moment.
-    pub(super) fn of(kind: Kind, case: &Case, moment: &Moment) -> Self {
-        let (bound, names) = Self::table(kind, case, moment);
+    /// What is promised at this instant.
+    pub(super) fn of(kind: FaultKind, case: &Case, instant: &FaultInstant) -> Self {
+        let (bound, names) = Self::table(kind, case, instant);
         let mut promise = Self { bound, names };
-        if moment.situation == Situation::Latched {
+        if instant.situation == Situation::Latched {
             promise.while_latched();
         }
         promise
     }
 
     /// The table.
-    fn table(kind: Kind, case: &Case, moment: &Moment) -> (Bound, Vec<Name>) {
+    fn table(kind: FaultKind, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
+        use FaultKind as K;
         let fault = |fault| vec![Name::Fault(fault)];
         let restart = |cause| vec![Name::Restart(cause)];
+        let harmless = (MotorsOff::NotNeeded, vec![Name::Harmless]);
         match kind {
-            Kind::Nothing | Kind::Garbage(_) | Kind::LinkToHostCut => {
-                (Bound::None, vec![Name::Harmless])
-            }
+            K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
             // A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
-            Kind::EncoderUnplugged(w) | Kind::EncoderLine(w, _) => {
-                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
+            K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
+                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
-            Kind::EncoderSwapped(w) | Kind::MotorReversed(w) => {
-                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
+            K::EncoderSwapped(w) | K::MotorReversed(w) => {
+                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
             }
             // Every tick of a check or a motion tells.
-            Kind::EncoderNoise(w, _) => {
-                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::CountRate(w)))
+            K::EncoderNoise(w, _) => {
+                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::CountRate(w)))
             }
             // The left wheel is pushed first. Electrically both are the same.
-            Kind::EncodersExchanged | Kind::MotorsExchanged => {
-                moment.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
+            K::EncodersExchanged | K::MotorsExchanged => {
+                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
             }
             // In the check, a motor that never moved its count looks like a dead encoder: the remedy names both.
-            Kind::MotorCut(w) => {
+            K::MotorCut(w) => {
                 let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
                 let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
-                moment.of_wheel(ms, pushed, stalls(w, slow, moment))
+                instant.of_wheel(ms, pushed, stalls(w, slow, instant))
             }
-            Kind::WheelBlocked(w) | Kind::WheelJammed(w) => {
+            K::WheelBlocked(w) | K::WheelJammed(w) => {
                 // Stopped within a few counts: not to be told from a dead wire in time.
                 let names = vec![Name::Fault(Fault::Stall(w)), Name::Fault(Fault::EncoderDead(w))];
-                moment.of_wheel(PROTECTION_MS, pushed, names)
+                instant.of_wheel(PROTECTION_MS, pushed, names)
             }
-            Kind::SupplyCut | Kind::SupplyLow(_) | Kind::SupplyDip(..) | Kind::SupplyHigh(_) => {
-                of_supply(kind, case, moment)
+            K::SupplyCut | K::SupplyLow(_) | K::SupplyDip(..) | K::SupplyHigh(_) => {
+                of_supply(kind, case, instant)
             }
-            Kind::Driver => (Bound::Within(INPUT_MS), fault(Fault::Driver)),
-            Kind::StopLine => (Bound::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
-            Kind::StopButton(ms) => {
-                (Bound::Within(INPUT_MS), moment.unless_over(Fault::EmergencyStop, ms.into()))
+            K::Driver => (MotorsOff::Within(INPUT_MS), fault(Fault::Driver)),
+            K::StopLine => (MotorsOff::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
+            K::StopButton(ms) => {
+                (MotorsOff::Within(INPUT_MS), instant.unless_over(Fault::EmergencyStop, ms.into()))
             }
-            Kind::StopLineBounce(us) => {
-                let names = moment.unless_over(Fault::EmergencyStop, f64::from(us) / 1000.0);
-                (Bound::Within(HARDWARE_MS), names)
+            K::StopLineBounce(us) => {
+                let names = instant.unless_over(Fault::EmergencyStop, f64::from(us) / 1000.0);
+                (MotorsOff::Within(HARDWARE_MS), names)
             }
-            Kind::LinkCut | Kind::LinkToRobotCut | Kind::HostDies => {
-                (silence(case), moment.if_host_is_needed(Fault::LinkLost))
+            K::LinkCut | K::LinkToRobotCut | K::HostDies => {
+                (silence(case), instant.if_host_is_needed(Fault::LinkLost))
             }
-            Kind::HostHangs => (silence(case), moment.if_renewals_are_needed(Fault::TimeToLive)),
-            Kind::TaskStops("stop_line" | "telemetry" | "show") => {
-                (Bound::None, vec![Name::Harmless])
-            }
-            Kind::TaskStops(_) => (Bound::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
-            Kind::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
+            K::HostHangs => (silence(case), instant.if_renewals_are_needed(Fault::TimeToLive)),
+            K::TaskStops("stop_line" | "telemetry" | "show") => harmless,
+            K::TaskStops(_) => (MotorsOff::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
+            K::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
                 // The task that makes the core stand runs within 5 ms, and a tick has to end.
-                let bound = Bound::Within(f64::from(ms) + 5.0 + 2.0);
-                (bound, moment.if_motors_are_on(Fault::DeadlineMissed))
+                let bound = MotorsOff::Within(f64::from(ms) + 5.0 + 2.0);
+                (bound, instant.if_motors_are_on(Fault::DeadlineMissed))
             }
-            Kind::CoreStands(_) => (Bound::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog)),
-            Kind::Program(what, ..) => program(what),
-            Kind::ClockFails => (Bound::Within(HARDWARE_MS), restart(ResetCause::Panic)),
+            K::CoreStands(_) => {
+                (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))
+            }
+            K::Program(what, ..) => program(what),
+            K::ClockFails => (MotorsOff::Within(HARDWARE_MS), restart(ResetCause::Panic)),
             // The emulator resets the chip by its pin. A host without a hello does not know of the restart, and drives.
-            Kind::PowerCut | Kind::ResetPin if moment.is_before_the_host() => {
-                (Bound::None, restart(ResetCause::Pin))
+            K::PowerCut | K::ResetPin if instant.is_before_the_host() => {
+                (MotorsOff::NotNeeded, restart(ResetCause::Pin))
             }
-            Kind::PowerCut | Kind::ResetPin => {
-                (Bound::Within(HARDWARE_MS), restart(ResetCause::Pin))
-            }
+            K::PowerCut | K::ResetPin => (MotorsOff::Within(HARDWARE_MS), restart(ResetCause::Pin)),
         }
     }
 
@@ -143,19 +141,19 @@ impl Promise {
 }
 
 /// A bound by time where the setpoint moves, by the way where it does not yet.
-fn blind(ms: f64, moving: bool) -> Bound {
-    if moving { Bound::Within(ms) } else { Bound::WithinOrTravel(ms, BLIND_MM) }
+fn blind(ms: f64, moving: bool) -> MotorsOff {
+    if moving { MotorsOff::Within(ms) } else { MotorsOff::WithinOrTravel(ms, BLIND_MM) }
 }
 
 /// A wheel that does not turn: the check pushes to its end.
-fn pushed(ms: f64, moving: bool) -> Bound {
-    Bound::Within(if moving { ms } else { ms.max(CHECK_MS) })
+fn pushed(ms: f64, moving: bool) -> MotorsOff {
+    MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
 }
 
 /// A wheel that its motor no longer turns.
-fn stalls(wheel: Wheel, slow: bool, moment: &Moment) -> Vec<Name> {
+fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
     let mut names = vec![Name::Fault(Fault::Stall(wheel))];
-    if moment.starts_from_rest() {
+    if instant.starts_from_rest() {
         // No count at all since the loop closed.
         names.push(Name::Fault(Fault::EncoderDead(wheel)));
     }
@@ -167,24 +165,26 @@ fn stalls(wheel: Wheel, slow: bool, moment: &Moment) -> Vec<Name> {
 }
 
 /// The ramp of a controlled stop.
-fn silence(case: &Case) -> Bound {
-    Bound::Within(SILENCE_MS + case.motion.cruise / STOP_MPS2 * 1000.0 + SETTLE_MS)
+fn silence(case: &Case) -> MotorsOff {
+    MotorsOff::Within(SILENCE_MS + case.motion.cruise / STOP_MPS2 * 1000.0 + SETTLE_MS)
 }
 
 /// A supply that fails. A dip is shorter than the 20 ticks that a starting motor may take; but arming looks at once.
-fn of_supply(kind: Kind, case: &Case, moment: &Moment) -> (Bound, Vec<Name>) {
+fn of_supply(kind: FaultKind, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     match kind {
-        Kind::SupplyDip(..) if case.phase == Phase::Arming => {
-            (Bound::None, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
+        FaultKind::SupplyDip(..) if case.phase == Phase::Arming => {
+            (MotorsOff::NotNeeded, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
         }
-        Kind::SupplyDip(..) => (Bound::None, vec![Name::Harmless]),
-        Kind::SupplyHigh(_) => (Bound::Within(SUPPLY_HIGH_MS), moment.if_armed(Fault::SupplyHigh)),
-        _ => (Bound::Within(SUPPLY_LOW_MS), moment.if_armed(Fault::SupplyLow)),
+        FaultKind::SupplyDip(..) => (MotorsOff::NotNeeded, vec![Name::Harmless]),
+        FaultKind::SupplyHigh(_) => {
+            (MotorsOff::Within(SUPPLY_HIGH_MS), instant.if_armed(Fault::SupplyHigh))
+        }
+        _ => (MotorsOff::Within(SUPPLY_LOW_MS), instant.if_armed(Fault::SupplyLow)),
     }
 }
 
 /// Bounds as in `emulated-board/tests/board/hang.rs`.
-fn program(what: &str) -> (Bound, Vec<Name>) {
+fn program(what: &str) -> (MotorsOff, Vec<Name>) {
     let (ms, cause) = match what {
         "encoder capture hangs" | "PID hangs" => (33.0, ResetCause::Watchdog),
         // The interrupt comes with the next byte, which may be the host's, 30 ms later.
@@ -194,5 +194,5 @@ fn program(what: &str) -> (Bound, Vec<Name>) {
         "PID panics" | "hard fault in PID" => (3.0, ResetCause::Panic),
         _ => (50.0, ResetCause::Watchdog),
     };
-    (Bound::Within(ms), vec![Name::Restart(cause)])
+    (MotorsOff::Within(ms), vec![Name::Restart(cause)])
 }

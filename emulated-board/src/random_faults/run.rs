@@ -11,10 +11,10 @@ use host_link::session::Session;
 use shared_proto::{Command, MotionEnd, Refusal, State, TravelUnit, WheelPair};
 use sim_target::{now_us, sleep_until_us};
 
-use super::act::{Host, World};
 use super::draw::Case;
+use super::fault_injection::{Host, World};
+use super::fault_kind::FaultKind;
 use super::judge::{Verdict, judge};
-use super::kind::Kind;
 use super::observed::{Happened, Observed};
 use super::script::Script;
 use crate::emulation::Emulation;
@@ -84,8 +84,11 @@ async fn live(mut bench: Bench, case: &Case) -> Observed {
 }
 
 /// Whether the robot brakes along a ramp for this.
-fn may_ramp(kind: Kind) -> bool {
-    matches!(kind, Kind::LinkCut | Kind::LinkToRobotCut | Kind::HostDies | Kind::HostHangs)
+fn may_ramp(kind: FaultKind) -> bool {
+    matches!(
+        kind,
+        FaultKind::LinkCut | FaultKind::LinkToRobotCut | FaultKind::HostDies | FaultKind::HostHangs
+    )
 }
 
 /// The host's program, until it ends or dies.
@@ -132,7 +135,7 @@ async fn break_things(
         if happened_us.get().is_none() {
             happened_us.set(Some(happened.at_us));
         }
-        world.act(kind).await;
+        world.inject(kind).await;
         happened
     };
     match case.second {

@@ -10,9 +10,9 @@ use host_link::session::Session;
 use shared_proto::{Command, Drive, Event, MotionId, State};
 use sim_target::{now_us, sleep_until_us};
 
-use super::act::{Host, World};
 use super::draw::{CRUISE_S, Case, Phase};
-use super::moment::HELLO_US;
+use super::fault_injection::{Host, World};
+use super::fault_instant::HELLO_US;
 use super::observed::Timeline;
 
 /// Between two frames of telemetry \[ms\].

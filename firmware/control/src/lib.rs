@@ -17,6 +17,7 @@
 //! | [`protection`] | detects faults while the loop is closed |
 //! | [`soft_float`] | small double-precision routines for planning and configuration |
 //! | [`supply`] | duty for the supply at hand |
+//! | [`voltage`] | voltages without feedback, to measure motors |
 //! | [`units`] | physical quantities in fixed point, the control period |
 #![cfg_attr(not(test), no_std)]
 
@@ -31,3 +32,4 @@ pub mod soft_float;
 pub mod supply;
 pub mod ticks;
 pub mod units;
+pub mod voltage;

@@ -5,7 +5,7 @@
 //! With the setpoint's travel s, speed v and acceleration a, the measured s_m and v_m, and e = s - s_m:
 //!
 //! ```text
-//! u_ff = ks sign(v) + kv v + ka a                                               (1)
+//! u_ff = (kS sign(v) + kV v + kA a) / U_nominal                                 (1)  kS by direction
 //! u_p  = kp e                                                                   (2)
 //! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit     (3)
 //! u_d  = kd (v - v_m)                                                           (4)
@@ -21,24 +21,28 @@
 //! | e | 2 m, saturated | 2^-30 m |
 //! | kp | 10^4 /m | 2^-17 /m |
 //! | ki dt | 10 /m | 2^-27 /m |
-//! | kv, kd | 1000 s/m | 2^-20 s/m |
-//! | ka | 100 s^2/m | 2^-24 s^2/m |
+//! | kV / U_nominal, kd | 1000 s/m | 2^-20 s/m |
+//! | kA / U_nominal | 100 s^2/m | 2^-24 s^2/m |
 //!
 //! Products are 32 by 32 bits into 64. They are added with 44 fractional bits, which the speeds' have by
 //! themselves. The sum is below 2^19, whatever the gains, so that large terms of opposite sign cancel correctly.
 //! Telemetry's units are made outside the tick.
 
 use fixed::types::I2F30;
-use shared_proto::{Config, PidTerms, WheelPair};
+use shared_proto::{Config, PidTerms, Wheel, WheelPair};
 
 use crate::profile::Setpoint;
-use crate::soft_float::nearest;
+use crate::soft_float::{min, nearest};
 use crate::supply::SCALE_BITS;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
 /// Fractional bits of the terms' sum. 10^4 /m x 2 m + 1000 s/m x (128 + 256) m/s +
 /// 100 s^2/m x 128 m/s^2 + 2 is below 2^19, which leaves 44 bits of 63.
 const TERM_BITS: u32 = 44;
+/// Largest kV as a share of the nominal supply \[s/m\].
+const KV_MAX: f64 = 1000.0;
+/// Largest kA as a share of the nominal supply \[s^2/m\].
+const KA_MAX: f64 = 100.0;
 /// Fractional bits of kp.
 const KP_BITS: u32 = 17;
 /// Fractional bits of ki dt.
@@ -56,10 +60,11 @@ const SPEED_BITS: u32 = 24;
 /// Fractional bits of the integral: those of ki dt times an error, so that no sum is rounded.
 const INTEGRAL_BITS: u32 = KI_BITS + ERROR_BITS;
 
-/// The controller's gains and limits.
+/// One wheel's gains and limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
-    ks: i32,
+    ks_forward: i32,
+    ks_backward: i32,
     kv: i32,
     ka: i32,
     kp: i32,
@@ -70,21 +75,28 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// The gains of a valid configuration.
-    #[inline]
-    pub fn new(config: &Config) -> Self {
+    /// One wheel's gains, of a valid configuration.
+    #[inline(never)]
+    pub fn new(config: &Config, wheel: Wheel) -> Self {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
-        let (pid, feedforward, limits) = (&config.pid, &config.feedforward, &config.limits);
+        let (pid, limits) = (&config.pid, &config.limits);
+        let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
         Self {
-            ks: scaled(feedforward.ks, DUTY_BITS),
-            kv: scaled(feedforward.kv_s_per_m, KV_BITS),
-            ka: scaled(feedforward.ka_s2_per_m, KA_BITS),
+            ks_forward: scaled(ks_forward, DUTY_BITS),
+            ks_backward: scaled(ks_backward, DUTY_BITS),
+            kv: scaled(min(kv, KV_MAX), KV_BITS),
+            ka: scaled(min(ka, KA_MAX), KA_BITS),
             kp: scaled(pid.kp_per_m, KP_BITS),
             ki_dt: scaled(pid.ki_per_m_s * dt_s, KI_BITS),
             kd: scaled(pid.kd_s_per_m, KV_BITS),
             duty_max: scaled(limits.duty_max, DUTY_BITS),
             duty_slew_dt: scaled(limits.duty_slew_per_s * dt_s, DUTY_BITS),
         }
+    }
+
+    /// The largest duty.
+    pub const fn duty_max(&self) -> Duty {
+        Duty(I2F30::from_bits(self.duty_max))
     }
 
     /// A duty for the nominal supply at the supply at hand, within +-duty_max; `supply_scale` as in [`step_both`].
@@ -148,7 +160,7 @@ impl PidState {
 /// One tick of both wheels' controllers; `supply_scale` is g, with [`SCALE_BITS`] fractional bits.
 #[inline(never)]
 pub fn step_both(
-    gains: &Gains,
+    gains: &WheelPair<Gains>,
     states: &mut WheelPair<PidState>,
     setpoints: &WheelPair<Setpoint>,
     travel: &WheelPair<Travel>,
@@ -156,9 +168,16 @@ pub fn step_both(
     supply_scale: i32,
 ) -> WheelPair<Duty> {
     WheelPair {
-        left: step(gains, &mut states.left, &setpoints.left, travel.left, speed.left, supply_scale),
+        left: step(
+            &gains.left,
+            &mut states.left,
+            &setpoints.left,
+            travel.left,
+            speed.left,
+            supply_scale,
+        ),
         right: step(
-            gains,
+            &gains.right,
             &mut states.right,
             &setpoints.right,
             travel.right,
@@ -183,7 +202,8 @@ pub fn step(
     let speed_error = v.saturating_sub(v_measured);
 
     // (1)
-    let feedforward = product(gains.ks, v.signum() << (TERM_BITS - DUTY_BITS))
+    let ks = if v < 0 { gains.ks_backward } else { gains.ks_forward };
+    let feedforward = product(ks, v.signum() << (TERM_BITS - DUTY_BITS))
         + product(gains.kv, v)
         + (product(gains.ka, setpoint.acceleration.0.to_bits())
             >> (KA_BITS + SPEED_BITS - TERM_BITS));

@@ -2,7 +2,7 @@
 //!
 //! With a reversed, exchanged or dead encoder, a closed loop runs away. So before a motion the check pushes
 //! each wheel that is about to turn, one after the other, in the direction of the motion and with the loop
-//! open. The duty rises slowly from half of ks. A wheel passes when its count has moved the right way by
+//! open. The duty rises slowly from half of kS. A wheel passes when its count has moved the right way by
 //! 3 counts and 0.2 mm, in at least two changes; its duty then goes to zero, and when both wheels have
 //! come to rest the other one is pushed.
 //!
@@ -11,11 +11,15 @@
 //! The distance that a wheel should have rolled follows from the feedforward model,
 //!
 //! ```text
-//! s = sum of max(0, duty - ks) / kv dt                                    (1)
+//! s  = sum of w / kV dt                                                   (1)
+//! w <- w + (max(0, duty - kS) - w) dt kV / kA                             (2)
 //! ```
 //!
+//! with kS, in the push's direction, kV and kA as shares of the nominal supply: a heavy robot lags behind its duty.
+//!
 //! At s = 1.4 mm a robot with the friction of the model has passed. One with more friction may not have
-//! moved at all, so the duty now rises fast to `protection.probe_duty_max`. The push ends at s = 7 mm, or
+//! moved at all, so the duty now rises fast to `protection.probe_duty_max`. The push ends when s
+//! and what the wheel rolls on, braked by motor and friction, make 6.8 mm, or
 //! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all, or one that
 //! goes up and down by one, means a dead encoder, too few a stall, counts the wrong way a reversed encoder, and
 //! counts of the other wheel exchanged encoders (or motors: electrically that is the same).
@@ -114,7 +118,10 @@ enum Stage {
 impl Probe {
     /// A probe that begins with the wheels at rest at `counts`.
     pub fn new(config: &Config, counts: WheelPair<i64>, directions: WheelPair<Direction>) -> Self {
-        let limits = Odometry::new(config).meters_per_count().map(|q| PushLimits::new(config, q));
+        let q = Odometry::new(config).meters_per_count();
+        let limits = |wheel, q| PushLimits::new(config, wheel, directions.get(wheel).sign(), q);
+        let limits =
+            WheelPair { left: limits(Wheel::Left, q.left), right: limits(Wheel::Right, q.right) };
         let stage = Stage::Before {
             wheel: Wheel::Left,
             last: counts,

@@ -15,7 +15,7 @@ const FAST_RISE_TICKS: i32 = CONTROL_HZ as i32 / 50;
 const HOLD_STALL_TIMES: f64 = 7.0;
 /// Expected travel (1) at which the push ends \[m\]: of the 10 mm that a robot with an unplugged encoder
 /// may move, the rest being for rolling out and a weak model.
-const EXPECTED_M_MAX: f64 = 0.007;
+const EXPECTED_M_MAX: f64 = 0.0068;
 /// A coarse encoder is allowed the distance of this many counts, if that is longer.
 const EXPECTED_COUNTS_MAX: f64 = 6.0;
 /// The share of that travel which is pushed slowly.
@@ -32,8 +32,12 @@ const CHANGES_OF_ONE_LINE: u32 = 3;
 /// The other wheel's count moves at most this many times [`COUNTS_MIN`] before it is looked at; more is
 /// interference.
 const OTHER_TIMES_MAX: i64 = 4;
-/// After the push the wheel may roll this long before the verdict \[ticks\].
+/// After the push the wheel may roll this long before the verdict, and three time constants more \[ticks\].
 const ROLL_TICKS: u32 = 40;
+/// Those three at most \[ticks\].
+const ROLL_TICKS_MAX: f64 = 1000.0;
+/// Fractional bits of a lag.
+const LAG_BITS: u32 = 16;
 /// No wheel of a robot rolls faster at full duty \[m/s\]; bounds (1) where kv is not configured.
 const FULL_SPEED_MPS_MAX: f64 = 20.0;
 
@@ -42,24 +46,36 @@ const FULL_SPEED_MPS_MAX: f64 = 20.0;
 pub(super) struct PushLimits {
     duty_max: i32,
     ks: i32,
-    /// Of (1), as a sum of duties over ticks [2^-30].
+    /// Of (1) and (2), as a sum of duties over ticks [2^-30].
     push_max: i64,
+    /// A tick over the time constant kA / kV, at most 1 [2^-16].
+    lag: i64,
     hold_ticks: u32,
+    /// So long the wheel may roll out.
+    roll_ticks: u32,
     counts: i64,
     counts_per_tick_max: u64,
 }
 
 impl PushLimits {
-    pub fn new(config: &Config, q: MetersPerCount) -> Self {
+    /// Of this wheel, pushed forwards if `sign` is positive.
+    #[inline(never)]
+    pub fn new(config: &Config, wheel: Wheel, sign: i32, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let bits = |duty: f64| nearest(duty, I2F30::FRAC_NBITS) as i32;
-        let kv_s_per_m = max(config.feedforward.kv_s_per_m, 1.0 / FULL_SPEED_MPS_MAX);
+        let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
+        let ks = if sign < 0 { ks_backward } else { ks_forward };
+        let kv_s_per_m = max(kv, 1.0 / FULL_SPEED_MPS_MAX);
+        let constant_s = ka / kv_s_per_m;
         let expected_m = max(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
         Self {
             duty_max: bits(min(config.protection.probe_duty_max, config.limits.duty_max)),
-            ks: bits(config.feedforward.ks),
+            ks: bits(min(ks, 1.0)),
             push_max: truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
+            lag: truncate(min(1.0, 1.0 / max(constant_s * hz, 1.0 / ROLL_TICKS_MAX)), LAG_BITS)
+                .max(1),
+            roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_s * hz, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
             counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
             counts_per_tick_max: counts_per_tick_max(config, q),
@@ -151,6 +167,8 @@ pub(super) struct WheelProbe {
     duty: i32,
     /// The sum in (1) so far.
     push: i64,
+    /// The lagging duty in (2).
+    lagging: i64,
     held_ticks: u32,
     /// The push is over, and the wheel rolls for this many ticks more.
     rolling: Option<u32>,
@@ -167,6 +185,7 @@ impl WheelProbe {
             // Below the model's friction nothing moves.
             duty: (limits.ks / 2).min(limits.duty_max),
             push: 0,
+            lagging: 0,
             held_ticks: 0,
             rolling: None,
         }
@@ -198,11 +217,26 @@ impl WheelProbe {
         }
     }
 
+    /// What the wheel rolls on without a push, as (1): with T = kA / kV and the speed v = w / kV at most v T, as the
+    /// motor brakes, and at most v^2 kA / (2 kS), as friction does.
+    fn rolls_on(&self) -> i64 {
+        let Self { limits, lagging, .. } = self;
+        let by_motor = (lagging << LAG_BITS) / limits.lag;
+        let twice_ks = 2 * i64::from(limits.ks);
+        if *lagging >= twice_ks {
+            return by_motor;
+        }
+        // Below 2^41 and 2^31: the product keeps within 63 bits.
+        (by_motor >> 10) * lagging / (twice_ks >> 10).max(1)
+    }
+
     /// The duty of this tick.
     fn push_on(&mut self) -> Duty {
         let limits = &self.limits;
-        // (1), with the duty of the tick before
-        self.push += i64::from((self.duty - limits.ks).max(0));
+        // (2), with the duty of the tick before, and (1)
+        let excess = i64::from((self.duty - limits.ks).max(0));
+        self.lagging += ((excess - self.lagging) * limits.lag) >> LAG_BITS;
+        self.push += self.lagging;
         if self.duty < limits.duty_max {
             let slow = self.push < limits.push_max / SLOW_SHARE;
             let rise_ticks = if slow { RISE_TICKS } else { FAST_RISE_TICKS };
@@ -211,9 +245,8 @@ impl WheelProbe {
         } else {
             self.held_ticks += 1;
         }
-        let next = i64::from((self.duty - limits.ks).max(0));
-        if self.push + next > limits.push_max || self.held_ticks >= limits.hold_ticks {
-            self.rolling = Some(ROLL_TICKS);
+        if self.push + self.rolls_on() > limits.push_max || self.held_ticks >= limits.hold_ticks {
+            self.rolling = Some(limits.roll_ticks);
             return Duty::ZERO;
         }
         Duty(I2F30::from_bits(self.duty * self.sign))

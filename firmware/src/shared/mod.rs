@@ -26,8 +26,8 @@ use core::cell::RefCell;
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
 use shared_proto::{
-    Access, Config, DriverConfig, Event, Fault, Greeting, LinkStatistics, Reply, Request, State,
-    Telemetry, WheelPair,
+    Access, Config, DriverConfig, Event, Fault, Greeting, LinkStatistics, MotionEnd, Reply,
+    Request, State, Telemetry, WheelPair,
 };
 
 pub use dead_man::DeadMan;
@@ -43,6 +43,7 @@ use crate::probe::Probe;
 use crate::profile::{Plan, Profile};
 use crate::protection::Thresholds;
 use crate::soft_float::truncate;
+use crate::voltage::VoltagePlan;
 
 /// Everything that passes from one task to another.
 pub struct Shared<M: RawMutex> {
@@ -216,6 +217,18 @@ pub enum Order {
         /// How long to hold the place afterwards \[ticks\].
         hold_ticks: u32,
     },
+    /// Apply voltages, in place of those under way; [`ControlEvent::Rolled`] marks the end.
+    Voltage {
+        /// Returned in the event.
+        id: u32,
+        /// The voltages and their limits.
+        plan: VoltagePlan,
+    },
+    /// End the voltages under way now; [`ControlEvent::Rolled`] follows when the wheels stand.
+    Halt {
+        /// Returned in the event.
+        id: u32,
+    },
 }
 
 /// What the control tasks report to the supervisor.
@@ -225,6 +238,8 @@ pub enum ControlEvent {
     Probed(u32),
     /// The plan has ended and the wheels have settled: the order with this id is done.
     Settled(u32),
+    /// The voltages are over and the wheels stand: the order with this id is done.
+    Rolled(u32, MotionEnd),
     /// A fault was latched.
     Faulted,
     /// The emergency stop's button was held to clear its fault.
@@ -243,7 +258,7 @@ pub enum Follow {
 #[derive(Clone)]
 pub struct LoopSettings {
     /// The controller's gains and limits.
-    pub gains: Gains,
+    pub gains: WheelPair<Gains>,
     /// The protection's thresholds.
     pub thresholds: Thresholds,
     /// Whether positive duty turns a wheel backwards.
@@ -263,6 +278,8 @@ pub struct SupplyLimits {
     pub max: u16,
     /// Where the gains hold; 0 for any, and where the supply is not measured.
     pub nominal: u16,
+    /// Taken for the supply where it is not measured; 0 where it is.
+    pub assumed: u16,
 }
 
 impl SupplyLimits {
@@ -276,7 +293,14 @@ impl SupplyLimits {
             max: if max == 0 { u16::MAX } else { max },
             // Without a divider there is nothing to scale by.
             nominal: if min == 0 { 0 } else { millivolts(config.feedforward.supply_v) },
+            assumed: if min == 0 { millivolts(config.feedforward.nominal_v()) } else { 0 },
         }
+    }
+
+    /// The supply as measured, or what it is taken for.
+    #[inline(always)]
+    pub fn known(self, measured_mv: u16) -> u16 {
+        if self.assumed == 0 { measured_mv } else { self.assumed }
     }
 
     /// Whether the motors may have this supply.

@@ -10,6 +10,7 @@ use crate::capture::Measured;
 use crate::pid::PidState;
 use crate::profile::Setpoint;
 use crate::units::{Duty, Speed, Travel};
+use crate::voltage::AppliedVoltage;
 
 /// One control tick. Capture, profile and PID each fill in their part in place; nothing is copied.
 #[derive(Clone, Copy)]
@@ -26,6 +27,8 @@ pub struct Tick {
     pub duty: WheelPair<Duty>,
     /// The encoder-sign check is under way.
     pub probing: bool,
+    /// The motors' voltage, summed over time.
+    pub applied: AppliedVoltage,
 }
 
 /// What to do with the wheels at one tick.
@@ -42,6 +45,8 @@ pub enum Action {
     },
     /// Follow the setpoints, closed loop.
     Track(WheelPair<Setpoint>),
+    /// Apply these voltages, open loop \[2^-24 V\].
+    Voltage(WheelPair<i32>),
 }
 
 /// The wheels and the supply at one control tick.
@@ -71,6 +76,7 @@ impl<M: RawMutex> TickCell<M> {
             loops: WheelPair::both(PidState::ZERO),
             duty: WheelPair::both(Duty::ZERO),
             probing: false,
+            applied: AppliedVoltage::ZERO,
         })))
     }
 
@@ -131,6 +137,7 @@ impl Tick {
             speed_um_s: self.measured.speed.get(wheel).to_um_s(),
             terms: self.loops.get(wheel).terms(),
             duty: self.duty.get(wheel).to_i16(),
+            applied_uvs: *self.applied.to_uvs().get(wheel),
         }
     }
 }

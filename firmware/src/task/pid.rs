@@ -16,6 +16,7 @@ use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
 use crate::supply::SupplyScale;
 use crate::units::Duty;
+use crate::voltage::duty_of;
 
 /// The supply may stay below its limit this long \[ticks\]: a starting motor makes the voltage dip.
 const SUPPLY_LOW_TICKS_MAX: u32 = 20;
@@ -51,6 +52,8 @@ pub async fn run<M: RawMutex>(
                 motors.enable(true);
             }
             tick.duty = output.duty;
+            let supply_mv = control.supply_mv.known(supply_mv);
+            tick.applied.add(output.duty, supply_mv);
             tick.probing = output.probing;
             let period = shared.telemetry_period.get();
             if period != 0 && tick.measured.tick.is_multiple_of(period) {
@@ -77,7 +80,7 @@ const SUPPLY_HIGH_TICKS_MAX: u32 = 4;
 
 /// Both wheels' control loops and their protection.
 struct Control {
-    gains: Gains,
+    gains: WheelPair<Gains>,
     /// Whether positive duty turns a wheel backwards.
     reversed: WheelPair<bool>,
     supply_mv: SupplyLimits,
@@ -133,11 +136,16 @@ impl Control {
         {
             shared.raise_in_tick(fault, measured.t_us);
         }
-        if matches!(action, Action::Probe { .. } | Action::Track(_)) && !shared.dead_man.spend() {
+        if matches!(action, Action::Probe { .. } | Action::Track(_) | Action::Voltage(_))
+            && !shared.dead_man.spend()
+        {
             shared.raise_in_tick(Fault::Unsupervised, measured.t_us);
         }
         let supply_scale = self.supply_scale.step(*supply_mv);
-        let output = self.act(shared, measured, action, (loops, supply_scale));
+        let output = match action {
+            Action::Voltage(volts) => self.apply(*volts, *supply_mv, loops),
+            action => self.act(shared, measured, action, (loops, supply_scale)),
+        };
         // Checked last, so that a fault of this very tick counts.
         let output =
             if shared.fault.forces_motors_off() { self.stop(shared, tick) } else { output };
@@ -163,7 +171,8 @@ impl Control {
         (loops, supply_scale): (&mut WheelPair<PidState>, i32),
     ) -> Output {
         match action {
-            Action::Off => {
+            // A voltage needs no loop: see `apply`.
+            Action::Off | Action::Voltage(_) => {
                 self.reset(loops);
                 Output::OFF
             }
@@ -182,6 +191,20 @@ impl Control {
                 self.track(shared, measured, setpoints, (loops, supply_scale))
             }
         }
+    }
+
+    /// Voltages without feedback. What watches the loop needs a setpoint: the voltages' own limits watch instead.
+    #[cold]
+    #[inline(never)]
+    fn apply(
+        &mut self,
+        volts: WheelPair<i32>,
+        supply_mv: u16,
+        loops: &mut WheelPair<PidState>,
+    ) -> Output {
+        self.reset(loops);
+        let duty = duty_of(volts, self.supply_mv.known(supply_mv), self.gains.left.duty_max());
+        Output { enabled: true, probing: false, duty }
     }
 
     #[inline(never)]
@@ -205,7 +228,7 @@ impl Control {
         match outcome {
             Some(ProbeOutcome::Running(duty)) => {
                 // On a full battery, too, an unplugged encoder is found before the robot has rolled far.
-                output.duty = duty.map(|duty| self.gains.at_supply(duty, supply_scale));
+                output.duty = duty.map(|duty| self.gains.left.at_supply(duty, supply_scale));
             }
             Some(ProbeOutcome::Done) => {
                 let _ = shared.control_events.try_send(ControlEvent::Probed(id));

@@ -5,10 +5,11 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use fixed::types::I2F30;
-use shared_proto::Fault;
+use shared_proto::{Fault, MotionEnd};
 
 use crate::capture::Measured;
 use crate::shared::{Action, ControlEvent, Order, Shared};
+use crate::voltage::{OpenLoop, OpenLoopStep};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
 const SETTLE_TICKS_MAX: u32 = 250;
@@ -42,6 +43,7 @@ enum ActiveOrder {
     Probe { id: u32 },
     Follow { id: u32, hold_ticks: u32, close_ticks: u32, settle_ticks: u32 },
     Hold { ticks_left: u32 },
+    Voltage { id: u32, open_loop: OpenLoop },
 }
 
 impl ActiveOrder {
@@ -50,6 +52,28 @@ impl ActiveOrder {
             Order::Off => *self = ActiveOrder::Off,
             Order::Rest => *self = ActiveOrder::Rest,
             Order::Probe { id } => *self = ActiveOrder::Probe { id },
+            Order::Voltage { id, plan } => match self {
+                ActiveOrder::Voltage { id: present, open_loop } => {
+                    *present = id;
+                    open_loop.replace(plan, measured.travel);
+                }
+                _ => {
+                    let open_loop = OpenLoop::new(plan, measured.travel);
+                    *self = ActiveOrder::Voltage { id, open_loop };
+                }
+            },
+            Order::Halt { id } => match self {
+                ActiveOrder::Voltage { id: present, open_loop } => {
+                    *present = id;
+                    open_loop.halt();
+                }
+                // They were over when the order came: nothing turns.
+                _ => {
+                    *self = ActiveOrder::Rest;
+                    let rolled = ControlEvent::Rolled(id, MotionEnd::Stopped);
+                    let _ = shared.control_events.try_send(rolled);
+                }
+            },
             Order::Follow { id, hold_ticks } => {
                 let late = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
@@ -94,6 +118,7 @@ impl ActiveOrder {
                 }
                 Action::Track(setpoints)
             }
+            ActiveOrder::Voltage { .. } => self.step_open_loop(shared, measured),
             ActiveOrder::Hold { ticks_left: 0 } => {
                 *self = ActiveOrder::Rest;
                 Action::Rest
@@ -103,6 +128,21 @@ impl ActiveOrder {
                 Action::Track(
                     shared.profile.lock(|profile| profile.borrow_mut().step(measured.tick)),
                 )
+            }
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn step_open_loop<M: RawMutex>(&mut self, shared: &Shared<M>, measured: &Measured) -> Action {
+        let ActiveOrder::Voltage { id, open_loop } = self else { return Action::Rest };
+        match open_loop.step(&measured.travel, &measured.speed) {
+            OpenLoopStep::Apply(volts) => Action::Voltage(volts),
+            OpenLoopStep::Roll => Action::Rest,
+            OpenLoopStep::Ended(end) => {
+                let _ = shared.control_events.try_send(ControlEvent::Rolled(*id, end));
+                *self = ActiveOrder::Rest;
+                Action::Rest
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Records of every layout that ever was, as bytes that never change.
 
 use firmware::hal::StoreError;
-use shared_proto::{AtFault, Config, Driver, DriverConfig};
+use shared_proto::{AtFault, Config, Driver, DriverConfig, FeedforwardConfig, WheelFeedforward};
 
 use super::nor::{Nor, SECTOR_LEN, SECTORS};
 use super::{load, numbered, save};
@@ -24,6 +24,9 @@ const LAYOUT_5: &[u8] = include_bytes!("layout_5.bin");
 /// With a driver, in layout 6.
 const LAYOUT_6: &[u8] = include_bytes!("layout_6.bin");
 
+/// With a feedforward for each wheel and direction, in layout 7.
+const LAYOUT_7: &[u8] = include_bytes!("layout_7.bin");
+
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
 
@@ -45,7 +48,15 @@ fn stored(heading_pull_rad_per_m: f64) -> Config {
 /// That of layout 4.
 fn with_supply() -> Config {
     let mut config = stored(-0.0125);
-    (config.feedforward.supply_v, config.protection.supply_v_max) = (12.6, 16.8);
+    // What was stored are shares of the nominal supply: 0.04, 2 s/m and 0.064 s^2/m.
+    let wheel = WheelFeedforward {
+        ks_forward_v: 0.04 * 12.6,
+        ks_backward_v: 0.04 * 12.6,
+        kv_v_s_per_m: 2.0 * 12.6,
+        ka_v_s2_per_m: 0.064 * 12.6,
+    };
+    config.feedforward = FeedforwardConfig { left: wheel, right: wheel, supply_v: 12.6 };
+    config.protection.supply_v_max = 16.8;
     config
 }
 
@@ -56,8 +67,8 @@ fn with_hold() -> Config {
     config
 }
 
-/// That of the newest.
-fn newest() -> Config {
+/// That of layout 6.
+fn with_driver() -> Config {
     let driver = DriverConfig {
         pwm_hz: 16_000.0,
         enable_inverted: true,
@@ -68,8 +79,17 @@ fn newest() -> Config {
     Config { driver, ..with_hold() }
 }
 
+/// That of the newest.
+fn newest() -> Config {
+    let mut config = with_driver();
+    let FeedforwardConfig { left, right, .. } = &mut config.feedforward;
+    (left.ks_backward_v, left.ka_v_s2_per_m) = (0.625, 1.5);
+    (right.ks_forward_v, right.kv_v_s_per_m) = (0.375, 26.5);
+    config
+}
+
 #[test]
-fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_6_of_it()
+fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_7_of_it()
 {
     for (old, config) in [
         (LAYOUT_1, stored(0.0)),
@@ -77,6 +97,7 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
         (LAYOUT_3, stored(-0.0125)),
         (LAYOUT_4, with_supply()),
         (LAYOUT_5, with_hold()),
+        (LAYOUT_6, with_driver()),
     ] {
         let (loaded, flash) = load(flash(old));
         assert_eq!(loaded, Ok(Some(config)), "every value is kept");
@@ -86,22 +107,23 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
         assert_eq!(saved, Ok(()));
         let (again, flash) = load(Nor::holding(flash.bytes));
         assert_eq!(again, Ok(Some(newest())));
-        // The old record is as it was; behind it stands one in layout 6.
+        // The old record is as it was; behind it stands one in layout 7.
         assert_eq!(&flash.bytes[..old.len()], old);
         let header = &flash.bytes[old.len() + RECORD - 4..];
-        assert_eq!(header[..2], 6_u16.to_le_bytes());
+        assert_eq!(header[..2], 7_u16.to_le_bytes());
     }
 }
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    assert_eq!(load(flash(LAYOUT_6)).0, Ok(Some(newest())));
+    assert_eq!(load(flash(LAYOUT_7)).0, Ok(Some(newest())));
     let (_, flash) = save(Nor::blank(), &newest());
-    let (written, beyond) = flash.bytes.split_at(LAYOUT_6.len());
+    std::fs::write("/tmp/flash.bin", &flash.bytes).unwrap();
+    let (written, beyond) = flash.bytes.split_at(LAYOUT_7.len());
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(
         hex(written),
-        hex(LAYOUT_6),
+        hex(LAYOUT_7),
         "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here (`xxd -r -p` makes one of these digits)"
     );
     assert!(beyond[..64].iter().all(|byte| *byte == 0xFF), "and no more");
@@ -109,7 +131,7 @@ fn a_configuration_of_another_shape_needs_a_new_layout() {
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
-    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5, LAYOUT_6] {
+    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5, LAYOUT_6, LAYOUT_7] {
         let record = &layout[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
         for at in [0, 2, 6, 100] {

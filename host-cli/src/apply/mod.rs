@@ -15,8 +15,8 @@ use robot_model::explain::model::Model;
 use robot_model::explain::{Answer, ParameterFound};
 use shared_proto::{Config, GeometryConfig};
 
+use crate::campaign_recorder::samples::robot_file;
 use crate::error::{Error, Result};
-use crate::survey::samples::robot_file;
 use campaign::RobotFile;
 use campaign::mean_radius_m;
 use campaign::model::{EffectEntry, ModelFile};

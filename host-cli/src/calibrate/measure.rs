@@ -13,10 +13,10 @@ use shared_proto::{Config, GeometryConfig, Telemetry};
 
 use super::measurement::{Measurement, OneWay};
 use super::pose_at_rest;
+use crate::calibration_page::{EndReading, PathSource, RunReport};
+use crate::campaign_recorder::samples::seconds;
 use crate::error::{Error, Result};
-use crate::picture::{EndReading, PathSource, RunReport};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
-use crate::survey::samples::seconds;
 use crate::wheel_angles;
 
 /// A drive that is to be measured.

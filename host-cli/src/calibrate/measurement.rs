@@ -4,7 +4,7 @@ use robot_model::calibration::out_and_back::OutAndBackError;
 use robot_model::calibration::{Deviation, Experiment, Leg, OutAndBack, Shared, WheelWeight};
 use robot_model::kinematics::Geometry;
 
-use crate::picture::RunReport;
+use crate::calibration_page::RunReport;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
 
 /// How well the offset of a robot is known that stands still at both ends \[m\]: a heading of 2 mrad, of ten pictures,

@@ -6,6 +6,7 @@ mod analysis;
 mod calibrate;
 mod campaign;
 mod drive;
+mod tune;
 mod value_enums;
 mod value_parsers;
 
@@ -18,6 +19,7 @@ pub use analysis::{
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
 pub use host_link::listen::Listen;
+pub use tune::TuneArgs;
 pub use value_enums::{Measure, Method};
 pub use value_parsers::period_ms;
 
@@ -148,6 +150,8 @@ pub enum Command {
     Report(ReportArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
+    /// Identify the motors, compute feedforward and gains, and keep them if the robot follows better.
+    Tune(TuneArgs),
     /// Write radii, track width and pull found in a campaign to the robot.
     Apply(ApplyArgs),
     /// Compute W_T from numbers typed in, as the paper does.

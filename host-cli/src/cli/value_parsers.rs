@@ -93,6 +93,14 @@ pub fn period_ms(rate: u16) -> u16 {
     1000 / rate.clamp(1, 1000)
 }
 
+/// Reads a share that is not much less than 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.1..=1.0).contains(&share) => Ok(share),
+        _ => Err("must be a number from 0.1 to 1".into()),
+    }
+}
+
 /// Reads a tolerance in percent.
 pub(super) fn percent(text: &str) -> Result<f64, String> {
     match text.trim_end_matches('%').trim_end().parse() {

@@ -19,6 +19,8 @@ use crate::port::with_robot;
 use crate::quantity::LengthUnit;
 use crate::ui::{self, BOLD, DIM, GOOD, note, note_text, paint, say, warn};
 use crate::undo::{Undo, state_folder};
+
+use super::undo::last_change;
 use crate::words;
 use campaign::model::{EffectEntry, ModelFile};
 use campaign::{Campaign, Recordings};
@@ -153,7 +155,7 @@ fn effects_of(
 /// Why nothing is written, and what to do.
 type Unsettled = (String, &'static str);
 
-/// Left over this many times the floor, values may stand in for something else.
+/// Left over this many times the reachable error, values may stand in for something else.
 const LEFT_OVER_MAX: f64 = 2.0;
 
 /// Nothing is written by a file with wrong numbers, nor beside a large error that nothing explains.
@@ -164,7 +166,7 @@ fn unsettled(answer: &Answer, catalogue: &[&dyn Effect], nominal_m: [f64; 2]) ->
     }
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
-    let is_large = after.position_rms_m > LEFT_OVER_MAX * answer.floor.position_rms_m;
+    let is_large = after.position_rms_m > LEFT_OVER_MAX * answer.reachable.position_rms_m;
     (answer.unexplained.structure && is_large).then(|| {
         let problem = format!(
             "nothing was written: {:.1} mm of the error are unexplained, and depend on {}",
@@ -178,19 +180,7 @@ fn unsettled(answer: &Answer, catalogue: &[&dyn Effect], nominal_m: [f64; 2]) ->
 }
 
 pub(super) fn undo(common: &Common) -> Result<()> {
-    if common.port.is_sim() && common.flash.is_none() {
-        return Err(Error::new(
-            "this simulated robot forgets when the command ends: nothing to undo",
-        )
-        .hint("give it a memory with --flash FILE"));
-    }
-    let folder = state_folder()?;
-    let undone = with_robot(&common.port, &common.sim(), async |session, _| {
-        let identity = session.identify().await?;
-        let undo = Undo::<GeometryConfig>::recall(&folder, &identity)?;
-        undo.carry_out(session, &folder, &identity).await?;
-        Ok(undo)
-    })?;
+    let undone = last_change::<GeometryConfig>(common)?;
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {

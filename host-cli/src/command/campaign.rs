@@ -1,6 +1,6 @@
 //! `beeline campaign plan` and `beeline campaign record`: options, progress and results.
 //!
-//! Runs are planned in `campaign`, and recorded by [`crate::survey`].
+//! Runs are planned in `campaign`, and recorded by [`crate::campaign_recorder`].
 
 use std::path::Path;
 
@@ -8,11 +8,11 @@ use serde_json::json;
 use shared_proto::Config;
 
 use super::pose_source;
+use crate::campaign_recorder::{RecordSettings, RecordStep, Summary, record_campaign};
 use crate::cli::{CampaignCommand, CampaignRecordArgs, Common, PlanArgs, PlanCommandArgs};
 use crate::error::{Error, Result};
 use crate::escape::{seen, shell_path};
 use crate::port::with_robot;
-use crate::survey::{RecordSettings, RecordStep, Summary, record_campaign};
 use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, say_text, warn};
 use campaign::Campaign;
 use campaign::file::{check_writable, write_whole};

@@ -23,17 +23,17 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         Some(file) => (file, ModelFile::read(file)?),
         None => (&default, ModelFile::read_or_empty(&default)?),
     };
-    let assumed = model.assumed().map_err(|id| {
+    let model_effects = model.effects_with_values().map_err(|id| {
         let campaign = shell_path(&args.campaign);
         Error::new(format_args!("{}: {id} has no values yet", file.display()))
             .hint(format_args!("`beeline model fit {campaign}`"))
     })?;
     let own: Vec<_> = model.own().collect();
     let comparer = Comparer::new(&campaign, &own).map_err(Error::new)?;
-    let comparison = comparer.compare(&assumed);
-    let nominal = (!assumed.is_empty()).then(|| comparer.compare(&[]));
+    let comparison = comparer.compare(&model_effects);
+    let nominal = (!model_effects.is_empty()).then(|| comparer.compare(&[]));
     if common.json || args.format.is_json() {
-        let effects: Vec<&str> = assumed.iter().map(|assumed| assumed.effect.facts().id).collect();
+        let effects: Vec<&str> = model_effects.iter().map(|one| one.effect.facts().id).collect();
         say(json!({
             "schema": 1,
             "model": effects,

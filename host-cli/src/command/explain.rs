@@ -12,7 +12,9 @@ use robot_model::recording::OdometryNoise;
 use super::compare::{read_and_judge, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, explained, headline, net_changes, reached_again, show};
+use crate::explain::{
+    AnswerContext, effects_with_values, explained, headline, net_changes, reached_again, show,
+};
 use crate::json;
 use crate::ui::{note, say};
 use campaign::Campaign;
@@ -32,19 +34,19 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }
-    let subject = subject(common, &args.campaign, (&read, &campaign), &catalogue);
-    let subject = Subject { in_model: &model.effects, ..subject };
+    let context = answer_context(common, &args.campaign, (&read, &campaign), &catalogue);
+    let context = AnswerContext { in_model: &model.effects, ..context };
     if common.json || args.format.is_json() {
-        say(json::answer(&answer, &headline(&answer, &subject), &data));
+        say(json::answer(&answer, &headline(&answer, &context), &data));
     } else {
         let combinations = if answer.steps.is_empty() {
             Vec::new()
         } else {
             let comparer =
                 Comparer::with_noise(&campaign, OdometryNoise::TYPICAL).map_err(Error::new)?;
-            net_changes(&comparer, &assumed(&answer.steps, &catalogue))
+            net_changes(&comparer, &effects_with_values(&answer.steps, &catalogue))
         };
-        show(&answer, &Subject { combinations, ..subject });
+        show(&answer, &AnswerContext { combinations, ..context });
     }
     if let Some(file) = &args.save {
         let found = found(&answer, &model, campaign.fitted_runs().count());
@@ -86,13 +88,13 @@ fn found(answer: &Answer, model: &ModelFile, runs: usize) -> ModelFile {
 }
 
 /// What is asked of the campaign in a folder, with no effect in its model and none found yet.
-pub(super) fn subject<'a>(
+pub(super) fn answer_context<'a>(
     common: &Common,
     folder: &Path,
     (read, campaign): (&'a Campaign, &recording::Campaign),
     catalogue: &'a [&'a dyn Effect],
-) -> Subject<'a> {
-    Subject {
+) -> AnswerContext<'a> {
+    AnswerContext {
         robot: &read.robot.name,
         campaign: folder.to_string_lossy().into_owned(),
         reached: reached_again(common, read),

@@ -17,7 +17,9 @@ mod pose_source;
 mod record;
 mod report;
 mod sim;
+mod tune;
 mod umbmark;
+mod undo;
 mod velocity;
 mod watch;
 mod wheel_weight;
@@ -73,6 +75,10 @@ pub fn run(cli: &Cli) -> Result<()> {
             Command::Calibrate(args) => {
                 interrupt::listen();
                 calibrate::run(common, args)
+            }
+            Command::Tune(args) => {
+                interrupt::listen();
+                tune::run(common, args)
             }
             Command::Apply(args) => {
                 interrupt::listen();

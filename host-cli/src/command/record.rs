@@ -6,14 +6,14 @@ use serde_json::json;
 
 use super::drive::{kind, motion_of, profile_of};
 use super::pose_source;
+use crate::campaign_recorder::clock::LastRun;
+use crate::campaign_recorder::record::recorded_meanwhile;
+use crate::campaign_recorder::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::limits;
 use crate::port::with_robot;
-use crate::survey::clock::LastRun;
-use crate::survey::record::recorded_meanwhile;
-use crate::survey::samples::{columns, on_one_encoder, robot_file, rows};
 use crate::ui::{Progress, note, say, warn};
 use campaign::model::in_use;
 use campaign::write::next_number;
@@ -45,7 +45,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         // The robot's own clock restarts at every power-on, so the start is on the campaign's. A
         // simulated run has none, so that the same seed gives the same bytes.
         let there = Campaign::read_if_any(&args.campaign)?;
-        in_use::keep(&args.campaign, writer.robot(), &config, there.is_some())?;
+        in_use::record(&args.campaign, writer.robot(), &config, there.is_some())?;
         let last = there.and_then(|campaign| LastRun::of(&args.campaign, &campaign));
         let now_s: f64 = last.map_or(0.0, |last| last.ended_s + last.ago_s);
         let started_s = (!is_simulated).then_some((now_s * 1e3).round() / 1e3);

@@ -2,15 +2,15 @@
 //!
 //! The page itself is made by [`crate::report`].
 
-use robot_model::compare::{Assumed, Comparer};
+use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::Effect;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
-use super::explain::subject;
+use super::explain::answer_context;
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
-use crate::explain::{Subject, assumed, explained, net_changes};
+use crate::explain::{AnswerContext, effects_with_values, explained, net_changes};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
 use campaign::file::{check_writable, write_whole};
@@ -43,18 +43,18 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let answer = explained(&campaign, &catalogue, &in_use, common.json).map_err(Error::new)?;
     let comparer =
         Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
-    let found = assumed(&answer.steps, &catalogue);
-    let subject = Subject {
+    let found = effects_with_values(&answer.steps, &catalogue);
+    let context = AnswerContext {
         combinations: net_changes(&comparer, &found),
-        ..subject(common, &args.campaign, (&read, &campaign), &catalogue)
+        ..answer_context(common, &args.campaign, (&read, &campaign), &catalogue)
     };
-    let before = assumed(&answer.known, &catalogue);
-    let after: Vec<Assumed> = before.iter().chain(&found).cloned().collect();
+    let before = effects_with_values(&answer.known, &catalogue);
+    let after: Vec<EffectWithValues> = before.iter().chain(&found).cloned().collect();
     let comparisons = [comparer.compare(&before), comparer.compare(&after)];
     let paths = [comparer.paths(&before), comparer.paths(&after)];
     let curves = [comparer.curves(&before), comparer.curves(&after)];
     let report = CampaignReport {
-        subject: &subject,
+        context: &context,
         answer: &answer,
         comparisons: comparisons.each_ref(),
         paths: paths.each_ref().map(Vec::as_slice),

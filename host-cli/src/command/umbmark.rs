@@ -11,6 +11,7 @@ use super::pose_source;
 use crate::calibrate::umbmark::{
     Decision, Systematic, UmbmarkOutcome, UmbmarkSettings, UmbmarkStep, umbmark,
 };
+use crate::campaign_recorder::piece::{self, Piece};
 use crate::cli::{CalibrateArgs, Common};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
@@ -18,7 +19,6 @@ use crate::explain::parameters;
 use crate::limits;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
-use crate::survey::piece::{self, Piece};
 use crate::table::wrapped;
 use crate::ui::{BOLD, DIM, GOOD, Progress, note, paint, say, say_text};
 use crate::undo::state_folder;
@@ -158,7 +158,7 @@ fn to_json(outcome: &UmbmarkOutcome, explained: &[StepFound]) -> serde_json::Val
         .iter()
         .map(|step| {
             let parameters = crate::json::parameters(&step.parameters);
-            json!({"class": step.class, "parameters": parameters, "why": words::why(step)})
+            json!({"class": step.class, "parameters": parameters, "why": words::evidence(step)})
         })
         .collect();
     let (decision, after) = match &outcome.decision {
@@ -185,7 +185,7 @@ fn say_effect(step: &StepFound) {
     };
     put(2, &step.class.join(" or "));
     parameters(&step.parameters, 4);
-    put(4, &format!("Evidence: {}.", words::why(step).trim_end_matches('.')));
+    put(4, &format!("Evidence: {}.", words::evidence(step).trim_end_matches('.')));
     if step.class.len() > 1 {
         put(4, &format!("The values apply if it is {}.", step.effect));
     }

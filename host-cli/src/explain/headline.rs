@@ -1,7 +1,7 @@
 //! An answer in sentences, for the terminal and for a page alike.
 
 use campaign::model::EffectEntry;
-use robot_model::compare::{Assumed, Comparer};
+use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
@@ -9,17 +9,20 @@ use robot_model::explain::{Answer, HeldOut, StepFound};
 use crate::words;
 
 /// Effects of an answer at the values found; the catalogue has all candidates.
-pub fn assumed<'a>(steps: &[StepFound], catalogue: &[&'a dyn Effect]) -> Vec<Assumed<'a>> {
+pub fn effects_with_values<'a>(
+    steps: &[StepFound],
+    catalogue: &[&'a dyn Effect],
+) -> Vec<EffectWithValues<'a>> {
     let step = |step: &StepFound| {
         let values = step.parameters.iter().map(|parameter| parameter.value).collect();
         let effect = catalogue.iter().find(|effect| effect.facts().id == step.effect)?;
-        Some(Assumed { effect: *effect, values, up_to_mps: None })
+        Some(EffectWithValues { effect: *effect, values, up_to_mps: None })
     };
     steps.iter().filter_map(step).collect()
 }
 
 /// The net change by each of these effects in one number, where there is one.
-pub fn net_changes(comparer: &Comparer, effects: &[Assumed<'_>]) -> Vec<Option<String>> {
+pub fn net_changes(comparer: &Comparer, effects: &[EffectWithValues<'_>]) -> Vec<Option<String>> {
     let change = |effect| comparer.net_change(effect).as_ref().map(words::net_change);
     effects.iter().map(change).collect()
 }
@@ -30,7 +33,7 @@ pub fn before(answer: &Answer) -> &'static str {
 }
 
 /// What was asked, for the words of the answer.
-pub struct Subject<'a> {
+pub struct AnswerContext<'a> {
     /// Name of the robot.
     pub robot: &'a str,
     /// The folder, as the user wrote it.
@@ -49,7 +52,7 @@ pub struct Subject<'a> {
     pub nominal_m: [f64; 2],
 }
 
-impl Subject<'_> {
+impl AnswerContext<'_> {
     pub(crate) fn facts(&self, id: &str) -> Option<Facts<'_>> {
         self.catalogue.iter().map(|effect| effect.facts()).find(|facts| facts.id == id)
     }
@@ -61,10 +64,10 @@ impl Subject<'_> {
 }
 
 /// The main finding, in a few sentences: first what is wrong in `robot.toml`, then the effects that matter.
-pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
+pub fn headline(answer: &Answer, context: &AnswerContext<'_>) -> String {
     let before = &answer.baseline.cross_validated;
     let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
-    let error = format!("the {} {}", kind_of_error(subject.runs), change(before, after));
+    let error = format!("the {} {}", kind_of_error(context.runs), change(before, after));
     let more = if answer.unexplained.structure {
         format!(". The residuals still depend on {}", words::depends_on(&answer.unexplained))
     } else {
@@ -75,23 +78,23 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
     let found = match matter.as_slice() {
         [] if answer.unexplained.structure => format!(
             "No known effect explains {}, but the residuals depend on {}.",
-            these(subject.runs),
+            these(context.runs),
             words::depends_on(&answer.unexplained)
         ),
         [] => format!(
             "Nothing{} is missing{}: the residuals of {} are noise.",
             if slight.is_empty() { "" } else { " that matters" },
             if answer.known.is_empty() { "" } else { " from the model" },
-            these(subject.runs)
+            these(context.runs)
         ),
         [one] if answer.known.is_empty() => {
-            format!("One effect is missing: {}. With it {error}{more}.", says(one, subject))
+            format!("One effect is missing: {}. With it {error}{more}.", says(one, context))
         }
         [one] => {
-            format!("One more effect is missing: {}. With it {error}{more}.", says(one, subject))
+            format!("One more effect is missing: {}. With it {error}{more}.", says(one, context))
         }
         steps => {
-            let names: Vec<String> = steps.iter().map(|step| says(step, subject)).collect();
+            let names: Vec<String> = steps.iter().map(|step| says(step, context)).collect();
             format!(
                 "{}{} effects are missing: {}. With them {error}{more}.",
                 count(steps.len()),
@@ -100,8 +103,8 @@ pub fn headline(answer: &Answer, subject: &Subject<'_>) -> String {
             )
         }
     };
-    let first = wrong_in_robot_toml(answer, subject.catalogue, subject.nominal_m);
-    [first, Some(found), of_no_weight(&slight, answer, subject)]
+    let first = wrong_in_robot_toml(answer, context.catalogue, context.nominal_m);
+    [first, Some(found), of_no_weight(&slight, answer, context)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -139,10 +142,14 @@ pub fn wrong_in_robot_toml(
 }
 
 /// What is there and too small to matter.
-fn of_no_weight(slight: &[&StepFound], answer: &Answer, subject: &Subject<'_>) -> Option<String> {
+fn of_no_weight(
+    slight: &[&StepFound],
+    answer: &Answer,
+    context: &AnswerContext<'_>,
+) -> Option<String> {
     let together_m = slight.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
     let least_m = together_m.max(answer.tolerance_m);
-    let names: Vec<String> = slight.iter().map(|step| says(step, subject)).collect();
+    let names: Vec<String> = slight.iter().map(|step| says(step, context)).collect();
     let moves = format!("less than {} mm", at_least(1e3 * least_m));
     match slight {
         [] => None,
@@ -194,8 +201,8 @@ pub(crate) fn count(n: usize) -> String {
 }
 
 /// The name of an effect, with those of all that the runs cannot tell from it.
-pub(crate) fn says(step: &StepFound, subject: &Subject<'_>) -> String {
-    let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
+pub(crate) fn says(step: &StepFound, context: &AnswerContext<'_>) -> String {
+    let names: Vec<&str> = step.class.iter().map(|id| context.name(id)).collect();
     names.join(" or ")
 }
 
@@ -221,7 +228,7 @@ pub fn on_held_out(held_out: &HeldOut) -> String {
 #[cfg(test)]
 mod tests {
     use robot_model::estimation::ErrorPair;
-    use robot_model::explain::Why;
+    use robot_model::explain::Evidence;
 
     use super::*;
     use crate::explain::empty_answer::nothing_found;
@@ -239,7 +246,7 @@ mod tests {
             fitted: to,
             cross_validated: to,
             p_value: 1e-9,
-            why: Why::default(),
+            evidence: Evidence::default(),
             effect_size_m: 1e-2,
             moves_no_track: false,
             matters: true,
@@ -252,7 +259,7 @@ mod tests {
     }
 
     fn said(runs: usize, from: Errors, to: Errors) -> String {
-        let subject = Subject {
+        let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
             reached: "--port sim".into(),
@@ -262,7 +269,7 @@ mod tests {
             in_model: &[],
             nominal_m: [0.036, 0.372],
         };
-        headline(&answer(&["gyro_bias"], from, to), &subject)
+        headline(&answer(&["gyro_bias"], from, to), &context)
     }
 
     #[test]
@@ -304,7 +311,7 @@ mod tests {
     fn what_does_not_matter_is_said_to_be_there_and_how_little_it_moves() {
         let here = errors(1.5, 2.0);
         let found = answer(&["marker_offset"], here, here).with_tolerance(0.02);
-        let subject = Subject {
+        let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
             reached: "--port sim".into(),
@@ -315,7 +322,7 @@ mod tests {
             nominal_m: [0.036, 0.372],
         };
         assert_eq!(
-            headline(&found, &subject),
+            headline(&found, &context),
             "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is there and moves \
              the robot by less than 20 mm: marker_offset."
         );
@@ -332,7 +339,7 @@ mod tests {
             low95: 0.0498,
             high95: 0.0502,
         }];
-        let subject = Subject {
+        let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
             reached: "--port sim".into(),
@@ -342,7 +349,7 @@ mod tests {
             in_model: &[],
             nominal_m: [0.034, 0.372],
         };
-        let said = headline(&found, &subject);
+        let said = headline(&found, &context);
         assert!(said.starts_with("Set wheel_radius_m = 0.0357 (it says 0.0340)"), "{said}");
     }
 

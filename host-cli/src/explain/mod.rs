@@ -19,7 +19,8 @@ use crate::words;
 
 use self::headline::kind_of_error;
 pub use self::headline::{
-    Subject, assumed, before, headline, net_changes, on_held_out, text, wrong_in_robot_toml,
+    AnswerContext, before, effects_with_values, headline, net_changes, on_held_out, text,
+    wrong_in_robot_toml,
 };
 pub(crate) use self::headline::{count, says};
 pub(crate) use self::next::{gyro_words, no_next_run};
@@ -30,22 +31,22 @@ pub use self::progress::explained;
 const BAR: usize = 24;
 
 /// Prints an answer.
-pub fn show(answer: &Answer, subject: &Subject<'_>) {
-    wrapped(&headline(answer, subject), LINE).iter().for_each(|line| say(paint(BOLD, line)));
+pub fn show(answer: &Answer, context: &AnswerContext<'_>) {
+    wrapped(&headline(answer, context), LINE).iter().for_each(|line| say(paint(BOLD, line)));
     clocks(answer);
-    let opinion = answer.second_opinion.map(words::second_opinion);
+    let opinion = answer.alternative_fit.map(words::second_opinion);
     wrapped(opinion.unwrap_or_default(), LINE).iter().for_each(say);
     say("");
-    waterfall(answer, subject);
+    waterfall(answer, context);
     if let Some(held_out) = &answer.held_out {
         let (before, model) = (text(&held_out.baseline), text(&held_out.model));
         say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, on_held_out(held_out))));
     }
-    known(answer, subject);
+    known(answer, context);
     for (number, step) in answer.steps.iter().enumerate() {
         say("");
-        let combination = subject.combinations.get(number).and_then(Option::as_deref);
-        effect(number + 1, step, combination, subject);
+        let combination = context.combinations.get(number).and_then(Option::as_deref);
+        effect(number + 1, step, combination, context);
     }
     fitted_along(answer);
     if !answer.rejected.is_empty() {
@@ -61,7 +62,7 @@ pub fn show(answer: &Answer, subject: &Subject<'_>) {
     say("");
     unexplained(answer);
     say("");
-    next_run(answer, subject);
+    next_run(answer, context);
 }
 
 /// Radii and track width that are no finding of their own.
@@ -89,10 +90,10 @@ fn fitted_along(answer: &Answer) {
 }
 
 /// The cross-validated error as effects are added, as bars.
-fn waterfall(answer: &Answer, subject: &Subject<'_>) {
+fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     let most = answer.baseline.cross_validated.position_rms_m.max(f64::MIN_POSITIVE);
     let mut table = Table::new("llrrrl");
-    let heads = ["", kind_of_error(subject.runs), "position", "heading", "p", ""];
+    let heads = ["", kind_of_error(context.runs), "position", "heading", "p", ""];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     let mut row = |number: String, name: String, errors: &Errors, p: String| {
         let length =
@@ -110,13 +111,13 @@ fn waterfall(answer: &Answer, subject: &Subject<'_>) {
     row(String::new(), before(answer).into(), &answer.baseline.cross_validated, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = match step.class.len() {
-            0..=2 => format!("+ {}", says(step, subject)),
+            0..=2 => format!("+ {}", says(step, context)),
             // All of them are in the section of this effect.
-            n => format!("+ {} or {} others", subject.name(&step.effect), n - 1),
+            n => format!("+ {} or {} others", context.name(&step.effect), n - 1),
         };
         row((number + 1).to_string(), name, &step.cross_validated, probability(step.p_value));
     }
-    row(String::new(), "error floor: any model at all".into(), &answer.floor, String::new());
+    row(String::new(), "error floor: any model at all".into(), &answer.reachable, String::new());
     table.say(0);
 }
 
@@ -128,14 +129,14 @@ fn clocks(answer: &Answer) {
 }
 
 /// What the model already has, and whether these runs confirm it.
-fn known(answer: &Answer, subject: &Subject<'_>) {
-    if subject.in_model.is_empty() {
+fn known(answer: &Answer, context: &AnswerContext<'_>) {
+    if context.in_model.is_empty() {
         return;
     }
     say("");
     say(paint(BOLD, "Already in the model"));
     let mut table = Table::new("ll");
-    for entry in subject.in_model {
+    for entry in context.in_model {
         let id = entry.id();
         let holds = |step: &&StepFound| step.class.iter().any(|other| other == id);
         let words = match answer.known.iter().find(holds) {
@@ -183,18 +184,18 @@ fn confirmed(entry: &EffectEntry, found: &StepFound) -> String {
     }
 }
 
-fn effect(number: usize, step: &StepFound, combination: Option<&str>, subject: &Subject<'_>) {
+fn effect(number: usize, step: &StepFound, combination: Option<&str>, context: &AnswerContext<'_>) {
     let title = step.class.iter().map(String::as_str).collect::<Vec<_>>().join(" or ");
     say(format_args!("{number}  {}", paint(BOLD, title)));
     let put = |words: &str| {
         wrapped(words, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")))
     };
-    let facts = subject.facts(&step.effect);
+    let facts = context.facts(&step.effect);
     if let Some(facts) = facts {
         say(format_args!("   {}", paint(DIM, facts.equation)));
     }
     parameters(&step.parameters, 3);
-    put(&format!("Evidence: {}.", words::why(step).trim_end_matches('.')));
+    put(&format!("Evidence: {}.", words::evidence(step).trim_end_matches('.')));
     put(&format!("Worth: {}.", words::worth(step)));
     if step.class.len() > 1 {
         let common = combination
@@ -258,7 +259,7 @@ fn unexplained(answer: &Answer) {
     }
 }
 
-fn next_run(answer: &Answer, subject: &Subject<'_>) {
+fn next_run(answer: &Answer, context: &AnswerContext<'_>) {
     match &answer.next_run {
         Some(next) => {
             say(paint(BOLD, format_args!("Next: record {}", next.kind.name())));
@@ -267,7 +268,7 @@ fn next_run(answer: &Answer, subject: &Subject<'_>) {
             wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
             let gyro = gyro_words(next).unwrap_or_default();
             wrapped(gyro, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
-            say(format_args!("   {}", next_run_command(next, subject)));
+            say(format_args!("   {}", next_run_command(next, context)));
         }
         None => wrapped(&no_next_run(answer), LINE).iter().for_each(say),
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
-use super::headline::Subject;
+use super::headline::AnswerContext;
 use crate::cli::Common;
 use crate::escape::{shell, shell_path};
 use crate::port::Port;
@@ -70,14 +70,14 @@ pub fn reached_again(common: &Common, campaign: &Campaign) -> String {
 }
 
 /// The command line that records the next run.
-pub fn next_run_command(next: &NextRun, subject: &Subject<'_>) -> String {
-    let simulated = subject.reached.starts_with("--port sim");
+pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
+    let simulated = context.reached.starts_with("--port sim");
     let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
     format!(
         "beeline campaign record {} --run {} {}{gyro}",
-        shell_path(Path::new(&subject.campaign)),
+        shell_path(Path::new(&context.campaign)),
         shell(next.kind.name()),
-        subject.reached
+        context.reached
     )
 }
 
@@ -115,7 +115,7 @@ mod tests {
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             predicted: PredictedSeparation::default(),
         };
-        let subject = |reached: &str| Subject {
+        let context = |reached: &str| AnswerContext {
             robot: "r",
             campaign: "my robot".into(),
             reached: reached.into(),
@@ -126,14 +126,14 @@ mod tests {
             nominal_m: [0.036, 0.372],
         };
         let gyro = next(&["gyro_bias", "gyro_scale"]);
-        let command = next_run_command(&gyro, &subject("--port PORT"));
+        let command = next_run_command(&gyro, &context("--port PORT"));
         assert_eq!(
             command,
             "beeline campaign record 'my robot' --run straight --port PORT --gyro FILE"
         );
         assert!(gyro_words(&gyro).unwrap().contains("[gyro]"));
         // The simulator has a gyro of its own, and refuses a file.
-        assert!(next_run_command(&gyro, &subject("--port sim")).ends_with("--port sim"));
+        assert!(next_run_command(&gyro, &context("--port sim")).ends_with("--port sim"));
         assert!(gyro_words(&next(&["slope", "heading_pull"])).is_none());
     }
 }

@@ -16,7 +16,7 @@ pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
         "schema": 2,
         "verdict": verdict,
         "data_hypotheses": data,
-        "floor": errors(&answer.floor),
+        "floor": errors(&answer.reachable),
         "tolerance_m": answer.tolerance_m,
         "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
         "baseline": pair(&answer.baseline),
@@ -69,7 +69,7 @@ fn step(step: &StepFound) -> Value {
         "train": errors(&step.fitted),
         "heldout": errors(&step.cross_validated),
         "p_value": step.p_value,
-        "why": words::why(step),
+        "why": words::evidence(step),
         "matters": step.matters,
         "effect_size_m": step.effect_size_m,
     })
@@ -146,7 +146,7 @@ fn next_run(next: &NextRun) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{CandidateKind, PredictedSeparation, Reason, Why};
+    use robot_model::explain::{CandidateKind, Evidence, PredictedSeparation, Reason};
 
     use super::*;
     use crate::explain::empty_answer::nothing_found;
@@ -169,7 +169,7 @@ mod tests {
                 fitted: Errors::default(),
                 cross_validated: Errors::default(),
                 p_value: 1e-9,
-                why: Why::default(),
+                evidence: Evidence::default(),
                 effect_size_m: 1e-2,
                 moves_no_track: false,
                 matters: true,

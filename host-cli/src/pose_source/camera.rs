@@ -12,7 +12,7 @@ use sim_target::Lab;
 use sim_target::plant::Pose;
 
 use super::align::Reckoned;
-use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate};
+use super::{DriveOrSkip, Mark, PoseClock, PoseSource, RunMeasurement, Sigma, YawRate};
 use crate::error::Result;
 
 /// How long it takes to carry the robot to the mark of a run.
@@ -33,7 +33,11 @@ impl Camera {
 }
 
 impl PoseSource for Camera {
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
         Box::pin(async move {
             match mark {
                 Mark::Line(_) => self.lab.place_at_start(),
@@ -43,7 +47,7 @@ impl PoseSource for Camera {
                     self.lab.place_on(Pose { heading_rad: run.heading_rad, ..Pose::default() });
                 }
             }
-            Ok(Go::Drive)
+            Ok(DriveOrSkip::Drive)
         })
     }
 
@@ -90,8 +94,8 @@ impl PoseSource for Camera {
         first: usize,
         _: &'a PlannedRun,
         _: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
-        Box::pin(async move { self.poses_from(first).map(Seen::Track) })
+    ) -> Waiting<'a, Result<RunMeasurement>> {
+        Box::pin(async move { self.poses_from(first).map(RunMeasurement::Track) })
     }
 
     fn yaw_rates(&mut self, _: &str, _: &[Reckoned]) -> Result<Vec<YawRate>> {

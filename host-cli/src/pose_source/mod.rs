@@ -11,7 +11,7 @@
 //! | [`with_gyro`] | one of the others | and a yaw rate sensor that is logged to a file ([`gyro_log`]) |
 //!
 //! [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
-//! to [`crate::calibrate`] and [`crate::survey`].
+//! to [`crate::calibrate`] and [`crate::campaign_recorder`].
 
 pub mod align;
 pub mod camera;
@@ -44,7 +44,7 @@ pub enum Mark<'a> {
 
 /// Whether to drive a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Go {
+pub enum DriveOrSkip {
     /// Drive it.
     Drive,
     /// Skip it this time.
@@ -53,7 +53,7 @@ pub enum Go {
 
 /// The result of measuring a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Seen {
+pub enum RunMeasurement {
     /// Poses on the robot's clock; none if nothing was measured.
     Track(Vec<TrackSample>),
     /// The run is to be discarded and driven again.
@@ -94,7 +94,11 @@ pub trait PoseSource {
     }
 
     /// Has the robot put at a mark.
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>>;
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>>;
 
     /// Notes how far the track has come before a run; returns the number of the run's first pose.
     fn begin(&mut self) -> Result<usize> {
@@ -158,7 +162,7 @@ pub trait PoseSource {
         _first: usize,
         _run: &'a PlannedRun,
         _reckoned: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
+    ) -> Waiting<'a, Result<RunMeasurement>> {
         cannot_read()
     }
 

@@ -6,7 +6,7 @@ use host_link::wire::Waiting;
 
 use super::align::Reckoned;
 use super::confirm::confirm;
-use super::{Go, Mark, PoseSource, Seen};
+use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement};
 use crate::error::Result;
 
 /// No source of poses.
@@ -16,10 +16,14 @@ pub struct NoPoses {
 }
 
 impl PoseSource for NoPoses {
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
-        Box::pin(
-            async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },
-        )
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
+        Box::pin(async move {
+            if self.confirm { confirm(clock, mark).await } else { Ok(DriveOrSkip::Drive) }
+        })
     }
 
     fn measure<'a>(
@@ -28,7 +32,7 @@ impl PoseSource for NoPoses {
         _: usize,
         _: &'a PlannedRun,
         _: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
-        Box::pin(async { Ok(Seen::Track(Vec::new())) })
+    ) -> Waiting<'a, Result<RunMeasurement>> {
+        Box::pin(async { Ok(RunMeasurement::Track(Vec::new())) })
     }
 }

@@ -5,7 +5,7 @@ use host_link::wire::Waiting;
 use robot_model::calibration::Deviation;
 use sim_target::Lab;
 
-use super::{Go, Mark, PoseSource};
+use super::{DriveOrSkip, Mark, PoseSource};
 use crate::error::Result;
 
 /// Reads how far the robot is along its start line, and off it.
@@ -21,9 +21,9 @@ impl Ruler {
 }
 
 impl PoseSource for Ruler {
-    fn place<'a>(&'a mut self, _: &'a Clock, _: Mark<'a>) -> Waiting<'a, Result<Go>> {
+    fn place<'a>(&'a mut self, _: &'a Clock, _: Mark<'a>) -> Waiting<'a, Result<DriveOrSkip>> {
         self.lab.place_at_start();
-        Box::pin(async { Ok(Go::Drive) })
+        Box::pin(async { Ok(DriveOrSkip::Drive) })
     }
 
     fn read_deviation<'a>(

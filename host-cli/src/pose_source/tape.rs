@@ -22,7 +22,7 @@ use super::reading::{
     Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
 };
 use super::track_file::no_shift;
-use super::{Go, Mark, PoseSource, Seen, Sigma, ask_for, stopped};
+use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma, ask_for, stopped};
 use crate::error::Result;
 use crate::quantity::{Length, join_units};
 use crate::ui;
@@ -60,7 +60,7 @@ impl Tape {
     }
 
     /// Has the robot put at the mark of a run, or asks where it stands instead.
-    async fn put_at_its_mark(&mut self, clock: &Clock, run: &PlannedRun) -> Result<Go> {
+    async fn put_at_its_mark(&mut self, clock: &Clock, run: &PlannedRun) -> Result<DriveOrSkip> {
         let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
@@ -80,7 +80,7 @@ impl Tape {
             );
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => break,
-                "s" | "skip" => return Ok(Go::Skip),
+                "s" | "skip" => return Ok(DriveOrSkip::Skip),
                 "q" | "quit" => return Err(stopped()),
                 pose => match parse_pose(pose) {
                     Ok(read) => {
@@ -101,11 +101,11 @@ impl Tape {
                 heading_rad: self.start.heading_rad,
             });
         }
-        Ok(Go::Drive)
+        Ok(DriveOrSkip::Drive)
     }
 
     /// Asks where the robot stands after a run; `reckoned` is the run by dead reckoning.
-    async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<Seen> {
+    async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<RunMeasurement> {
         if let Some(lab) = &self.lab {
             ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
         }
@@ -119,14 +119,14 @@ impl Tape {
                         if read.heading_rad.is_none() {
                             match ask_heading(clock).await? {
                                 Heading::Read(heading_rad) => track[1].heading_rad = heading_rad,
-                                Heading::Repeat => return Ok(Seen::Repeat),
-                                Heading::Skip => return Ok(Seen::Skip),
+                                Heading::Repeat => return Ok(RunMeasurement::Repeat),
+                                Heading::Skip => return Ok(RunMeasurement::Skip),
                                 Heading::Quit => return Err(stopped()),
                             }
                         }
                         match doubt(&track, reckoned) {
                             Some(why) if doubted.as_ref() != Some(&track) => ui::warn(why),
-                            _ => return Ok(Seen::Track(track)),
+                            _ => return Ok(RunMeasurement::Track(track)),
                         }
                         doubted = Some(track);
                     }
@@ -134,14 +134,14 @@ impl Tape {
                 },
                 Ok(Reply::Track(path)) => match read_track(&path) {
                     Ok((samples, _)) => match on_robot_clock(samples, reckoned) {
-                        Some(track) => return Ok(Seen::Track(track)),
+                        Some(track) => return Ok(RunMeasurement::Track(track)),
                         None => ui::warn(no_shift(&path)),
                     },
                     Err(error) => ui::warn(error),
                 },
-                Ok(Reply::Nothing) => return Ok(Seen::Track(Vec::new())),
-                Ok(Reply::Repeat) => return Ok(Seen::Repeat),
-                Ok(Reply::Skip) => return Ok(Seen::Skip),
+                Ok(Reply::Nothing) => return Ok(RunMeasurement::Track(Vec::new())),
+                Ok(Reply::Repeat) => return Ok(RunMeasurement::Repeat),
+                Ok(Reply::Skip) => return Ok(RunMeasurement::Skip),
                 Ok(Reply::Quit) => return Err(stopped()),
                 Err(why) => ui::warn(why),
             }
@@ -184,12 +184,16 @@ impl Tape {
 }
 
 impl PoseSource for Tape {
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
         Box::pin(async move {
             match mark {
                 Mark::Run(run) => self.put_at_its_mark(clock, run).await,
                 Mark::Line(_) if self.confirm => confirm(clock, mark).await,
-                Mark::Line(_) => Ok(Go::Drive),
+                Mark::Line(_) => Ok(DriveOrSkip::Drive),
             }
         })
     }
@@ -235,7 +239,7 @@ impl PoseSource for Tape {
         _: usize,
         _: &'a PlannedRun,
         reckoned: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
+    ) -> Waiting<'a, Result<RunMeasurement>> {
         Box::pin(self.ask_where(clock, reckoned))
     }
 

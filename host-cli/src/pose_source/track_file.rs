@@ -10,7 +10,7 @@ use robot_model::calibration::TrackSample;
 
 use super::align::{Reckoned, on_robot_clock};
 use super::confirm::confirm;
-use super::{Go, Mark, PoseSource, Seen, Sigma};
+use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma};
 use crate::error::{Error, Result};
 use crate::ui;
 
@@ -34,10 +34,14 @@ impl PoseSource for TrackFile {
         Ok(())
     }
 
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
-        Box::pin(
-            async move { if self.confirm { confirm(clock, mark).await } else { Ok(Go::Drive) } },
-        )
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
+        Box::pin(async move {
+            if self.confirm { confirm(clock, mark).await } else { Ok(DriveOrSkip::Drive) }
+        })
     }
 
     fn begin(&mut self) -> Result<usize> {
@@ -79,11 +83,11 @@ impl PoseSource for TrackFile {
         first: usize,
         run: &'a PlannedRun,
         reckoned: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
+    ) -> Waiting<'a, Result<RunMeasurement>> {
         Box::pin(async move {
             let poses = self.poses_during(first, &format!("run {}", run.name))?;
             let track = on_robot_clock(poses, reckoned).ok_or_else(|| no_shift(&self.path))?;
-            Ok(Seen::Track(track))
+            Ok(RunMeasurement::Track(track))
         })
     }
 }

@@ -8,7 +8,7 @@ use robot_model::calibration::{Deviation, TrackSample};
 
 use super::align::Reckoned;
 use super::gyro_log::GyroLog;
-use super::{Go, Mark, PoseClock, PoseSource, Seen, Sigma, YawRate};
+use super::{DriveOrSkip, Mark, PoseClock, PoseSource, RunMeasurement, Sigma, YawRate};
 use crate::error::Result;
 
 /// A source of poses together with a logged yaw rate sensor.
@@ -29,7 +29,11 @@ impl PoseSource for WithGyro {
         self.poses.check()
     }
 
-    fn place<'a>(&'a mut self, clock: &'a Clock, mark: Mark<'a>) -> Waiting<'a, Result<Go>> {
+    fn place<'a>(
+        &'a mut self,
+        clock: &'a Clock,
+        mark: Mark<'a>,
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
         self.poses.place(clock, mark)
     }
 
@@ -85,7 +89,7 @@ impl PoseSource for WithGyro {
         first: usize,
         run: &'a PlannedRun,
         reckoned: &'a [Reckoned],
-    ) -> Waiting<'a, Result<Seen>> {
+    ) -> Waiting<'a, Result<RunMeasurement>> {
         self.poses.measure(clock, first, run, reckoned)
     }
 

@@ -6,7 +6,7 @@ use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
 use super::{CampaignReport, legend};
-use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::{CampaignReport, DRAWING_STYLE, paths, title, waterfall};
+use crate::calibration_page::drawing::{COLOURS, STYLE};
+use crate::calibration_page::scale::Px;
 use crate::escape::html as escape;
-use crate::picture::drawing::{COLOURS, STYLE};
-use crate::picture::scale::Px;
 
 const MARGIN: f64 = 32.0;
 const PANELS: usize = 3;
@@ -19,7 +19,7 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
     let (fall_y, panels_y) = (84.0, 84.0 + fall_height + 34.0);
     let panels_height = if panels.is_empty() { 0.0 } else { paths::HEIGHT + 40.0 };
     let height = panels_y + panels_height;
-    let name = escape(report.subject.robot);
+    let name = escape(report.context.robot);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" class=\"d\">\
          <title>{name}</title><style>{COLOURS}{STYLE}{DRAWING_STYLE}</style>\
@@ -28,7 +28,7 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
          <text x=\"{MARGIN}\" y=\"62\">{name}, {}: each predicted by a fit to all others</text>\
          <g transform=\"translate({MARGIN} {fall_y})\">{fall}</g>",
         escape(&title(report.answer)),
-        crate::ui::runs(report.subject.runs),
+        crate::ui::runs(report.context.runs),
         w = Px(width),
         h = Px(height)
     );

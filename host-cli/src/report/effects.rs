@@ -5,8 +5,8 @@ use std::fmt::Write;
 use robot_model::explain::{ParameterFound, StepFound};
 
 use super::CampaignReport;
+use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
-use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 use crate::quantity::{friendly, scaled_unit};
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
@@ -18,8 +18,8 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
 }
 
 fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &StepFound) {
-    let subject = report.subject;
-    let names: Vec<&str> = step.class.iter().map(|id| subject.name(id)).collect();
+    let context = report.context;
+    let names: Vec<&str> = step.class.iter().map(|id| context.name(id)).collect();
     let mut name = names.join(" or ");
     if let Some(first) = name.get(..1) {
         name = first.to_uppercase() + &name[1..];
@@ -31,14 +31,17 @@ fn card(html: &mut String, report: &CampaignReport<'_>, index: usize, step: &Ste
         escape(&name),
         escape(&step.class.join(" or "))
     );
-    let facts = subject.facts(&step.effect);
+    let facts = context.facts(&step.effect);
     if let Some(facts) = facts {
         let _ = write!(html, "<p><code>{}</code></p>", escape(facts.equation));
     }
     html.push_str(&intervals(&step.parameters));
-    let _ =
-        write!(html, "<p>Evidence: {}.</p>", escape(crate::words::why(step).trim_end_matches('.')));
-    let combination = subject.combinations.get(index).and_then(Option::as_deref);
+    let _ = write!(
+        html,
+        "<p>Evidence: {}.</p>",
+        escape(crate::words::evidence(step).trim_end_matches('.'))
+    );
+    let combination = context.combinations.get(index).and_then(Option::as_deref);
     if step.class.len() > 1 {
         let common = combination.map_or_else(String::new, |change| {
             format!(" Their combined effect: {}.", escape(change))

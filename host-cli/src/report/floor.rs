@@ -6,7 +6,7 @@ use std::fmt::Write;
 use robot_model::residuals::{PlaceSeen, Regressor};
 
 use super::CampaignReport;
-use crate::picture::scale::{Px, Scale, bounds, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, bounds, nice_step, number, ticks};
 
 const WIDTH_MAX: f64 = 940.0;
 const HEIGHT_MAX: f64 = 560.0;

@@ -27,12 +27,12 @@ use std::fmt::Write;
 use robot_model::compare::{Comparison, Curve, Path};
 use robot_model::explain::Answer;
 
+use crate::calibration_page::drawing::{COLOURS, STYLE};
+use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    Subject, gyro_words, headline, next_run_command, no_next_run, on_held_out, text,
+    AnswerContext, gyro_words, headline, next_run_command, no_next_run, on_held_out, text,
 };
-use crate::picture::drawing::{COLOURS, STYLE};
-use crate::picture::page::PAGE_STYLE;
 use crate::words;
 
 pub use drawing::to_svg;
@@ -40,7 +40,7 @@ pub use drawing::to_svg;
 /// Everything that is on the page.
 pub struct CampaignReport<'a> {
     /// What was asked.
-    pub subject: &'a Subject<'a>,
+    pub context: &'a AnswerContext<'a>,
     /// What was found.
     pub answer: &'a Answer,
     /// The nominal robot, with what it compensates already, against the runs; and the model that was found.
@@ -84,7 +84,7 @@ const DRAWING_STYLE: &str = "\
 
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {
-    let robot = escape(report.subject.robot);
+    let robot = escape(report.context.robot);
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
@@ -94,7 +94,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     section(
         &mut html,
         "The error, effect by effect",
-        match report.subject.runs {
+        match report.context.runs {
             1 => {
                 "There is only one run: it is predicted by a fit to itself, and nothing can be cross-validated. Bars \
                 are root mean squares over the run; p is the probability that chance alone does as well."
@@ -133,7 +133,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     unexplained(&mut html, report);
     advice(&mut html, report);
     rejected(&mut html, report);
-    let runs = crate::ui::runs(report.subject.runs);
+    let runs = crate::ui::runs(report.context.runs);
     let _ = write!(
         html,
         "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals hold the truth \
@@ -153,7 +153,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let _ = write!(
         html,
         "<p class=\"sub\">{robot} \u{b7} {}</p>\n<h1>{title}",
-        crate::ui::runs(report.subject.runs)
+        crate::ui::runs(report.context.runs)
     );
     if !answer.steps.is_empty() {
         let _ = write!(
@@ -164,10 +164,10 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let _ = writeln!(
         html,
         "</h1>\n<p class=\"lead\">{}</p>",
-        escape(&headline(answer, report.subject))
+        escape(&headline(answer, report.context))
     );
     if !answer.known.is_empty() {
-        let known = answer.known.iter().map(|step| report.subject.name(&step.effect));
+        let known = answer.known.iter().map(|step| report.context.name(&step.effect));
         let names = known.collect::<Vec<_>>().join(", ");
         let _ = writeln!(html, "<p>Already compensated on the robot: {}.</p>", escape(&names));
     }
@@ -259,7 +259,7 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
                 escape(&words::listed(&next.separates)),
                 escape(&words::predicted(&next.predicted)),
                 escape(gyro_words(next).unwrap_or_default()),
-                escape(&next_run_command(next, report.subject))
+                escape(&next_run_command(next, report.context))
             );
         }
         None => {
@@ -282,7 +282,7 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
         let _ = write!(
             html,
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
-            escape(report.subject.name(&rejected.effect)),
+            escape(report.context.name(&rejected.effect)),
             escape(&words::reason(&rejected.reason)),
             text(&rejected.cross_validated)
         );

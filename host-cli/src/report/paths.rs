@@ -6,8 +6,8 @@ use robot_model::compare::Path;
 use robot_model::recording::RunKind;
 
 use super::{CampaignReport, legend};
+use crate::calibration_page::scale::{Px, bounds, nice_step, number};
 use crate::escape::html as escape;
-use crate::picture::scale::{Px, bounds, nice_step, number};
 
 /// So many drawings at most.
 const PANELS: usize = 9;

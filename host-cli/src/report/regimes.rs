@@ -5,8 +5,8 @@ use std::fmt::Write;
 use robot_model::compare::RegimeError;
 
 use super::{CampaignReport, legend};
+use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
-use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 use crate::words;
 
 const ROW: f64 = 21.0;

@@ -1,9 +1,9 @@
-use robot_model::compare::{Axis, Bin, Drift, Extent, Finding, Rms};
+use robot_model::compare::{Axis, Bin, Drift, ErrorLevel, Finding, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
-    CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason, Rejected,
-    StepFound, Why,
+    CandidateKind, Evidence, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason,
+    Rejected, StepFound,
 };
 use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
@@ -34,7 +34,7 @@ fn answer() -> Answer {
             fitted: errors(5.0),
             cross_validated: errors(6.0),
             p_value: 1e-9,
-            why: Why { signature: "it is <b>there</b>".into(), ..Why::default() },
+            evidence: Evidence { signature: "it is <b>there</b>".into(), ..Evidence::default() },
             effect_size_m: 1e-2,
             moves_no_track: false,
             matters: true,
@@ -64,7 +64,7 @@ fn answer() -> Answer {
             separates: vec!["side_slip".into()],
             predicted: PredictedSeparation::default(),
         }),
-        floor: errors(5.0),
+        reachable: errors(5.0),
         ..nothing_found()
     }
 }
@@ -85,7 +85,7 @@ fn drawn_of(
 ) -> String {
     let rms = Rms { rms: 0.02, noise: 0.002, noise_high: 0.003 };
     let comparison = Comparison {
-        finding: Finding { nominal: true, extent: Extent::Noise, worst: None },
+        finding: Finding { nominal: true, error_level: ErrorLevel::WithinNoise, worst: None },
         position_m: rms,
         heading_rad: rms,
         held_out: None,
@@ -113,7 +113,7 @@ fn drawn_of(
     let drift = Drift { component: Component::Turn, per_m: 0.002, sigma: 0.0005 };
     let bins = (0..4).map(|k| Bin { at: f64::from(k), drift }).collect();
     let curve = Curve { axis: Axis::Speed, component: Component::Turn, bins, chi: 4.0 };
-    let subject = Subject {
+    let context = AnswerContext {
         robot,
         campaign: "my robot".into(),
         reached: "--port sim".into(),
@@ -124,7 +124,7 @@ fn drawn_of(
         nominal_m: [0.036, 0.372],
     };
     draw(&CampaignReport {
-        subject: &subject,
+        context: &context,
         answer,
         comparisons: [&comparison, &comparison],
         paths: [&paths, &paths],

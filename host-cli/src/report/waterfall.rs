@@ -5,8 +5,8 @@ use std::fmt::Write;
 use robot_model::estimation::Errors;
 
 use super::CampaignReport;
+use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
-use crate::picture::scale::{Px, Scale, nice_step, number, ticks};
 use crate::quantity::p_value;
 use crate::table::wrapped;
 
@@ -128,7 +128,7 @@ fn rows(report: &CampaignReport<'_>, layout: &Layout) -> Vec<Row> {
     let baseline = [answer.baseline.fitted, answer.baseline.cross_validated];
     let mut rows = vec![Row::new(TOP, first, String::new(), baseline, layout)];
     for step in &answer.steps {
-        let names: Vec<&str> = step.class.iter().map(|id| report.subject.name(id)).collect();
+        let names: Vec<&str> = step.class.iter().map(|id| report.context.name(id)).collect();
         let mut name = wrapped(&format!("+ {}", names.join(" or ")), layout.letters);
         if name.len() > LINES {
             name.truncate(LINES);
@@ -139,8 +139,8 @@ fn rows(report: &CampaignReport<'_>, layout: &Layout) -> Vec<Row> {
         rows.push(Row::new(y, name, p, [step.fitted, step.cross_validated], layout));
     }
     let y = rows.last().map_or(TOP, Row::end);
-    let floor = vec!["error floor: any model at all".into()];
-    rows.push(Row::new(y, floor, String::new(), [answer.floor; 2], layout));
+    let reachable = vec!["error floor: any model at all".into()];
+    rows.push(Row::new(y, reachable, String::new(), [answer.reachable; 2], layout));
     rows
 }
 

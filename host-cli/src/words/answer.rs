@@ -8,18 +8,18 @@ use robot_model::residuals::{Expression, Regressor, Unexplained};
 use crate::quantity::{friendly, p_value as p_words};
 
 /// The evidence for an effect: how it shows, how much it explains, and what else would; no full stop.
-pub fn why(step: &StepFound) -> String {
-    let why = &step.why;
-    let gain = if why.one_run_alone {
-        format!("only one run shows it; there the -2 log likelihood falls by {:.0}", why.gain)
+pub fn evidence(step: &StepFound) -> String {
+    let found = &step.evidence;
+    let gain = if found.one_run_alone {
+        format!("only one run shows it; there the -2 log likelihood falls by {:.0}", found.gain)
     } else {
-        format!("the cross-validated -2 log likelihood falls by {:.0}", why.gain)
+        format!("the cross-validated -2 log likelihood falls by {:.0}", found.gain)
     };
     let rivals = match &step.class[..] {
         [] | [_] => "no other effect explains it as well".to_owned(),
         [_, rivals @ ..] => format!("these runs cannot tell it from {}", rivals.join(", ")),
     };
-    format!("{}; {gain}; {rivals}", why.signature)
+    format!("{}; {gain}; {rivals}", found.signature)
 }
 
 /// How much of the error an effect removes, and whether that matters; no full stop.

@@ -1,7 +1,7 @@
 //! A comparison in words.
 
 use robot_model::compare::{
-    Axis, Comparison, Component, Drift, Extent, Label, Regime, RegimeError, Worst,
+    Axis, Comparison, Component, Drift, ErrorLevel, Label, Regime, RegimeError, WorstGroup,
 };
 
 /// The name of a regime.
@@ -69,20 +69,20 @@ pub fn finding(comparison: &Comparison) -> String {
         format!("{mm:.1} mm")
     };
     let worst = finding.worst.as_ref().map(|worst| depends(comparison, worst));
-    match (finding.extent, worst) {
-        (Extent::NotFinite, _) => {
+    match (finding.error_level, worst) {
+        (ErrorLevel::NotFinite, _) => {
             format!("{who} predicts no finite track: one of its values makes no sense.")
         }
-        (Extent::NoPositions, _) => {
+        (ErrorLevel::NoPositions, _) => {
             "No positions were measured, so there is nothing to compare with.".to_owned()
         }
-        (Extent::Noise, None) => {
+        (ErrorLevel::WithinNoise, None) => {
             format!("{who} is off by {size}, which noise alone explains.")
         }
-        (Extent::Noise, Some(worst)) => format!(
+        (ErrorLevel::WithinNoise, Some(worst)) => format!(
             "{who} is off by {size}, which noise alone explains over whole runs; but {worst}."
         ),
-        (Extent::Beyond(times), worst) => {
+        (ErrorLevel::TimesNoise(times), worst) => {
             let start = format!("{who} is off by {size}, {times:.1} times what noise explains");
             match worst {
                 Some(worst) => format!("{start}: {worst}."),
@@ -92,7 +92,7 @@ pub fn finding(comparison: &Comparison) -> String {
     }
 }
 
-fn depends(comparison: &Comparison, worst: &Worst) -> String {
+fn depends(comparison: &Comparison, worst: &WorstGroup) -> String {
     let grouping = &comparison.regimes[worst.grouping];
     let group = &grouping.groups[worst.group];
     let place = place(grouping.regime, group);

@@ -15,8 +15,8 @@ mod comparison;
 mod model;
 
 pub use answer::{
-    clocks, depends_on, expression, lacking, net_change, predicted, reason, second_opinion, why,
-    worth,
+    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason,
+    second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};

@@ -7,6 +7,7 @@
 mod crawling_robot;
 mod rest;
 mod velocity;
+mod voltage;
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -20,6 +21,7 @@ use crate::error::{Error, Result};
 use crate::session::Session;
 
 pub use self::velocity::{EVERY, Twist, drive_at};
+pub use self::voltage::{VoltageRun, VoltageStep, apply_voltages};
 
 use self::rest::{
     bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,

@@ -21,7 +21,7 @@ use crate::selection::select::select;
 
 /// An effect with given values of its parameters: one part of a model that is taken as it is.
 #[derive(Clone, Debug)]
-pub struct Assumed<'a> {
+pub struct EffectWithValues<'a> {
     /// The effect.
     pub effect: &'a dyn Effect,
     /// Its parameters' values.
@@ -84,7 +84,7 @@ impl Comparer {
     }
 
     /// Compares this model with the campaign.
-    pub fn compare(&self, model: &[Assumed<'_>]) -> Comparison {
+    pub fn compare(&self, model: &[EffectWithValues<'_>]) -> Comparison {
         let terms = terms(model);
         let mut runs = whole_runs::runs(0, &self.prepared, &terms, &self.noise);
         let [position_m, heading_rad] = whole_runs::overall(&runs);
@@ -97,18 +97,18 @@ impl Comparer {
     }
 
     /// The predicted path of each run beside the measured one; those held out last.
-    pub fn paths(&self, model: &[Assumed<'_>]) -> Vec<Path> {
+    pub fn paths(&self, model: &[EffectWithValues<'_>]) -> Vec<Path> {
         let paths = |of: &Prepared| whole_runs::paths(of, &terms(model), &self.noise);
         [paths(&self.prepared), paths(&self.held_out)].concat()
     }
 
     /// The residual of the model against everything it might depend on.
-    pub fn curves(&self, model: &[Assumed<'_>]) -> Vec<Curve> {
+    pub fn curves(&self, model: &[EffectWithValues<'_>]) -> Vec<Curve> {
         curve::curves(&self.prepared, &terms(model), &self.noise)
     }
 
     /// What an effect does in these runs in all, in one plain number, if one says most of it.
-    pub fn net_change(&self, effect: &Assumed<'_>) -> Option<NetChange> {
+    pub fn net_change(&self, effect: &EffectWithValues<'_>) -> Option<NetChange> {
         net_change(&self.prepared, &terms(std::slice::from_ref(effect))[0])
     }
 }
@@ -135,10 +135,10 @@ fn set_headings(run: &mut PreparedRun) {
     }
 }
 
-fn terms<'a>(model: &[Assumed<'a>]) -> Vec<Term<'a>> {
-    let term = |assumed: &Assumed<'a>| Term {
-        up_to_mps: assumed.up_to_mps,
-        ..Term::new(assumed.effect, assumed.values.clone())
+fn terms<'a>(model: &[EffectWithValues<'a>]) -> Vec<Term<'a>> {
+    let term = |effect: &EffectWithValues<'a>| Term {
+        up_to_mps: effect.up_to_mps,
+        ..Term::new(effect.effect, effect.values.clone())
     };
     model.iter().map(term).collect()
 }

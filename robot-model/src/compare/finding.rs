@@ -13,27 +13,27 @@ pub struct Finding {
     /// Whether it is about the nominal robot: the model has no effects.
     pub nominal: bool,
     /// How far off.
-    pub extent: Extent,
+    pub error_level: ErrorLevel,
     /// Where it is worst.
-    pub worst: Option<Worst>,
+    pub worst: Option<WorstGroup>,
 }
 
-/// How far off a model is.
+/// How far off a model is, measured by what noise alone would give.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Extent {
+pub enum ErrorLevel {
     /// It predicts no track that ends anywhere.
     NotFinite,
     /// No places were measured.
     NoPositions,
     /// As far as noise alone would give, over whole runs.
-    Noise,
+    WithinNoise,
     /// So many times as far as noise would give.
-    Beyond(f64),
+    TimesNoise(f64),
 }
 
 /// The group that is furthest beyond noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worst {
+pub struct WorstGroup {
     /// Index of its [`Grouping`].
     pub grouping: usize,
     /// Its index among the grouping's groups.
@@ -50,22 +50,22 @@ pub(super) fn finding(
     heading_rad: &Rms,
     groupings: &[Grouping],
 ) -> Finding {
-    let extent = if !(position_m.rms.is_finite() && heading_rad.rms.is_finite()) {
-        Extent::NotFinite
+    let error_level = if !(position_m.rms.is_finite() && heading_rad.rms.is_finite()) {
+        ErrorLevel::NotFinite
     } else if position_m.rms <= 0.0 {
-        Extent::NoPositions
+        ErrorLevel::NoPositions
     } else if position_m.beyond_noise() {
-        Extent::Beyond(position_m.rms / position_m.noise)
+        ErrorLevel::TimesNoise(position_m.rms / position_m.noise)
     } else if heading_rad.beyond_noise() {
-        Extent::Beyond(heading_rad.rms / heading_rad.noise)
+        ErrorLevel::TimesNoise(heading_rad.rms / heading_rad.noise)
     } else {
-        Extent::Noise
+        ErrorLevel::WithinNoise
     };
-    Finding { nominal, extent, worst: worst(groupings) }
+    Finding { nominal, error_level, worst: worst(groupings) }
 }
 
 /// The group that is furthest beyond noise; of a grouping with a single group only where there is no other.
-fn worst(groupings: &[Grouping]) -> Option<Worst> {
+fn worst(groupings: &[Grouping]) -> Option<WorstGroup> {
     let key =
         |(grouping, group): &(&Grouping, &RegimeError)| (grouping.groups.len() > 1, group.chi);
     let all = groupings.iter().enumerate().flat_map(|(k, grouping)| {
@@ -81,7 +81,7 @@ fn worst(groupings: &[Grouping]) -> Option<Worst> {
             there.sigmas() > SURE_SIGMAS && there.per_m * drift.per_m < 0.0
         })
     });
-    Some(Worst { grouping: index, group: place, drift, flips })
+    Some(WorstGroup { grouping: index, group: place, drift, flips })
 }
 
 #[cfg(test)]
@@ -94,9 +94,9 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY] {
             for [position_m, heading_rad] in [[rms(bad), rms(1e-3)], [rms(1e-3), rms(bad)]] {
                 let found = finding(false, &position_m, &heading_rad, &[]);
-                assert_eq!(found.extent, Extent::NotFinite);
+                assert_eq!(found.error_level, ErrorLevel::NotFinite);
             }
         }
-        assert_eq!(finding(true, &rms(0.0), &rms(0.0), &[]).extent, Extent::NoPositions);
+        assert_eq!(finding(true, &rms(0.0), &rms(0.0), &[]).error_level, ErrorLevel::NoPositions);
     }
 }

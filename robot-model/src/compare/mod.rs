@@ -34,9 +34,9 @@ mod stretch;
 mod tests;
 mod whole_runs;
 
-pub use comparison::{Assumed, Comparer, Comparison};
+pub use comparison::{Comparer, Comparison, EffectWithValues};
 pub use curve::{Axis, Bin, Curve};
-pub use finding::{Extent, Finding, Worst};
+pub use finding::{ErrorLevel, Finding, WorstGroup};
 pub use regime::{Grouping, Label, Regime, RegimeError};
 pub use rms::Rms;
 pub use stretch::{Component, Drift};

@@ -6,13 +6,17 @@ use crate::effect::{NetChange, Ways};
 use crate::recording::RunKind;
 use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
-fn compared(truth: &[Term<'static>], model: &[Assumed<'_>], seed: u64) -> Comparison {
+fn compared(truth: &[Term<'static>], model: &[EffectWithValues<'_>], seed: u64) -> Comparison {
     let runs = campaign(&full_plan(), truth, seed);
     Comparer::new(&runs, &[]).unwrap().compare(model)
 }
 
-fn assumed(id: &str, values: &[f64]) -> Assumed<'static> {
-    Assumed { effect: crate::effect::find(id).unwrap(), values: values.into(), up_to_mps: None }
+fn effect_with_values(id: &str, values: &[f64]) -> EffectWithValues<'static> {
+    EffectWithValues {
+        effect: crate::effect::find(id).unwrap(),
+        values: values.into(),
+        up_to_mps: None,
+    }
 }
 
 fn group(comparison: &Comparison, regime: Regime, label: Label) -> &RegimeError {
@@ -46,7 +50,10 @@ fn a_perfect_robot_is_noise_everywhere() {
                 );
             }
         }
-        assert_eq!((comparison.finding.extent, comparison.finding.worst), (Extent::Noise, None));
+        assert_eq!(
+            (comparison.finding.error_level, comparison.finding.worst),
+            (ErrorLevel::WithinNoise, None)
+        );
     }
 }
 
@@ -63,7 +70,7 @@ fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
     let (ahead, back) = (turn(&ratio, Label::Forward), turn(&ratio, Label::Backward));
     assert!((ahead - 0.0269).abs() < 0.003 && (back + 0.0269).abs() < 0.003, "{ahead} {back}");
     assert!(ratio.position_m.beyond_noise() && ratio.heading_rad.beyond_noise());
-    assert!(matches!(ratio.finding.extent, Extent::Beyond(_)), "{:?}", ratio.finding);
+    assert!(matches!(ratio.finding.error_level, ErrorLevel::TimesNoise(_)), "{:?}", ratio.finding);
     let pull = compared(&[term("heading_pull", &[0.03])], &[], 1);
     assert!(turn(&pull, Label::Forward) > 0.0 && turn(&pull, Label::Backward) > 0.0);
 }
@@ -72,7 +79,7 @@ fn a_radius_ratio_flips_with_the_direction_of_travel_and_a_pull_does_not() {
 fn what_the_model_knows_is_no_longer_an_error() {
     let truth = [term("side_slip", &[0.05])];
     let before = compared(&truth, &[], 2);
-    let after = compared(&truth, &[assumed("side_slip", &[0.05])], 2);
+    let after = compared(&truth, &[effect_with_values("side_slip", &[0.05])], 2);
     let arc = |comparison: &Comparison| {
         group(comparison, Regime::RunKind, Label::Kind(RunKind::Arc)).clone()
     };
@@ -91,7 +98,8 @@ fn a_curve_shows_the_shape_of_the_residual() {
         |curves: Vec<Curve>| curves.into_iter().max_by(|a, b| a.chi.total_cmp(&b.chi)).unwrap();
     let before = worst(comparer.curves(&[]));
     assert_eq!(before.axis, Axis::LeftWheelAngle, "{before:?}");
-    let after = worst(comparer.curves(&[assumed("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])]));
+    let after =
+        worst(comparer.curves(&[effect_with_values("wheel_eccentricity", &[0.03, 0.0, 0.0, 0.0])]));
     assert!(after.chi < before.chi / 2.0, "{} {}", after.chi, before.chi);
 }
 
@@ -106,7 +114,7 @@ fn what_a_class_has_in_common_is_one_plain_number() {
         ("wheel_radius_scale", &[0.005], NetChange::TravelShare(0.005)),
     ] {
         use NetChange as N;
-        let found = comparer.net_change(&assumed(id, values)).unwrap();
+        let found = comparer.net_change(&effect_with_values(id, values)).unwrap();
         let (a, b) = match (found, expected) {
             (N::TurnPerMetre { rad_per_m: a, on: here }, N::TurnPerMetre { rad_per_m: b, on })
                 if here == on =>
@@ -119,7 +127,7 @@ fn what_a_class_has_in_common_is_one_plain_number() {
         // To the digits that are told.
         assert!((a - b).abs() < 5e-5, "{id}: {found:?}");
     }
-    assert_eq!(comparer.net_change(&assumed("heading_pull", &[0.0])), None);
+    assert_eq!(comparer.net_change(&effect_with_values("heading_pull", &[0.0])), None);
 }
 
 #[test]

@@ -30,12 +30,12 @@ pub struct Answer {
     pub held_out: Option<HeldOut>,
     /// Cross-validated errors of a flexible model that knows nothing of the catalogue: what any model could reach on
     /// these runs. What lies above it is physics that is missing, what lies below is noise.
-    pub floor: Errors,
+    pub reachable: Errors,
     /// Clocks of poses and wheels that do not agree, run by run; empty if all agree.
     pub clocks: Vec<ClockFound>,
     /// Plain least squares of whole tracks, or radii and track width alone (`true`), predict runs better than the choice
     /// of effects does, and are used.
-    pub second_opinion: Option<bool>,
+    pub alternative_fit: Option<bool>,
     /// An effect that moves the robot less than this is not worth correcting \[m\].
     pub tolerance_m: f64,
     /// The model that predicts other runs: all steps, each class by all its members at their shares.
@@ -98,7 +98,7 @@ pub struct StepFound {
     /// Probability of at least as much gain by chance, given all other effects.
     pub p_value: f64,
     /// Why it is accepted.
-    pub why: Why,
+    pub evidence: Evidence,
     /// The cross-validated error that it removes, all other effects fitted with it and without: the root of the mean
     /// squared displacement of the wheels' contact points over the user's runs \[m\].
     pub effect_size_m: f64,
@@ -110,7 +110,7 @@ pub struct StepFound {
 
 /// Why an effect is accepted.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Why {
+pub struct Evidence {
     /// How it shows in the residuals of a model without it, from its facts.
     pub signature: String,
     /// Cross-validated: by how much -2 log likelihood falls. Where only one run shows it: on that run.

@@ -9,14 +9,14 @@ use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
-use crate::explain::answer::{Answer, Reason, Rejected, StepFound, Why};
+use crate::explain::answer::{Answer, Evidence, Reason, Rejected, StepFound};
 use crate::explain::held_out;
 use crate::explain::model_averaging::{averaged, mean};
 use crate::explain::model_choice::{Choice, by_evidence, choose};
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
-use crate::explain::unexplained::floor_and_unexplained;
+use crate::explain::reachable_error::reachable_and_unexplained;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -94,7 +94,7 @@ pub fn explain_observed(
     }
     let reached = steps.iter().map(|step| step.cross_validated);
     let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
-    let (floor, unexplained) = floor_and_unexplained(&choice, &reached);
+    let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached);
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);
@@ -110,8 +110,8 @@ pub fn explain_observed(
         unexplained,
         next_run: next_run(prepared, fitted, classes, kept),
         held_out: held_out::errors(prepared, &before, &mean.terms, &fitted.noise),
-        floor,
-        second_opinion: choice.opinion.as_ref().map(|opinion| opinion.geometry_only),
+        reachable,
+        alternative_fit: choice.alternative.as_ref().map(|fit| fit.geometry_only),
         clocks,
         tolerance_m: 0.0,
         predicts_with,
@@ -190,7 +190,7 @@ fn step(choice: &Choice<'_>, index: usize, (after, size_m): (ErrorPair, f64)) ->
     let parameters = parameters(prepared, fitted, index, test.dispersion);
     let mut members = vec![facts.id.to_owned()];
     members.extend(class.rivals.iter().map(|rival| rival.id().to_owned()));
-    let why = Why {
+    let evidence = Evidence {
         signature: facts.signature.to_owned(),
         gain: test.cross_validated_gain,
         one_run_alone: test.one_run_alone,
@@ -202,7 +202,7 @@ fn step(choice: &Choice<'_>, index: usize, (after, size_m): (ErrorPair, f64)) ->
         fitted: after.fitted,
         cross_validated: after.cross_validated,
         p_value: test.p_value,
-        why,
+        evidence,
         effect_size_m: size_m,
         moves_no_track: facts.acts_on == ActsOn::Gyro,
         matters: true,

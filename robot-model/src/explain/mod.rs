@@ -7,15 +7,16 @@
 //! | `model_averaging.rs` | what predicts other runs: each class by all its members |
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
-//! | `unexplained.rs` | what is left: the floor, the size, an equation |
+//! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
-//! | `second_opinion.rs` | simpler models and other weightings that predict better |
+//! | `alternative_fit.rs` | radii and track width alone, or least squares of whole tracks, where these predict better |
 //! | `held_out.rs` | errors on held-out runs (`held_out = true`) |
 //!
 //! The search for effects is in `selection`, the tests of the residuals are in [`crate::residuals`].
 
+pub(crate) mod alternative_fit;
 pub(crate) mod answer;
 pub(crate) mod explanation;
 pub(crate) mod held_out;
@@ -25,14 +26,13 @@ pub(crate) mod model_choice;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
 pub(crate) mod progress;
-pub(crate) mod second_opinion;
+pub(crate) mod reachable_error;
 #[cfg(test)]
 mod tests;
-pub(crate) mod unexplained;
 
 pub use answer::{
-    Answer, Averaged, CandidateKind, HeldOut, NextRun, ParameterFound, PredictedSeparation, Reason,
-    Rejected, StepFound, Why,
+    Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,
+    PredictedSeparation, Reason, Rejected, StepFound,
 };
 pub use explanation::{explain, explain_given, explain_observed, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

@@ -11,7 +11,7 @@
 //! with phi the variance among runs over what their noise explains. A member that is likelier than the chosen one was refused in
 //! its place, as tracks of other runs get worse: it weighs no more.
 //!
-//! The weights are those of the estimated noise, whatever the second opinion: what predicts like runs better may count too
+//! The weights are those of the estimated noise, whatever alternative fit there is: what predicts like runs better may count too
 //! much on them.
 //!
 //! The two numbers that UMBmark measures, the ratio of the radii and the track width, stay as they were found: they are off

@@ -4,7 +4,7 @@
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
 use crate::estimation::fit::Fitted;
-use crate::explain::second_opinion::{SecondOpinion, second_opinion};
+use crate::explain::alternative_fit::{AlternativeFit, alternative_fit};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible_model::{Flexible, flexible};
@@ -27,10 +27,10 @@ pub(crate) struct Choice<'a> {
     pub flexible: Flexible,
     /// Radii and track width that are in the model only beside others of them, by their place in it.
     pub along: Vec<usize>,
-    /// The effects as selected, before any second opinion.
+    /// The effects as selected, before any alternative fit.
     pub selected: Fitted<'a>,
     /// What predicts better, if anything does.
-    pub opinion: Option<SecondOpinion<'a>>,
+    pub alternative: Option<AlternativeFit<'a>>,
 }
 
 /// Chooses effects; those of `in_model` are preferred in their classes.
@@ -40,11 +40,11 @@ pub(crate) fn choose<'a>(
     in_model: &[&str],
 ) -> Choice<'a> {
     let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
-    let opinion = second_opinion(&prepared, &selection.fitted, catalogue);
+    let alternative = alternative_fit(&prepared, &selection.fitted, catalogue);
     let selected = selection.fitted.clone();
-    if let Some(opinion) = &opinion {
+    if let Some(alternative) = &alternative {
         // Tests and classes go by the estimated noise; values and errors by the better weights.
-        let fitted = Fitted { noise: selected.noise, ..opinion.fitted.clone() };
+        let fitted = Fitted { noise: selected.noise, ..alternative.fitted.clone() };
         let screening = Screening::new(&prepared, &fitted, catalogue);
         selection = Selection::new(fitted, screening);
     }
@@ -53,15 +53,16 @@ pub(crate) fn choose<'a>(
         selection = replaced;
         classes = classes_of(&prepared, &selection);
     }
-    let weights = opinion.as_ref().map_or(selection.fitted.noise, |opinion| opinion.fitted.noise);
+    let weights =
+        alternative.as_ref().map_or(selection.fitted.noise, |alternative| alternative.fitted.noise);
     let along = (0..selection.kept.len()).filter(|index| !is_found(&selection, *index)).collect();
-    Choice { prepared, selection, classes, weights, flexible, along, selected, opinion }
+    Choice { prepared, selection, classes, weights, flexible, along, selected, alternative }
 }
 
 /// Less noise than this share of what was learnt is worth another search.
 const LESS_NOISE: f64 = 0.9;
 
-/// What is left of a model, relative to the floor, that must not go without a word.
+/// What is left of a model, relative to the reachable error, that must not go without a word.
 pub(super) const EXCESS_MAX: f64 = 1.2;
 
 /// The effects of a campaign, chosen by a noise estimate that no missing effect inflates, and what a flexible model
@@ -69,7 +70,8 @@ pub(super) const EXCESS_MAX: f64 = 1.2;
 ///
 /// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
 /// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome
-/// stands if it comes near the floor: with little noise, something that the catalogue lacks is imitated by many effects.
+/// stands if it comes near the reachable error: with little noise, something that the catalogue lacks is imitated by
+/// many effects.
 fn beyond_noise<'a>(
     prepared: Prepared,
     catalogue: &[&'a dyn Effect],

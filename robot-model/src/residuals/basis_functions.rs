@@ -1,9 +1,9 @@
 //! Functions for a flexible model: small made-up effects that together can take nearly any shape over speed, turn rate,
 //! acceleration, curvature, heading, load and time.
 //!
-//! With [`super::probe::PROBES`] and the effects of the catalogue they are what [`super::flexible_model`] chooses from.
+//! With [`super::auxiliary_effects::AUXILIARY_EFFECTS`] and the effects of the catalogue they are what [`super::flexible_model`] chooses from.
 
-use super::probe::Probe;
+use super::auxiliary_effects::AuxiliaryEffect;
 use super::regressor::Regressor;
 use crate::effect::definition::{Change, Memory};
 use crate::kinematics::wheel_pair::WheelPair;
@@ -70,9 +70,9 @@ fn sharpness(step: &Step) -> f64 {
     if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 }
 }
 
-pub(super) static FUNCTIONS: &[Probe] = &[
+pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
     // What answers late: sideways to the side force, round to the turn rate.
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, memory| {
             let force = step.speed_mps() * step.turn_rate_rad_s();
@@ -81,7 +81,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { sideways_m: sum(p, now.map(|x| x * step.dt_s)), ..Change::NONE }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, memory| {
             let ds_m = step.travel_m();
@@ -89,7 +89,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { sideways_m: sum(p, angles.map(|omega| omega * ds_m)), ..Change::NONE }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, memory| {
             let omega = step.turn_rate_rad_s();
@@ -100,7 +100,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             )
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Speed,
         act: |p, step, memory| {
             let v = step.speed_mps();
@@ -114,14 +114,14 @@ pub(super) static FUNCTIONS: &[Probe] = &[
         },
     },
     // Shapes over speed.
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Speed,
         act: |p, step, _| {
             let v = step.speed_mps();
             turns(p, [v * v.abs(), v * v, v * v * v, v * v * v.abs()].map(|x| x * step.dt_s))
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Speed,
         act: |p, step, _| {
             let v = step.speed_mps();
@@ -137,7 +137,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
         },
     },
     // Speed and turn rate together.
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -145,7 +145,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { turning, ..Change::NONE }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -157,7 +157,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -166,7 +166,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
         },
     },
     // Products of speed and turn rate that the groups above lack.
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let (v, omega) = (step.speed_mps(), step.turn_rate_rad_s());
@@ -175,7 +175,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             turns(p, by.map(|x| x * step.dt_s))
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let chi = sharpness(step);
@@ -187,7 +187,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
         },
     },
     // Each wheel by its direction.
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TravelDirection,
         act: |p, step, _| {
             let sign = step.wheel_speed_mps.map(f64::signum);
@@ -200,7 +200,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Acceleration,
         act: |p, step, _| {
             let accel = step.wheel_accel_mps2;
@@ -209,7 +209,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             turns(p, by.map(|x| x * step.dt_s))
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Load,
         act: |p, step, _| {
             let (load, chi) = (step.payload_kg, sharpness(step));
@@ -222,7 +222,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Load,
         act: |p, step, _| {
             let (load, chi) = (step.payload_kg, sharpness(step));
@@ -231,7 +231,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             Change { travel: WheelPair::both(travel), turning, ..Change::NONE }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Heading,
         act: |p, step, _| {
             let path_m = step.travel_m().abs();
@@ -244,7 +244,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::SinceReversal,
         act: |p, step, memory| {
             let since_m = since_stop_m(step, memory);
@@ -253,7 +253,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             turns(p, [short * ds_m.abs(), short * ds_m, long * ds_m.abs(), short * turn_rad])
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TimeInRun,
         act: |p, step, _| {
             let minutes = step.t_s / 60.0;
@@ -266,7 +266,7 @@ pub(super) static FUNCTIONS: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Place,
         act: |p, step, _| {
             let [x, y] = step.place_m;

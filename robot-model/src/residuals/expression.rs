@@ -2,7 +2,7 @@
 //!
 //! The equations are products of what drives a robot, each with one amplitude or with a sine and a cosine, as a user would
 //! write them; their units are right by construction. Each is judged by the rule of the flexible model: what it gains on
-//! runs that it was not fitted to. An equation is offered only if it alone reaches the floor, nearly.
+//! runs that it was not fitted to. An equation is offered only if it alone comes near the reachable error.
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::custom::{Custom, CustomEffect};
@@ -25,11 +25,11 @@ pub struct Expression {
     pub position_rms_m: f64,
 }
 
-/// What is offered leaves at most this many times the floor.
-const NEAR_FLOOR: f64 = 1.15;
+/// What is offered leaves at most this many times the reachable error.
+const NEAR_REACHABLE: f64 = 1.15;
 /// Of equations that gain nearly as much, the first is taken: those of few factors come first.
 const NEAR_BEST: f64 = 0.97;
-/// Of the others, those that gain this share may still be the ones that reach the floor.
+/// Of the others, those that gain this share may still be the ones that come near the reachable error.
 const WORTH_TRYING: f64 = 0.8;
 /// How many are tried.
 const TRIED_MAX: usize = 6;
@@ -115,7 +115,7 @@ fn equations() -> Vec<String> {
     all
 }
 
-/// The equation that takes a fitted model nearly to the floor, if one does.
+/// The equation that takes a fitted model nearly to the reachable error, if one does.
 pub(crate) fn expression(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -155,7 +155,7 @@ pub(crate) fn expression(
         .find_map(|(_, effect)| with(prepared, fitted, flexible, effect))
 }
 
-/// The model with this equation, fitted, if it comes near the floor.
+/// The model with this equation, fitted, if it comes near the reachable error.
 fn with(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
@@ -171,8 +171,8 @@ fn with(
     let columns: Vec<usize> = placed.iter().flat_map(PlacedTerm::columns).collect();
     let errors = cross_validated(prepared, (&equations, &placed), &columns, &flexible.noise);
     let track_width_m = prepared.robot.track_width_m;
-    let floor_m = displacement_m(&flexible.floor, track_width_m);
-    if displacement_m(&errors, track_width_m) > NEAR_FLOOR * floor_m {
+    let reachable_m = displacement_m(&flexible.reachable, track_width_m);
+    if displacement_m(&errors, track_width_m) > NEAR_REACHABLE * reachable_m {
         return None;
     }
     let term = fitted.terms.last()?;

@@ -1,8 +1,8 @@
-//! What could any model reach on these runs? A floor that does not depend on the catalogue.
+//! What could any model reach on these runs? The reachable error, which does not depend on the catalogue.
 //!
 //! A flexible model is the model of known effects with basis functions of everything that was recorded
-//! ([`super::basis_functions`], [`super::probe`], places on the floor), and with the effects of the catalogue. It takes up what
-//! predicts runs that it was not fitted to, group by group:
+//! ([`super::basis_functions`], [`super::auxiliary_effects`], places on the floor), and with the effects of the
+//! catalogue. It takes up what predicts runs that it was not fitted to, group by group:
 //!
 //! ```text
 //! gain of a group = sum over runs of chi^2(model) - chi^2(model + group), both fitted to all other runs     (1)
@@ -12,7 +12,7 @@
 //!
 //! What repeats is then in the model and not in the noise, so the noise is estimated anew with the groups in place, and
 //! with less noise more is seen: a few rounds. Nothing that the flexible model takes up is an explanation. Its
-//! cross-validated error is the floor: what a model of effects leaves above it is physics that is missing.
+//! cross-validated error is the reachable error: what a model of effects leaves above it is physics that is missing.
 
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
@@ -25,9 +25,9 @@ use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
+use crate::residuals::auxiliary_effects::AUXILIARY_EFFECTS;
 use crate::residuals::basis_functions::FUNCTIONS;
 use crate::residuals::floor_location::visited;
-use crate::residuals::probe::PROBES;
 use crate::residuals::regressor::Regressor;
 
 /// Least gain of (1): chance gives the best of a few dozen groups less.
@@ -48,7 +48,7 @@ const POSES_MAX: usize = 200;
 #[derive(Clone, Debug)]
 pub(crate) struct Flexible {
     /// Its cross-validated errors.
-    pub floor: Errors,
+    pub reachable: Errors,
     /// Those of the model that it began with.
     pub model: Errors,
     /// The noise that it leaves.
@@ -58,11 +58,11 @@ pub(crate) struct Flexible {
 }
 
 impl Flexible {
-    /// By how many times the model's errors exceed the floor, as displacements of the wheels.
+    /// By how many times the model's errors exceed the reachable error, as displacements of the wheels.
     pub fn excess(&self, track_width_m: f64) -> f64 {
         let of = |errors: &Errors| displacement_m(errors, track_width_m);
-        let floor = of(&self.floor);
-        if floor > 0.0 { of(&self.model) / floor } else { 1.0 }
+        let reachable = of(&self.reachable);
+        if reachable > 0.0 { of(&self.model) / reachable } else { 1.0 }
     }
 }
 
@@ -108,10 +108,10 @@ pub(crate) fn flexible(
         }
     }
     let model = cross_validated_of(prepared, &thinned, &fitted.terms, &fitted.noise);
-    let mut floor = cross_validated_of(prepared, &thinned, &terms, &noise);
+    let mut reachable = cross_validated_of(prepared, &thinned, &terms, &noise);
     let track_width_m = prepared.robot.track_width_m;
-    if displacement_m(&floor, track_width_m) >= displacement_m(&model, track_width_m) {
-        (terms, noise, floor) = (fitted.terms.clone(), fitted.noise, model);
+    if displacement_m(&reachable, track_width_m) >= displacement_m(&model, track_width_m) {
+        (terms, noise, reachable) = (fitted.terms.clone(), fitted.noise, model);
         taken.clear();
     }
     for _ in 0..FALLS_MAX {
@@ -119,15 +119,15 @@ pub(crate) fn flexible(
         terms.push(pool[index].1.clone());
         taken.push(index);
         terms = refitted(&thinned, terms, &noise);
-        floor = cross_validated_of(prepared, &thinned, &terms, &noise);
+        reachable = cross_validated_of(prepared, &thinned, &terms, &noise);
     }
     let depends_on: Vec<Option<Regressor>> = taken.iter().map(|index| pool[*index].0).collect();
     if depends_on.is_empty()
-        || displacement_m(&floor, track_width_m) >= displacement_m(&model, track_width_m)
+        || displacement_m(&reachable, track_width_m) >= displacement_m(&model, track_width_m)
     {
-        return Flexible { floor: model, model, noise: fitted.noise, depends_on: Vec::new() };
+        return Flexible { reachable: model, model, noise: fitted.noise, depends_on: Vec::new() };
     }
-    Flexible { floor, model, noise, depends_on }
+    Flexible { reachable, model, noise, depends_on }
 }
 
 fn zero(effect: &dyn Effect) -> Term<'_> {
@@ -147,8 +147,8 @@ fn pool<'a>(
         starts.map(|values| (None, Term::new(*effect, values)))
     });
     let functions = FUNCTIONS.iter().map(|basis| (Some(basis.regressor), zero(basis)));
-    let probes = PROBES.iter().map(|probe| (Some(probe.regressor), zero(probe)));
-    known.chain(functions).chain(probes).collect()
+    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| (Some(one.regressor), zero(one)));
+    known.chain(functions).chain(auxiliary).collect()
 }
 
 /// The campaign with fewer poses.
@@ -346,7 +346,7 @@ mod tests {
         1e3 * displacement_m(errors, 0.372)
     }
 
-    /// What a sound robot of the same seed leaves, the answer's model, and the floor [mm].
+    /// What a sound robot of the same seed leaves, the answer's model, and the reachable error [mm].
     fn compared(hidden: &[Term<'_>], seed: u64) -> (f64, f64, f64, Answer) {
         let sound = mm(&answer_on(&[], seed).baseline.cross_validated);
         let answer = answer_on(hidden, seed);
@@ -363,18 +363,18 @@ mod tests {
             "seed {seed}: sound {sound:.2}, nominal {:.2}, model {:.2}, floor {:.2}: {steps:?} {:?}",
             mm(&answer.baseline.cross_validated),
             mm(&model),
-            mm(&answer.floor),
+            mm(&answer.reachable),
             answer.unexplained.depends_on
         );
-        (sound, mm(&model), mm(&answer.floor), answer)
+        (sound, mm(&model), mm(&answer.reachable), answer)
     }
 
     #[test]
     fn tyres_that_answer_late_do_not_pass_for_noise() {
         for seed in 0..4 {
-            let (sound, model, floor, answer) =
+            let (sound, model, least, answer) =
                 compared(&[Term::new(&LateTyres, vec![0.08])], 60 + seed);
-            assert!(floor < 1.15 * sound, "{floor} of {sound}");
+            assert!(least < 1.15 * sound, "{least} of {sound}");
             assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
         }
     }
@@ -383,17 +383,17 @@ mod tests {
     fn a_heading_that_turns_with_v_abs_v_does_not_pass_for_noise() {
         let own = Custom::from_equation("dtheta = k * v * abs(v)").unwrap().build().unwrap();
         for seed in 0..4 {
-            let (sound, model, floor, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
-            assert!(floor < 1.15 * sound, "{floor} of {sound}");
+            let (sound, model, least, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
+            assert!(least < 1.15 * sound, "{least} of {sound}");
             assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
         }
     }
 
     #[test]
-    fn on_a_sound_robot_the_floor_is_the_error_of_the_model() {
+    fn on_a_sound_robot_the_reachable_error_is_that_of_the_model() {
         for seed in 0..4 {
-            let (sound, model, floor, answer) = compared(&[], 80 + seed);
-            assert!(floor > 0.97 * model && model <= sound, "{floor} of {model}");
+            let (sound, model, least, answer) = compared(&[], 80 + seed);
+            assert!(least > 0.97 * model && model <= sound, "{least} of {model}");
             assert!(!answer.unexplained.structure);
         }
     }

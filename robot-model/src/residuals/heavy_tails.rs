@@ -1,7 +1,7 @@
 //! Do the residuals have heavier tails than a normal distribution, and do these depend on the motion?
 //!
 //! Wrong time stamps, frames that come twice, motion blur: none of them moves the track to one side, so no
-//! effect and no probe finds them. They give the whitened innovations z heavy tails, and heavier ones where the
+//! effect, known or auxiliary, finds them. They give the whitened innovations z heavy tails, and heavier ones where the
 //! robot is fast:
 //!
 //! ```text

@@ -4,8 +4,8 @@
 //! | --- | --- |
 //! | `unexplained.rs` | [`Unexplained`]: the results of all tests |
 //! | `regressor.rs` | [`Regressor`]: what they may depend on |
-//! | `probe.rs` | small effects in proportion to speed, load, heading and the like |
-//! | `flexible_model.rs` | the floor: what a model of any shape could reach |
+//! | `auxiliary_effects.rs` | small effects in proportion to speed, load, heading and the like |
+//! | `flexible_model.rs` | the reachable error: what a model of any shape could reach |
 //! | `basis_functions.rs` | its functions |
 //! | `expression.rs` | [`Expression`]: the simple equation that would do nearly as well |
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
@@ -15,12 +15,12 @@
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
+pub(crate) mod auxiliary_effects;
 pub(crate) mod basis_functions;
 pub(crate) mod expression;
 pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;
-pub(crate) mod probe;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
 mod uneven_runs;

@@ -1,4 +1,4 @@
-//! What may residuals depend on? The names only; the functions of each are in `probe.rs`.
+//! What may residuals depend on? The names only; the functions of each are in `auxiliary_effects.rs`.
 
 /// A quantity that residuals may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

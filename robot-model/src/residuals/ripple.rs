@@ -1,6 +1,6 @@
 //! Do the residuals ripple many times per turn of a wheel, as from gear teeth, magnets or slots?
 //!
-//! Such a ripple moves the track by less than a millimetre for a moment, so no probe of a few columns finds it,
+//! Such a ripple moves the track by less than a millimetre for a moment, so no auxiliary effect of a few columns finds it,
 //! and there are too many orders to fit each. But every measured heading contains the ripple since the one
 //! before, and innovations are independent of each other:
 //!
@@ -21,7 +21,7 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::motion::Step;
 use crate::recording::run::PoseMeasurement;
 
-/// Orders tested: probes test lower ones, and the turns of a geared motor lie higher.
+/// Orders tested: auxiliary effects test lower ones, and the turns of a geared motor lie higher.
 const ORDERS: std::ops::RangeInclusive<u32> = 4..=64;
 
 /// The innovations of a run's headings, with the angles of the wheels.

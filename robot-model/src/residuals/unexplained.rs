@@ -1,6 +1,6 @@
 //! Do the residuals of a model depend on anything?
 //!
-//! Each regressor has a few probes: turns, travels and drifts in proportion to functions of it. They go through
+//! Each regressor has a few auxiliary effects: turns, travels and drifts in proportion to functions of it. They go through
 //! the same filter as the effects, so that the test is of what they would do to the track. The strongest
 //! significant regressor is added to the model and the others are tested again, so that regressors which merely
 //! resemble it are not named too. Ripples and heavy tails come last; they have tests of their own.
@@ -21,9 +21,9 @@ use crate::residuals::ripple::ripple;
 use crate::residuals::uneven_runs::uneven_runs;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
+use super::auxiliary_effects::{AUXILIARY_EFFECTS, OF_A_RUN};
 use super::expression::Expression;
 use super::floor_location::{FloorSearch, PlaceSeen, Spot, search_floor};
-use super::probe::{OF_A_RUN, PROBES};
 use super::regressor::Regressor;
 
 /// At most this share of the named regressors is wrong.
@@ -54,9 +54,9 @@ pub struct Unexplained {
     pub place_m: Option<[f64; 2]>,
     /// The places that several runs came to.
     pub places: Vec<PlaceSeen>,
-    /// Cross-validated position error above the floor \[m\]: the root of the difference of squares.
+    /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
     pub size_m: f64,
-    /// The simple equation that would take the model nearly to the floor, if there is one.
+    /// The simple equation that would take the model nearly to the reachable error, if there is one.
     pub expression: Option<Expression>,
 }
 
@@ -128,7 +128,7 @@ struct Finding {
 fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let FloorSearch { spots, tested, seen } = search_floor(prepared, fitted);
     let in_model = fitted.terms.len();
-    let terms = with_probes(fitted, &spots);
+    let terms = with_auxiliary(fitted, &spots);
     let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let columns = |term: &PlacedTerm<'_>| term.columns().collect::<Vec<usize>>();
     let mut model: Vec<usize> = terms[..in_model].iter().flat_map(columns).collect();
@@ -183,10 +183,11 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     found
 }
 
-/// The model's terms, then the probes, the places, and what may differ from run to run.
-fn with_probes<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<'a>> {
-    let probes = PROBES.iter().map(|probe| probe as &dyn Effect);
-    let added = probes.chain(spots.iter().map(|spot| spot as &dyn Effect)).chain([&OF_A_RUN as _]);
+/// The model's terms, then the auxiliary effects, the places, and what may differ from run to run.
+fn with_auxiliary<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<'a>> {
+    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| one as &dyn Effect);
+    let added =
+        auxiliary.chain(spots.iter().map(|spot| spot as &dyn Effect)).chain([&OF_A_RUN as _]);
     let mut terms = fitted.terms.clone();
     terms.extend(added.map(|effect| {
         let values = vec![0.0; effect.facts().parameters.len()];
@@ -195,19 +196,19 @@ fn with_probes<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<'a>
     PlacedTerm::place(&terms)
 }
 
-/// The regressors that the campaign's motion shows: of `added`, the probes and the places.
+/// The regressors that the campaign's motion shows: of `added`, the auxiliary effects and the places.
 fn open_regressors<'a>(
     equations: &CampaignEquations,
     added: &[PlacedTerm<'a>],
     spots: &[Spot],
 ) -> Vec<OpenRegressor<'a>> {
-    let probes = PROBES.iter().map(|probe| (probe.regressor, None));
+    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| (one.regressor, None));
     let places = spots.iter().map(|spot| (Regressor::Place, Some(spot.at_m)));
     let open = |((regressor, spot_m), term): (_, &PlacedTerm<'a>)| {
         let columns = visible(equations, term.columns());
         OpenRegressor { regressor, effect: term.effect, columns, spot_m }
     };
-    let all = probes.chain(places).zip(added).map(open);
+    let all = auxiliary.chain(places).zip(added).map(open);
     all.filter(|regressor| !regressor.columns.is_empty()).collect()
 }
 
@@ -292,6 +293,6 @@ fn at_least_half(n: usize, alone: f64) -> f64 {
 
 /// The columns that the campaign's motion shows at all.
 fn visible(equations: &CampaignEquations, columns: Range<usize>) -> Vec<usize> {
-    // At the widest value of a probe it does more than one sigma: a real dependence does far more.
+    // At the widest value of an auxiliary effect it does more than one sigma: a real dependence does far more.
     columns.filter(|column| equations.total.gram[(*column, *column)] > 1.0).collect()
 }

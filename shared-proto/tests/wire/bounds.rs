@@ -22,6 +22,7 @@ fn longest() -> Vec<Any> {
             derivative: i16::MIN,
         },
         duty: i16::MIN,
+        applied_uvs: i64::MIN,
     };
     let config = Config { name, ..samples::config() };
     let fault = FaultReport {

@@ -9,6 +9,7 @@ mod drivers_page;
 mod golden;
 mod key;
 mod page;
+mod refusals;
 mod round_trip;
 mod samples;
 mod schema;

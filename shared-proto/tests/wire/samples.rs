@@ -2,6 +2,8 @@
 
 use shared_proto::*;
 
+use crate::refusals::{refusals, report};
+
 /// A message, or the hello.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "a few dozen of them in a test")]
@@ -66,9 +68,8 @@ pub fn config() -> Config {
         },
         pid: PidConfig { kp_per_m: 40.0, ki_per_m_s: 60.0, kd_s_per_m: 1.0 },
         feedforward: FeedforwardConfig {
-            ks: 0.04,
-            kv_s_per_m: 2.0,
-            ka_s2_per_m: 0.1,
+            left: feedforward([0.48, 0.52, 24.0, 1.2]),
+            right: feedforward([0.46, 0.5, 25.0, 1.3]),
             supply_v: 12.6,
         },
         limits: LimitsConfig {
@@ -97,13 +98,11 @@ pub fn config() -> Config {
     }
 }
 
-fn report(fault: Fault) -> FaultReport {
-    let wheels = WheelPair {
-        left: WheelAtFault { error_um: 20_400, speed_um_s: 1200, duty: 31_000 },
-        right: WheelAtFault { error_um: -150, speed_um_s: 118_300, duty: 8904 },
-    };
-    let (number, t_us, followed_by, supply_mv) = (3, 20_475_000, 300, 11_200);
-    FaultReport { fault, number, t_us, followed_by, wheels, supply_mv }
+/// kS both ways, kV, kA.
+pub fn feedforward(
+    [ks_forward_v, ks_backward_v, kv_v_s_per_m, ka_v_s2_per_m]: [f64; 4],
+) -> WheelFeedforward {
+    WheelFeedforward { ks_forward_v, ks_backward_v, kv_v_s_per_m, ka_v_s2_per_m }
 }
 
 fn identity(reset_cause: ResetCause, config_origin: ConfigOrigin) -> Identity {
@@ -174,6 +173,7 @@ pub fn telemetry() -> Telemetry {
                     derivative: -3,
                 },
                 duty: 8904,
+                applied_uvs: 9_470_312,
             },
             right: WheelTelemetry {
                 counts: -1200,
@@ -187,6 +187,7 @@ pub fn telemetry() -> Telemetry {
                     derivative: 4,
                 },
                 duty: -8851,
+                applied_uvs: -9_412_700,
             },
         },
         supply_mv: 11_900,
@@ -194,7 +195,6 @@ pub fn telemetry() -> Telemetry {
     }
 }
 
-/// Every message by name; a later line of the same kind adds a variant of an inner enum.
 /// 16 bytes that count up from this one.
 pub fn bytes(first: u8) -> Nonce {
     std::array::from_fn(|i| first + i as u8)
@@ -210,6 +210,7 @@ pub fn session_key() -> Key {
     Key::new(bytes(0)).of_session(&host_hello().to_bytes(), &bytes(0x10), &bytes(0x20))
 }
 
+/// Every message by name; a later line of the same kind adds a variant of an inner enum.
 pub fn all() -> Vec<(String, Any)> {
     let mut all = vec![(
         "hello".to_string(),
@@ -251,8 +252,11 @@ fn requests() -> Vec<(String, Any)> {
     request("disarm", Command::Disarm);
     request("drive.meter", Command::Drive(drive(TravelUnit::Meter)));
     request("drive.wheel_revolution", Command::Drive(drive(TravelUnit::WheelRevolution)));
-    let later = Drive { start_us: Some(20_475_000), ..drive(TravelUnit::WheelRevolution) };
-    request("drive.later", Command::Drive(later));
+    let start_us = Some(20_475_000);
+    request(
+        "drive.later",
+        Command::Drive(Drive { start_us, ..drive(TravelUnit::WheelRevolution) }),
+    );
     let velocity = Velocity {
         motion: MotionId(77),
         forward_mps: 0.118,
@@ -260,6 +264,15 @@ fn requests() -> Vec<(String, Any)> {
         acceleration_mps2: 0.5,
     };
     request("velocity", Command::Velocity(velocity));
+    let voltage = Voltage {
+        motion: MotionId(77),
+        volts: WheelPair { left: 3.5, right: -3.5 },
+        ramp_v_per_s: 2.0,
+        duration_s: 1.5,
+        travel_m_max: 0.25,
+        speed_mps_max: 0.5,
+    };
+    request("voltage", Command::Voltage(voltage));
     request("renew", Command::Renew { motion: MotionId(77) });
     request("stop", Command::Stop);
     request("emergency_stop", Command::EmergencyStop);
@@ -295,6 +308,8 @@ fn replies() -> Vec<(String, Any)> {
         ("driving", State::Driving, None, None),
         ("stopping", State::Stopping, Some(MotionEnd::Replaced), None),
         ("faulted", State::Faulted, Some(MotionEnd::Faulted), Some(Fault::Driver)),
+        ("travel_limit", State::Armed, Some(MotionEnd::TravelLimit), None),
+        ("speed_limit", State::Armed, Some(MotionEnd::SpeedLimit), None),
     ] {
         reply(&format!("status.{name}"), Ok(Answer::Status(status(state, end, fault))));
     }
@@ -306,46 +321,6 @@ fn replies() -> Vec<(String, Any)> {
         reply(&format!("refusal.{name}"), Err(refusal));
     }
     all
-}
-
-fn refusals() -> Vec<(String, Refusal)> {
-    let out_of_range = ConfigError::OutOfRange { field: 2, value: 1.5 };
-    let per_count = ConfigError::DistancePerCount { wheel: Wheel::Right, meters: 0.25 };
-    let pwm = |driver| Refusal::Config(ConfigError::PwmFrequency { driver, hz: 25_000.0 });
-    let at_fault =
-        |at_fault| Refusal::Config(ConfigError::AtFault { driver: Driver::Md10c, at_fault });
-    let drivers =
-        Driver::ALL.map(|driver| (format!("config.pwm_frequency.{}", driver.name()), pwm(driver)));
-    let at_faults =
-        AtFault::ALL.map(|what| (format!("config.at_fault.{}", what.name()), at_fault(what)));
-    let others = vec![
-        ("state", Refusal::State(State::Driving)),
-        ("faulted", Refusal::Faulted(report(Fault::SupplyLow))),
-        ("config.out_of_range", Refusal::Config(out_of_range)),
-        ("config.distance_per_count", Refusal::Config(per_count)),
-        ("motion.not_positive", Refusal::Motion(MotionError::NotPositive)),
-        ("motion.no_distance", Refusal::Motion(MotionError::NoDistance)),
-        ("motion.too_far", Refusal::Motion(MotionError::TooFar)),
-        ("motion.too_fast", Refusal::Motion(MotionError::TooFast)),
-        ("motion.too_steep", Refusal::Motion(MotionError::TooSteep)),
-        ("motion.too_long", Refusal::Motion(MotionError::TooLong)),
-        ("motion.start", Refusal::Motion(MotionError::Start)),
-        ("no_such_motion", Refusal::NoSuchMotion),
-        ("no_such_fault", Refusal::NoSuchFault),
-        ("cause_remains", Refusal::CauseRemains),
-        ("period", Refusal::Period),
-        ("store", Refusal::Store),
-        ("hello_first", Refusal::HelloFirst),
-        ("unreadable", Refusal::Unreadable),
-        ("late", Refusal::Late),
-        ("lease", Refusal::Lease),
-        ("driven", Refusal::Driven),
-        ("forgotten", Refusal::Forgotten),
-        ("key", Refusal::Key),
-        ("wrong_key", Refusal::WrongKey),
-    ];
-    let others = others.into_iter().map(|(name, refusal)| (name.to_string(), refusal));
-    others.chain(drivers).chain(at_faults).collect()
 }
 
 /// Every fault; those of a wheel are of the one and the other in turn.
@@ -372,9 +347,8 @@ fn events() -> Vec<(String, Any)> {
     let mut all = Vec::new();
     let mut event = |name: &str, event| all.push((format!("event.{name}"), Any::Event(event)));
     event("state", Event::State { t_us: 5_178_000, state: State::Stopping });
-    let motion_ended =
-        Event::MotionEnded { t_us: 20_475_000, motion: MotionId(77), end: MotionEnd::Completed };
-    event("motion_ended", motion_ended);
+    let (t_us, motion, end) = (20_475_000, MotionId(77), MotionEnd::Completed);
+    event("motion_ended", Event::MotionEnded { t_us, motion, end });
     for fault in faults(Wheel::Left, Wheel::Right) {
         event(&format!("fault.{}", fault.id()), Event::Fault(report(fault)));
     }

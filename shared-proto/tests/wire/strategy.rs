@@ -4,7 +4,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use shared_proto::*;
 
-use crate::samples::{Any, faults};
+use crate::samples::{Any, faults, feedforward};
 
 /// Any f64, every NaN, infinity and subnormal among them.
 fn number() -> BoxedStrategy<f64> {
@@ -42,7 +42,7 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 23), pair(encoder), pair(motor), driver())
+    (name(), vec(number(), 28), pair(encoder), pair(motor), driver())
         .prop_map(|(name, n, encoder, motor, driver)| Config {
             name,
             geometry: GeometryConfig {
@@ -55,9 +55,8 @@ fn config() -> BoxedStrategy<Config> {
             motor,
             pid: PidConfig { kp_per_m: n[3], ki_per_m_s: n[4], kd_s_per_m: n[5] },
             feedforward: FeedforwardConfig {
-                ks: n[6],
-                kv_s_per_m: n[7],
-                ka_s2_per_m: n[8],
+                left: feedforward([n[6], n[7], n[8], n[23]]),
+                right: feedforward([n[24], n[25], n[26], n[27]]),
                 supply_v: n[20],
             },
             limits: LimitsConfig {
@@ -144,6 +143,8 @@ fn motion_end() -> BoxedStrategy<MotionEnd> {
         MotionEnd::Stopped,
         MotionEnd::Faulted,
         MotionEnd::Replaced,
+        MotionEnd::TravelLimit,
+        MotionEnd::SpeedLimit,
     ])
     .boxed()
 }
@@ -174,6 +175,19 @@ fn velocity() -> BoxedStrategy<Velocity> {
         .boxed()
 }
 
+fn voltage() -> BoxedStrategy<Voltage> {
+    (any::<u32>(), pair(number), vec(number(), 4))
+        .prop_map(|(motion, volts, n)| Voltage {
+            motion: MotionId(motion),
+            volts,
+            ramp_v_per_s: n[0],
+            duration_s: n[1],
+            travel_m_max: n[2],
+            speed_mps_max: n[3],
+        })
+        .boxed()
+}
+
 fn command() -> BoxedStrategy<Command> {
     prop_oneof![
         proptest::sample::select(vec![
@@ -191,6 +205,7 @@ fn command() -> BoxedStrategy<Command> {
         origin().prop_map(Command::RestoreConfig),
         drive().prop_map(Command::Drive),
         velocity().prop_map(Command::Velocity),
+        voltage().prop_map(Command::Voltage),
         any::<u32>().prop_map(|motion| Command::Renew { motion: MotionId(motion) }),
         any::<u32>().prop_map(|number| Command::ClearFault { number }),
         any::<u16>().prop_map(|period_ms| Command::Subscribe { period_ms }),
@@ -281,6 +296,7 @@ fn refusal() -> BoxedStrategy<Refusal> {
             MotionError::TooSteep,
             MotionError::TooLong,
             MotionError::Start,
+            MotionError::TooHigh,
         ])
         .prop_map(Refusal::Motion),
         proptest::sample::select(vec![
@@ -304,7 +320,7 @@ fn refusal() -> BoxedStrategy<Refusal> {
 
 fn telemetry() -> BoxedStrategy<Telemetry> {
     let wheel = || {
-        (any::<[i64; 2]>(), any::<[i32; 2]>(), any::<[i16; 5]>())
+        (any::<[i64; 3]>(), any::<[i32; 2]>(), any::<[i16; 5]>())
             .prop_map(|(wide, medium, narrow)| WheelTelemetry {
                 counts: wide[0],
                 setpoint_um: wide[1],
@@ -317,6 +333,7 @@ fn telemetry() -> BoxedStrategy<Telemetry> {
                     derivative: narrow[3],
                 },
                 duty: narrow[4],
+                applied_uvs: wide[2],
             })
             .boxed()
     };

@@ -76,6 +76,8 @@ pub use tyre::TyreParameters;
 pub use wheel::GeometryParameters;
 pub use wheel_defects::WheelParameters;
 
+use std::collections::VecDeque;
+
 use body::Body;
 use caster::Caster;
 use defects::Defects;
@@ -96,6 +98,8 @@ pub struct Plant {
     parameters: PlantParameters,
     t_us: u64,
     duty: WheelPair<f64>,
+    /// Duties that were set and have no effect yet.
+    late_duty: VecDeque<WheelPair<f64>>,
     enabled: bool,
     first_driven_us: Option<u64>,
     faults: Faults,
@@ -135,6 +139,7 @@ impl Plant {
         Plant {
             t_us: 0,
             duty: WheelPair::both(0.0),
+            late_duty: VecDeque::new(),
             enabled: false,
             first_driven_us: None,
             faults: Faults::default(),
@@ -161,7 +166,10 @@ impl Plant {
     /// Sets the share of the supply on each motor's terminals, -1 to 1; more is cut off.
     pub fn set_duty(&mut self, duty: WheelPair<f64>) {
         assert!(duty.all(f64::is_finite), "{duty:?}");
-        self.duty = duty.map(|d| d.clamp(-1.0, 1.0));
+        self.late_duty.push_back(duty.map(|d| d.clamp(-1.0, 1.0)));
+        if self.late_duty.len() > usize::from(self.parameters.bridge.delay_ms) {
+            self.duty = self.late_duty.pop_front().unwrap_or(WheelPair::both(0.0));
+        }
         self.note_first_drive();
     }
 

@@ -30,7 +30,7 @@ use crate::outcome::Outcome;
 use crate::temp_folder::{TempFolder, words};
 
 /// A command that writes, with what it starts from and what it comes to undisturbed.
-struct Subject {
+struct CommandUnderTest {
     command: &'static Writing,
     /// Before it, after it, and after it was given a second time.
     old: Tree,
@@ -40,7 +40,7 @@ struct Subject {
     stops: Vec<Call>,
 }
 
-impl Subject {
+impl CommandUnderTest {
     fn new(command: &'static Writing) -> Self {
         let old = command.start();
         let temp = folder(&old);
@@ -222,9 +222,9 @@ fn is_locked(temp: &TempFolder) -> bool {
 
 /// Every `step`-th point of a command in each of the three ways: how many there are, and what went wrong.
 fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
-    let subject = Subject::new(command);
-    let takes = |index: &usize| matches!(subject.stops[*index], Call::Takes(_));
-    let kills: Vec<usize> = (0..subject.stops.len()).step_by(step).collect();
+    let tested = CommandUnderTest::new(command);
+    let takes = |index: &usize| matches!(tested.stops[*index], Call::Takes(_));
+    let kills: Vec<usize> = (0..tested.stops.len()).step_by(step).collect();
     let fills: Vec<usize> = kills.iter().copied().filter(takes).collect();
     let seconds: Vec<usize> = if command.locks { kills.clone() } else { Vec::new() };
     let mut wrong = Vec::new();
@@ -237,17 +237,17 @@ fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
             }));
         }
     };
-    hold(&kills, &|at| subject.survives_a_kill(at));
-    hold(&fills, &|at| subject.survives_a_full_disk(at));
+    hold(&kills, &|at| tested.survives_a_kill(at));
+    hold(&fills, &|at| tested.survives_a_full_disk(at));
     let locked = Cell::new(0);
     hold(&seconds, &|at| {
-        locked.set(locked.get() + u32::from(subject.keeps_a_second_writer_out(at)))
+        locked.set(locked.get() + u32::from(tested.keeps_a_second_writer_out(at)))
     });
     if command.locks && locked.get() == 0 {
         wrong.push(format!("`{}` writes without the lock of its folder", command.line));
     }
     let (calls, [kills, fills, seconds]) =
-        (subject.calls, [kills, fills, seconds].map(|points| points.len()));
+        (tested.calls, [kills, fills, seconds].map(|points| points.len()));
     println!(
         "{:<60} {calls:>6} system calls, {kills:>4} kills, {fills:>4} full disks, {seconds:>4} second writers, {} wrong",
         command.line,

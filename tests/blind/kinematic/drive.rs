@@ -8,9 +8,9 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::act::{Change, Memory, Step, act};
 use super::course::{Course, DT_S, Wheels};
 use super::mechanism::Hidden;
+use super::mechanism_step::{Change, Memory, Step, act};
 use super::normal;
 
 /// The robot, as its owner knows it; noise as it is.

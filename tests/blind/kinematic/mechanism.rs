@@ -113,7 +113,8 @@ mechanisms! {
 pub struct Hidden {
     /// Which.
     pub mechanism: Mechanism,
-    /// Its numbers, in the order of [`Hidden::true_parameters`]; those of outside mechanisms as in [`super::act`].
+    /// Its numbers, in the order of [`Hidden::true_parameters`]; those of outside mechanisms as in
+    /// [`super::mechanism_step`].
     pub p: [f64; 4],
 }
 

@@ -16,17 +16,17 @@
 //! | --- | --- |
 //! | [`course`] | which runs are driven, and how far each wheel has turned at each millisecond |
 //! | [`mechanism`] | what can be hidden, with its true parameters and right regressors |
-//! | [`act`] | what each mechanism does in a step |
+//! | [`mechanism_step`] | what each mechanism does in a step |
 //! | [`drive`] | equations (1) and (2), and the noise of rolling |
 //! | [`robot`] | a robot drawn by seed, and its recorded campaign |
-//! | [`misfit`] | how far two tracks lie apart, from the best start |
+//! | [`track_distance`] | how far two tracks lie apart, from the best start |
 
-pub mod act;
 pub mod course;
 pub mod drive;
 pub mod mechanism;
-pub mod misfit;
+pub mod mechanism_step;
 pub mod robot;
+pub mod track_distance;
 
 use rand::{Rng, RngExt};
 

@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use super::course::{Course, DT_S, Wheels, courses, turn_wheels};
 use super::drive::{Body, Start, drive};
 use super::mechanism::{Hidden, Mechanism};
-use super::misfit::Pose;
 use super::normal;
+use super::track_distance::Pose;
 
 /// Steps between two rows of counts, two poses, two yaw rates; and the first pose and yaw rate: never at one time.
 const COUNTS: [usize; 2] = [50, 0];

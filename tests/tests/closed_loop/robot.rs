@@ -1,8 +1,8 @@
 //! Robots with one fault, and its true parameters by the names of the model.
 
 use beeline_tests::blind::case::Kind;
-use beeline_tests::blind::field::sound;
-use beeline_tests::blind::hide::{Hidden, true_parameters};
+use beeline_tests::blind::hidden_effects::{Hidden, true_parameters};
+use beeline_tests::blind::sim_target_robot::sound;
 use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 

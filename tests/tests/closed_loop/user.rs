@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use beeline_tests::blind::field::PERIOD_MS;
+use beeline_tests::blind::sim_target_robot::PERIOD_MS;
 use campaign::plan::run_kinds::{fastest_mps, runs_of};
 use campaign::plan::{CampaignPlan, PlanSettings};
 use campaign::{Campaign, CampaignWriter, Run};
 use futures_lite::future;
 use host_cli::calibrate::umbmark::{UmbmarkSettings, umbmark};
+use host_cli::campaign_recorder::samples::columns;
+use host_cli::campaign_recorder::{RecordSettings, RecordStep, record_campaign};
 use host_cli::error::Result;
 use host_cli::pose_source::camera::Camera;
-use host_cli::survey::samples::columns;
-use host_cli::survey::{RecordSettings, RecordStep, record_campaign};
 use host_link::session::Session;
 use robot_model::explain::Answer;
 use robot_model::explain::explain;

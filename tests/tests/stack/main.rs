@@ -20,4 +20,5 @@ mod stall;
 mod stopped_task;
 mod supply;
 mod velocity;
+mod voltage;
 mod wiring;

@@ -65,8 +65,8 @@ const RULES: [Rule; 5] = [
     Rule {
         manifest: WORKSPACE,
         package: "host-link",
-        forbidden: &[COMMAND_LINE, &["sim-target", "host-cli"]],
-        why: "the link to a robot is for any program",
+        forbidden: &[COMMAND_LINE, TERMINAL, &["robot-model", "sim-target", "host-cli"]],
+        why: "the link to a robot is for any program, which has a terminal and a model of its own, or none",
     },
     Rule {
         manifest: EMULATED_BOARD,
@@ -151,6 +151,17 @@ mod tests {
         for (one, other) in [("robot-model", "sim-target"), ("sim-target", "robot-model")] {
             let tree = format!("0 {one} v0.1.0\n1 between v0.1.0\n2 {other} v0.1.0\n");
             assert_eq!(broken(rule(one), &tree).len(), 1, "{one}");
+        }
+    }
+
+    #[test]
+    fn the_link_draws_no_progress_and_fits_no_model() {
+        for other in ["indicatif", "robot-model"] {
+            let tree = format!("0 host-link v0.1.0\n1 between v0.1.0\n2 {other} v0.1.0\n");
+            let found = broken(rule("host-link"), &tree);
+            let chain =
+                format!("host-link must not depend on {other}: host-link -> between -> {other} (");
+            assert!(found.len() == 1 && found[0].starts_with(&chain), "{found:?}");
         }
     }
 

@@ -37,7 +37,7 @@ struct Module {
     imports: BTreeMap<String, Vec<String>>,
     /// Modules or enums of which `use` brings in everything.
     globs: Vec<Vec<String>>,
-    /// Paths that its code names.
+    /// Paths that its code names; `name!` for a macro that is called.
     mentions: BTreeSet<Vec<String>>,
 }
 
@@ -56,6 +56,16 @@ impl Crate {
     /// The files that it consists of, those for tests included.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.modules.iter().map(|module| module.file.as_path())
+    }
+
+    /// The paths that its code names or brings in by `use`, each with the file; tests are left out. A macro that is
+    /// called is there by its name and `!`.
+    pub fn mentions(&self) -> impl Iterator<Item = (&Path, &[String])> {
+        self.modules.iter().filter(|module| !module.is_test).flat_map(|module| {
+            let brought_in = module.imports.values().chain(&module.globs);
+            let all = module.mentions.iter().chain(brought_in);
+            all.map(|path| (module.file.as_path(), path.as_slice()))
+        })
     }
 
     /// Which file uses which.

@@ -6,7 +6,8 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 use super::use_tree::flatten;
 
-/// Adds the paths in these tokens. What stands under `#[cfg(test)]` is left out.
+/// Adds the paths in these tokens; the name of a macro that is called ends in `!`. What stands under `#[cfg(test)]` is
+/// left out.
 pub fn collect(tokens: TokenStream, into: &mut BTreeSet<Vec<String>>) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     let mut at = 0;
@@ -100,10 +101,18 @@ fn collect_path(tokens: &[TokenTree], at: usize, into: &mut BTreeSet<Vec<String>
         if group.delimiter() == Delimiter::Parenthesis)
         && !is_word(before(1), "fn");
     let is_variable = path.len() == 1 && path[0].starts_with(char::is_lowercase) && !is_called;
+    if is_macro_call(tokens, next) {
+        into.extend(path.last().map(|name| vec![format!("{name}!")]));
+    }
     if !(is_member || is_lifetime || is_variable) {
         into.insert(path);
     }
     next
+}
+
+/// Whether what stands before this place is the name of a macro that is called.
+fn is_macro_call(tokens: &[TokenTree], at: usize) -> bool {
+    is_punct(tokens.get(at), '!') && matches!(tokens.get(at + 1), Some(TokenTree::Group(_)))
 }
 
 fn is_punct(token: Option<&TokenTree>, wanted: char) -> bool {

@@ -1,7 +1,7 @@
 //! What the rules compare with, from the configuration.
 
 use fixed::types::I2F30;
-use shared_proto::{Config, WheelPair};
+use shared_proto::{Config, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
@@ -21,7 +21,11 @@ impl Thresholds {
     /// The thresholds of a valid configuration.
     #[inline]
     pub fn new(config: &Config) -> Self {
-        Self(Odometry::new(config).meters_per_count().map(|q| WheelThresholds::new(config, q)))
+        let q = Odometry::new(config).meters_per_count();
+        Self(WheelPair {
+            left: WheelThresholds::new(config, Wheel::Left, q.left),
+            right: WheelThresholds::new(config, Wheel::Right, q.right),
+        })
     }
 }
 
@@ -49,14 +53,15 @@ pub(super) struct WheelThresholds {
 }
 
 impl WheelThresholds {
-    #[inline]
-    fn new(config: &Config, q: MetersPerCount) -> Self {
+    #[inline(never)]
+    fn new(config: &Config, wheel: Wheel, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let steps = |m: f64| truncate(m, TRAVEL_BITS);
         let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
-        let feedforward = &config.feedforward;
+        let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
+        let ks = max(ks_forward, ks_backward);
         // Of a step of travel in a duty of 2^-30.
         let share = hz / f64::from(1 << (TRAVEL_BITS - I2F30::FRAC_NBITS));
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
@@ -69,11 +74,11 @@ impl WheelThresholds {
             creeping_advance: at_least(8.0, 0.004),
             reversed_run: at_least(6.0, 0.15 * error_m_max),
             runaway: at_least(6.0, 0.05 * error_m_max),
-            friction: nearest(feedforward.ks, I2F30::FRAC_NBITS),
-            speed_cost: nearest(feedforward.kv_s_per_m * share, 8),
-            acceleration_cost: nearest(feedforward.ka_s2_per_m * share * hz, 0),
+            friction: nearest(ks, I2F30::FRAC_NBITS),
+            speed_cost: nearest(kv * share, 8),
+            acceleration_cost: nearest(ka * share * hz, 0),
             resting_error: steps(4.0 * q_m),
-            resting_duty: nearest(feedforward.ks + 0.1, I2F30::FRAC_NBITS) as u32,
+            resting_duty: nearest(ks + 0.1, I2F30::FRAC_NBITS) as u32,
         }
     }
 }

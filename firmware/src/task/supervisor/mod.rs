@@ -22,7 +22,7 @@ use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
 use shared_proto::{
-    Config, ConfigOrigin, Event, Fault, MotionEnd, MotionId, State, Velocity, WheelPair,
+    Config, ConfigOrigin, Event, Fault, MotionEnd, MotionId, State, Velocity, Wheel, WheelPair,
 };
 
 use crate::capture::CaptureSettings;
@@ -125,6 +125,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     waiting: Option<(MotionCommand, WheelPair<ProfileState>)>,
     /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
+    /// A voltage is under way: there is no plan, and the loop is open.
+    open_loop: bool,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
     /// Whose encoder the check under way is checking.
@@ -163,6 +165,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             plan_starts: Instant::MIN,
             waiting: None,
             start_at: None,
+            open_loop: false,
             plan: None,
             probing: WheelPair::both(false),
             order_id: 0,
@@ -202,7 +205,15 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 self.next_velocity = None;
                 match self.state {
                     State::Stopping => self.end_stop(),
-                    State::Driving => self.complete(),
+                    State::Driving => self.complete(MotionEnd::Completed),
+                    _ => {}
+                }
+            }
+            ControlEvent::Rolled(id, end) if id == self.order_id => {
+                self.open_loop = false;
+                match self.state {
+                    State::Stopping => self.end_stop(),
+                    State::Driving => self.complete(end),
                     _ => {}
                 }
             }
@@ -215,7 +226,10 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 }
             }
             // These belong to a replaced order; `on_fault` runs after every event.
-            ControlEvent::Probed(_) | ControlEvent::Settled(_) | ControlEvent::Faulted => {}
+            ControlEvent::Probed(_)
+            | ControlEvent::Settled(_)
+            | ControlEvent::Rolled(..)
+            | ControlEvent::Faulted => {}
         }
     }
 
@@ -370,7 +384,10 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         let config = &self.config;
         self.shared.capture_settings.put(CaptureSettings::new(config));
         self.shared.loop_settings.put(LoopSettings {
-            gains: Gains::new(config),
+            gains: WheelPair {
+                left: Gains::new(config, Wheel::Left),
+                right: Gains::new(config, Wheel::Right),
+            },
             thresholds: Thresholds::new(config),
             reversed: config.motor.as_ref().map(|motor| motor.reversed),
             supply_mv: SupplyLimits::new(config),

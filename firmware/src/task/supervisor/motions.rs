@@ -3,7 +3,8 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{
-    Answer, Config, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, WheelPair,
+    Answer, Config, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, Voltage,
+    WheelPair,
 };
 
 use super::{EARLIER_MOTIONS, Supervisor};
@@ -18,6 +19,7 @@ use crate::units::CONTROL_PERIOD_US;
 pub(super) enum MotionCommand {
     Drive(Drive),
     Velocity(Velocity),
+    Voltage(Voltage),
 }
 
 impl MotionCommand {
@@ -25,6 +27,7 @@ impl MotionCommand {
         match self {
             MotionCommand::Drive(drive) => drive.motion,
             MotionCommand::Velocity(velocity) => velocity.motion,
+            MotionCommand::Voltage(voltage) => voltage.motion,
         }
     }
 
@@ -35,6 +38,13 @@ impl MotionCommand {
             MotionCommand::Velocity(velocity) => {
                 let speeds = velocity.wheels_mps(config).unwrap_or(WheelPair::both(0.0));
                 speeds.map(|speed| match Direction::of(speed) {
+                    Direction::Still => Direction::Forward,
+                    direction => direction,
+                })
+            }
+            // A wheel that is to stand may be given a voltage next.
+            MotionCommand::Voltage(voltage) => {
+                voltage.volts.map(|volts| match Direction::of(volts) {
                     Direction::Still => Direction::Forward,
                     direction => direction,
                 })
@@ -56,6 +66,8 @@ impl MotionCommand {
                 let acceleration = velocity.acceleration_mps2;
                 Plan::cruise(start_tick, from, speeds, acceleration, &config.geometry)
             }
+            // It has no setpoints.
+            MotionCommand::Voltage(_) => Ok(Plan::hold(from.map(|state| state.position.into()))),
         }
     }
 }
@@ -112,6 +124,34 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         Ok(Answer::Done)
     }
 
+    pub(super) fn execute_voltage(&mut self, voltage: &Voltage) -> Result<Answer, Refusal> {
+        self.not_faulted()?;
+        voltage.check(&self.config).map_err(Refusal::Motion)?;
+        if self.motion == Some(voltage.motion) {
+            // A repeated command.
+            if self.motion_end.is_none() {
+                self.renew();
+            }
+            return Ok(Answer::Done);
+        }
+        if self.earlier_motions.contains(&Some(voltage.motion)) {
+            return Ok(Answer::Done);
+        }
+        // From a standstill, or in place of another voltage.
+        if self.state != State::Armed && !(self.state == State::Driving && self.open_loop) {
+            return Err(Refusal::State(self.state));
+        }
+        self.register(voltage.motion);
+        if self.is_probed(&MotionCommand::Voltage(*voltage)) {
+            self.begin_voltage(voltage);
+        } else {
+            let from = Plan::hold(self.shared.snapshot.get().measured.travel);
+            let from = from.at(self.plan_start_tick());
+            self.begin_probe(MotionCommand::Voltage(*voltage), from);
+        }
+        Ok(Answer::Done)
+    }
+
     /// Driving to driving, at another velocity.
     pub(super) fn change_velocity(&mut self, velocity: Velocity) {
         let Some(plan) = &self.plan else { return };
@@ -144,6 +184,10 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         wanted: MotionCommand,
         start_at: Option<Instant>,
     ) -> Result<Answer, Refusal> {
+        if self.open_loop {
+            // Wheels without setpoints have nothing that a plan could begin from.
+            return Err(Refusal::State(self.state));
+        }
         let probed = self.is_probed(&wanted);
         let start = self.plan_start_tick();
         let from = match (&self.plan, &self.waiting) {
@@ -157,15 +201,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
         };
         let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;
-        if self.motion.is_some() && self.motion_end.is_none() {
-            self.end_motion(MotionEnd::Replaced);
-        }
-        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
-        self.motions = self.motions.wrapping_add(1);
-        self.motion = Some(wanted.motion());
-        self.motion_end = None;
-        self.alive_until = self.lease;
-        self.renewed = Instant::now();
+        self.register(wanted.motion());
         if let Some(start_at) = start_at {
             self.begin_wait(wanted, from, start_at);
         } else if probed {
@@ -174,6 +210,19 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             self.begin_probe(wanted, from);
         }
         Ok(Answer::Done)
+    }
+
+    /// Another motion is under way from now on.
+    fn register(&mut self, motion: MotionId) {
+        if self.motion.is_some() && self.motion_end.is_none() {
+            self.end_motion(MotionEnd::Replaced);
+        }
+        self.earlier_motions[self.motions % EARLIER_MOTIONS] = self.motion;
+        self.motions = self.motions.wrapping_add(1);
+        self.motion = Some(motion);
+        self.motion_end = None;
+        self.alive_until = self.lease;
+        self.renewed = Instant::now();
     }
 
     /// Whether the wheels hold their place after a motion.

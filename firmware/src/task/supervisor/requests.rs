@@ -130,6 +130,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             }
             Command::Drive(ref drive) => self.execute_drive(drive),
             Command::Velocity(ref velocity) => self.execute_velocity(velocity),
+            Command::Voltage(ref voltage) => self.execute_voltage(voltage),
             Command::Renew { motion } => {
                 if self.motion != Some(motion) {
                     return Err(Refusal::NoSuchMotion);

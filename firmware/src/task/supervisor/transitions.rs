@@ -2,7 +2,7 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
-use shared_proto::{MotionEnd, State, WheelPair};
+use shared_proto::{MotionEnd, State, Voltage, WheelPair};
 
 use super::motions::MotionCommand;
 use super::{PLAN_AHEAD, Supervisor};
@@ -10,6 +10,7 @@ use crate::hal::Store;
 use crate::probe::{Direction, Probe};
 use crate::profile::{Plan, ProfileState};
 use crate::shared::Order;
+use crate::voltage::VoltagePlan;
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Idle to armed.
@@ -64,11 +65,24 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Driving to driving: the encoder check or the wait is over.
     pub(super) fn begin(&mut self, wanted: &MotionCommand, from: WheelPair<ProfileState>) {
+        if let MotionCommand::Voltage(voltage) = wanted {
+            return self.begin_voltage(voltage);
+        }
         match wanted.plan(self.plan_start_tick(), from, &self.config) {
             Ok(plan) => self.follow(plan),
             // The same motion was planned when the command came; the configuration has not changed.
             Err(_) => self.begin_stop(State::Armed),
         }
+    }
+
+    /// Armed or driving to driving, with the loop open.
+    pub(super) fn begin_voltage(&mut self, voltage: &Voltage) {
+        let id = self.next_order();
+        self.waiting = None;
+        self.plan = None;
+        self.open_loop = true;
+        self.shared.order.put(Order::Voltage { id, plan: VoltagePlan::new(voltage) });
+        self.enter(State::Driving);
     }
 
     /// Armed or driving to driving.
@@ -95,6 +109,12 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 let id = self.next_order();
                 self.shared.follow(id, &stop, self.hold_ticks());
                 self.plan = Some(stop);
+                self.enter(State::Stopping);
+            }
+            // The voltages are zero at once, and the wheels roll out.
+            None if self.open_loop => {
+                let id = self.next_order();
+                self.shared.order.put(Order::Halt { id });
                 self.enter(State::Stopping);
             }
             // Only the encoder check or a wait was under way: no wheel needs a ramp to stop.
@@ -124,8 +144,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// Driving to armed.
-    pub(super) fn complete(&mut self) {
-        self.end_motion(MotionEnd::Completed);
+    pub(super) fn complete(&mut self, end: MotionEnd) {
+        self.end_motion(end);
         self.enter(State::Armed);
     }
 
@@ -138,6 +158,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.plan = None;
         self.waiting = None;
         self.start_at = None;
+        self.open_loop = false;
         self.enter(State::Faulted);
     }
 

@@ -16,9 +16,9 @@ use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 use self::square::{Turning, square};
 use super::checks::{Checks, check};
 use super::save;
+use crate::campaign_recorder::samples::robot_file;
 use crate::error::{Error, Result};
 use crate::pose_source::{Mark, PoseSource};
-use crate::survey::samples::robot_file;
 use crate::undo::{self, Undo};
 
 /// How far the procedure is, for the caller.

@@ -11,11 +11,11 @@ use robot_model::kinematics::Pose;
 use robot_model::recording::Piece;
 use shared_proto::Config;
 
+use crate::campaign_recorder::piece;
+use crate::campaign_recorder::samples::{on_one_encoder, rows};
 use crate::error::{Error, Result};
 use crate::pose_source::PoseSource;
 use crate::pose_source::align::reckoned;
-use crate::survey::piece;
-use crate::survey::samples::{on_one_encoder, rows};
 
 /// How to drive the squares.
 #[derive(Clone, Debug)]

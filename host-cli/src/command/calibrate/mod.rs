@@ -20,7 +20,9 @@ use crate::error::{Error, Result};
 use crate::limits;
 use crate::port::with_robot;
 use crate::ui::say;
-use crate::undo::{Undo, WheelWeight, state_folder};
+use crate::undo::{WheelWeight, state_folder};
+
+use super::undo::last_change;
 use campaign::file::check_writable;
 
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
@@ -97,21 +99,7 @@ fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
 }
 
 fn undo(common: &Common) -> Result<()> {
-    if common.port.is_sim() && common.flash.is_none() {
-        return Err(Error::new(
-            "this simulated robot forgets when the command ends: nothing to undo",
-        )
-        .hint(
-            "give it a memory with --flash FILE, or run `beeline sim --listen` and use that port",
-        ));
-    }
-    let folder = state_folder()?;
-    let undone = with_robot(&common.port, &common.sim(), async |session, _| {
-        let identity = session.identify().await?;
-        let undo = Undo::<WheelWeight>::recall(&folder, &identity)?;
-        undo.carry_out(session, &folder, &identity).await?;
-        Ok(undo)
-    })?;
+    let undone = last_change::<WheelWeight>(common)?;
     if common.json {
         say(json!({"undone": {"wheel_weight": undone.before.0, "was": undone.after.0}}));
     } else {

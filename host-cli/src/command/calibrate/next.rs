@@ -3,8 +3,8 @@
 use robot_model::calibration::Source;
 
 use crate::calibrate::Outcome;
+use crate::calibration_page::Basis;
 use crate::cli::{CalibrateArgs, Common, Measure};
-use crate::picture::Basis;
 use crate::port::Port;
 use crate::ui::{DIM, paint, say};
 use crate::words;

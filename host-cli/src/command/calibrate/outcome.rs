@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 
 use super::{cannot_draw, next};
 use crate::calibrate::{Decision, Measurement, Outcome};
+use crate::calibration_page::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::cli::{CalibrateArgs, Common};
 use crate::command::drive::straight;
 use crate::command::identify::display_name;
 use crate::command::wheel_weight;
 use crate::error::{Error, Result};
-use crate::picture::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say, say_text};
 use campaign::file::write_whole;
@@ -134,7 +134,8 @@ fn table(outcome: &Outcome, after: &Measurement) -> String {
     for (name, value) in [
         (
             "W_T in use",
-            (|run| format!("{:.6}", run.driven_with)) as fn(&crate::picture::RunReport) -> String,
+            (|run| format!("{:.6}", run.driven_with))
+                as fn(&crate::calibration_page::RunReport) -> String,
         ),
         ("lateral offset", |run| format!("{:+.1} mm", run.end.lateral_offset_m * 1e3)),
         ("heading at the end", |run| format!("{:+.2} mrad", run.end.heading_rad * 1e3)),

@@ -1,6 +1,6 @@
 //! What a random walk of the heading does to the path.
 //!
-//! Its variance per metre is estimated in `average.rs`.
+//! Its variance per metre is estimated in `average_over_variance.rs`.
 
 use super::run::{Beta, Run};
 use crate::kinematics::pose::Pose;

@@ -17,10 +17,10 @@
 //! | `result.rs` | [`FitOptions`], [`TrackFit`] |
 //! | `track.rs` | [`Track`], [`WheelAngles`]: the data |
 //! | `run.rs` | the predicted path, and the least-squares solution |
-//! | `heading_random_walk.rs`, `average.rs`, `residuals.rs`, `scatter.rs` | the random walk of the heading, how noisy the track is |
+//! | `heading_random_walk.rs`, `average_over_variance.rs`, `residuals.rs`, `scatter.rs` | the random walk of the heading, how noisy the track is |
 //! | `end_sigma.rs`, `uncertainty.rs` | the end of the run, and W_T with its whole uncertainty |
 
-mod average;
+mod average_over_variance;
 mod end_sigma;
 mod error;
 mod fit;

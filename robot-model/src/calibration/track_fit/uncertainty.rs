@@ -1,6 +1,6 @@
 //! How sure is W_T? From the least-squares solution to W_T with all its uncertainty.
 
-use super::average::average_over_variance;
+use super::average_over_variance::average_over_variance;
 use super::error::TrackFitError;
 use super::heading_random_walk::PIECES;
 use super::residuals::Residuals;

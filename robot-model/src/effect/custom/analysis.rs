@@ -11,7 +11,7 @@ use crate::numeric::jet::Jet;
 use crate::recording::motion::Step;
 
 /// Steps at which an expression is evaluated: ordinary values, no two alike.
-pub(super) fn probes() -> [Step; 3] {
+pub(super) fn sample_steps() -> [Step; 3] {
     let step = |v: f64, omega: f64, a: f64, t: f64| Step {
         t_s: 0.4 * t,
         dt_s: 0.1,
@@ -47,7 +47,7 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
             evaluate(tree, &Jet::parameters(&at), step).value
         };
         let mut finite = 0;
-        let linear = probes().iter().all(|step| {
+        let linear = sample_steps().iter().all(|step| {
             let (of_a, of_b) = (value(step, &|j| a[j]), value(step, &|j| b[j]));
             let both = value(step, &|j| 2.0 * a[j] + b[j]);
             if !(of_a.is_finite() && of_b.is_finite() && both.is_finite()) {
@@ -91,7 +91,7 @@ pub(super) fn without_bound(
         ..*step
     };
     let grows = |like: &dyn Fn(&Step, f64) -> Step| {
-        probes().iter().any(|step| {
+        sample_steps().iter().any(|step| {
             let [slow, slower] = SLOWER.map(|share| amount(&like(step, share)));
             slow.is_finite() && slower > GROWS * slow
         })
@@ -112,7 +112,7 @@ pub(super) fn plausible_limit(tree: &Tree, index: usize, target: Target, per: Pe
         (Target::Dtheta, _) | (_, Per::Metre) => 0.2,
         (_, Per::Second | Per::Radian) => 0.1,
     };
-    let slopes = probes().map(|step| {
+    let slopes = sample_steps().map(|step| {
         let at = Jet::parameters(&[0.83, 1.31, 0.57, 1.71]);
         evaluate(tree, &at, &step).by[index].abs()
     });

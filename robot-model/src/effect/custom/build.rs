@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use super::analysis::{amplitudes, plausible_limit, typical_of, without_bound};
 use super::dimensions::units;
 use super::equation::{Custom, Per, Target};
-use super::error::{CustomError, Part};
+use super::error::{CustomError, DefinitionPart};
 use super::evaluate::evaluate;
 use super::parse::parse;
 use super::tree::Tree;
@@ -26,12 +26,12 @@ impl Custom {
         if self.id.is_empty() || !self.id.chars().all(sound) || find(&self.id).is_some() {
             let problem = format!("`{}` cannot be the id of an effect of your own", self.id);
             let hint = "small letters, digits and _, and no effect of the catalogue";
-            return Err(CustomError::new(Part::Id, 0..self.id.len(), &problem, hint));
+            return Err(CustomError::new(DefinitionPart::Id, 0..self.id.len(), &problem, hint));
         }
         let (tree, names) = parse(&self.expression)?;
         let mut declared = vec![None; names.len()];
         for (name, unit) in &self.units {
-            let part = Part::Unit(name.clone());
+            let part = DefinitionPart::Unit(name.clone());
             let fail = |problem: String, hint: &str| {
                 Err(CustomError::new(part.clone(), 0..unit.len(), &problem, hint))
             };
@@ -47,7 +47,7 @@ impl Custom {
         let amplitudes = amplitudes(&tree, names.len()).ok_or_else(|| {
             let problem = "the effect does not vanish when its parameters are zero";
             let hint = "multiply it by a parameter: k * (...)";
-            CustomError::new(Part::Expression, tree.at.clone(), problem, hint)
+            CustomError::in_expression(tree.at.clone(), problem, hint)
         })?;
         let target = Unit(match self.target {
             Target::Dtheta => [0.0; 3],
@@ -62,14 +62,19 @@ impl Custom {
         if let Some((name, _)) = self.ranges.iter().find(|(name, _)| !names.contains(name)) {
             let problem = format!("the expression has no parameter `{name}`");
             let hint = format!("it has {}", list(&names));
-            return Err(CustomError::new(Part::Range(name.clone()), 0..0, &problem, &hint));
+            return Err(CustomError::new(
+                DefinitionPart::Range(name.clone()),
+                0..0,
+                &problem,
+                &hint,
+            ));
         }
         if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
             let problem = format!("it grows without bound when the robot {when}");
             let hint = format!(
                 "do not divide by something that can be zero: write {instead}, for example"
             );
-            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint));
+            return Err(CustomError::in_expression(tree.at.clone(), &problem, &hint));
         }
         Ok(CustomEffect {
             custom: self.clone(),
@@ -105,7 +110,12 @@ impl Custom {
                     } else {
                         "the lower end first"
                     };
-                    return Err(CustomError::new(Part::Range(name.into()), 0..0, &problem, hint));
+                    return Err(CustomError::new(
+                        DefinitionPart::Range(name.into()),
+                        0..0,
+                        &problem,
+                        hint,
+                    ));
                 }
                 (*low, *high)
             }
@@ -121,7 +131,7 @@ impl Custom {
         if !is_plausible(range) {
             let problem = format!("no plausible value of `{name}` follows from this");
             let hint = "numbers of everyday size in SI units, and units with small powers; or declare its range";
-            return Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, hint));
+            return Err(CustomError::in_expression(tree.at.clone(), &problem, hint));
         }
         let role = if is_amplitude { Role::Amplitude } else { Role::Shape };
         Ok(Parameter {

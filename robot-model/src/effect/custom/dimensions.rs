@@ -3,7 +3,7 @@
 //! The units of parameters that are not declared follow from the expression: each sum, function and
 //! the target itself is an equation in the exponents, linear in those of the unknown units.
 
-use super::error::{CustomError, Part};
+use super::error::CustomError;
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
@@ -97,7 +97,7 @@ pub(super) fn units(
                 let surplus = Unit(open.known);
                 let problem = format!("{} (by a factor of {surplus})", equation.problem);
                 let at = equation.at;
-                return Err(CustomError::new(Part::Expression, at, &problem, equation.hint));
+                return Err(CustomError::in_expression(at, &problem, equation.hint));
             }
             None => {}
         }
@@ -114,7 +114,7 @@ pub(super) fn units(
                 _ => {
                     let problem = format!("the unit of {} does not follow from this", names[j]);
                     let hint = format!("declare it: {} in s/m, for example", names[j]);
-                    Err(CustomError::new(Part::Expression, tree.at.clone(), &problem, &hint))
+                    Err(CustomError::in_expression(tree.at.clone(), &problem, &hint))
                 }
             }
         })

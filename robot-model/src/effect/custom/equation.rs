@@ -5,7 +5,7 @@
 use core::ops::Range;
 use std::collections::BTreeMap;
 
-use super::error::{CustomError, Part};
+use super::error::{CustomError, DefinitionPart};
 use super::parse::parse;
 use super::unit::Unit;
 
@@ -94,7 +94,7 @@ impl Custom {
         let fail = |at: Range<usize>, problem: &str| {
             let hint = "for example dtheta = k * v^2 * omega; the left is ds_left, ds_right, dtheta or \
                         dn, with /dt, /ds or /dtheta behind it for per second, metre or radian";
-            Err(CustomError::new(Part::Target, at, problem, hint))
+            Err(CustomError::new(DefinitionPart::Target, at, problem, hint))
         };
         let Some(equals) = text.find('=') else {
             return fail(0..text.len(), "there is no = in it");

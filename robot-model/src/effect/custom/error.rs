@@ -5,7 +5,7 @@ use core::ops::Range;
 
 /// Which part of a [`super::Custom`] is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum DefinitionPart {
     /// The id.
     Id,
     /// The left-hand side of an equation.
@@ -22,7 +22,7 @@ pub enum Part {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CustomError {
     /// Which part is wrong.
-    pub part: Part,
+    pub part: DefinitionPart,
     /// Where in that part, in bytes.
     pub at: Range<usize>,
     /// What is wrong.
@@ -32,8 +32,12 @@ pub struct CustomError {
 }
 
 impl CustomError {
-    pub(super) fn new(part: Part, at: Range<usize>, problem: &str, hint: &str) -> Self {
+    pub(super) fn new(part: DefinitionPart, at: Range<usize>, problem: &str, hint: &str) -> Self {
         Self { part, at, problem: problem.to_owned(), hint: hint.to_owned() }
+    }
+
+    pub(super) fn in_expression(at: Range<usize>, problem: &str, hint: &str) -> Self {
+        Self::new(DefinitionPart::Expression, at, problem, hint)
     }
 }
 

@@ -51,7 +51,7 @@ mod unit;
 
 pub use build::CustomEffect;
 pub use equation::{Custom, Per, Target};
-pub use error::{CustomError, Part};
+pub use error::{CustomError, DefinitionPart};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.
 #[cfg(test)]

@@ -12,7 +12,7 @@
 
 use core::ops::Range;
 
-use super::error::{CustomError, Part};
+use super::error::CustomError;
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::{HINT, Unit};
 use crate::numeric::jet::PARAMETERS_MAX;
@@ -56,7 +56,7 @@ impl<'t> Parser<'t> {
 
     fn error(&self, problem: &str, hint: &str) -> CustomError {
         let length = self.rest().chars().next().map_or(0, char::len_utf8);
-        CustomError::new(Part::Expression, self.at..self.at + length, problem, hint)
+        CustomError::in_expression(self.at..self.at + length, problem, hint)
     }
 
     /// The next character, if it is one of these.
@@ -150,7 +150,7 @@ impl<'t> Parser<'t> {
         if self.rest().is_empty() {
             let at = opened..opened + 1;
             let problem = "this parenthesis is never closed";
-            return Err(CustomError::new(Part::Expression, at, problem, "add the missing )"));
+            return Err(CustomError::in_expression(at, problem, "add the missing )"));
         }
         let c = self.rest().chars().next().unwrap_or(' ');
         Err(self.error(&format!("`{c}` cannot stand here"), "an operator or ) was expected"))
@@ -176,12 +176,7 @@ impl<'t> Parser<'t> {
         let value =
             text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
                 let problem = format!("`{text}` is not a number");
-                CustomError::new(
-                    Part::Expression,
-                    from..self.at,
-                    &problem,
-                    "for example 0.3 or 2e-3",
-                )
+                CustomError::in_expression(from..self.at, &problem, "for example 0.3 or 2e-3")
             })?;
         let mut unit = Unit::ONE;
         if self.rest().starts_with('[') {
@@ -189,18 +184,12 @@ impl<'t> Parser<'t> {
             let Some(length) = self.rest().find(']') else {
                 let at = opened..opened + 1;
                 let problem = "this bracket is never closed";
-                return Err(CustomError::new(
-                    Part::Expression,
-                    at,
-                    problem,
-                    "for example 0.3[m/s]",
-                ));
+                return Err(CustomError::in_expression(at, problem, "for example 0.3[m/s]"));
             };
             let inside = &self.rest()[1..length];
             self.at += length + 1;
-            unit = Unit::parse(inside).map_err(|problem| {
-                CustomError::new(Part::Expression, opened..self.at, &problem, HINT)
-            })?;
+            unit = Unit::parse(inside)
+                .map_err(|problem| CustomError::in_expression(opened..self.at, &problem, HINT))?;
         } else if self.rest().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             return Err(self.error("a factor without its operator", "multiply with *: 2*v"));
         }
@@ -214,7 +203,7 @@ impl<'t> Parser<'t> {
         let name = &self.text[from..self.at];
         let at = from..self.at;
         let fail = |problem: String, hint: &str| {
-            Err(CustomError::new(Part::Expression, at.clone(), &problem, hint))
+            Err(CustomError::in_expression(at.clone(), &problem, hint))
         };
         let opened = self.at;
         let called = self.take("(").is_some();
@@ -263,12 +252,12 @@ impl<'t> Parser<'t> {
         if let Some(meant) = slip {
             let problem = format!("`{name}` is neither a variable nor a good name for a parameter");
             let hint = format!("did you mean {meant}?");
-            return Err(CustomError::new(Part::Expression, at.clone(), &problem, &hint));
+            return Err(CustomError::in_expression(at.clone(), &problem, &hint));
         }
         if self.parameters.len() == PARAMETERS_MAX {
             let problem = format!("`{name}` would be parameter number {}", PARAMETERS_MAX + 1);
             let hint = format!("at most {PARAMETERS_MAX} can be fitted");
-            return Err(CustomError::new(Part::Expression, at.clone(), &problem, &hint));
+            return Err(CustomError::in_expression(at.clone(), &problem, &hint));
         }
         self.parameters.push(name.to_owned());
         Ok(self.parameters.len() - 1)

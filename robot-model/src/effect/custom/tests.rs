@@ -1,4 +1,4 @@
-use super::analysis::probes;
+use super::analysis::sample_steps;
 use super::*;
 use crate::effect::CATALOGUE;
 use crate::effect::definition::{Effect, Memory, Role};
@@ -145,7 +145,7 @@ fn a_declared_unit_is_checked_against_the_expression() {
     assert!(error.problem.contains("dtheta per second has the unit 1/s"), "{error}");
     assert!(error.problem.contains("by a factor of m/s"), "{error}");
     custom.units = [("c".to_owned(), "s".to_owned())].into();
-    assert_eq!(custom.build().unwrap_err().part, Part::Unit("c".into()));
+    assert_eq!(custom.build().unwrap_err().part, DefinitionPart::Unit("c".into()));
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn derivatives_agree_with_differences_of_sixth_order() {
         "dtheta/ds = k * ln(2 + s/l) * abs(v_left/v_right)^n * min(a_left/0.2[m/s^2], 1) * tan(0.1*theta)",
     ] {
         let (tree, names) = parse::parse(equation.split_once('=').unwrap().1).unwrap();
-        for step in probes() {
+        for step in sample_steps() {
             let at = [0.83, 0.31, 0.57, 1.71];
             let exact = evaluate::evaluate(&tree, &Jet::parameters(&at), &step);
             for j in 0..names.len() {
@@ -194,7 +194,7 @@ fn derivatives_agree_with_differences_of_sixth_order() {
 #[test]
 fn at_zero_it_is_the_identity() {
     let effect = built("ds_left = c * v_left * abs(omega) + k * a_left / 0.5[m/s^2] * v_left");
-    for step in probes() {
+    for step in sample_steps() {
         let zero = effect.act(&Jet::parameters(&[0.0, 0.0]), &step, &mut Memory::default());
         let value = |jet: Jet| jet.value;
         assert_eq!(zero.angle_rad.map(value), WheelPair::both(0.0));

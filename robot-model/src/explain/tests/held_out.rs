@@ -1,6 +1,6 @@
 //! Held-out runs: nothing is learnt from them, and they show how well a model predicts.
 
-use crate::compare::{Assumed, Comparer, Comparison};
+use crate::compare::{Comparer, Comparison, EffectWithValues};
 use crate::effect::catalogue::{CATALOGUE, find};
 use crate::explain::explanation::{explain, explain_given};
 use crate::explain::model::fit;
@@ -64,7 +64,7 @@ fn no_model_is_fitted_to_held_out_runs_whatever_they_contain() {
 #[test]
 fn a_comparison_shows_held_out_runs_separately_and_counts_them_nowhere_else() {
     let marked = marked();
-    let model = [Assumed {
+    let model = [EffectWithValues {
         effect: find("wheel_radius_ratio").unwrap(),
         values: vec![0.005],
         up_to_mps: None,

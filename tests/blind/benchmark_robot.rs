@@ -7,7 +7,7 @@ use robot_model::explain::model::fit;
 
 use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard, Hardship};
-use super::hide::REFERENCE;
+use super::hidden_effects::REFERENCE;
 use super::plant::{Dose, Plant, Robot, Taken, take};
 use super::robots::{Forces, Kinematic};
 use super::strength::{scaled, sigmas, visibility};
@@ -22,7 +22,7 @@ const NEAR: f64 = 0.7;
 pub type Shown = (Taken, Vec<f64>, Option<Taken>);
 
 /// A case with its robot and its hardship.
-pub struct Subject<'a> {
+pub struct BenchmarkRobot<'a> {
     /// The case.
     pub case: &'a Case,
     robot: Box<dyn Robot + 'a>,
@@ -30,7 +30,7 @@ pub struct Subject<'a> {
     pub hardship: Hardship,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> BenchmarkRobot<'a> {
     /// The robot of a case.
     pub fn new(case: &'a Case) -> Self {
         // Every other user can say how good the camera is.

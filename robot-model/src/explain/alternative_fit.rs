@@ -1,4 +1,4 @@
-//! Is there a simpler model, or another weighting of the same runs, that predicts them better?
+//! Do radii and track width alone, or least squares of whole tracks, predict runs better than the choice of effects?
 //!
 //! The filter weighs a run by the noise that it assumes: an error of dead reckoning that grows along the path. Where
 //! that is not what the error is like, plain least squares of whole tracks weighs better. So every choice is held
@@ -24,12 +24,12 @@ use crate::selection::candidates::is_geometry;
 const SHARES: [f64; 2] = [0.2, 1e-3];
 /// Another model or weighting has to predict better by this share.
 const BETTER: f64 = 0.02;
-/// A choice whose error is this near to the noise of a pose needs no second opinion.
+/// A choice whose error is this near to the noise of a pose needs no alternative.
 const NEAR_NOISE: f64 = 1.15;
 
-/// What the second opinion is.
+/// A fit that predicts runs better than the choice.
 #[derive(Clone, Debug)]
-pub(crate) struct SecondOpinion<'a> {
+pub(crate) struct AlternativeFit<'a> {
     /// The better model, with the noise that weighs the runs.
     pub fitted: Fitted<'a>,
     /// Whether it has radii and track width only, unlike the choice.
@@ -39,11 +39,11 @@ pub(crate) struct SecondOpinion<'a> {
 }
 
 /// A model or a weighting that predicts runs better than the choice.
-pub(crate) fn second_opinion<'a>(
+pub(crate) fn alternative_fit<'a>(
     prepared: &Prepared,
     chosen: &Fitted<'a>,
     catalogue: &[&'a dyn Effect],
-) -> Option<SecondOpinion<'a>> {
+) -> Option<AlternativeFit<'a>> {
     if prepared.runs.len() < 3 {
         return None;
     }
@@ -70,7 +70,7 @@ pub(crate) fn second_opinion<'a>(
     if others() {
         models.push((geometry(), true));
     }
-    let mut best: Option<(f64, SecondOpinion<'a>)> = None;
+    let mut best: Option<(f64, AlternativeFit<'a>)> = None;
     for (terms, geometry_only) in models {
         for share in core::iter::once(1.0).chain(SHARES) {
             if share == 1.0 && !geometry_only {
@@ -81,18 +81,18 @@ pub(crate) fn second_opinion<'a>(
             let errors = predicted(prepared, &fitted);
             let there_m = displacement_m(&errors, track_width_m);
             if best.as_ref().is_none_or(|(least_m, _)| there_m < *least_m) {
-                best = Some((there_m, SecondOpinion { fitted, geometry_only, errors }));
+                best = Some((there_m, AlternativeFit { fitted, geometry_only, errors }));
             }
         }
     }
-    let (there_m, mut opinion) = best?;
+    let (there_m, mut alternative) = best?;
     // Its noise has the size of what is left.
-    let fitted = &mut opinion.fitted;
+    let fitted = &mut alternative.fitted;
     let size = (fitted.chi_squared / fitted.rows.max(1.0)).sqrt();
     fitted.noise = fitted.noise.times(size);
     fitted.covariance *= size * size;
-    opinion.errors.chi /= size;
-    (there_m < (1.0 - BETTER) * here_m).then_some(opinion)
+    alternative.errors.chi /= size;
+    (there_m < (1.0 - BETTER) * here_m).then_some(alternative)
 }
 
 /// The noise with a share of what grows along the path; what does not grow takes its place.

@@ -1,4 +1,4 @@
-//! Probes: small made-up effects, each a few functions of one regressor.
+//! Auxiliary effects: small made-up effects, each a few functions of one regressor.
 //!
 //! Whether residuals contain one is tested in `unexplained.rs`.
 
@@ -9,23 +9,23 @@ use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 
 /// Up to four functions of the same quantities, each with an amplitude of its own.
-pub(super) struct Probe {
+pub(super) struct AuxiliaryEffect {
     /// What they are functions of.
     pub regressor: Regressor,
     pub act: fn(&[Jet; PARAMETERS_MAX], &Step, &mut Memory) -> Change,
 }
 
-impl core::fmt::Debug for Probe {
+impl core::fmt::Debug for AuxiliaryEffect {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.regressor.name())
     }
 }
 
-/// Limits far beyond any real value: a probe is tested for being there, not for being plausible. In SI units all
+/// Limits far beyond any real value: an auxiliary effect is tested for being there, not for being plausible. In SI units all
 /// quantities are of the order of one, and so are amplitudes.
-static PROBE: Facts<'static> = Facts {
-    id: "probe",
-    name: "probe",
+static FACTS: Facts<'static> = Facts {
+    id: "auxiliary",
+    name: "auxiliary",
     equation: "a sum of functions of one regressor",
     parameters: &[
         Parameter::amplitude("a", "1", 1.0),
@@ -36,9 +36,9 @@ static PROBE: Facts<'static> = Facts {
     ..Facts::DEFAULT
 };
 
-impl Effect for Probe {
+impl Effect for AuxiliaryEffect {
     fn facts(&self) -> Facts<'_> {
-        PROBE
+        FACTS
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
@@ -85,11 +85,20 @@ fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
     }
 }
 
-pub(super) static PROBES: &[Probe] = &[
-    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 1.0) },
-    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 2.0) },
-    Probe { regressor: Regressor::WheelAngle, act: |p, step, _| wheel_harmonic(p, step, 3.0) },
-    Probe {
+pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
+    AuxiliaryEffect {
+        regressor: Regressor::WheelAngle,
+        act: |p, step, _| wheel_harmonic(p, step, 1.0),
+    },
+    AuxiliaryEffect {
+        regressor: Regressor::WheelAngle,
+        act: |p, step, _| wheel_harmonic(p, step, 2.0),
+    },
+    AuxiliaryEffect {
+        regressor: Regressor::WheelAngle,
+        act: |p, step, _| wheel_harmonic(p, step, 3.0),
+    },
+    AuxiliaryEffect {
         regressor: Regressor::WheelAngle,
         act: |p, step, _| {
             let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
@@ -98,7 +107,7 @@ pub(super) static PROBES: &[Probe] = &[
             Change { sideways_m: aside * step.travel_m(), ..Change::NONE }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Heading,
         act: |p, step, _| {
             let (path_m, (sin, cos)) = (step.travel_m().abs(), step.heading_rad.sin_cos());
@@ -109,7 +118,7 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Heading,
         act: |p, step, _| {
             let (sin, cos) = (2.0 * step.heading_rad).sin_cos();
@@ -121,23 +130,26 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Speed,
         act: |p, step, _| path_and_turn(p, step, step.speed_mps().abs()),
     },
-    Probe { regressor: Regressor::WheelSpeed, act: |p, step, _| wheels(p, step.wheel_speed_mps) },
-    Probe {
+    AuxiliaryEffect {
+        regressor: Regressor::WheelSpeed,
+        act: |p, step, _| wheels(p, step.wheel_speed_mps),
+    },
+    AuxiliaryEffect {
         regressor: Regressor::Acceleration,
         act: |p, step, _| wheels(p, step.wheel_accel_mps2),
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Acceleration,
         act: |p, step, _| {
             let x = step.wheel_accel_mps2.zip(step.wheel_speed_mps).map(|(a, v)| a * v.signum());
             wheels(p, x)
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TurnRate,
         act: |p, step, _| {
             let omega = step.turn_rate_rad_s();
@@ -148,7 +160,7 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TravelDirection,
         act: |p, step, _| {
             let v = step.speed_mps();
@@ -160,15 +172,15 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TimeInRun,
         act: |p, step, _| radii_and_track(p, step, step.t_s / 60.0),
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::TimeInCampaign,
         act: |p, step, _| radii_and_track(p, step, step.clock_s / 3600.0),
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::SinceReversal,
         act: |p, step, _| {
             let Some(since_m) = step.since_reversal_m else { return Change::NONE };
@@ -181,7 +193,7 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Place,
         act: |p, step, _| {
             let [x, y] = step.place_m;
@@ -193,12 +205,12 @@ pub(super) static PROBES: &[Probe] = &[
             }
         },
     },
-    Probe {
+    AuxiliaryEffect {
         regressor: Regressor::Load,
         act: |p, step, _| radii_and_track(p, step, step.payload_kg),
     },
 ];
 
 /// What may differ from run to run: the travel of either wheel, a pull, the track width.
-pub(super) static OF_A_RUN: Probe =
-    Probe { regressor: Regressor::Run, act: |p, step, _| radii_and_track(p, step, 1.0) };
+pub(super) static OF_A_RUN: AuxiliaryEffect =
+    AuxiliaryEffect { regressor: Regressor::Run, act: |p, step, _| radii_and_track(p, step, 1.0) };

@@ -7,7 +7,7 @@ use crate::lines::{Line, LineFault};
 
 /// Something that happens to a robot at one instant, and lasts until it is mended, unless it has an end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum FaultKind {
     /// Nothing: the control.
     Nothing,
     /// An encoder's plug is out.
@@ -87,57 +87,61 @@ const PWM: Place = Place::Register(0x4001_003C);
 const ALARM: Place = Place::Register(0x4000_0C38);
 
 /// Where the program may go wrong, and how.
-pub const PROGRAM: [Kind; 10] = [
-    Kind::Program("task beside control hangs", BUTTON, Effect::Hang),
-    Kind::Program("encoder capture hangs", ENCODER, Effect::Hang),
-    Kind::Program("PID hangs", PWM, Effect::Hang),
-    Kind::Program("link interrupt hangs", Place::Function("USART3"), Effect::Hang),
-    Kind::Program("clock interrupt hangs", Place::Function("TIM5"), Effect::Hang),
-    Kind::Program("guard hangs", Place::Function("SysTick"), Effect::Hang),
-    Kind::Program("hang, interrupts masked", ALARM, Effect::Hang),
-    Kind::Program("task beside control panics", BUTTON, Effect::Panic),
-    Kind::Program("PID panics", PWM, Effect::Panic),
-    Kind::Program("hard fault in PID", PWM, Effect::HardFault),
+pub const PROGRAM: [FaultKind; 10] = [
+    FaultKind::Program("task beside control hangs", BUTTON, Effect::Hang),
+    FaultKind::Program("encoder capture hangs", ENCODER, Effect::Hang),
+    FaultKind::Program("PID hangs", PWM, Effect::Hang),
+    FaultKind::Program("link interrupt hangs", Place::Function("USART3"), Effect::Hang),
+    FaultKind::Program("clock interrupt hangs", Place::Function("TIM5"), Effect::Hang),
+    FaultKind::Program("guard hangs", Place::Function("SysTick"), Effect::Hang),
+    FaultKind::Program("hang, interrupts masked", ALARM, Effect::Hang),
+    FaultKind::Program("task beside control panics", BUTTON, Effect::Panic),
+    FaultKind::Program("PID panics", PWM, Effect::Panic),
+    FaultKind::Program("hard fault in PID", PWM, Effect::HardFault),
 ];
 
-impl Kind {
+impl FaultKind {
     /// What a table of cases calls it; kinds that differ by numbers or the wheel alone have one name.
     pub fn name(self) -> String {
         match self {
-            Kind::Nothing => "nothing",
-            Kind::EncoderUnplugged(_) => "encoder unplugged",
-            Kind::EncoderLine(_, LineFault::Stuck { line: Line::A, .. }) => "encoder line A stuck",
-            Kind::EncoderLine(_, LineFault::Stuck { line: Line::B, .. }) => "encoder line B stuck",
-            Kind::EncoderLine(_, LineFault::Floats(_)) => "encoder line floats",
-            Kind::EncoderSwapped(_) => "encoder A, B swapped",
-            Kind::EncoderNoise(..) => "encoder noisy",
-            Kind::EncodersExchanged => "encoders exchanged",
-            Kind::MotorsExchanged => "motors exchanged",
-            Kind::MotorReversed(_) => "motor reversed",
-            Kind::MotorCut(_) => "motor lead cut",
-            Kind::WheelBlocked(_) => "wheel blocked by a hand",
-            Kind::WheelJammed(_) => "wheel jammed",
-            Kind::SupplyCut => "supply cut",
-            Kind::SupplyLow(_) => "supply low",
-            Kind::SupplyDip(..) => "supply dips shortly",
-            Kind::SupplyHigh(_) => "supply high",
-            Kind::Driver => "driver's fault line",
-            Kind::StopButton(_) => "stop button",
-            Kind::StopLine => "stop line cut",
-            Kind::StopLineBounce(_) => "stop line bounces",
-            Kind::LinkCut => "link cut",
-            Kind::LinkToRobotCut => "link to robot cut",
-            Kind::LinkToHostCut => "link to host cut",
-            Kind::HostDies => "host dies",
-            Kind::HostHangs => "host hangs, still talks",
-            Kind::Garbage(_) => "garbage on the link",
-            Kind::TaskStops(task) => return format!("task stops: {task}"),
-            Kind::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => "core stands, shortly",
-            Kind::CoreStands(_) => "core stands, long",
-            Kind::Program(what, ..) => what,
-            Kind::ClockFails => "external clock stops",
-            Kind::PowerCut => "power cut",
-            Kind::ResetPin => "reset pin",
+            FaultKind::Nothing => "nothing",
+            FaultKind::EncoderUnplugged(_) => "encoder unplugged",
+            FaultKind::EncoderLine(_, LineFault::Stuck { line: Line::A, .. }) => {
+                "encoder line A stuck"
+            }
+            FaultKind::EncoderLine(_, LineFault::Stuck { line: Line::B, .. }) => {
+                "encoder line B stuck"
+            }
+            FaultKind::EncoderLine(_, LineFault::Floats(_)) => "encoder line floats",
+            FaultKind::EncoderSwapped(_) => "encoder A, B swapped",
+            FaultKind::EncoderNoise(..) => "encoder noisy",
+            FaultKind::EncodersExchanged => "encoders exchanged",
+            FaultKind::MotorsExchanged => "motors exchanged",
+            FaultKind::MotorReversed(_) => "motor reversed",
+            FaultKind::MotorCut(_) => "motor lead cut",
+            FaultKind::WheelBlocked(_) => "wheel blocked by a hand",
+            FaultKind::WheelJammed(_) => "wheel jammed",
+            FaultKind::SupplyCut => "supply cut",
+            FaultKind::SupplyLow(_) => "supply low",
+            FaultKind::SupplyDip(..) => "supply dips shortly",
+            FaultKind::SupplyHigh(_) => "supply high",
+            FaultKind::Driver => "driver's fault line",
+            FaultKind::StopButton(_) => "stop button",
+            FaultKind::StopLine => "stop line cut",
+            FaultKind::StopLineBounce(_) => "stop line bounces",
+            FaultKind::LinkCut => "link cut",
+            FaultKind::LinkToRobotCut => "link to robot cut",
+            FaultKind::LinkToHostCut => "link to host cut",
+            FaultKind::HostDies => "host dies",
+            FaultKind::HostHangs => "host hangs, still talks",
+            FaultKind::Garbage(_) => "garbage on the link",
+            FaultKind::TaskStops(task) => return format!("task stops: {task}"),
+            FaultKind::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => "core stands, shortly",
+            FaultKind::CoreStands(_) => "core stands, long",
+            FaultKind::Program(what, ..) => what,
+            FaultKind::ClockFails => "external clock stops",
+            FaultKind::PowerCut => "power cut",
+            FaultKind::ResetPin => "reset pin",
         }
         .into()
     }
@@ -145,26 +149,29 @@ impl Kind {
     /// The wheel in question.
     pub fn wheel(self) -> Option<Wheel> {
         match self {
-            Kind::EncoderUnplugged(w)
-            | Kind::EncoderLine(w, _)
-            | Kind::EncoderSwapped(w)
-            | Kind::EncoderNoise(w, _)
-            | Kind::MotorReversed(w)
-            | Kind::MotorCut(w)
-            | Kind::WheelBlocked(w)
-            | Kind::WheelJammed(w) => Some(w),
+            FaultKind::EncoderUnplugged(w)
+            | FaultKind::EncoderLine(w, _)
+            | FaultKind::EncoderSwapped(w)
+            | FaultKind::EncoderNoise(w, _)
+            | FaultKind::MotorReversed(w)
+            | FaultKind::MotorCut(w)
+            | FaultKind::WheelBlocked(w)
+            | FaultKind::WheelJammed(w) => Some(w),
             _ => None,
         }
     }
 
     /// Whether it changes what runs on the chip, so that something else may be seen later than by itself.
     pub fn is_of_the_program(self) -> bool {
-        matches!(self, Kind::TaskStops(_) | Kind::CoreStands(_) | Kind::Program(..))
+        matches!(self, FaultKind::TaskStops(_) | FaultKind::CoreStands(_) | FaultKind::Program(..))
     }
 
     /// Whether nobody does this to an armed robot: plugs and leads are exchanged at the bench.
     pub fn is_miswired(self) -> bool {
-        matches!(self, Kind::EncodersExchanged | Kind::MotorsExchanged | Kind::MotorReversed(_))
+        matches!(
+            self,
+            FaultKind::EncodersExchanged | FaultKind::MotorsExchanged | FaultKind::MotorReversed(_)
+        )
     }
 
     /// Whether the program must have started: what it changes is not in RAM before.

@@ -15,7 +15,7 @@ use super::resumed::planned_facts;
 use super::samples::{columns, on_one_encoder, rows};
 use crate::error::{Error, Result};
 use crate::pose_source::align::reckoned;
-use crate::pose_source::{PoseSource, Seen};
+use crate::pose_source::{PoseSource, RunMeasurement};
 
 /// One run as recorded.
 #[derive(Clone, Debug)]
@@ -106,9 +106,9 @@ pub async fn record_run(
     telemetry.sort_by_key(|frame| frame.t_us);
     let reckoned = reckoned(config, &telemetry);
     let track = match source.measure(&session.clock(), first, run, &reckoned).await? {
-        Seen::Track(track) => track,
-        Seen::Repeat => return Ok(RunOutcome::Repeat),
-        Seen::Skip => return Ok(RunOutcome::Skip),
+        RunMeasurement::Track(track) => track,
+        RunMeasurement::Repeat => return Ok(RunOutcome::Repeat),
+        RunMeasurement::Skip => return Ok(RunOutcome::Skip),
     };
     let rows = rows(&telemetry, &track, &source.yaw_rates(&run.name, &reckoned)?);
     if rows.len() < 2 {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use robot_model::kinematics::Pose;
 
-use super::report::{CalibrationReport, RunReport};
+use super::calibration_report::{CalibrationReport, RunReport};
 use super::scale::{Px, Scale, nice_step, number, ticks};
 
 /// Width of the drawing; all lengths here are in the SVG's own units.

@@ -1,4 +1,5 @@
-//! What the chosen effects leave: the floor, how far above it the error is, what that depends on, and an equation for it.
+//! What could any model reach? How far above it is the error of the chosen effects, on what does that depend, and which
+//! equation says it?
 
 use crate::estimation::errors::Errors;
 use crate::explain::model_choice::{Choice, EXCESS_MAX};
@@ -7,18 +8,18 @@ use crate::residuals::expression::expression;
 use crate::residuals::flexible_model::displacement_m;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 
-/// The floor, and what is left above it by the last of the models that have these cross-validated errors.
+/// The reachable error, and what is left above it by the last of the models that have these cross-validated errors.
 ///
 /// What one of them reaches, any model at all can reach.
-pub(super) fn floor_and_unexplained(
+pub(super) fn reachable_and_unexplained(
     choice: &Choice<'_>,
     reached: &[Errors],
 ) -> (Errors, Unexplained) {
-    let Choice { prepared, flexible, opinion, .. } = choice;
+    let Choice { prepared, flexible, alternative, .. } = choice;
     let mut found = unexplained(prepared, &choice.selected);
     if flexible.excess(prepared.robot.track_width_m) > EXCESS_MAX {
         // Beside other weights of the same effects, an equation would be judged by the wrong ones.
-        if opinion.as_ref().is_none_or(|opinion| opinion.geometry_only) {
+        if alternative.as_ref().is_none_or(|alternative| alternative.geometry_only) {
             found.expression = expression(prepared, &choice.selection.fitted, flexible);
         }
         found.structure = true;
@@ -28,18 +29,18 @@ pub(super) fn floor_and_unexplained(
             }
         }
     }
-    let opinion = opinion.as_ref().map(|opinion| &opinion.errors);
-    let floor = opinion
+    let alternative = alternative.as_ref().map(|alternative| &alternative.errors);
+    let reachable = alternative
         .into_iter()
         .chain(reached)
-        .fold(flexible.floor, |floor, other| lower(&floor, other, prepared));
-    let after = reached.last().unwrap_or(&floor);
+        .fold(flexible.reachable, |reachable, other| lower(&reachable, other, prepared));
+    let after = reached.last().unwrap_or(&reachable);
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
-    found.size_m = (square(after) - square(&floor)).max(0.0).sqrt();
-    (floor, found)
+    found.size_m = (square(after) - square(&reachable)).max(0.0).sqrt();
+    (reachable, found)
 }
 
-/// The lower of two floors.
+/// The lower of two reachable errors.
 fn lower(one: &Errors, other: &Errors, prepared: &Prepared) -> Errors {
     let track_width_m = prepared.robot.track_width_m;
     let lower = displacement_m(other, track_width_m) < displacement_m(one, track_width_m);

@@ -13,8 +13,8 @@ use super::run::{RunOutcome, record_run};
 use super::samples::robot_file;
 use crate::error::{Error, Result};
 use crate::hex::hex;
-use crate::pose_source::{Go, Mark, PoseSource};
-use campaign::model::in_use::{self, Kept};
+use crate::pose_source::{DriveOrSkip, Mark, PoseSource};
+use campaign::model::in_use::{self, CompensationRecord};
 use campaign::plan::{CampaignPlan, PlannedRun, plan_path};
 use campaign::{Campaign, CampaignWriter, Place, Simulated, Warning};
 use host_link::Session;
@@ -206,10 +206,10 @@ async fn open_folder(
         let (before, now) = (before.clone(), now.clone());
         tell(RecordStep::Warning(&Warning::OtherRobot { place, before, now }));
     }
-    match in_use::keep(folder, writer.robot(), config, there.is_some())? {
-        Kept::Nothing => {}
-        Kept::Written(ids) => tell(RecordStep::Compensated(&ids)),
-        Kept::Changed(id) => tell(RecordStep::CompensatedAnew(&id)),
+    match in_use::record(folder, writer.robot(), config, there.is_some())? {
+        CompensationRecord::Nothing => {}
+        CompensationRecord::Written(ids) => tell(RecordStep::Compensated(&ids)),
+        CompensationRecord::Changed(id) => tell(RecordStep::CompensatedAnew(&id)),
     }
     Ok((writer, there))
 }
@@ -226,7 +226,7 @@ async fn ask_and_record(
     tell: &mut dyn FnMut(RecordStep<'_>),
 ) -> Result<RunOutcome> {
     loop {
-        if source.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
+        if source.place(&session.clock(), Mark::Run(run)).await? == DriveOrSkip::Skip {
             return Ok(RunOutcome::Skip);
         }
         let mut progress = |share| tell(RecordStep::Driving(share));

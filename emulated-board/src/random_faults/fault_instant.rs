@@ -2,7 +2,7 @@
 
 use shared_proto::Fault;
 
-use super::bound::{Bound, Name};
+use super::bound::{MotorsOff, Name};
 use super::draw::{CRUISE_S, Case, Phase};
 use super::observed::Timeline;
 
@@ -23,7 +23,7 @@ pub enum Situation {
 
 /// An instant of a case.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct FaultInstant {
     /// What the robot was doing.
     pub situation: Situation,
     at_us: u64,
@@ -56,7 +56,7 @@ const STARTED_US: u64 = 40_000;
 /// The host says hello then \[us\].
 pub const HELLO_US: u64 = 5_000;
 
-impl Moment {
+impl FaultInstant {
     pub(super) fn new(case: &Case, timeline: &Timeline, at_us: u64) -> Self {
         let before = |t: Option<u64>| t.is_some_and(|t| t <= at_us);
         let begun = timeline.tracks_us.iter().rfind(|begin| **begin <= at_us).copied();
@@ -96,9 +96,9 @@ impl Moment {
     pub fn of_wheel(
         &self,
         within_ms: f64,
-        bound: fn(f64, bool) -> Bound,
+        bound: fn(f64, bool) -> MotorsOff,
         mut names: Vec<Name>,
-    ) -> (Bound, Vec<Name>) {
+    ) -> (MotorsOff, Vec<Name>) {
         match (self.situation, self.shown_ms) {
             (Situation::Moving, Some(shown_ms)) => {
                 let ms = within_ms.max(shown_ms + STALL_MS);
@@ -108,12 +108,14 @@ impl Moment {
             // The setpoint advances no more, or not far enough.
             (Situation::Moving, None) if !self.moves_later => {
                 names.push(Name::Harmless);
-                (Bound::WithinOrTravel(self.end_ms, 10.0), names)
+                (MotorsOff::WithinOrTravel(self.end_ms, 10.0), names)
             }
-            (Situation::Rest, _) if !self.moves_later => (Bound::None, vec![Name::Harmless]),
-            (Situation::Over, _) => (Bound::None, vec![Name::Harmless]),
+            (Situation::Rest, _) if !self.moves_later => {
+                (MotorsOff::NotNeeded, vec![Name::Harmless])
+            }
+            (Situation::Over, _) => (MotorsOff::NotNeeded, vec![Name::Harmless]),
             // No motion was ever commanded, because the host could not.
-            _ if self.commanded_us == u64::MAX => (Bound::None, vec![Name::Harmless]),
+            _ if self.commanded_us == u64::MAX => (MotorsOff::NotNeeded, vec![Name::Harmless]),
             _ => (bound(within_ms, false), names),
         }
     }

@@ -6,8 +6,8 @@ use robot_model::calibration::WheelWeight;
 use robot_model::calibration::track_fit::Estimate;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
 
+use super::calibration_report::{Basis, CalibrationReport, RunReport};
 use super::drawing::{COLOURS, STYLE, path_data, plan_view};
-use super::report::{Basis, CalibrationReport, RunReport};
 use super::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
 use crate::quantity::{decimals, plus_minus};

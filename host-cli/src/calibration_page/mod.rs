@@ -3,14 +3,16 @@
 //! It loads nothing from the network, and has no script. The same report gives the same bytes. What
 //! the report says is left to [`crate::calibrate`].
 
+mod calibration_report;
 pub(crate) mod drawing;
 pub(crate) mod page;
-mod report;
 pub(crate) mod scale;
 #[cfg(test)]
 mod tests;
 
-pub use report::{Basis, CalibrationReport, EndReading, PathSource, ProfileNumbers, RunReport};
+pub use calibration_report::{
+    Basis, CalibrationReport, EndReading, PathSource, ProfileNumbers, RunReport,
+};
 
 /// The whole report as one HTML file that needs nothing else: no network, no script.
 pub fn to_html(report: &CalibrationReport) -> String {

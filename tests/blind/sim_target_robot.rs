@@ -3,11 +3,11 @@
 use campaign::plan::{CampaignPlan, PlanSettings};
 use campaign::{Campaign, CampaignWriter, Run, RunFacts};
 use futures_lite::future;
+use host_cli::campaign_recorder::samples::{columns, robot_file};
+use host_cli::campaign_recorder::{RunOutcome, record_run};
 use host_cli::error::Error;
 use host_cli::pose_source::camera::Camera;
-use host_cli::pose_source::{Go, Mark, PoseSource};
-use host_cli::survey::samples::{columns, robot_file};
-use host_cli::survey::{RunOutcome, record_run};
+use host_cli::pose_source::{DriveOrSkip, Mark, PoseSource};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sim_target::instruments::GyroParameters;
@@ -104,7 +104,7 @@ pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Resul
             let mut campaign =
                 Campaign { robot, runs: Vec::new(), copies: Vec::new(), warnings: Vec::new() };
             for (index, run) in plan.runs.iter().enumerate() {
-                if camera.place(&session.clock(), Mark::Run(run)).await? == Go::Skip {
+                if camera.place(&session.clock(), Mark::Run(run)).await? == DriveOrSkip::Skip {
                     continue;
                 }
                 let ran = record_run(

@@ -1,0 +1,196 @@
+//! `beeline tune`.
+
+use robot_model::drivetrain::{DrivetrainFit, Gains, WheelMotor};
+use serde_json::{Value, json};
+
+use crate::cli::{Common, TuneArgs};
+use crate::error::{Error, Result};
+use crate::port::with_robot;
+use crate::tune::{
+    DriveOutcome, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned, tune,
+};
+use crate::ui::{BOLD, DIM, GOOD, note, paint, say};
+use crate::undo::state_folder;
+
+use super::undo::last_change;
+
+/// Half width of a 95 % interval in standard deviations, for the dozen experiments of a tuning.
+const SIGMAS_95: f64 = 2.2;
+
+pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
+    if args.undo {
+        return undo(common);
+    }
+    if args.floor.m < FLOOR_M_MIN {
+        return Err(Error::new(format_args!(
+            "{:.0} cm of floor are too little to tell a motor from its friction",
+            args.floor.m * 100.0
+        ))
+        .hint("--floor 30cm at least; 1.5 m are better"));
+    }
+    let forgets = common.port.is_sim() && common.flash.is_none();
+    let settings = Settings {
+        floor_m: args.floor.m,
+        stiffness: args.stiffness,
+        undo_folder: if forgets { None } else { Some(state_folder()?) },
+    };
+    let tuned = with_robot(&common.port, &common.sim(), async |session, _| {
+        // A simulated robot is new, and measures its supply at its first control tick.
+        session.listen(std::time::Duration::from_millis(5)).await?;
+        tune(session, &settings, &mut |progress| tell_progress(common.json, &progress)).await
+    })?;
+    if common.json {
+        say(as_json(&tuned));
+    } else {
+        print(&tuned, forgets);
+    }
+    Ok(())
+}
+
+fn tell_progress(json: bool, progress: &Progress<'_>) {
+    if json {
+        return;
+    }
+    match progress {
+        Progress::Doing(what) => note(format_args!("  {what} ...")),
+        Progress::Before(outcome) => note(format_args!("  before: {}", in_words(outcome))),
+        Progress::Identified(fit) => note(format_args!(
+            "  motors identified: their travel is explained to {:.2} mm",
+            fit.residual_m * 1e3
+        )),
+        Progress::Trying(gains) => note(format_args!(
+            "  gains: kp {:.0} V/m, ki {:.0} V/(m s), kd {:.2} V s/m; drives with them ...",
+            gains.kp_v_per_m, gains.ki_v_per_m_s, gains.kd_v_s_per_m
+        )),
+        Progress::After(outcome) => note(format_args!("  after: {}", in_words(outcome))),
+    }
+}
+
+fn in_words(outcome: &DriveOutcome) -> String {
+    match outcome {
+        DriveOutcome::Followed(following) => format!(
+            "{:.3} mm rms from the setpoints, {:.3} mm at worst",
+            following.rms_m * 1e3,
+            following.worst_m * 1e3
+        ),
+        DriveOutcome::Faulted(fault) => format!("stopped by the fault {fault}"),
+    }
+}
+
+fn print(tuned: &Tuned, forgets: bool) {
+    let Tuned { fit, gains, before, after, .. } = tuned;
+    let constants = &fit.constants;
+    let head = |text: &str| paint(DIM, text);
+    say(format_args!("{:<24}{:>18}{:>18}", head("motor"), "left", "right"));
+    let row = |name: &str, digits: usize, of: fn(&WheelMotor) -> f64| {
+        let (value, sigma) = (&constants.value.wheels, &constants.sigma.wheels);
+        let cell =
+            |value: f64, sigma: f64| format!("{value:.digits$} +- {:.digits$}", SIGMAS_95 * sigma);
+        say(format_args!(
+            "{name:<20}{:>18}{:>18}",
+            cell(of(&value.left), of(&sigma.left)),
+            cell(of(&value.right), of(&sigma.right))
+        ));
+    };
+    row("kS forwards [V]", 3, |motor| motor.ks_forward_v);
+    row("kS backwards [V]", 3, |motor| motor.ks_backward_v);
+    row("kV [V s/m]", 2, |motor| motor.kv_v_s_per_m);
+    row("kA [V s^2/m]", 3, |motor| motor.ka_v_s2_per_m);
+    say(format_args!(
+        "coupling kC {:.3} V s^2/m, delay {:.1} ms",
+        constants.value.kc_v_s2_per_m,
+        constants.value.delay_s * 1e3
+    ));
+    say(format_args!(
+        "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
+        gains.ms,
+        gains.ms_worst,
+        gains.phase_margin_rad.to_degrees(),
+        gains.crossover_rad_s
+    ));
+    say("");
+    say(format_args!("{:<24}{:>14}{:>14}", head("following its profiles"), "before", "after"));
+    let row = |name: &str, digits: usize, of: fn(&Following) -> f64| {
+        let before = match before {
+            DriveOutcome::Followed(before) => format!("{:.digits$}", of(before)),
+            DriveOutcome::Faulted(_) => "fault".into(),
+        };
+        say(format_args!("{name:<24}{before:>10}{:>14.digits$}", of(after)));
+    };
+    row("rms [mm]", 3, |following| following.rms_m * 1e3);
+    row("worst [mm]", 3, |following| following.worst_m * 1e3);
+    row("overshoot [%]", 2, |following| following.overshoot * 100.0);
+    row("duty noise [%]", 2, |following| following.duty_noise * 100.0);
+    let saved = if forgets { "written" } else { "saved" };
+    say(format_args!(
+        "{} feedforward and gains {saved}; {:.0} s, {:.2} m of floor",
+        paint(GOOD, "tuned:"),
+        tuned.took_s,
+        tuned.floor_used_m
+    ));
+    if !forgets {
+        say(format_args!("{} puts the old ones back", paint(BOLD, "beeline tune --undo")));
+    }
+}
+
+fn as_json(tuned: &Tuned) -> Value {
+    let wheel = |motor: &WheelMotor| {
+        json!({
+            "ks_forward_v": motor.ks_forward_v,
+            "ks_backward_v": motor.ks_backward_v,
+            "kv_v_s_per_m": motor.kv_v_s_per_m,
+            "ka_v_s2_per_m": motor.ka_v_s2_per_m,
+        })
+    };
+    let constants = |of: &robot_model::drivetrain::Drivetrain| {
+        json!({
+            "left": wheel(&of.wheels.left),
+            "right": wheel(&of.wheels.right),
+            "kc_v_s2_per_m": of.kc_v_s2_per_m,
+            "delay_s": of.delay_s,
+        })
+    };
+    let following = |of: &Following| {
+        json!({
+            "rms_m": of.rms_m,
+            "worst_m": of.worst_m,
+            "overshoot": of.overshoot,
+            "duty_noise": of.duty_noise,
+        })
+    };
+    let before = match &tuned.before {
+        DriveOutcome::Followed(before) => following(before),
+        DriveOutcome::Faulted(fault) => json!({"fault": fault.id()}),
+    };
+    let Gains { kp_v_per_m, ki_v_per_m_s, kd_v_s_per_m, .. } = tuned.gains;
+    let DrivetrainFit { constants: found, residual_m, .. } = &tuned.fit;
+    json!({
+        "motors": constants(&found.value),
+        "sigmas": constants(&found.sigma),
+        "residual_m": residual_m,
+        "gains": {
+            "kp_v_per_m": kp_v_per_m,
+            "ki_v_per_m_s": ki_v_per_m_s,
+            "kd_v_s_per_m": kd_v_s_per_m,
+            "ms": tuned.gains.ms,
+            "ms_worst": tuned.gains.ms_worst,
+            "phase_margin_rad": tuned.gains.phase_margin_rad,
+            "crossover_rad_s": tuned.gains.crossover_rad_s,
+        },
+        "before": before,
+        "after": following(&tuned.after),
+        "config": tuned.change.1,
+        "took_s": tuned.took_s,
+        "floor_used_m": tuned.floor_used_m,
+    })
+}
+
+fn undo(common: &Common) -> Result<()> {
+    let undone = last_change::<LoopConfig>(common)?;
+    if common.json {
+        say(json!({"undone": undone.before, "was": undone.after}));
+    } else {
+        say("gains, feedforward and limits are those before the last tuning again, and saved");
+    }
+    Ok(())
+}

@@ -1,0 +1,281 @@
+//! The experiments: voltages that move the robot a little, and then more as its motors become known.
+//!
+//! | experiment | voltages | what it tells |
+//! | --- | --- | --- |
+//! | break-away | a slow ramp, both ways | that the motors turn the wheels, and from which voltage on |
+//! | steps | three levels, both ways | kS, kV, and kA straight on |
+//! | reversal | one level, forwards and at once backwards | the delay, and play |
+//! | spin | one level, both ways | kA on the spot |
+
+use host_link::motion::{VoltageRun, VoltageStep, apply_voltages};
+use host_link::session::Session;
+use robot_model::drivetrain::{
+    self, Drivetrain, DrivetrainFit, FitError, Sample, VoltageRecording,
+};
+use robot_model::kinematics;
+use shared_proto::{Command, Config, Fault, MotionEnd, State, Telemetry, WheelPair};
+
+use super::floor::Floor;
+use super::settings;
+use crate::error::{Error, Result};
+use crate::wheel_angles::travel_m;
+
+/// Time between two telemetry frames \[ms\].
+const PERIOD_MS: u16 = 10;
+/// The break-away ramp: over the supply in so many seconds.
+const BREAK_AWAY_S: f64 = 8.0;
+/// It ends after this travel \[m\], or so many counts, if that is longer.
+const BREAK_AWAY_M: f64 = 0.012;
+const BREAK_AWAY_COUNTS: f64 = 8.0;
+/// A step changes the voltage over this time from zero to the supply \[s\].
+const STEP_RISE_S: f64 = 0.03;
+/// Shares of the top speed that is tuned for.
+const LEVELS: [f64; 3] = [0.25, 0.55, 0.95];
+/// A step takes this long, unless it would need too much floor \[s\].
+const STEP_S: f64 = 1.0;
+const STEP_S_MIN: f64 = 0.15;
+/// Friction that the encoder check reckons with, one try after the other \[V\]. A dead encoder lets its wheel roll some
+/// centimetres in the last one, and is then named.
+pub const CHECK_KS_V: [f64; 4] = [0.5, 1.2, 2.5, 5.0];
+/// Share of the supply that is used.
+const SUPPLY_SHARE: f64 = 0.9;
+
+/// What the robot does at a steady voltage.
+#[derive(Clone, Copy)]
+struct Cruise {
+    speed_mps: f64,
+    /// How far it rolls when the voltage goes to zero, braked by its motors alone \[m\].
+    roll_m: f64,
+}
+
+/// What the experiments begin from, and what they have learnt.
+pub struct Experiments<'a> {
+    config: &'a Config,
+    supply_v: f64,
+    recordings: Vec<VoltageRecording>,
+    /// The friction that the encoder check reckons with now: an index into [`CHECK_KS_V`].
+    check: usize,
+}
+
+impl<'a> Experiments<'a> {
+    pub fn new(config: &'a Config, supply_v: f64) -> Self {
+        Self { config, supply_v, recordings: Vec::new(), check: 0 }
+    }
+
+    /// All experiments, in an order in which each is safe by what those before have told.
+    pub async fn run(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        doing: &mut dyn FnMut(&str),
+    ) -> Result<Vec<VoltageRecording>> {
+        doing("break-away");
+        let mut volts = 0.0_f64;
+        for sign in [1.0, -1.0] {
+            volts = volts.max(self.break_away(session, floor, sign).await?);
+        }
+        // Before the motors are known: a little above what has just turned the wheels.
+        let first_v = (1.25 * volts + 0.06 * self.supply_v).min(SUPPLY_SHARE * self.supply_v);
+        for (index, share) in LEVELS.into_iter().enumerate() {
+            doing(["slow steps", "steps", "fast steps"][index]);
+            for sign in [1.0, -1.0] {
+                let (volts, cruise) = match (index, drivetrain::regress(&self.recordings)) {
+                    (0, _) | (_, None) => (first_v * (1.0 + index as f64), None),
+                    (_, Some(model)) => self.level(&model, share),
+                };
+                self.steps(session, floor, &[(sign, sign)], volts, cruise).await?;
+            }
+            self.go_back(session, floor, first_v).await?;
+        }
+        let model = drivetrain::regress(&self.recordings).ok_or_else(no_motion)?;
+        let (volts, cruise) = self.level(&model, LEVELS[1]);
+        doing("reversals");
+        self.steps(session, floor, &[(1.0, 1.0), (-1.0, -1.0)], volts, cruise).await?;
+        doing("turns on the spot");
+        for sign in [1.0, -1.0] {
+            self.steps(session, floor, &[(-sign, sign)], volts, cruise).await?;
+        }
+        self.go_back(session, floor, first_v).await?;
+        Ok(std::mem::take(&mut self.recordings))
+    }
+
+    /// The voltage for a share of the top speed, and what the robot does at it.
+    fn level(&self, model: &Drivetrain, share: f64) -> (f64, Option<Cruise>) {
+        let kinematics::WheelPair { left, right } = model.wheels;
+        let ks_v = [left, right].map(|motor| motor.ks_forward_v.max(motor.ks_backward_v));
+        let ks_v = ks_v[0].max(ks_v[1]);
+        let kv = left.kv_v_s_per_m.min(right.kv_v_s_per_m);
+        let wanted_v = ks_v + kv * share * self.config.limits.speed_mps_max;
+        // Of a motor that does not reach the speed: the same share of what it has.
+        let reached_v = ks_v + share * (SUPPLY_SHARE * self.supply_v - ks_v).max(0.0);
+        let volts = wanted_v.min(reached_v);
+        let speed_mps = ((volts - ks_v) / kv).max(1e-3);
+        let constant_s = [left, right].map(|motor| motor.ka_v_s2_per_m / motor.kv_v_s_per_m);
+        (volts, Some(Cruise { speed_mps, roll_m: speed_mps * constant_s[0].max(constant_s[1]) }))
+    }
+
+    /// A slow ramp until a wheel has turned a little; returns the voltage at which it did.
+    async fn break_away(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        sign: f64,
+    ) -> Result<f64> {
+        let most_v = SUPPLY_SHARE * self.supply_v;
+        let counts_m = self.config.encoder.map(|e| self.config.meters_per_count(&e));
+        let travel_m_max = BREAK_AWAY_M.max(BREAK_AWAY_COUNTS * counts_m.left.max(counts_m.right));
+        let run = VoltageRun {
+            steps: vec![VoltageStep {
+                volts: WheelPair::both(sign * most_v),
+                duration_s: BREAK_AWAY_S,
+            }],
+            ramp_v_per_s: most_v / BREAK_AWAY_S,
+            travel_m_max,
+            speed_mps_max: 1.5 * self.config.limits.speed_mps_max,
+            period_ms: PERIOD_MS,
+        };
+        let (end, telemetry) = self.apply(session, floor, &run).await?;
+        if end == MotionEnd::Completed {
+            return Err(Error::new(format_args!(
+                "no wheel turned up to {most_v:.1} V: blocked, or a motor without power",
+            ))
+            .hint("lift the robot and turn the wheels by hand; check the motors' supply and their driver's enable line"));
+        }
+        let peak = |of: fn(&Telemetry) -> i16| {
+            telemetry.iter().map(of).map(|duty| i32::from(duty).abs()).max().unwrap_or(0)
+        };
+        let duty = peak(|t| t.wheels.left.duty).max(peak(|t| t.wheels.right.duty));
+        Ok(f64::from(duty) / 32767.0 * self.supply_v)
+    }
+
+    /// One voltage after the other, with these signs.
+    async fn steps(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        signs: &[(f64, f64)],
+        volts: f64,
+        cruise: Option<Cruise>,
+    ) -> Result<()> {
+        let spins = signs[0].0 * signs[0].1 < 0.0;
+        let room_m = if spins { 0.5 } else { floor.room_m(signs[0].0 > 0.0) };
+        // The robot may roll out after its limit.
+        let room_m = room_m - cruise.map_or(0.0, |cruise| cruise.roll_m);
+        if room_m < 0.02 {
+            return Err(too_little_floor());
+        }
+        // Half of the room for the drive itself: the rest for what the first estimate is off.
+        let long_s = cruise.map_or(0.6, |cruise| 0.7 * room_m / cruise.speed_mps);
+        let duration_s = long_s.clamp(STEP_S_MIN, STEP_S);
+        let step = |&(left, right): &(f64, f64)| VoltageStep {
+            volts: WheelPair::new(left * volts, right * volts),
+            duration_s,
+        };
+        let run = VoltageRun {
+            steps: signs.iter().map(step).collect(),
+            ramp_v_per_s: self.supply_v / STEP_RISE_S,
+            travel_m_max: room_m,
+            speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
+            period_ms: PERIOD_MS,
+        };
+        self.apply(session, floor, &run).await.map(drop)
+    }
+
+    /// Slowly towards where the robot stood at first, if it is far from there.
+    async fn go_back(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        volts: f64,
+    ) -> Result<()> {
+        for _ in 0..3 {
+            let at_m = floor.at_m();
+            if at_m.abs() < 0.04 {
+                break;
+            }
+            let sign = -at_m.signum();
+            let run = VoltageRun {
+                steps: vec![VoltageStep { volts: WheelPair::both(sign * volts), duration_s: 6.0 }],
+                ramp_v_per_s: self.supply_v / STEP_RISE_S,
+                travel_m_max: (at_m.abs() - 0.02).max(0.01),
+                speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
+                period_ms: PERIOD_MS,
+            };
+            self.apply(session, floor, &run).await?;
+        }
+        Ok(())
+    }
+
+    async fn apply(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        run: &VoltageRun,
+    ) -> Result<(MotionEnd, Vec<Telemetry>)> {
+        loop {
+            let mut telemetry = Vec::new();
+            let end = apply_voltages(session, run, &mut telemetry).await;
+            telemetry.sort_by_key(|frame| frame.t_us);
+            floor.follow(self.config, &telemetry);
+            match end {
+                Ok(end) => {
+                    self.recordings.extend(recording(self.config, &telemetry));
+                    return Ok((end, telemetry));
+                }
+                Err(host_link::Error::Faulted(report))
+                    if self.check + 1 < CHECK_KS_V.len() && is_of_check(report.fault) =>
+                {
+                    // Friction that nobody knows looks like a wheel that is blocked: once more, with more of it.
+                    self.check += 1;
+                    session.request(Command::ClearFault { number: report.number }).await?;
+                    let config = settings::for_experiments(self.config, CHECK_KS_V[self.check]);
+                    session.write_config(&config).await?;
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+/// Whether the encoder check may have raised it for friction that it did not reckon with.
+fn is_of_check(fault: Fault) -> bool {
+    matches!(fault, Fault::Stall(_) | Fault::EncoderDead(_) | Fault::EncodersExchanged(_))
+}
+
+/// From the last frame before the first voltage on.
+fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecording> {
+    let begins = telemetry.iter().position(|frame| frame.state == State::Driving && !frame.probing);
+    let from = begins?.saturating_sub(1);
+    let first = &telemetry[from];
+    VoltageRecording::new(telemetry[from..].iter().map(|frame| {
+        let travel = travel_m(config, first, frame);
+        let applied = first
+            .wheels
+            .zip(frame.wheels)
+            .map(|(first, now)| now.applied_uvs.wrapping_sub(first.applied_uvs) as f64 * 1e-6);
+        Sample {
+            t_s: frame.t_us.saturating_sub(first.t_us) as f64 * 1e-6,
+            travel_m: kinematics::WheelPair::new(travel.left, travel.right),
+            applied_vs: kinematics::WheelPair::new(applied.left, applied.right),
+        }
+    }))
+}
+
+/// The motors' constants.
+pub fn identify(recordings: &[VoltageRecording]) -> Result<DrivetrainFit> {
+    drivetrain::fit(recordings).map_err(|error| match error {
+        FitError::TooFew | FitError::NoMotion => no_motion(),
+        FitError::NoConstants => Error::new("no motor answers to voltages as these wheels did")
+            .hint("is somebody holding the robot, is a wheel off the ground, or slipping?"),
+    })
+}
+
+fn no_motion() -> Error {
+    Error::new("the wheels hardly turned: their motors cannot be told from their friction")
+        .hint("is the supply on, and strong enough? Is something rubbing?")
+}
+
+fn too_little_floor() -> Error {
+    Error::new("the robot has too little floor left for its next experiment")
+        .hint("give it more with --floor, and put it at the beginning of that floor")
+}

@@ -1,0 +1,159 @@
+//! How well the wheels follow a profile: two drives forwards and two back.
+
+use host_link::motion::{self, Motion, RecordOptions};
+use host_link::session::Session;
+use shared_proto::{Command, Config, Fault, State, Telemetry, TravelUnit, Wheel, WheelPair};
+
+use super::floor::Floor;
+use crate::error::Result;
+
+/// The paper's cruise and ramp, in turns of a wheel; the fast profile is so many times as fast.
+const CRUISE_REV_S: f64 = 0.523;
+const RAMP_REV_S2: f64 = 0.101;
+const FAST: f64 = 5.0;
+
+/// How well the wheels followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Following {
+    /// Distance from the setpoint, root mean square over both wheels and all drives \[m\].
+    pub rms_m: f64,
+    /// The largest \[m\].
+    pub worst_m: f64,
+    /// How far a wheel went beyond its target, as a share of the drive.
+    pub overshoot: f64,
+    /// Change of the duty from frame to frame while cruising, root mean square.
+    pub duty_noise: f64,
+}
+
+/// What came of the drives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// All were driven.
+    Followed(Following),
+    /// The robot stopped with a fault.
+    Faulted(Fault),
+}
+
+impl Following {
+    /// Whether the robot follows better than before, without new oscillation.
+    pub fn is_better_than(&self, before: &Outcome) -> bool {
+        if self.overshoot > 0.05 || self.duty_noise > 0.1 {
+            return false;
+        }
+        match before {
+            Outcome::Followed(before) => self.rms_m <= before.rms_m,
+            Outcome::Faulted(_) => true,
+        }
+    }
+}
+
+/// The paper's profile, so many times as fast, for a configuration on this floor.
+fn profile(config: &Config, floor: &Floor, times: f64) -> Motion {
+    let room_m = (0.8 * floor.room_m(true)).max(0.05);
+    let turn_m = std::f64::consts::TAU * config.geometry.wheel_radius_m;
+    Motion {
+        unit: TravelUnit::Meter,
+        distance: WheelPair::both(room_m.min(3.0 * turn_m)),
+        cruise: (times * CRUISE_REV_S * turn_m).min(0.9 * config.limits.speed_mps_max),
+        acceleration: (times * times * RAMP_REV_S2 * turn_m)
+            .min(0.9 * config.limits.acceleration_mps2_max),
+    }
+}
+
+/// Drives the paper's profile five times as fast, forwards and back, and as slow as it is if `slow`; a fault is cleared.
+pub async fn drive(
+    session: &mut Session,
+    config: &Config,
+    floor: &mut Floor,
+    slow: bool,
+) -> Result<Outcome> {
+    let mut sums = Sums::default();
+    let speeds: &[f64] = if slow { &[FAST, 1.0] } else { &[FAST] };
+    for times in speeds {
+        let motion = profile(config, floor, *times);
+        for motion in [motion, motion.reversed()] {
+            let mut telemetry = Vec::new();
+            let options = RecordOptions::default();
+            let driven =
+                motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
+            floor.follow(config, &telemetry);
+            match driven {
+                Ok(_) => sums.add(&motion, &telemetry),
+                Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
+                    session.request(Command::ClearFault { number: report.number }).await?;
+                    return Ok(Outcome::Faulted(report.fault));
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+    Ok(Outcome::Followed(sums.following()))
+}
+
+/// Whether gains alone may have caused it.
+fn is_ours(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::FollowingError(_)
+            | Fault::Stall(_)
+            | Fault::CountRate(_)
+            | Fault::EncoderReversed(_)
+            | Fault::EncoderDead(_)
+            | Fault::EncodersExchanged(_)
+    )
+}
+
+#[derive(Default)]
+struct Sums {
+    squares: f64,
+    count: f64,
+    worst_m: f64,
+    overshoot: f64,
+    duty_squares: f64,
+    duty_count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, motion: &Motion, telemetry: &[Telemetry]) {
+        // The encoder check leaves the wheels some counts ahead; the drive takes that back at its beginning.
+        let driving: Vec<&Telemetry> = telemetry
+            .iter()
+            .filter(|frame| frame.state == State::Driving && !frame.probing)
+            .collect();
+        let settled = &driving[driving.len() / 3..];
+        for wheel in Wheel::BOTH {
+            let distance_m = *motion.distance.get(wheel);
+            for frame in settled {
+                let error_m = f64::from(frame.wheels.get(wheel).error_um) * 1e-6;
+                self.squares += error_m * error_m;
+                self.count += 1.0;
+                self.worst_m = self.worst_m.max(error_m.abs());
+            }
+            if let Some(last) = driving.last() {
+                let target_um = last.wheels.get(wheel).setpoint_um;
+                for frame in settled {
+                    let wheel = frame.wheels.get(wheel);
+                    let travel_um = wheel.setpoint_um - i64::from(wheel.error_um);
+                    let beyond_m = (travel_um - target_um) as f64 * 1e-6 * distance_m.signum();
+                    self.overshoot = self.overshoot.max(beyond_m / distance_m.abs());
+                }
+            }
+            let middle = &settled[settled.len() / 4..settled.len() / 2];
+            for pair in middle.windows(2) {
+                let duty = |frame: &Telemetry| f64::from(frame.wheels.get(wheel).duty) / 32767.0;
+                let change = duty(pair[1]) - duty(pair[0]);
+                self.duty_squares += change * change;
+                self.duty_count += 1.0;
+            }
+        }
+    }
+
+    fn following(self) -> Following {
+        Following {
+            rms_m: (self.squares / self.count.max(1.0)).sqrt(),
+            worst_m: self.worst_m,
+            overshoot: self.overshoot,
+            duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),
+        }
+    }
+}

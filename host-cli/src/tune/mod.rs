@@ -1,0 +1,225 @@
+//! Tunes a robot: identifies its motors by voltages, computes feedforward and gains, and keeps them if they drive better.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `floor.rs` | where on its floor the robot is, and how far it may go |
+//! | `experiments.rs` | the voltages, one experiment after the other |
+//! | `following.rs` | how well the wheels follow a profile |
+//! | `settings.rs` | from constants and gains to a configuration |
+
+mod experiments;
+mod floor;
+mod following;
+mod settings;
+
+use std::path::PathBuf;
+
+use host_link::session::Session;
+use robot_model::drivetrain::{DrivetrainFit, Gains};
+use shared_proto::{Config, Identity};
+
+pub use self::following::{Following, Outcome as DriveOutcome};
+pub use self::settings::LoopConfig;
+
+use self::experiments::Experiments;
+use self::floor::Floor;
+use crate::error::{Error, Result};
+use crate::undo::{self, Undo, Undoable};
+
+/// What the user wants.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How much floor there is ahead of the robot \[m\].
+    pub floor_m: f64,
+    /// 1 for the stiffest loop that keeps its margin, less for a softer one.
+    pub stiffness: f64,
+    /// Where the old gains are remembered; nowhere for a robot that forgets.
+    pub undo_folder: Option<PathBuf>,
+}
+
+/// Shortest floor on which motors can be told apart \[m\].
+pub const FLOOR_M_MIN: f64 = 0.3;
+/// Each try to find gains that drive well is so much softer than the one before.
+const SOFTER: f64 = 0.6;
+/// So many tries.
+const TRIES: u32 = 3;
+
+/// What happens meanwhile.
+pub enum Progress<'a> {
+    /// This drives next, in a few words.
+    Doing(&'a str),
+    /// How the robot followed its profiles with the settings that it came with.
+    Before(&'a DriveOutcome),
+    /// What the motors are.
+    Identified(&'a DrivetrainFit),
+    /// These gains are tried next.
+    Trying(&'a Gains),
+    /// How the robot follows with them.
+    After(&'a DriveOutcome),
+}
+
+/// What came of it.
+pub struct Tuned {
+    /// The robot.
+    pub identity: Identity,
+    /// The motors.
+    pub fit: DrivetrainFit,
+    /// The gains.
+    pub gains: Gains,
+    /// How the robot followed before.
+    pub before: DriveOutcome,
+    /// How it follows now.
+    pub after: Following,
+    /// The configuration as it was, and as it is saved.
+    pub change: (LoopConfig, LoopConfig),
+    /// Robot time that it took \[s\].
+    pub took_s: f64,
+    /// How far the robot went from where it stood \[m\].
+    pub floor_used_m: f64,
+}
+
+/// Identifies, computes, drives, and saves what drives better. Whatever goes wrong, the motors are off and the robot has
+/// the configuration that it came with.
+pub async fn tune(
+    session: &mut Session,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<Tuned> {
+    let identity = session.identify().await?;
+    if identity.unsaved {
+        return Err(Error::new("the robot has changes that are not saved").hint(
+            "`beeline config save` keeps them, `beeline config restore` drops them; then tune",
+        ));
+    }
+    if let Some(folder) = &settings.undo_folder {
+        undo::check::<LoopConfig>(folder, &identity)?;
+    }
+    let original = session.read_config().await?;
+    let tuned =
+        Tuner { session, settings, original: &original, floor: Floor::new(settings.floor_m) }
+            .run(identity, progress)
+            .await;
+    if tuned.is_err() {
+        // If the link is lost, this fails as well; the change was never saved.
+        let _lost = session.write_config(&original).await;
+    }
+    tuned
+}
+
+/// What every step needs.
+struct Tuner<'a> {
+    session: &'a mut Session,
+    settings: &'a Settings,
+    original: &'a Config,
+    floor: Floor,
+}
+
+impl Tuner<'_> {
+    async fn run(
+        mut self,
+        identity: Identity,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Tuned> {
+        let started_us = self.session.status().await?.t_us;
+        let supply_v = self.supply_v().await?;
+        progress(Progress::Doing("a profile with the present gains"));
+        let before = self.follow(self.original, false).await?;
+        progress(Progress::Before(&before));
+        let check = settings::for_experiments(self.original, experiments::CHECK_KS_V[0]);
+        self.session.write_config(&check).await?;
+        let mut experiments = Experiments::new(self.original, supply_v);
+        let recordings = experiments
+            .run(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
+            .await?;
+        let fit = experiments::identify(&recordings)?;
+        progress(Progress::Identified(&fit));
+
+        let mut stiffness = self.settings.stiffness;
+        let mut last = None;
+        for _ in 0..TRIES {
+            let gains = settings::design(self.original, &fit, supply_v, stiffness)?;
+            progress(Progress::Trying(&gains));
+            let tuned = settings::tuned(self.original, &fit, &gains, supply_v);
+            self.session.write_config(&tuned).await?;
+            let after = self.follow(&tuned, true).await?;
+            progress(Progress::After(&after));
+            match after {
+                DriveOutcome::Followed(after) if after.is_better_than(&before) => {
+                    let change = (LoopConfig::of(self.original), LoopConfig::of(&tuned));
+                    self.save(&identity, change).await?;
+                    let ended_us = self.session.status().await?.t_us;
+                    return Ok(Tuned {
+                        identity,
+                        fit,
+                        gains,
+                        before,
+                        after,
+                        change,
+                        took_s: ended_us.saturating_sub(started_us) as f64 * 1e-6,
+                        floor_used_m: self.floor.used_m(),
+                    });
+                }
+                after => last = Some(after),
+            }
+            stiffness *= SOFTER;
+        }
+        Err(not_better(&before, last.as_ref()))
+    }
+
+    /// The supply at rest; where it is not measured, what the configuration takes it for.
+    async fn supply_v(&mut self) -> Result<f64> {
+        let status = self.session.status().await?;
+        if self.original.protection.supply_v_min == 0.0 {
+            return Ok(self.original.feedforward.nominal_v());
+        }
+        let supply_v = f64::from(status.supply_mv) * 1e-3;
+        if supply_v < self.original.protection.supply_v_min {
+            return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
+                .hint("charge the battery, or switch the supply on"));
+        }
+        Ok(supply_v)
+    }
+
+    async fn follow(&mut self, config: &Config, slow: bool) -> Result<DriveOutcome> {
+        following::drive(self.session, config, &mut self.floor, slow).await
+    }
+
+    /// Remembers the old configuration, and saves the one in use.
+    async fn save(
+        &mut self,
+        identity: &Identity,
+        (before, after): (LoopConfig, LoopConfig),
+    ) -> Result<()> {
+        if self.session.is_cancelled() {
+            return Err(Error::interrupted("stopped by Ctrl-C; nothing is saved"));
+        }
+        let undo = Undo { robot: identity.name.as_str().into(), before, after };
+        let remembered = match &self.settings.undo_folder {
+            Some(folder) => Some(undo.remember(folder, identity)?),
+            None => None,
+        };
+        if let Err(error) = self.session.save_config().await {
+            if let Some(remembered) = remembered {
+                remembered.take_back()?;
+            }
+            return Err(error.into());
+        }
+        Ok(())
+    }
+}
+
+fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {
+    let words = |outcome: Option<&DriveOutcome>| match outcome {
+        Some(DriveOutcome::Followed(following)) => {
+            format!("{:.2} mm rms from their setpoints", following.rms_m * 1e3)
+        }
+        Some(DriveOutcome::Faulted(fault)) => format!("stopped by the fault {fault}"),
+        None => "not driven".into(),
+    };
+    Error::said_no(format_args!(
+        "the new gains do not drive better: the wheels were {}, and with the new gains {}; nothing is saved",
+        words(Some(before)),
+        words(after),
+    ))
+    .hint("--stiffness 0.5 tries softer gains; a gear with much play or a loose wheel looks like this")
+}

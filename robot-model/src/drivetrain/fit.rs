@@ -1,0 +1,283 @@
+//! The constants that explain the travel best: output error, not regression on differences.
+//!
+//! The model is driven by the measured voltage alone, and its travel is compared with the counts'. So neither the encoder
+//! nor a difference comes between the data and the constants. Their intervals treat each experiment as one: what is left
+//! within one is no independent noise.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::model::{Drivetrain, WheelMotor};
+use super::recording::VoltageRecording;
+use super::regression::regress;
+use crate::kinematics::WheelPair;
+use crate::numeric::parallel;
+
+/// How many constants there are.
+const LEN: usize = 10;
+/// Rounds of the search.
+const ROUNDS_MAX: usize = 60;
+/// Longest delay that is believed \[s\].
+const DELAY_S_MAX: f64 = 0.05;
+/// Delays that drivers and controllers have: about so long \[s\]. Coarse counts hardly tell a delay from inertia.
+const DELAY_S: (f64, f64) = (0.003, 0.003);
+/// As good as so many samples with the noise of the fit.
+const DELAY_WEIGHT: f64 = 30.0;
+
+/// The constants, with standard deviations in the same places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constants {
+    /// The values.
+    pub value: Drivetrain,
+    /// Their standard deviations.
+    pub sigma: Drivetrain,
+}
+
+/// What a fit found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivetrainFit {
+    /// The constants.
+    pub constants: Constants,
+    /// Measured less modelled travel, root mean square over all samples and both wheels \[m\].
+    pub residual_m: f64,
+    /// The regression that the search began from.
+    pub regression: Drivetrain,
+}
+
+/// Why nothing could be fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FitError {
+    /// Fewer than three experiments.
+    TooFew,
+    /// The recordings do not turn both wheels forwards and backwards by their motors.
+    NoMotion,
+    /// The search found no constants above zero.
+    NoConstants,
+}
+
+/// Fits (1) to experiments.
+pub fn fit(recordings: &[VoltageRecording]) -> Result<DrivetrainFit, FitError> {
+    if recordings.len() < 3 {
+        return Err(FitError::TooFew);
+    }
+    let regression = regress(recordings).ok_or(FitError::NoMotion)?;
+    // Regression takes a delay for inertia. Both beginnings lead somewhere; the better end counts.
+    let search = [0.0, 0.004]
+        .map(|delay_s| {
+            let mut begin = Drivetrain { delay_s, ..regression };
+            for motor in [&mut begin.wheels.left, &mut begin.wheels.right] {
+                let less = motor.ka_v_s2_per_m - delay_s * motor.kv_v_s_per_m;
+                motor.ka_v_s2_per_m = less.max(0.3 * motor.ka_v_s2_per_m);
+            }
+            let mut search = Search::new(recordings, to_vector(&begin));
+            search.run();
+            search
+        })
+        .into_iter()
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .ok_or(FitError::NoConstants)?;
+    let covariance = search.covariance().ok_or(FitError::NoConstants)?;
+    let value = from_vector(&search.at);
+    if [value.wheels.left, value.wheels.right]
+        .iter()
+        .any(|motor| motor.kv_v_s_per_m <= 0.0 || motor.ka_v_s2_per_m <= 0.0)
+    {
+        return Err(FitError::NoConstants);
+    }
+    let sigma = DVector::from_fn(LEN, |i, _| covariance[(i, i)].max(0.0).sqrt());
+    let residual_m = (search.cost / search.samples as f64).sqrt();
+    let constants = Constants { value, sigma: from_vector(&sigma) };
+    Ok(DrivetrainFit { constants, residual_m, regression })
+}
+
+fn to_vector(model: &Drivetrain) -> DVector<f64> {
+    let WheelPair { left, right } = model.wheels;
+    let of = |motor: WheelMotor| {
+        [motor.ks_forward_v, motor.ks_backward_v, motor.kv_v_s_per_m, motor.ka_v_s2_per_m]
+    };
+    let both = of(left).into_iter().chain(of(right));
+    DVector::from_iterator(LEN, both.chain([model.kc_v_s2_per_m, model.delay_s]))
+}
+
+fn from_vector(at: &DVector<f64>) -> Drivetrain {
+    let wheel = |first: usize| WheelMotor {
+        ks_forward_v: at[first],
+        ks_backward_v: at[first + 1],
+        kv_v_s_per_m: at[first + 2],
+        ka_v_s2_per_m: at[first + 3],
+    };
+    Drivetrain { wheels: WheelPair::new(wheel(0), wheel(4)), kc_v_s2_per_m: at[8], delay_s: at[9] }
+}
+
+/// Keeps the constants where a motor can have them.
+fn admissible(at: &mut DVector<f64>) {
+    for wheel in [0, 4] {
+        at[wheel] = at[wheel].max(0.0);
+        at[wheel + 1] = at[wheel + 1].max(0.0);
+        at[wheel + 2] = at[wheel + 2].max(1e-6);
+        at[wheel + 3] = at[wheel + 3].max(1e-3 * at[wheel + 2]);
+    }
+    let coupling_max = 0.95 * at[3].min(at[7]);
+    at[8] = at[8].clamp(-coupling_max, coupling_max);
+    at[9] = at[9].clamp(0.0, DELAY_S_MAX);
+}
+
+/// One experiment's share of the normal equations.
+struct Share {
+    gram: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+/// Levenberg's search.
+struct Search<'a> {
+    recordings: &'a [VoltageRecording],
+    at: DVector<f64>,
+    shares: Vec<Share>,
+    cost: f64,
+    samples: usize,
+    /// Square of a residual, on average, as the search found it halfway \[m^2\].
+    noise: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(recordings: &'a [VoltageRecording], at: DVector<f64>) -> Self {
+        let samples = recordings.iter().map(|recording| 2 * recording.samples().len()).sum();
+        Self { recordings, at, shares: Vec::new(), cost: f64::INFINITY, samples, noise: 0.0 }
+    }
+
+    /// Without a prior for the delay first, which tells the noise; then with it.
+    fn run(&mut self) {
+        self.descend();
+        self.noise = self.cost / self.samples as f64;
+        self.descend();
+    }
+
+    fn descend(&mut self) {
+        admissible(&mut self.at);
+        self.cost = self.cost_at(&self.at);
+        let mut damping = 1e-3;
+        for _ in 0..ROUNDS_MAX {
+            self.linearise();
+            let (gram, gradient) = self.sums();
+            let mut gained = 0.0;
+            while damping < 1e9 {
+                let mut damped = gram.clone();
+                for i in 0..LEN {
+                    damped[(i, i)] += damping * gram[(i, i)].max(1e-30);
+                }
+                let Some(factor) = damped.cholesky() else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let mut next = &self.at + factor.solve(&gradient);
+                admissible(&mut next);
+                let cost = self.cost_at(&next);
+                if cost < self.cost {
+                    gained = 1.0 - cost / self.cost;
+                    (self.at, self.cost) = (next, cost);
+                    damping = (0.2 * damping).max(1e-9);
+                    break;
+                }
+                damping *= 5.0;
+            }
+            if gained < 1e-7 {
+                break;
+            }
+        }
+        self.linearise();
+    }
+
+    /// The sum of the squares of measured less modelled travel \[m^2\].
+    fn cost_at(&self, at: &DVector<f64>) -> f64 {
+        let model = from_vector(at);
+        let costs = parallel::map(self.recordings, |recording| {
+            residuals(&model, recording).map(|residual| residual * residual).sum::<f64>()
+        });
+        let cost: f64 = costs.into_iter().sum::<f64>() + self.delay_cost(at);
+        if cost.is_finite() { cost } else { f64::INFINITY }
+    }
+
+    /// What speaks against a delay that no driver has \[m^2\].
+    fn delay_cost(&self, at: &DVector<f64>) -> f64 {
+        let off = (at[9] - DELAY_S.0) / DELAY_S.1;
+        DELAY_WEIGHT * self.noise * off * off
+    }
+
+    fn linearise(&mut self) {
+        let (at, model) = (&self.at, from_vector(&self.at));
+        let steps = DVector::from_fn(LEN, |i, _| match i {
+            9 => 2e-4,
+            8 => 1e-3 * at[3].max(at[7]),
+            0 | 1 | 4 | 5 => 1e-3 * at[i].max(0.02),
+            _ => 1e-3 * at[i],
+        });
+        self.shares = parallel::map(self.recordings, |recording| {
+            let base: Vec<f64> = residuals(&model, recording).collect();
+            let columns: Vec<Vec<f64>> = (0..LEN)
+                .map(|i| {
+                    let shifted = |step: f64| {
+                        let mut moved = at.clone();
+                        moved[i] += step;
+                        residuals(&from_vector(&moved), recording).collect::<Vec<f64>>()
+                    };
+                    // A residual falls as its travel rises.
+                    let (low, high) = (shifted(-steps[i]), shifted(steps[i]));
+                    low.iter()
+                        .zip(&high)
+                        .map(|(low, high)| (low - high) / (2.0 * steps[i]))
+                        .collect()
+                })
+                .collect();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            Share {
+                gram: DMatrix::from_fn(LEN, LEN, |i, j| dot(&columns[i], &columns[j])),
+                gradient: DVector::from_fn(LEN, |i, _| dot(&columns[i], &base)),
+            }
+        });
+    }
+
+    fn sums(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let mut gram = DMatrix::zeros(LEN, LEN);
+        let mut gradient = DVector::zeros(LEN);
+        for share in &self.shares {
+            gram += &share.gram;
+            gradient += &share.gradient;
+        }
+        // Where nothing turns on the spot, kC is zero: as if one sample of 1 mm said so to half of kA.
+        let kc = 1e-3 / (0.5 * self.at[3].min(self.at[7]));
+        gram[(8, 8)] += kc * kc;
+        gradient[8] -= kc * kc * self.at[8];
+        let weight = DELAY_WEIGHT * self.noise / (DELAY_S.1 * DELAY_S.1);
+        gram[(9, 9)] += weight;
+        gradient[9] -= weight * (self.at[9] - DELAY_S.0);
+        (gram, gradient)
+    }
+
+    /// The sandwich: each experiment is one observation.
+    fn covariance(&self) -> Option<DMatrix<f64>> {
+        let (gram, _) = self.sums();
+        let mut eased = gram.clone();
+        for i in 0..LEN {
+            eased[(i, i)] += 1e-12 * gram[(i, i)].max(1e-30);
+        }
+        let inverse = eased.try_inverse()?;
+        let count = self.shares.len() as f64;
+        let mut between = DMatrix::zeros(LEN, LEN);
+        for share in &self.shares {
+            between += &share.gradient * share.gradient.transpose();
+        }
+        Some(&inverse * between * &inverse * (count / (count - 1.0)))
+    }
+}
+
+/// Measured less modelled travel, both wheels, sample by sample \[m\].
+fn residuals<'a>(
+    model: &Drivetrain,
+    recording: &'a VoltageRecording,
+) -> impl Iterator<Item = f64> + use<'a> {
+    let start = recording.samples()[0].travel_m;
+    let modelled = model.travel_m(recording);
+    recording.samples().iter().zip(modelled).flat_map(move |(sample, modelled)| {
+        let measured = sample.travel_m.since(start);
+        [measured.left - modelled.left, measured.right - modelled.right]
+    })
+}

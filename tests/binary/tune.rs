@@ -1,0 +1,55 @@
+//! `beeline tune` on the simulator.
+
+use crate::temp_folder::TempFolder;
+
+fn gain(temp: &TempFolder, field: &str) -> f64 {
+    temp.run(&format!("config get {field} --json --flash flash")).ok().json().as_f64().unwrap()
+}
+
+#[test]
+fn it_saves_what_drives_better_and_undo_takes_it_back() {
+    let temp = TempFolder::new();
+    temp.run("config save --flash flash").ok();
+    let outcome = temp.run("tune --floor 1m --flash flash").ok();
+    assert!(outcome.stdout.contains("kS forwards [V]"), "{outcome:#?}");
+    assert!(outcome.stdout.contains("tuned: feedforward and gains saved"), "{outcome:#?}");
+    let kv = gain(&temp, "feedforward.left.kv_v_s_per_m");
+    assert!((kv - 23.6).abs() < 0.5, "{kv}");
+    assert_ne!(gain(&temp, "pid.kp_per_m"), 40.0);
+
+    temp.run("tune --undo --flash flash").ok();
+    assert_eq!(gain(&temp, "feedforward.left.kv_v_s_per_m"), 24.0);
+    assert_eq!(gain(&temp, "pid.kp_per_m"), 40.0);
+    let again = temp.run("tune --undo --flash flash");
+    assert_eq!(again.code, Some(2), "{again:#?}");
+    assert!(again.stderr.contains("no tuning of this robot to undo"), "{again:#?}");
+}
+
+#[test]
+fn json_has_the_numbers() {
+    let temp = TempFolder::new();
+    let tuned = temp.run("tune --json").ok().json();
+    let number = |path: &str| tuned.pointer(path).and_then(serde_json::Value::as_f64).unwrap();
+    assert!((number("/motors/left/kv_v_s_per_m") - 23.6).abs() < 0.5);
+    assert!(number("/sigmas/left/kv_v_s_per_m") > 0.0);
+    assert!(number("/gains/ms_worst") <= 1.6);
+    assert!(number("/after/rms_m") <= number("/before/rms_m"));
+    assert!(number("/floor_used_m") < 1.5);
+    assert_eq!(number("/config/feedforward/supply_v"), 12.0);
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused_before_anything_moves() {
+    let temp = TempFolder::new();
+    for (arguments, says) in [
+        ("tune --floor 10cm", "too little"),
+        ("tune --floor 0m", "above zero"),
+        ("tune --stiffness 3", "from 0.1 to 1"),
+        ("tune --undo", "nothing to undo"),
+        ("tune --undo --floor 1m", "cannot be used with"),
+    ] {
+        let outcome = temp.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{arguments}: {}", outcome.stderr);
+    }
+}

@@ -1,0 +1,144 @@
+//! Motors that nobody tuned: drawn robots follow their profiles after `tune`, and what goes wrong midway is named,
+//! changes nothing, and leaves the motors off.
+
+use beeline_tests::parallel::in_order;
+use beeline_tests::robot::{on_robot, on_robot_with};
+use beeline_tests::tuning::robots::draw;
+use beeline_tests::tuning::verdict::FLOOR_M;
+use futures_lite::future;
+use host_cli::tune::{Settings, Tuned, tune};
+use host_link::Cancel;
+use shared_proto::{Config, State, Wheel};
+use sim_target::plant::PlantFault;
+use sim_target::{Lab, Options, Scenario, sleep_until_us};
+
+fn settings() -> Settings {
+    Settings { floor_m: 1.5, stiffness: 1.0, undo_folder: None }
+}
+
+#[test]
+fn robots_over_two_decades_of_motor_size_follow_after_one_tuning_and_none_leaves_its_floor() {
+    let seeds: Vec<u64> = (0..12).map(|number| 700_000 + number).collect();
+    let lines = in_order(&seeds, |seed| {
+        let robot = draw(*seed);
+        let verdict = robot.tune();
+        let (behind_m, ahead_m) = verdict.range_m;
+        assert!(ahead_m < FLOOR_M && behind_m > -0.1, "{seed}: from {behind_m} to {ahead_m} m");
+        assert!(verdict.at_rest, "{seed}");
+        match verdict.tuned {
+            Ok(tuned) => {
+                let floors = tuned.after.rms_m / robot.following_floor_m();
+                println!("{seed}: {floors:.1} times the floor, {:.0} s", tuned.took_s);
+                (true, tuned.after.overshoot < 0.05)
+            }
+            Err(why) => {
+                println!("{seed}: {why}");
+                assert!(verdict.unchanged, "{seed}: a refusal must change nothing");
+                (false, true)
+            }
+        }
+    });
+    let tuned = lines.iter().filter(|line| line.0).count();
+    assert!(tuned >= 11, "{tuned} of {}", lines.len());
+    assert!(lines.iter().all(|line| line.1), "one overshoots");
+}
+
+#[test]
+fn the_standard_robots_constants_are_those_of_its_parts() {
+    let tuned = on_robot(&Scenario::default(), async |robot| {
+        robot.listen(0.01).await;
+        tune(&mut robot.session, &settings(), &mut |_| {}).await
+    });
+    let tuned = tuned.unwrap_or_else(|error| panic!("{error}"));
+    // K = 0.0283 x 30 V s/rad and 5e-4 N m s/rad at 6.8 ohm, at 36 mm: by the definitions.
+    let k = 0.0283 * 30.0;
+    let volts_per_nm = 6.8 / k;
+    let kv = (k + 5e-4 * volts_per_nm) / 0.036;
+    let value = &tuned.fit.constants.value;
+    for motor in [value.wheels.left, value.wheels.right] {
+        assert!((motor.kv_v_s_per_m / kv - 1.0).abs() < 0.01, "{motor:?} {kv}");
+        // Friction of the gear alone; tyres and caster add their own.
+        let ks = 0.05 * volts_per_nm;
+        let found = 0.5 * (motor.ks_forward_v + motor.ks_backward_v);
+        assert!((0.0..0.15).contains(&(found - ks)), "{motor:?} {ks}");
+        // Half the mass, the wheel and its rotor.
+        let inertia = 1e-4 + 8e-7 * 900.0 + 2.0 * 0.036 * 0.036;
+        let ka = inertia * volts_per_nm / 0.036;
+        let straight = value.ka_of_robot(&motor).0;
+        assert!((straight / ka - 1.0).abs() < 0.12, "{motor:?} {straight} {ka}");
+    }
+    assert!(tuned.gains.ms_worst <= 1.6, "{:?}", tuned.gains);
+}
+
+#[test]
+fn a_line_that_loses_two_percent_changes_nothing() {
+    let mut scenario = Scenario::default();
+    scenario.link.frame_loss_to_robot = 0.02;
+    scenario.link.frame_loss_to_host = 0.02;
+    let tuned = on_robot(&scenario, async |robot| {
+        robot.listen(0.01).await;
+        tune(&mut robot.session, &settings(), &mut |_| {}).await
+    });
+    let tuned = tuned.unwrap_or_else(|error| panic!("{error}"));
+    let kv = tuned.fit.constants.value.wheels.left.kv_v_s_per_m;
+    assert!((kv / 23.6 - 1.0).abs() < 0.02, "{kv}");
+}
+
+/// Tunes the standard robot while something happens to it at this time \[s\]; it must fail, and say this.
+fn fails(at_s: f64, happens: impl Fn(&Lab, &Cancel), says: &[&str]) {
+    let before = Config::default();
+    let options = Options { config: Some(before.clone()), ..Options::default() };
+    on_robot_with(&Scenario::default(), options, async |robot| {
+        robot.listen(0.01).await;
+        let (lab, cancel) = (robot.lab.clone(), Cancel::default());
+        robot.session.cancel_by(&cancel);
+        let tuning = async {
+            let tuned: Result<Tuned, _> = tune(&mut robot.session, &settings(), &mut |_| {}).await;
+            tuned.map(|_| ()).map_err(|error| error.to_string())
+        };
+        let event = async {
+            sleep_until_us((at_s * 1e6) as u64).await;
+            happens(&lab, &cancel);
+            future::pending().await
+        };
+        let error = future::or(tuning, event).await.expect_err("it cannot be tuned");
+        assert!(says.iter().any(|say| error.contains(say)), "{error}: none of {says:?}");
+        robot.session.cancel_by(&Cancel::default());
+        robot.listen(0.5).await;
+        let state = robot.state().await;
+        assert!(matches!(state, State::Idle | State::Faulted), "{state:?}: {error}");
+        assert!(!robot.snapshot().is_powered(), "{error}");
+        assert_eq!(robot.session.read_config().await.ok(), Some(before), "{error}");
+    });
+}
+
+#[test]
+fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_changed() {
+    // From the beginning, while the voltages act, and in the last drives.
+    for at_s in [0.005, 25.0] {
+        let blocked = [
+            "stall",
+            "encoder_dead",
+            "no wheel turned",
+            "do not drive better",
+            "as these wheels did",
+        ];
+        fails(at_s, |lab, _| lab.inject(PlantFault::WheelBlocked(Wheel::Left)), &blocked);
+        let dead = [
+            "encoder_dead",
+            "stall",
+            "do not drive better",
+            "as these wheels did",
+            "hardly turned",
+        ];
+        fails(at_s, |lab, _| lab.inject(PlantFault::EncoderUnplugged(Wheel::Right)), &dead);
+        fails(at_s, |lab, _| lab.inject(PlantFault::SupplyDip { volts: 6.0 }), &["supply"]);
+    }
+}
+
+#[test]
+fn ctrl_c_ends_it_at_any_time() {
+    for at_s in [1.0, 15.0, 35.0] {
+        fails(at_s, |_, cancel| cancel.request(), &["Ctrl-C", "stopped"]);
+    }
+}

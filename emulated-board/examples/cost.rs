@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use emulated_board::{Bench, Emulation, Spread, StackDepth, TickCost};
+use emulated_board::{Bench, Emulation, FunctionCost, Spread, StackDepth, TickCost};
 use host_cli::calibrate::{Settings, calibrate};
 use host_cli::pose_source::camera::Camera;
 use host_link::motion::{self, Motion, RecordOptions};
@@ -38,9 +38,12 @@ fn print_functions(emulation: Emulation) -> Result<(), Box<dyn std::error::Error
         },
     )?;
     functions.found?;
-    println!("By function, inlined ones where they stand, mean of a short drive:");
-    for (name, count) in functions.functions.iter().filter(|(_, count)| *count >= 1.0) {
-        println!("  {count:7.1}  {name}");
+    println!("By function, inlined ones where they stand, in a short drive:");
+    println!("     mean  worst tick");
+    for FunctionCost { name, mean, worst } in &functions.functions {
+        if *mean >= 1.0 || *worst > 0 {
+            println!("  {mean:7.1}  {worst:10}  {name}");
+        }
     }
     Ok(())
 }

@@ -8,14 +8,30 @@ use std::path::Path;
 use object::{Object, ObjectSymbol, SymbolKind};
 use rigless::emulator::{Hit, Watch};
 
+/// What one function costs a control tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FunctionCost {
+    /// Its path in the source.
+    pub name: String,
+    /// Instructions a tick, the mean.
+    pub mean: f64,
+    /// Instructions in the tick that took most.
+    pub worst: u64,
+}
+
 /// Instructions by function, in the ticks between two instants.
 #[derive(Debug, Default)]
 pub(crate) struct ByFunction {
     /// Functions by their first address: name, and the address after the last one.
     functions: BTreeMap<u64, (String, u64)>,
     counts: BTreeMap<u64, u64>,
+    /// Of this tick.
+    tick: BTreeMap<u64, u64>,
+    /// Of the tick with most.
+    worst: BTreeMap<u64, u64>,
+    /// Since the handler's latest instruction: of this tick if another one follows, else behind its end.
+    since: BTreeMap<u64, u64>,
     interrupt: u64,
-    inside: bool,
     ticks: u64,
 }
 
@@ -39,30 +55,52 @@ impl ByFunction {
     }
 
     pub fn on_hit(&mut self, hit: &Hit) {
-        if hit.address == self.interrupt {
-            self.inside = true;
-            self.ticks += 1;
-        }
-        let Some((start, (_, end))) = self.functions.range(..=hit.address).next_back() else {
+        let Some((&start, &(_, end))) = self.functions.range(..=hit.address).next_back() else {
             return;
         };
-        if !self.inside || hit.address >= *end {
+        if hit.address >= end {
             return;
         }
-        *self.counts.entry(*start).or_default() += 1;
-        // The handler's last instruction returns from the interrupt.
-        self.inside = !(*start == self.interrupt && hit.address + 2 >= *end);
+        if hit.address == self.interrupt {
+            self.since.clear();
+            self.finish();
+        }
+        if start == self.interrupt {
+            for (function, count) in std::mem::take(&mut self.since) {
+                *self.tick.entry(function).or_default() += count;
+            }
+            *self.tick.entry(start).or_default() += 1;
+        } else {
+            *self.since.entry(start).or_default() += 1;
+        }
     }
 
-    /// Instructions a tick by function, most first.
-    pub fn table(self) -> Vec<(String, f64)> {
-        let ticks = self.ticks.max(1) as f64;
+    /// A tick is over when the next one begins.
+    fn finish(&mut self) {
+        let tick = std::mem::take(&mut self.tick);
+        for (function, count) in &tick {
+            *self.counts.entry(*function).or_default() += count;
+        }
+        self.ticks += 1;
+        if tick.values().sum::<u64>() > self.worst.values().sum::<u64>() {
+            self.worst = tick;
+        }
+    }
+
+    /// Every function, most instructions first.
+    pub fn table(mut self) -> Vec<FunctionCost> {
+        self.finish();
+        let ticks = self.ticks as f64;
         let mut table: Vec<_> = self
             .counts
             .iter()
-            .map(|(start, count)| (self.functions[start].0.clone(), *count as f64 / ticks))
+            .map(|(start, count)| FunctionCost {
+                name: self.functions[start].0.clone(),
+                mean: *count as f64 / ticks,
+                worst: self.worst.get(start).copied().unwrap_or(0),
+            })
             .collect();
-        table.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        table.sort_by(|a, b| b.mean.total_cmp(&a.mean));
         table
     }
 }

@@ -12,7 +12,7 @@ use sim_target::{Chassis, Scenario, now_us};
 
 use crate::board::{self, Nucleo};
 use crate::bug::BugInjector;
-use crate::by_function::ByFunction;
+use crate::by_function::{ByFunction, FunctionCost};
 use crate::chip::{EarlyAccesses, RegisterAccess, Revision};
 use crate::control_ticks::{TickRecorder, TickTimes};
 use crate::cost::{Counter, TickCost};
@@ -64,7 +64,7 @@ pub struct RunResult<T> {
     /// The same operations, one by one; none after a power cut.
     pub flash_journal: Vec<Operation>,
     /// Instructions a tick by function, most first, if they were counted.
-    pub functions: Vec<(String, f64)>,
+    pub functions: Vec<FunctionCost>,
     /// The first accesses of peripherals.
     pub early: Vec<RegisterAccess>,
     /// The times of each control tick.

@@ -39,6 +39,7 @@ mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
 pub use bug::{Bug, Effect, Place};
+pub use by_function::FunctionCost;
 pub use chip::{REVISION, RegisterAccess, Revision};
 pub use control_ticks::TickTimes;
 pub use cost::{Spread, TickCost};

@@ -68,8 +68,7 @@ impl Motors for Bridge {
     }
 
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
-        let (inputs, period) = (self.inputs, self.period);
-        let lines = duty.map(|duty| Lines::at(inputs, duty, period));
+        let lines = Lines::at_both(self.inputs, duty, self.period);
         self.set(if self.enabled { lines } else { WheelPair::both(Lines::LOW) });
         CONTROL_ALIVE.store(true, Ordering::Relaxed);
     }

@@ -1,6 +1,6 @@
 //! What the lines of a wheel's motor driver do at a duty.
 
-use shared_proto::Inputs;
+use shared_proto::{Inputs, WheelPair};
 
 use crate::units::Duty;
 
@@ -19,9 +19,15 @@ impl Lines {
     /// All low, as without a driver that is enabled.
     pub const LOW: Self = Self { a: 0, b: 0, c: false };
 
+    /// Both wheels' lines at their duties, with a period of so many timer ticks.
+    #[inline(never)]
+    pub fn at_both(inputs: Inputs, duty: WheelPair<Duty>, period: u32) -> WheelPair<Self> {
+        duty.map(|duty| Self::at(inputs, duty, period))
+    }
+
     /// The lines at a duty, with a period of so many timer ticks. At no duty the motor brakes, if the driver can.
     #[inline(always)]
-    pub fn at(inputs: Inputs, Duty(duty): Duty, period: u32) -> Self {
+    fn at(inputs: Inputs, Duty(duty): Duty, period: u32) -> Self {
         let bits = duty.to_bits();
         // Steps of 2^-30 to timer ticks, to the nearest; a duty is 1 at most.
         let pulse = (u64::from(bits.unsigned_abs()) * u64::from(period) + (1 << 29)) >> 30;

@@ -39,10 +39,8 @@ pub struct LateTick {
 }
 
 impl ControlTicks {
-    /// Begins with a tick that is taken at this time \[us\].
-    pub const fn new(t_us: u64) -> Self {
-        Self { due_us: t_us, resynchronise: false }
-    }
+    /// The first tick is in time, whenever it comes.
+    pub const START: Self = Self { due_us: u64::MAX, resynchronise: false };
 
     /// Takes the next tick; tells when the tick was late.
     #[inline(always)]
@@ -100,7 +98,7 @@ mod tests {
         for stall_us in [1_500, 2_000, 2_750, 20_000, 250_000, 5_000_000] {
             for phase_us in [0, 100, 499, 900] {
                 let (from_us, to_us) = (10_000 - phase_us, 10_000 - phase_us + stall_us);
-                let mut ticks = ControlTicks::new(3);
+                let mut ticks = ControlTicks::START;
                 let mut lost = 0;
                 for t_us in taken(from_us, to_us, to_us + 50_000) {
                     let tick = ticks.take(t_us.max(1003));
@@ -119,7 +117,7 @@ mod tests {
     fn a_clock_that_loses_time_in_a_stall_does_not_make_later_ticks_late() {
         // 131.072 ms: the period of a clock that counts overflows of 16 bits.
         for skipped_us in [65_536, 131_072] {
-            let mut ticks = ControlTicks::new(0);
+            let mut ticks = ControlTicks::START;
             for t_us in taken(10_000, 260_300, 300_000) {
                 let seen_us = if t_us >= 260_300 { t_us - skipped_us } else { t_us };
                 let tick = ticks.take(seen_us);
@@ -130,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_beat_that_is_late_by_less_than_a_period_moves_no_later_one() {
-        let mut ticks = ControlTicks::new(0);
+        let mut ticks = ControlTicks::START;
         assert_eq!(ticks.take(0), None);
         assert_eq!(ticks.take(1_700), Some(LateTick { delay_us: 700, lost: 0 }));
         assert_eq!(ticks.take(2_000), None);
@@ -143,7 +141,7 @@ mod tests {
         // The tick of 2000 is taken just after that of 3000 came, and was lost: the next is that of 4000.
         // With a due time that only counts on, each of them would be late by almost a period, for ever.
         for jitter_us in [0, 1, 2] {
-            let mut ticks = ControlTicks::new(1_003);
+            let mut ticks = ControlTicks::START;
             ticks.take(1_003);
             assert_eq!(ticks.take(3_001), Some(LateTick { delay_us: 998, lost: 0 }));
             for ms in 4..20 {
@@ -151,7 +149,7 @@ mod tests {
             }
         }
         // It is taken just before that of 3000 comes, which is not lost.
-        let mut ticks = ControlTicks::new(1_003);
+        let mut ticks = ControlTicks::START;
         ticks.take(1_003);
         assert_eq!(ticks.take(2_998), Some(LateTick { delay_us: 995, lost: 0 }));
         assert_eq!(ticks.take(3_003), None);
@@ -160,7 +158,7 @@ mod tests {
 
     #[test]
     fn two_stalls_in_a_row_are_both_counted() {
-        let mut ticks = ControlTicks::new(0);
+        let mut ticks = ControlTicks::START;
         ticks.take(0);
         assert_eq!(ticks.take(6_200).map(|tick| tick.lost), Some(5));
         assert_eq!(ticks.take(11_200).map(|tick| tick.lost), Some(4));

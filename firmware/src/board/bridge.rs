@@ -221,8 +221,7 @@ impl Motors for Bridge {
     fn set_duty(&mut self, duty: WheelPair<Duty>) {
         // Once the guard has switched the motors off, only a restart switches them on again.
         let lines = if self.enabled && !check_in::tripped() {
-            let (inputs, period) = (self.inputs, self.period);
-            duty.map(|duty| Lines::at(inputs, duty, period))
+            Lines::at_both(self.inputs, duty, self.period)
         } else {
             WheelPair::both(Lines::LOW)
         };

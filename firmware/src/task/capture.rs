@@ -24,10 +24,10 @@ pub async fn run<M: RawMutex>(
     mut encoders: impl Encoders,
 ) -> ! {
     let mut capture = Capture::new(shared.capture_settings.next().await, encoders.counts());
-    timer.next().await;
-    let mut ticks = ControlTicks::new(Instant::now().as_micros());
+    let mut ticks = ControlTicks::START;
     let mut tick = 0_u32;
     loop {
+        timer.next().await;
         let t_us = Instant::now().as_micros();
         if let Some(tick) = ticks.take(t_us) {
             note_late(shared, tick, t_us);
@@ -43,7 +43,6 @@ pub async fn run<M: RawMutex>(
             capture.step(&counts, &mut now.measured);
         });
         shared.measurement_ready.notify();
-        timer.next().await;
     }
 }
 

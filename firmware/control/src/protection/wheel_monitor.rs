@@ -120,20 +120,45 @@ impl WheelMonitor {
                 self.record(view, moved > 0);
             }
         }
-        if self.is_quiet(limits, view) { None } else { self.examine(limits, view, supply_scale) }
+        if !self.is_quiet(limits, view) {
+            self.examine(limits, view, supply_scale)
+        } else if self.checkpoint_is_due(limits) {
+            self.examine_checkpoint(limits, view)
+        } else {
+            None
+        }
     }
 
-    /// A shorter question than the rules, and none of them applies if the answer is yes.
+    /// A shorter question than the rules: if the answer is yes, none of them applies but those of a checkpoint.
     #[inline(always)]
     fn is_quiet(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
         let Positions { setpoint, travel } = view.positions;
         let advance = setpoint.abs_diff(self.last.positions.setpoint);
         let error = setpoint.abs_diff(travel);
         let error_max = if view.rests { limits.resting_error } else { limits.error_max };
-        self.run.is_none()
-            && !self.checkpoint_is_due(limits)
-            && error < error_max as u64
-            && advance < limits.standing_advance as u64
+        self.run.is_none() && error < error_max as u64 && advance < limits.standing_advance as u64
+    }
+
+    /// The rules that may apply to a quiet wheel at a checkpoint.
+    #[inline(never)]
+    fn examine_checkpoint(
+        &mut self,
+        limits: &WheelThresholds,
+        view: &WheelSample,
+    ) -> Option<WheelFault> {
+        if self.flaps_astray(limits, view.positions) {
+            Some(Fault::EncoderDead)
+        } else if self.creeps(limits, view.positions) {
+            Some(self.diagnose(limits))
+        } else {
+            None
+        }
+    }
+
+    /// The count goes back and forth, and is off by more than that.
+    fn flaps_astray(&self, limits: &WheelThresholds, positions: Positions) -> bool {
+        self.flaps >= FLAPS
+            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
     }
 
     /// All rules.
@@ -147,9 +172,7 @@ impl WheelMonitor {
         let positions = view.positions;
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
-        if self.flaps >= FLAPS
-            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
-        {
+        if self.flaps_astray(limits, positions) {
             Some(Fault::EncoderDead)
         } else if goes_on && self.is_driven_away(limits, view, supply_scale) {
             Some(Fault::EncoderReversed)

@@ -27,9 +27,8 @@ pub async fn run<M: RawMutex>(
     mut motors: impl Motors,
     mut supply: impl Supply,
 ) -> ! {
-    let settings = shared.loop_settings.next().await;
-    motors.configure(&settings.driver);
-    let mut control = Control::new(settings);
+    let mut control = Control::new(shared.loop_settings.next().await);
+    motors.configure(&control.driver);
     loop {
         shared.action_ready.wait().await;
         if let Some(settings) = shared.loop_settings.try_take() {

@@ -159,7 +159,7 @@ fn run(
                 None => return None,
             }
         }
-        let setpoints = profile.step(tick);
+        let setpoints = profile.setpoints(tick);
         let counts = WheelPair::new(benches.left.counts, benches.right.counts);
         let travel = odometry.travel(counts);
         let q = odometry.meters_per_count();

@@ -19,6 +19,8 @@ pub struct Tick {
     pub measured: Measured,
     /// What to do with the wheels.
     pub action: Action,
+    /// What to follow, if the action is to track.
+    pub setpoints: WheelPair<Setpoint>,
     /// Supply \[mV\].
     pub supply_mv: u16,
     /// Both controllers' states, all zero while the loop is open.
@@ -43,8 +45,8 @@ pub enum Action {
         /// Identifies the check; returned in the event.
         id: u32,
     },
-    /// Follow the setpoints, closed loop.
-    Track(WheelPair<Setpoint>),
+    /// Follow the tick's setpoints, closed loop.
+    Track,
     /// Apply these voltages, open loop \[2^-24 V\].
     Voltage(WheelPair<i32>),
 }
@@ -72,6 +74,7 @@ impl<M: RawMutex> TickCell<M> {
                 speed: WheelPair::both(Speed(I8F24::ZERO)),
             },
             action: Action::Off,
+            setpoints: WheelPair::both(Setpoint::ZERO),
             supply_mv: 0,
             loops: WheelPair::both(PidState::ZERO),
             duty: WheelPair::both(Duty::ZERO),
@@ -127,7 +130,7 @@ impl Tick {
     fn wheel(&self, wheel: Wheel) -> WheelTelemetry {
         let travel = *self.measured.travel.get(wheel);
         let setpoint = match &self.action {
-            Action::Track(setpoints) => setpoints.get(wheel).travel,
+            Action::Track => self.setpoints.get(wheel).travel,
             _ => travel,
         };
         WheelTelemetry {

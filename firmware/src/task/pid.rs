@@ -11,7 +11,6 @@ use crate::capture::Measured;
 use crate::hal::{Motors, Supply};
 use crate::pid::{Gains, PidState, step_both};
 use crate::probe::ProbeOutcome;
-use crate::profile::Setpoint;
 use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
 use crate::supply::SupplyScale;
@@ -129,13 +128,13 @@ impl Control {
     }
 
     fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
-        let Tick { measured, action, supply_mv, loops, .. } = tick;
+        let Tick { measured, action, supply_mv, loops, .. } = &mut *tick;
         if !matches!(action, Action::Off)
             && let Some(fault) = self.watch_supply(*supply_mv)
         {
             shared.raise_in_tick(fault, measured.t_us);
         }
-        if matches!(action, Action::Probe { .. } | Action::Track(_) | Action::Voltage(_))
+        if matches!(action, Action::Probe { .. } | Action::Track | Action::Voltage(_))
             && !shared.dead_man.spend()
         {
             shared.raise_in_tick(Fault::Unsupervised, measured.t_us);
@@ -143,7 +142,7 @@ impl Control {
         let supply_scale = self.supply_scale.step(*supply_mv);
         let output = match action {
             Action::Voltage(volts) => self.apply(*volts, *supply_mv, loops),
-            action => self.act(shared, measured, action, (loops, supply_scale)),
+            _ => self.act(shared, tick, supply_scale),
         };
         // Checked last, so that a fault of this very tick counts.
         let output =
@@ -165,30 +164,27 @@ impl Control {
     fn act<M: RawMutex>(
         &mut self,
         shared: &Shared<M>,
-        measured: &Measured,
-        action: &Action,
-        (loops, supply_scale): (&mut WheelPair<PidState>, i32),
+        tick: &mut Tick,
+        supply_scale: i32,
     ) -> Output {
-        match action {
+        match tick.action {
             // A voltage needs no loop: see `apply`.
             Action::Off | Action::Voltage(_) => {
-                self.reset(loops);
+                self.reset(&mut tick.loops);
                 Output::OFF
             }
             Action::Rest => {
-                self.reset(loops);
+                self.reset(&mut tick.loops);
                 Output { enabled: true, ..Output::OFF }
             }
             Action::Probe { id } => {
-                if self.probe_id != Some(*id) {
-                    self.reset(loops);
-                    self.probe_id = Some(*id);
+                if self.probe_id != Some(id) {
+                    self.reset(&mut tick.loops);
+                    self.probe_id = Some(id);
                 }
-                self.step_probe(shared, measured, *id, supply_scale)
+                self.step_probe(shared, &tick.measured, id, supply_scale)
             }
-            Action::Track(setpoints) => {
-                self.track(shared, measured, setpoints, (loops, supply_scale))
-            }
+            Action::Track => self.track(shared, tick, supply_scale),
         }
     }
 
@@ -242,15 +238,15 @@ impl Control {
     fn track<M: RawMutex>(
         &mut self,
         shared: &Shared<M>,
-        measured: &Measured,
-        setpoints: &WheelPair<Setpoint>,
-        (loops, supply_scale): (&mut WheelPair<PidState>, i32),
+        tick: &mut Tick,
+        supply_scale: i32,
     ) -> Output {
+        let Tick { measured, setpoints, loops, .. } = tick;
         if !self.tracking {
             self.reset(loops);
             self.tracking = true;
         }
-        let Measured { travel, speed, .. } = measured;
+        let Measured { travel, speed, .. } = &*measured;
         let duty = step_both(&self.gains, loops, setpoints, travel, speed, supply_scale);
         if let Some(fault) = self.protection.step(setpoints, measured, duty, supply_scale) {
             shared.raise_in_tick(fault, measured.t_us);

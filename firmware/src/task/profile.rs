@@ -8,7 +8,7 @@ use fixed::types::I2F30;
 use shared_proto::{Fault, MotionEnd};
 
 use crate::capture::Measured;
-use crate::shared::{Action, ControlEvent, Order, Shared};
+use crate::shared::{Action, ControlEvent, Order, Shared, Tick};
 use crate::voltage::{OpenLoop, OpenLoopStep};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
@@ -30,7 +30,7 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
             if let Some(order) = order {
                 active.take(shared, order, &tick.measured);
             }
-            tick.action = active.step(shared, &tick.measured);
+            tick.action = active.step(shared, tick);
         });
         shared.action_ready.notify();
     }
@@ -94,19 +94,21 @@ impl ActiveOrder {
     }
 
     #[inline(always)]
-    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, measured: &Measured) -> Action {
+    fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Action {
+        let Tick { measured, setpoints, .. } = tick;
         match self {
             ActiveOrder::Off => Action::Off,
             ActiveOrder::Rest => Action::Rest,
             ActiveOrder::Probe { id } => Action::Probe { id: *id },
             ActiveOrder::Follow { id, hold_ticks, close_ticks, settle_ticks } => {
-                let (setpoints, finished) = shared.profile.lock(|profile| {
+                let finished = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
-                    (profile.step(measured.tick), profile.finished(measured.tick))
+                    profile.step(measured.tick, setpoints);
+                    profile.finished(measured.tick)
                 });
                 if finished {
                     *settle_ticks += 1;
-                    let close = measured.travel.zip(setpoints).all(|(travel, setpoint)| {
+                    let close = measured.travel.zip(*setpoints).all(|(travel, setpoint)| {
                         travel.error_from(setpoint.travel).abs() <= ARRIVED
                     });
                     *close_ticks = if close { *close_ticks + 1 } else { 0 };
@@ -116,7 +118,7 @@ impl ActiveOrder {
                         *self = ActiveOrder::Hold { ticks_left: *hold_ticks };
                     }
                 }
-                Action::Track(setpoints)
+                Action::Track
             }
             ActiveOrder::Voltage { .. } => self.step_open_loop(shared, measured),
             ActiveOrder::Hold { ticks_left: 0 } => {
@@ -125,9 +127,8 @@ impl ActiveOrder {
             }
             ActiveOrder::Hold { ticks_left } => {
                 *ticks_left -= 1;
-                Action::Track(
-                    shared.profile.lock(|profile| profile.borrow_mut().step(measured.tick)),
-                )
+                shared.profile.lock(|profile| profile.borrow_mut().step(measured.tick, setpoints));
+                Action::Track
             }
         }
     }

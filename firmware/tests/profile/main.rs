@@ -113,7 +113,7 @@ proptest! {
             let tick = start.wrapping_add(n);
             if tick == switch { profile.replace(&second) }
             if tick == stop_tick { profile.replace(&stop) }
-            let now = profile.step(tick);
+            let now = profile.setpoints(tick);
             if let Some(last) = last {
                 for (last, now) in [(last.left, now.left), (last.right, now.right)] {
                     check_step(last, now, deceleration)?;
@@ -139,7 +139,7 @@ proptest! {
         for n in 0..plan.end_tick().wrapping_sub(start) + 5 {
             if n % miss == 1 { continue }
             let tick = start.wrapping_add(n);
-            let setpoint = profile.step(tick);
+            let setpoint = profile.setpoints(tick);
             prop_assert_eq!(setpoint.map(|s| s.travel), plan.at(tick).map(|s| Travel::from(s.position)));
             prop_assert_eq!(profile.finished(tick), n >= plan.end_tick().wrapping_sub(start));
         }
@@ -185,7 +185,7 @@ fn the_papers_run_takes_20_475_s_with_ramps_of_5_178_s_and_a_cruise_of_10_118_s(
     let mut profile = Profile::new(plan);
     let mut ticks = [0; 3];
     for tick in 0..20_475 {
-        let acceleration = profile.step(tick).left.acceleration.to_si();
+        let acceleration = profile.setpoints(tick).left.acceleration.to_si();
         ticks[if acceleration > 0.0 {
             0
         } else if acceleration == 0.0 {
@@ -198,7 +198,7 @@ fn the_papers_run_takes_20_475_s_with_ramps_of_5_178_s_and_a_cruise_of_10_118_s(
         assert!(i32::abs(ticks - expected) <= 1, "{ticks} for {expected}");
     }
     // 8 x 2 pi x 0.036 m
-    assert!((profile.step(20_475).right.travel.to_si() - 1.809_557_368).abs() < 1e-9);
+    assert!((profile.setpoints(20_475).right.travel.to_si() - 1.809_557_368).abs() < 1e-9);
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn standing_still_lasts_for_ever() {
     let (target, end) = (plan.target(), plan.end_tick());
     let mut profile = Profile::new(plan);
     for tick in [0, 10, end, end + 1, end + (1 << 30), end + (3 << 30), end.wrapping_sub(1), 5] {
-        let setpoint = profile.step(tick);
+        let setpoint = profile.setpoints(tick);
         assert!(
             tick < end && tick == 0 || tick == 10 || setpoint.map(|s| s.travel) == target,
             "{tick}"
@@ -279,7 +279,7 @@ fn standing_still_lasts_for_ever() {
     let here = WheelPair::both(Travel::from_si(3.0));
     profile.replace(&Plan::hold(here));
     assert!(profile.finished(3 << 30));
-    assert_eq!(profile.step(3 << 30).map(|s| s.travel), here);
+    assert_eq!(profile.setpoints(3 << 30).map(|s| s.travel), here);
 }
 
 #[test]

@@ -111,9 +111,17 @@ impl Profile {
         plan.at(if self.ended { plan.end_tick() } else { tick })
     }
 
-    /// The setpoints at `tick`. Cheapest when called at every tick; catches up if ticks were missed.
+    /// The setpoints at `tick`, by value.
+    #[inline]
+    pub fn setpoints(&mut self, tick: u32) -> WheelPair<Setpoint> {
+        let mut setpoints = WheelPair::both(Setpoint::default());
+        self.step(tick, &mut setpoints);
+        setpoints
+    }
+
+    /// Writes the setpoints at `tick`. Cheapest when called at every tick; catches up if ticks were missed.
     #[inline(never)]
-    pub fn step(&mut self, tick: u32) -> WheelPair<Setpoint> {
+    pub fn step(&mut self, tick: u32, setpoints: &mut WheelPair<Setpoint>) {
         if self.waiting {
             let next = &self.slots[usize::from(!self.second)].plan;
             if !next.has_start || reached(tick, next.start_tick()) {
@@ -126,7 +134,8 @@ impl Profile {
         self.ended = elapsed >= plan.len_ticks();
         cursors.left.advance_to(&plan.trajectories.left, elapsed);
         cursors.right.advance_to(&plan.trajectories.right, elapsed);
-        WheelPair { left: cursors.left.setpoint(), right: cursors.right.setpoint() }
+        setpoints.left = cursors.left.setpoint();
+        setpoints.right = cursors.right.setpoint();
     }
 
     /// True if at `tick`, now or later, both wheels are at the target of the last plan given.

@@ -1,6 +1,6 @@
 //! A wheel's planned state: exact for planning, rounded for the controller.
 
-use fixed::types::{I0F64, I32F32, I64F64};
+use fixed::types::{I0F64, I8F24, I32F32, I64F64};
 
 use crate::units::{Acceleration, Speed, Travel};
 
@@ -43,4 +43,13 @@ pub struct Setpoint {
     pub speed: Speed,
     /// Planned acceleration.
     pub acceleration: Acceleration,
+}
+
+impl Setpoint {
+    /// At rest where travel begins.
+    pub const ZERO: Self = Self {
+        travel: Travel(I32F32::ZERO),
+        speed: Speed(I8F24::ZERO),
+        acceleration: Acceleration(I8F24::ZERO),
+    };
 }

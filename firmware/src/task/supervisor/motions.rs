@@ -227,7 +227,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Whether the wheels hold their place after a motion.
     fn holds(&self) -> bool {
-        matches!(self.shared.snapshot.copy().action, Action::Track(_))
+        matches!(self.shared.snapshot.copy().action, Action::Track)
     }
 
     /// When to start a motion so that `start_us` is its first control tick: half a tick before.

@@ -17,8 +17,16 @@ use crate::steps::{Outcome, cargo_command, run as command};
 const AT_ONCE: usize = 2;
 
 /// Those that take longest begin first, in this order: what begins last should not be what ends last.
-const LONGEST: [&str; 6] =
-    ["binary", "robot_model", "scenarios", "closed_loop", "blind", "campaign"];
+const LONGEST: [&str; 8] = [
+    "robot_model",
+    "binary",
+    "scenarios",
+    "closed_loop",
+    "tuning",
+    "blind",
+    "optiodom",
+    "campaign",
+];
 
 /// A test binary.
 pub struct TestBinary {

@@ -118,7 +118,6 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
 fn a_configuration_of_another_shape_needs_a_new_layout() {
     assert_eq!(load(flash(LAYOUT_7)).0, Ok(Some(newest())));
     let (_, flash) = save(Nor::blank(), &newest());
-    std::fs::write("/tmp/flash.bin", &flash.bytes).unwrap();
     let (written, beyond) = flash.bytes.split_at(LAYOUT_7.len());
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(

@@ -1,6 +1,6 @@
 //! Does a calibration make a simulated robot drive straight? Verdicts by the truth, which only the simulator knows.
 
-use host_cli::calibrate::{CalibrateStep, Decision, Pass, Settings, calibrate};
+use host_cli::calibrate::{CalibrateStep, CalibrationDrive, Decision, Settings, calibrate};
 use host_cli::pose_source::PoseSource;
 use host_cli::pose_source::camera::Camera;
 use host_cli::pose_source::ruler::Ruler;
@@ -91,10 +91,10 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
         let (mut before, mut after) = (TrueRun::default(), TrueRun::default());
         let mut tell = |step: CalibrateStep<'_>| match step {
             // The first call comes when the robot has hardly begun its first ramp.
-            CalibrateStep::Driving(Pass::Before, _) => before.watch(&lab),
-            CalibrateStep::Driving(Pass::After, _) => after.watch(&lab),
-            CalibrateStep::Measured(Pass::Before, _) => before.end = lab.pose(),
-            CalibrateStep::Measured(Pass::After, _) => after.end = lab.pose(),
+            CalibrateStep::Driving(CalibrationDrive::Before, _) => before.watch(&lab),
+            CalibrateStep::Driving(CalibrationDrive::After, _) => after.watch(&lab),
+            CalibrateStep::Measured(CalibrationDrive::Before, _) => before.end = lab.pose(),
+            CalibrateStep::Measured(CalibrationDrive::After, _) => after.end = lab.pose(),
             _ => {}
         };
         let settings = Settings::default();

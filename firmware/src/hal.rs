@@ -23,7 +23,7 @@ pub trait ControlTimer {
 pub trait Encoders {
     /// Absolute counts since power-on, as wired: capture applies the configured signs.
     ///
-    /// [`crate::encoder::Extender`] extends a narrower counter.
+    /// [`crate::encoder::CounterExtender`] extends a narrower counter.
     fn counts(&mut self) -> WheelPair<i64>;
 }
 

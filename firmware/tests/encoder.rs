@@ -1,6 +1,6 @@
 //! Counting and speed, against a wheel whose motion is known by formula.
 
-use firmware::encoder::{Extender, SpeedEstimator};
+use firmware::encoder::{CounterExtender, SpeedEstimator};
 use firmware::units::MetersPerCount;
 use proptest::prelude::*;
 
@@ -12,7 +12,7 @@ proptest! {
     fn extending_16_bits_follows_the_true_count_both_ways(
         start in any::<u16>(), steps in prop::collection::vec(-32_767i64..=32_767, 1..200),
     ) {
-        let mut extender = Extender::new(start);
+        let mut extender = CounterExtender::new(start);
         let mut truth = 0;
         for step in steps {
             truth += step;

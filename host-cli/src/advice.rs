@@ -6,7 +6,7 @@ use std::path::Path;
 
 use campaign::plan::{PlanError, run_kinds};
 use host_link::Error;
-use host_link::error::Left;
+use host_link::error::AfterCancel;
 use host_link::key_file::KeyFileProblem;
 use host_link::session::LEASE;
 use shared_proto::{FaultReport, MotionError, Refusal, State};
@@ -118,14 +118,14 @@ fn on_fault(report: &FaultReport) -> String {
 }
 
 /// What a user who pressed Ctrl-C needs to know about the robot.
-fn on_left(left: &Left) -> Option<String> {
+fn on_left(left: &AfterCancel) -> Option<String> {
     match left {
-        Left::In(State::Idle | State::Boot) => None,
-        Left::In(State::Faulted) => {
+        AfterCancel::In(State::Idle | State::Boot) => None,
+        AfterCancel::In(State::Faulted) => {
             Some("a fault is latched: `beeline identify` shows which".into())
         }
-        Left::In(_) => Some("`beeline stop --now`, or its stop button".into()),
-        Left::Unknown(_) => Some(format!(
+        AfterCancel::In(_) => Some("`beeline stop --now`, or its stop button".into()),
+        AfterCancel::Unknown(_) => Some(format!(
             "it stops by itself {} ms after its host falls silent; if it does not, press its stop button",
             LEASE.as_millis()
         )),

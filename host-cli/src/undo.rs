@@ -15,7 +15,7 @@ use campaign::file::{check_writable, write_whole};
 use host_link::session::Session;
 
 /// A part of a configuration that can be put back.
-pub trait Undoable: Copy + PartialEq + Serialize + DeserializeOwned {
+pub trait Restorable: Copy + PartialEq + Serialize + DeserializeOwned {
     /// The beginning of its file names; the robot's uid follows.
     const FILE: &'static str;
     /// The error and the advice if nothing is remembered.
@@ -36,7 +36,7 @@ pub trait Undoable: Copy + PartialEq + Serialize + DeserializeOwned {
 #[serde(transparent)]
 pub struct WheelWeight(pub f64);
 
-impl Undoable for WheelWeight {
+impl Restorable for WheelWeight {
     const FILE: &'static str = "undo";
     const NOTHING: (&'static str, &'static str) = (
         "no calibration of this robot to undo",
@@ -63,7 +63,7 @@ impl Undoable for WheelWeight {
     }
 }
 
-impl Undoable for GeometryConfig {
+impl Restorable for GeometryConfig {
     const FILE: &'static str = "undo-apply";
     const NOTHING: (&'static str, &'static str) = (
         "this computer has applied nothing to this robot that could be undone",
@@ -110,7 +110,7 @@ pub fn state_folder() -> Result<PathBuf> {
 }
 
 /// Checks that `folder` can remember a change of this robot, and leaves nothing behind.
-pub fn check<T: Undoable>(folder: &Path, identity: &Identity) -> Result<()> {
+pub fn check<T: Restorable>(folder: &Path, identity: &Identity) -> Result<()> {
     // A folder that does not exist is created later, in the nearest one that does.
     let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(folder);
     let file = if there == folder { file::<T>(folder, identity) } else { there.join("beeline") };
@@ -123,11 +123,11 @@ pub fn check<T: Undoable>(folder: &Path, identity: &Identity) -> Result<()> {
     })
 }
 
-fn file<T: Undoable>(folder: &Path, identity: &Identity) -> PathBuf {
+fn file<T: Restorable>(folder: &Path, identity: &Identity) -> PathBuf {
     folder.join(format!("{}-{}.toml", T::FILE, hex(&identity.uid)))
 }
 
-impl<T: Undoable> Undo<T> {
+impl<T: Restorable> Undo<T> {
     /// Remembers this change in `folder`.
     pub fn remember(&self, folder: &Path, identity: &Identity) -> Result<Remembered> {
         let text = toml::to_string(self).context("the change to remember")?;

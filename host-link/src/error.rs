@@ -123,7 +123,7 @@ pub enum Error {
     /// The robot still moves when it should stand still.
     NeverStands,
     /// The procedure was cancelled: see [`Cancel`](crate::Cancel).
-    Cancelled(Left),
+    Cancelled(AfterCancel),
     /// A TCP address could not be reached.
     Connect {
         /// `host:port`.
@@ -153,7 +153,7 @@ pub enum Error {
 
 /// How a cancelled procedure left the robot.
 #[derive(Debug)]
-pub enum Left {
+pub enum AfterCancel {
     /// In this state.
     In(State),
     /// Unknown, for this reason.
@@ -285,7 +285,7 @@ impl Error {
     }
 }
 
-impl fmt::Display for Left {
+impl fmt::Display for AfterCancel {
     /// Continues a sentence that says what was stopped.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -59,7 +59,7 @@ impl Listen {
 
 /// What has become of the clients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum ClientEvent {
     /// A client has said hello.
     Connected,
     /// A client that had said hello went away.
@@ -99,7 +99,7 @@ enum End {
 const CLIENTS_MAX: usize = 16;
 
 /// Nobody is kept out by those who only connect: the one that has been here longest without being let in goes.
-fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
+fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(ClientEvent)) {
     if clients.len() < CLIENTS_MAX {
         return;
     }
@@ -110,7 +110,7 @@ fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
 }
 
 /// The robot's answers are told apart by their sessions, so nobody gets another client's.
-fn keep_sessions_apart(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
+fn keep_sessions_apart(clients: &mut Vec<Client>, tell: &mut dyn FnMut(ClientEvent)) {
     let sessions: Vec<_> = clients.iter().map(Client::session).collect();
     let mut number = 0;
     clients.retain(|client| {
@@ -119,7 +119,7 @@ fn keep_sessions_apart(clients: &mut Vec<Client>, tell: &mut dyn FnMut(News)) {
         number += 1;
         let stays = client.session().is_none() || client.is_let_in() || !rivals;
         if !stays {
-            tell(News::Stranger);
+            tell(ClientEvent::Stranger);
         }
         stays
     });
@@ -168,7 +168,7 @@ impl Line {
         &mut self,
         room: &dyn Fn() -> bool,
         to_robot: &mut dyn FnMut(&[u8]),
-        tell: &mut dyn FnMut(News),
+        tell: &mut dyn FnMut(ClientEvent),
     ) {
         match &mut self.end {
             End::Tcp { listener, clients, from_robot, encoder } => {
@@ -209,7 +209,7 @@ impl Line {
 
     /// Sends bytes to the clients that the robot has let in, and to others what is for them; without any client they
     /// are lost, as on a cable.
-    pub fn write(&mut self, bytes: &[u8], tell: &mut dyn FnMut(News)) {
+    pub fn write(&mut self, bytes: &[u8], tell: &mut dyn FnMut(ClientEvent)) {
         match &mut self.end {
             End::Tcp { clients, from_robot, .. } => {
                 let had_key = from_robot.has_key();
@@ -244,7 +244,7 @@ mod tests {
     struct Bench {
         line: Line,
         to_robot: Vec<Vec<u8>>,
-        news: Vec<News>,
+        news: Vec<ClientEvent>,
     }
 
     impl Bench {
@@ -257,8 +257,8 @@ mod tests {
         fn client(&mut self, session: u32) -> TcpStream {
             let mut client = TcpStream::connect(&self.line.address()["tcp:".len()..]).unwrap();
             client.write_all(&Encoder::new().hello(Hello::of_this_build(session))).unwrap();
-            let known = self.count(News::Connected);
-            while self.count(News::Connected) == known {
+            let known = self.count(ClientEvent::Connected);
+            while self.count(ClientEvent::Connected) == known {
                 self.pass_on(usize::MAX);
             }
             // The robot has no key.
@@ -271,7 +271,7 @@ mod tests {
             client
         }
 
-        fn count(&self, what: News) -> usize {
+        fn count(&self, what: ClientEvent) -> usize {
             self.news.iter().filter(|news| **news == what).count()
         }
 
@@ -296,7 +296,7 @@ mod tests {
         let mut reader = bench.client(2);
         reader.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         let (mut chunks, mut heard) = (0, [0; 1024]);
-        while bench.count(News::NotReading) == 0 && chunks < CHUNKS_MAX {
+        while bench.count(ClientEvent::NotReading) == 0 && chunks < CHUNKS_MAX {
             chunks += 1;
             let Bench { line, news, .. } = &mut bench;
             // What is no frame is passed on as well, at the zero that ends it.
@@ -306,7 +306,10 @@ mod tests {
             reader.read_exact(&mut heard).expect("nobody holds this one up");
             assert_eq!(heard, said);
         }
-        assert_eq!((bench.count(News::NotReading), bench.count(News::Disconnected)), (1, 0));
+        assert_eq!(
+            (bench.count(ClientEvent::NotReading), bench.count(ClientEvent::Disconnected)),
+            (1, 0)
+        );
     }
 
     #[test]

@@ -7,7 +7,7 @@ use embassy_rp::pio::program::pio_asm;
 use embassy_rp::pio::{
     Common, Config, Direction, FifoJoin, LoadedProgram, PioPin, ShiftDirection, StateMachine,
 };
-use firmware::encoder::Extender;
+use firmware::encoder::CounterExtender;
 use firmware::hal::Encoders;
 use fixed::traits::ToFixed;
 use shared_proto::WheelPair;
@@ -19,7 +19,7 @@ const DIVIDER: u32 = 10;
 pub struct PioEncoders {
     left: StateMachine<'static, PIO0, 0>,
     right: StateMachine<'static, PIO0, 1>,
-    extenders: WheelPair<Extender>,
+    extenders: WheelPair<CounterExtender>,
 }
 
 /// Loads the program, of which both state machines run a copy.
@@ -98,7 +98,7 @@ impl PioEncoders {
         mut right: StateMachine<'static, PIO0, 1>,
     ) -> Self {
         let now = WheelPair { left: count(&mut left), right: count(&mut right) };
-        Self { left, right, extenders: now.map(Extender::new) }
+        Self { left, right, extenders: now.map(CounterExtender::new) }
     }
 }
 

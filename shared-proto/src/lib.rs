@@ -97,7 +97,7 @@ pub use frame::*;
 pub use hello::*;
 pub use key::*;
 pub use message::*;
-pub use message_bounds::Bound;
+pub use message_bounds::LengthBound;
 pub use motion::*;
 pub use name::*;
 pub use pair::*;

@@ -9,7 +9,7 @@ use crate::telemetry::Telemetry;
 
 /// How long one kind of message can get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bound {
+pub struct LengthBound {
     /// The kind.
     pub channel: Channel,
     /// Longest payload \[bytes\].
@@ -18,16 +18,16 @@ pub struct Bound {
     pub frame_len: usize,
 }
 
-impl Bound {
+impl LengthBound {
     /// Every kind of message, in the order of the channels' numbers.
-    pub const ALL: [Bound; 7] = [
-        Bound::new(Channel::Hello, Hello::LEN + size_of::<Nonce>()),
-        Bound::new(Channel::Request, Request::LEN_MAX),
-        Bound::new(Channel::Reply, Reply::LEN_MAX),
-        Bound::new(Channel::Telemetry, Telemetry::LEN_MAX),
-        Bound::new(Channel::Event, Event::LEN_MAX),
-        Bound::new(Channel::Open, Open::LEN + Seal::LEN),
-        Bound::new(Channel::Opened, Opened::LEN + Seal::LEN),
+    pub const ALL: [LengthBound; 7] = [
+        LengthBound::new(Channel::Hello, Hello::LEN + size_of::<Nonce>()),
+        LengthBound::new(Channel::Request, Request::LEN_MAX),
+        LengthBound::new(Channel::Reply, Reply::LEN_MAX),
+        LengthBound::new(Channel::Telemetry, Telemetry::LEN_MAX),
+        LengthBound::new(Channel::Event, Event::LEN_MAX),
+        LengthBound::new(Channel::Open, Open::LEN + Seal::LEN),
+        LengthBound::new(Channel::Opened, Opened::LEN + Seal::LEN),
     ];
 
     const fn new(channel: Channel, payload_len: usize) -> Self {
@@ -38,10 +38,10 @@ impl Bound {
 // Every message fits into a frame.
 const _: () = {
     let mut i = 0;
-    while i < Bound::ALL.len() {
-        assert!(Bound::ALL[i].channel as usize == i);
-        assert!(Bound::ALL[i].payload_len <= PAYLOAD_LEN_MAX);
-        assert!(Bound::ALL[i].frame_len <= FRAME_LEN_MAX);
+    while i < LengthBound::ALL.len() {
+        assert!(LengthBound::ALL[i].channel as usize == i);
+        assert!(LengthBound::ALL[i].payload_len <= PAYLOAD_LEN_MAX);
+        assert!(LengthBound::ALL[i].frame_len <= FRAME_LEN_MAX);
         i += 1;
     }
 };

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use host_link::cancel::Cancel;
-use host_link::listen::{Line, Listen, News};
+use host_link::listen::{ClientEvent, Line, Listen};
 use sim_target::{HostWire, Lab, SimTarget};
 
 /// The simulation catches up with real time this often.
@@ -34,7 +34,7 @@ pub enum ServeEvent {
     /// The robot can be reached by this port.
     Listening(String),
     /// What has become of a client.
-    Client(News),
+    Client(ClientEvent),
     /// The robot was not put back at its line, because it moves.
     NotPutBack,
 }
@@ -139,7 +139,7 @@ impl Server {
         let Self { line, wire, lab, reset_on_connect, .. } = self;
         let mut news = |news| {
             tell(ServeEvent::Client(news));
-            if *reset_on_connect && news == News::Connected {
+            if *reset_on_connect && news == ClientEvent::Connected {
                 if stands_still(lab) {
                     lab.place_at_start();
                 } else {

@@ -30,10 +30,10 @@ fn json_has_the_numbers() {
     let temp = TempFolder::new();
     let tuned = temp.run("tune --json").ok().json();
     let number = |path: &str| tuned.pointer(path).and_then(serde_json::Value::as_f64).unwrap();
-    assert!((number("/motors/left/kv_v_s_per_m") - 23.6).abs() < 0.5);
-    assert!(number("/sigmas/left/kv_v_s_per_m") > 0.0);
+    assert!((number("/motors/left/kv_v_s_per_m/value") - 23.6).abs() < 0.5);
+    assert!(number("/motors/left/kv_v_s_per_m/half_width_95") > 0.0);
     assert!(number("/gains/ms_worst") <= 1.6);
-    assert!(number("/after/rms_m") <= number("/before/rms_m"));
+    assert!(number("/after/fast_rms_m") <= number("/before/fast_rms_m"));
     assert!(number("/floor_used_m") < 1.5);
     assert_eq!(number("/config/feedforward/supply_v"), 12.0);
 }

@@ -1,5 +1,5 @@
 //! Robots over two decades of motor size, tuned from the factory's gains: how many follow, and how right the constants are.
-//! `cargo xtask bench tune [--seed S] [--robots N]`; seed 1 and 300 robots by default.
+//! `cargo xtask bench tune [--seed S] [--robots N]`; seed 1 and 300 robots by default. `--robot NUMBER` repeats one of them.
 
 use std::process::ExitCode;
 
@@ -8,11 +8,10 @@ use beeline_tests::tuning::robots::{UntunedRobot, draw};
 use beeline_tests::tuning::verdict::FLOOR_M;
 
 fn main() -> ExitCode {
-    let Some((seed, robots)) = arguments() else {
-        eprintln!("usage: bench_tune [--seed S] [--robots N]");
+    let Some(seeds) = arguments() else {
+        eprintln!("usage: bench_tune [--seed S] [--robots N] | --robot NUMBER");
         return ExitCode::from(2);
     };
-    let seeds: Vec<u64> = (0..robots).map(|number| seed * 100_000 + number).collect();
     let lines = in_order(&seeds, |seed| one(*seed));
     let mut counts = Counts::default();
     for (seed, line) in seeds.iter().zip(&lines) {
@@ -23,7 +22,8 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-fn arguments() -> Option<(u64, u64)> {
+/// The numbers of the robots.
+fn arguments() -> Option<Vec<u64>> {
     let (mut seed, mut robots) = (1, 300);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -31,10 +31,11 @@ fn arguments() -> Option<(u64, u64)> {
         match word.as_str() {
             "--seed" => seed = value,
             "--robots" => robots = value,
+            "--robot" => return Some(vec![value]),
             _ => return None,
         }
     }
-    Some((seed, robots))
+    Some((0..robots).map(|number| seed * 100_000 + number).collect())
 }
 
 /// One robot's result.
@@ -47,8 +48,8 @@ struct Line {
     broken: bool,
     /// kS, kV, kA relative to the truth, less 1.
     errors: Option<[f64; 3]>,
-    /// Errors in standard deviations.
-    sigmas: Option<[f64; 3]>,
+    /// Whether their 95 % intervals hold the truth.
+    covers: Option<[bool; 3]>,
     took_s: f64,
 }
 
@@ -89,22 +90,22 @@ fn one(seed: u64) -> Line {
             refused: true,
             broken: outside || !verdict.at_rest || !verdict.unchanged,
             errors: None,
-            sigmas: None,
+            covers: None,
             took_s: f64::NAN,
         },
         Ok(tuned) => {
             let floor_m = robot.following_floor_m();
             let follows = tuned.after.rms_m <= 2.0 * floor_m && tuned.after.overshoot < 0.05;
-            let (value, sigma) =
-                (&tuned.fit.constants.value, &tuned.fit.constants.sigma.wheels.left);
+            let value = &tuned.fit.constants.value;
+            let off = &tuned.fit.constants.half_widths_95.left;
             let motor = &value.wheels.left;
             let found = [motor.ks_forward_v, motor.kv_v_s_per_m, value.ka_of_robot(motor).0];
-            let sigma = [sigma.ks_forward_v, sigma.kv_v_s_per_m, sigma.ka_v_s2_per_m];
+            let off = [off.ks_forward_v, off.kv_v_s_per_m, off.ka_straight_v_s2_per_m];
             let mut errors = [0.0; 3];
-            let mut sigmas = [0.0; 3];
+            let mut covers = [false; 3];
             for i in 0..3 {
                 errors[i] = found[i] / robot.truth[i] - 1.0;
-                sigmas[i] = (found[i] - robot.truth[i]) / sigma[i];
+                covers[i] = (found[i] - robot.truth[i]).abs() <= off[i];
             }
             Line {
                 text: format!(
@@ -125,7 +126,7 @@ fn one(seed: u64) -> Line {
                 refused: false,
                 broken: outside || !verdict.at_rest,
                 errors: Some(errors),
-                sigmas: Some(sigmas),
+                covers: Some(covers),
                 took_s: tuned.took_s,
             }
         }
@@ -139,7 +140,7 @@ struct Counts {
     refused: usize,
     broken: usize,
     errors: Vec<[f64; 3]>,
-    sigmas: Vec<[f64; 3]>,
+    covers: Vec<[bool; 3]>,
     took_s: Vec<f64>,
 }
 
@@ -150,7 +151,7 @@ impl Counts {
         self.refused += usize::from(line.refused);
         self.broken += usize::from(line.broken);
         self.errors.extend(line.errors);
-        self.sigmas.extend(line.sigmas);
+        self.covers.extend(line.covers);
         if line.took_s.is_finite() {
             self.took_s.push(line.took_s);
         }
@@ -164,11 +165,11 @@ impl Counts {
         println!("left the floor or broke a limit  {:5.1} %", share(self.broken));
         for (i, name) in ["kS", "kV", "kA"].into_iter().enumerate() {
             let off = self.errors.iter().map(|errors| 100.0 * errors[i].abs()).collect();
-            let covered = self.sigmas.iter().filter(|sigmas| sigmas[i].abs() < 2.2).count();
+            let covered = self.covers.iter().filter(|covers| covers[i]).count();
             println!(
                 "{name}: median {:.2} % off; its 95 % interval covers {:.0} %",
                 median(off),
-                100.0 * covered as f64 / self.sigmas.len().max(1) as f64
+                100.0 * covered as f64 / self.covers.len().max(1) as f64
             );
         }
         println!("median time {:.0} s", median(self.took_s.clone()));

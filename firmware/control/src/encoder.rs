@@ -21,12 +21,12 @@ use crate::units::{CONTROL_HZ, MetersPerCount, Speed};
 
 /// Extends a 16-bit hardware counter to 64 bits.
 #[derive(Clone, Copy, Debug)]
-pub struct Extender {
+pub struct CounterExtender {
     hardware: u16,
     counts: i64,
 }
 
-impl Extender {
+impl CounterExtender {
     /// Starts at zero counts; `hardware` is the counter's present value.
     pub const fn new(hardware: u16) -> Self {
         Self { hardware, counts: 0 }

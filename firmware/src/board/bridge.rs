@@ -26,7 +26,7 @@ use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{BkIn1, BreakInputPin, Ch1, Ch2, Ch3, Ch4, Channel, TimerPin};
 use shared_proto::{DriverConfig, Inputs, WheelPair};
 
-use super::check_in::{self, Part};
+use super::check_in::{self, CheckedTask};
 use crate::hal::{self, Motors};
 use crate::lines::Lines;
 use crate::soft_float::truncate;
@@ -226,7 +226,7 @@ impl Motors for Bridge {
             WheelPair::both(Lines::LOW)
         };
         self.set(lines);
-        check_in::alive(Part::Pid);
+        check_in::alive(CheckedTask::Pid);
     }
 
     fn enable(&mut self, on: bool) {

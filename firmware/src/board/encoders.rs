@@ -10,7 +10,7 @@ use embassy_stm32::timer::qei::{Config, Qei};
 use embassy_stm32::timer::{Ch1, Ch2, TimerPin};
 use shared_proto::WheelPair;
 
-use crate::encoder::Extender;
+use crate::encoder::CounterExtender;
 use crate::hal::Encoders;
 
 /// Eight samples in a row, one each 32 cycles of the timer's 84 to 96 MHz, must agree: a level counts after 3 us, and
@@ -22,7 +22,7 @@ const FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
 pub struct TimerEncoders {
     left: Qei<'static, TIM3>,
     right: Qei<'static, TIM4>,
-    extenders: WheelPair<Extender>,
+    extenders: WheelPair<CounterExtender>,
 }
 
 impl TimerEncoders {
@@ -53,14 +53,14 @@ impl TimerEncoders {
         }
         let hardware = WheelPair { left: left.count(), right: right.count() };
         // Capture applies the configured signs.
-        Self { left, right, extenders: hardware.map(Extender::new) }
+        Self { left, right, extenders: hardware.map(CounterExtender::new) }
     }
 }
 
 impl Encoders for TimerEncoders {
     fn counts(&mut self) -> WheelPair<i64> {
         let hardware = WheelPair { left: self.left.count(), right: self.right.count() };
-        super::check_in::alive(super::check_in::Part::Capture);
+        super::check_in::alive(super::check_in::CheckedTask::Capture);
         self.extenders.as_mut().zip(hardware).map(|(extender, count)| extender.extend(count))
     }
 }

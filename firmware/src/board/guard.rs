@@ -43,10 +43,10 @@ const STRETCHED: Timeout = Timeout { divider: Pr::DIVIDE_BY32, reload: 3999 };
 /// Checks until every part must have checked in once: the store may need repair before it can be read.
 const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
 
-/// Every [`check_in::Part`].
+/// Every [`check_in::CheckedTask`].
 const ALL: u32 = 0b111;
 
-/// Checks in a row that a part may miss, in the order of [`check_in::Part`].
+/// Checks in a row that a part may miss, in the order of [`check_in::CheckedTask`].
 const MISSES_MAX: [u32; 3] = [1, 1, 3];
 
 /// How many checks in a row each part has missed.

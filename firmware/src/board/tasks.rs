@@ -186,5 +186,5 @@ async fn show(shared: &'static BoardShared, leds: Leds) {
 /// Shows the guard that every safety task runs, and with them the executor of the tasks beside control.
 #[embassy_executor::task]
 async fn heartbeat(shared: &'static BoardShared) {
-    task::heartbeat::run(shared, || check_in::alive(check_in::Part::Others)).await;
+    task::heartbeat::run(shared, || check_in::alive(check_in::CheckedTask::Others)).await;
 }

@@ -58,10 +58,10 @@ pub struct Shared<M: RawMutex> {
     /// Supervisor to PID: how to close the loop.
     pub loop_settings: Mailbox<M, LoopSettings>,
     /// Supervisor to profile: what to do from now on.
-    pub order: Mailbox<M, Order>,
+    pub order: Mailbox<M, ControlOrder>,
     /// The plan that the profile task follows; the supervisor adds the next one, see [`Shared::follow`].
     pub profile: Mutex<M, RefCell<Profile>>,
-    /// Supervisor to PID: the check for an [`Order::Probe`].
+    /// Supervisor to PID: the check for an [`ControlOrder::Probe`].
     pub probe: Mutex<M, RefCell<Option<Probe>>>,
     /// Control tasks to supervisor.
     pub control_events: Channel<M, ControlEvent, 4>,
@@ -75,7 +75,7 @@ pub struct Shared<M: RawMutex> {
     /// Supervisor to link: whom the robot obeys.
     pub access: SharedCell<M, Access>,
     /// Supervisor to telemetry: how to follow where the robot is.
-    pub follow_wheels: Mailbox<M, Follow>,
+    pub follow_wheels: Mailbox<M, OdometryOrder>,
     /// PID to telemetry: this tick is due to be sent.
     pub telemetry_due: Notify<M>,
     /// Telemetry to link.
@@ -162,14 +162,14 @@ impl<M: RawMutex> Shared<M> {
         // Under one lock: the profile task never sees the plan without the order, or the reverse.
         self.profile.lock(|profile| {
             profile.borrow_mut().replace(plan);
-            self.order.put(Order::Follow { id, hold_ticks });
+            self.order.put(ControlOrder::Follow { id, hold_ticks });
         });
     }
 
     /// Makes the control tasks check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
     pub fn check(&self, id: u32, probe: Probe) {
         self.probe.lock(|slot| *slot.borrow_mut() = Some(probe));
-        self.order.put(Order::Probe { id });
+        self.order.put(ControlOrder::Probe { id });
     }
 
     /// Latches a fault, or counts it if one is latched already, and informs the supervisor.
@@ -200,7 +200,7 @@ impl<M: RawMutex> Default for Shared<M> {
 
 /// What the supervisor wants the control tasks to do.
 #[derive(Clone, Copy)]
-pub enum Order {
+pub enum ControlOrder {
     /// Zero duty, drivers off.
     Off,
     /// Zero duty, drivers on.
@@ -247,7 +247,7 @@ pub enum ControlEvent {
 }
 
 /// How to follow where the robot is.
-pub enum Follow {
+pub enum OdometryOrder {
     /// Not at all: the wheels' travel is about to have another scale.
     Pause,
     /// With this geometry, from the same place.

@@ -8,7 +8,7 @@ use fixed::types::I2F30;
 use shared_proto::{Fault, MotionEnd};
 
 use crate::capture::Measured;
-use crate::shared::{Action, ControlEvent, Order, Shared, Tick};
+use crate::shared::{Action, ControlEvent, ControlOrder, Shared, Tick};
 use crate::voltage::{OpenLoop, OpenLoopStep};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
@@ -47,12 +47,12 @@ enum ActiveOrder {
 }
 
 impl ActiveOrder {
-    fn take<M: RawMutex>(&mut self, shared: &Shared<M>, order: Order, measured: &Measured) {
+    fn take<M: RawMutex>(&mut self, shared: &Shared<M>, order: ControlOrder, measured: &Measured) {
         match order {
-            Order::Off => *self = ActiveOrder::Off,
-            Order::Rest => *self = ActiveOrder::Rest,
-            Order::Probe { id } => *self = ActiveOrder::Probe { id },
-            Order::Voltage { id, plan } => match self {
+            ControlOrder::Off => *self = ActiveOrder::Off,
+            ControlOrder::Rest => *self = ActiveOrder::Rest,
+            ControlOrder::Probe { id } => *self = ActiveOrder::Probe { id },
+            ControlOrder::Voltage { id, plan } => match self {
                 ActiveOrder::Voltage { id: present, open_loop } => {
                     *present = id;
                     open_loop.replace(plan, measured.travel);
@@ -62,7 +62,7 @@ impl ActiveOrder {
                     *self = ActiveOrder::Voltage { id, open_loop };
                 }
             },
-            Order::Halt { id } => match self {
+            ControlOrder::Halt { id } => match self {
                 ActiveOrder::Voltage { id: present, open_loop } => {
                     *present = id;
                     open_loop.halt();
@@ -74,7 +74,7 @@ impl ActiveOrder {
                     let _ = shared.control_events.try_send(rolled);
                 }
             },
-            Order::Follow { id, hold_ticks } => {
+            ControlOrder::Follow { id, hold_ticks } => {
                 let late = shared.profile.lock(|profile| {
                     let mut profile = profile.borrow_mut();
                     let late = profile.drop_late(measured.tick);

@@ -5,7 +5,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Timer};
 
 use crate::dead_reckoning::DeadReckoning;
-use crate::shared::{Follow, Shared};
+use crate::shared::{OdometryOrder, Shared};
 
 /// Dead reckoning takes a step at least this often.
 const STEP: Duration = Duration::from_millis(10);
@@ -26,8 +26,8 @@ fn step<M: RawMutex>(shared: &Shared<M>, reckoning: &mut DeadReckoning, is_due: 
     let tick = shared.snapshot.copy();
     let travel = tick.measured.travel;
     match shared.follow_wheels.try_take() {
-        Some(Follow::Pause) => reckoning.pause(),
-        Some(Follow::With(geometry)) => reckoning.adopt(geometry, travel),
+        Some(OdometryOrder::Pause) => reckoning.pause(),
+        Some(OdometryOrder::With(geometry)) => reckoning.adopt(geometry, travel),
         None => reckoning.step(travel),
     }
     let Some(number) = tick.measured.tick.checked_div(shared.telemetry_period.get()) else {

@@ -78,9 +78,9 @@ pub enum CalibrateStep<'a> {
     /// Link, supply and state are in order.
     Checked(&'a Checks),
     /// A drive is under way, with the share that is done.
-    Driving(Pass, f64),
+    Driving(CalibrationDrive, f64),
     /// A drive has been measured.
-    Measured(Pass, &'a Measurement),
+    Measured(CalibrationDrive, &'a Measurement),
     /// The way back was measured, and separates radius from pull.
     OutAndBack(&'a OutAndBack),
     /// The new W_T is in use and was read back.
@@ -91,7 +91,7 @@ pub enum CalibrateStep<'a> {
 
 /// Which drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pass {
+pub enum CalibrationDrive {
     /// With the old W_T.
     Before,
     /// With the old W_T, backwards.
@@ -191,11 +191,11 @@ async fn experiment(
     let mut bench = Bench { session, source, settings, geometry, tell, way_out: None, drives: 0 };
 
     bench.place("at its start line").await?;
-    let before = bench.drive(&config, Pass::Before).await?;
+    let before = bench.drive(&config, CalibrationDrive::Before).await?;
     let mut measured = vec![before.wheel_weight.clone()];
     for _ in 1..settings.runs {
         bench.place("back at its start line").await?;
-        measured.push(bench.drive(&config, Pass::Before).await?.wheel_weight);
+        measured.push(bench.drive(&config, CalibrationDrive::Before).await?.wheel_weight);
     }
     let mut wheel_weight = mean(&measured);
     let mut basis = match settings.runs {
@@ -205,7 +205,7 @@ async fn experiment(
     let mut out_and_back = None;
     if settings.out_and_back {
         bench.way_out = before.deviation();
-        let back = bench.drive(&config, Pass::Back).await?;
+        let back = bench.drive(&config, CalibrationDrive::Back).await?;
         let both = before.and_back(&back, &geometry).map_err(Error::new)?;
         (bench.tell)(CalibrateStep::OutAndBack(&both));
         wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
@@ -249,7 +249,7 @@ async fn experiment(
 
 /// Remembers the old values, then saves those in use: in this order, because a robot that was
 /// changed must be one that can be changed back.
-async fn save<T: undo::Undoable>(
+async fn save<T: undo::Restorable>(
     session: &mut Session,
     undo_folder: Option<&std::path::Path>,
     identity: &Identity,
@@ -291,10 +291,12 @@ impl Bench<'_> {
         self.source.place(&self.session.clock(), Mark::Line(words)).await.map(drop)
     }
 
-    async fn drive(&mut self, config: &Config, which: Pass) -> Result<Measurement> {
+    async fn drive(&mut self, config: &Config, which: CalibrationDrive) -> Result<Measurement> {
         let motion = match which {
-            Pass::Back => self.settings.motion.reversed(),
-            Pass::Before | Pass::After | Pass::Control => self.settings.motion,
+            CalibrationDrive::Back => self.settings.motion.reversed(),
+            CalibrationDrive::Before | CalibrationDrive::After | CalibrationDrive::Control => {
+                self.settings.motion
+            }
         };
         let first = self.source.begin()?;
         let options = RecordOptions { trigger: self.source.trigger(), ..RecordOptions::default() };
@@ -308,7 +310,7 @@ impl Bench<'_> {
             config,
             geometry: &self.geometry,
             start_heading_sigma_rad: self.settings.start_heading_sigma_rad,
-            way_out: self.way_out.filter(|_| which == Pass::Back),
+            way_out: self.way_out.filter(|_| which == CalibrationDrive::Back),
         };
         self.drives += 1;
         let measurement = line.measure(self.source, &self.session.clock(), first).await?;
@@ -325,7 +327,7 @@ impl Bench<'_> {
         checks: &Checks,
     ) -> Result<Decision> {
         self.place("back at its start line").await?;
-        let after = self.drive(corrected, Pass::After).await?;
+        let after = self.drive(corrected, CalibrationDrive::After).await?;
         // A pull bends both runs alike, and no W_T corrects it.
         let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
         let pull_rad_per_m = pull.map_or(0.0, |both| both.pull_rad_per_m);
@@ -337,7 +339,7 @@ impl Bench<'_> {
         if repeatability::is_third_needed(correction, then, now, &self.geometry) {
             self.session.write_config(&checks.config).await?;
             self.place("back at its start line").await?;
-            let control = self.drive(&checks.config, Pass::Control).await?;
+            let control = self.drive(&checks.config, CalibrationDrive::Control).await?;
             drives.extend([&after, &control].map(|drive| drive.wheel_weight.value));
             let repeats = repeatability::repeats(correction, &drives, &self.geometry);
             if !repeats || !after.is_straighter_than(&control, pull_rad_per_m) {

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sim_link::{News, ServeEvent, ServeOptions, serve};
+use sim_link::{ClientEvent, ServeEvent, ServeOptions, serve};
 
 use crate::cli::{Common, Listen, SimArgs};
 use crate::error::{Error, Result};
@@ -51,13 +51,17 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, &address)));
             say(format_args!("  beeline identify --port {address}"));
         }
-        ServeEvent::Client(News::Connected) => note("a client connected"),
-        ServeEvent::Client(News::Disconnected) => note("a client disconnected"),
-        ServeEvent::Client(News::Stranger) => {
+        ServeEvent::Client(ClientEvent::Connected) => note("a client connected"),
+        ServeEvent::Client(ClientEvent::Disconnected) => note("a client disconnected"),
+        ServeEvent::Client(ClientEvent::Stranger) => {
             note("a program that does not speak Beeline's protocol was cut off");
         }
-        ServeEvent::Client(News::NotReading) => note("a client that did not read was cut off"),
-        ServeEvent::Client(News::NoKey) => note("a client that does not hold the key was cut off"),
+        ServeEvent::Client(ClientEvent::NotReading) => {
+            note("a client that did not read was cut off")
+        }
+        ServeEvent::Client(ClientEvent::NoKey) => {
+            note("a client that does not hold the key was cut off")
+        }
         ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
     };
     Ok(serve(&mut target, listen, &options, &interrupt::cancel(), &mut tell)?)

@@ -1,6 +1,6 @@
 //! `beeline tune`.
 
-use robot_model::drivetrain::{DrivetrainFit, Gains, WheelMotor};
+use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
@@ -13,9 +13,6 @@ use crate::ui::{BOLD, DIM, GOOD, note, paint, say};
 use crate::undo::state_folder;
 
 use super::undo::last_change;
-
-/// Half width of a 95 % interval in standard deviations, for the dozen experiments of a tuning.
-const SIGMAS_95: f64 = 2.2;
 
 pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     if args.undo {
@@ -81,26 +78,36 @@ fn print(tuned: &Tuned, forgets: bool) {
     let Tuned { fit, gains, before, after, .. } = tuned;
     let constants = &fit.constants;
     let head = |text: &str| paint(DIM, text);
-    say(format_args!("{:<24}{:>18}{:>18}", head("motor"), "left", "right"));
-    let row = |name: &str, digits: usize, of: fn(&WheelMotor) -> f64| {
-        let (value, sigma) = (&constants.value.wheels, &constants.sigma.wheels);
-        let cell =
-            |value: f64, sigma: f64| format!("{value:.digits$} +- {:.digits$}", SIGMAS_95 * sigma);
+    say(format_args!("{:<30}{:>18}{:>18}", head("motor"), "left", "right"));
+    let value = &constants.value;
+    let half_widths = &constants.half_widths_95;
+    type OfMotor = fn(&Drivetrain, &WheelMotor) -> f64;
+    let row = |name: &str, digits: usize, of: OfMotor, off: fn(&HalfWidths) -> f64| {
+        let cell = |motor: &WheelMotor, half_widths: &HalfWidths| {
+            format!("{:.digits$} ± {:.digits$}", of(value, motor), off(half_widths))
+        };
         say(format_args!(
-            "{name:<20}{:>18}{:>18}",
-            cell(of(&value.left), of(&sigma.left)),
-            cell(of(&value.right), of(&sigma.right))
+            "{name:<30}{:>18}{:>18}",
+            cell(&value.wheels.left, &half_widths.left),
+            cell(&value.wheels.right, &half_widths.right)
         ));
     };
-    row("kS forwards [V]", 3, |motor| motor.ks_forward_v);
-    row("kS backwards [V]", 3, |motor| motor.ks_backward_v);
-    row("kV [V s/m]", 2, |motor| motor.kv_v_s_per_m);
-    row("kA [V s^2/m]", 3, |motor| motor.ka_v_s2_per_m);
-    say(format_args!(
-        "coupling kC {:.3} V s^2/m, delay {:.1} ms",
-        constants.value.kc_v_s2_per_m,
-        constants.value.delay_s * 1e3
-    ));
+    row("kS forwards [V]", 3, |_, motor| motor.ks_forward_v, |off| off.ks_forward_v);
+    row("kS backwards [V]", 3, |_, motor| motor.ks_backward_v, |off| off.ks_backward_v);
+    row("kV [V s/m]", 2, |_, motor| motor.kv_v_s_per_m, |off| off.kv_v_s_per_m);
+    row(
+        "kA straight on [V s^2/m]",
+        3,
+        |value, motor| value.ka_of_robot(motor).0,
+        |off| off.ka_straight_v_s2_per_m,
+    );
+    row(
+        "kA on the spot [V s^2/m]",
+        3,
+        |value, motor| value.ka_of_robot(motor).1,
+        |off| off.ka_spin_v_s2_per_m,
+    );
+    say(format_args!("delay {:.1} ms; ± holds the truth in 95 % of cases", value.delay_s * 1e3));
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,
@@ -117,7 +124,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         };
         say(format_args!("{name:<24}{before:>10}{:>14.digits$}", of(after)));
     };
-    row("rms [mm]", 3, |following| following.rms_m * 1e3);
+    row("rms, fast [mm]", 3, |following| following.fast_rms_m * 1e3);
     row("worst [mm]", 3, |following| following.worst_m * 1e3);
     row("overshoot [%]", 2, |following| following.overshoot * 100.0);
     row("duty noise [%]", 2, |following| following.duty_noise * 100.0);
@@ -134,25 +141,24 @@ fn print(tuned: &Tuned, forgets: bool) {
 }
 
 fn as_json(tuned: &Tuned) -> Value {
-    let wheel = |motor: &WheelMotor| {
+    let constants = &tuned.fit.constants;
+    let motor = |motor: &WheelMotor, off: &HalfWidths| {
+        let (straight, spin) = constants.value.ka_of_robot(motor);
+        let number =
+            |value: f64, half_width: f64| json!({"value": value, "half_width_95": half_width});
         json!({
-            "ks_forward_v": motor.ks_forward_v,
-            "ks_backward_v": motor.ks_backward_v,
-            "kv_v_s_per_m": motor.kv_v_s_per_m,
-            "ka_v_s2_per_m": motor.ka_v_s2_per_m,
+            "ks_forward_v": number(motor.ks_forward_v, off.ks_forward_v),
+            "ks_backward_v": number(motor.ks_backward_v, off.ks_backward_v),
+            "kv_v_s_per_m": number(motor.kv_v_s_per_m, off.kv_v_s_per_m),
+            "ka_straight_v_s2_per_m": number(straight, off.ka_straight_v_s2_per_m),
+            "ka_spin_v_s2_per_m": number(spin, off.ka_spin_v_s2_per_m),
         })
     };
-    let constants = |of: &robot_model::drivetrain::Drivetrain| {
-        json!({
-            "left": wheel(&of.wheels.left),
-            "right": wheel(&of.wheels.right),
-            "kc_v_s2_per_m": of.kc_v_s2_per_m,
-            "delay_s": of.delay_s,
-        })
-    };
+    let (wheels, off) = (&constants.value.wheels, &constants.half_widths_95);
     let following = |of: &Following| {
         json!({
             "rms_m": of.rms_m,
+            "fast_rms_m": of.fast_rms_m,
             "worst_m": of.worst_m,
             "overshoot": of.overshoot,
             "duty_noise": of.duty_noise,
@@ -163,11 +169,13 @@ fn as_json(tuned: &Tuned) -> Value {
         DriveOutcome::Faulted(fault) => json!({"fault": fault.id()}),
     };
     let Gains { kp_v_per_m, ki_v_per_m_s, kd_v_s_per_m, .. } = tuned.gains;
-    let DrivetrainFit { constants: found, residual_m, .. } = &tuned.fit;
     json!({
-        "motors": constants(&found.value),
-        "sigmas": constants(&found.sigma),
-        "residual_m": residual_m,
+        "motors": {
+            "left": motor(&wheels.left, &off.left),
+            "right": motor(&wheels.right, &off.right),
+            "delay_s": constants.value.delay_s,
+        },
+        "residual_m": tuned.fit.residual_m,
         "gains": {
             "kp_v_per_m": kp_v_per_m,
             "ki_v_per_m_s": ki_v_per_m_s,

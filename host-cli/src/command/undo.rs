@@ -3,10 +3,10 @@
 use crate::cli::Common;
 use crate::error::{Error, Result};
 use crate::port::with_robot;
-use crate::undo::{Undo, Undoable, state_folder};
+use crate::undo::{Restorable, Undo, state_folder};
 
 /// Puts back what this computer changed last, saves it, and returns the change.
-pub(super) fn last_change<T: Undoable>(common: &Common) -> Result<Undo<T>> {
+pub(super) fn last_change<T: Restorable>(common: &Common) -> Result<Undo<T>> {
     if common.port.is_sim() && common.flash.is_none() {
         return Err(Error::new(
             "this simulated robot forgets when the command ends: nothing to undo",

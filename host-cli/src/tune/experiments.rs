@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::wheel_angles::travel_m;
 
 /// Time between two telemetry frames \[ms\].
-const PERIOD_MS: u16 = 10;
+const PERIOD_MS: u16 = 5;
 /// The break-away ramp: over the supply in so many seconds.
 const BREAK_AWAY_S: f64 = 8.0;
 /// It ends after this travel \[m\], or so many counts, if that is longer.
@@ -186,18 +186,27 @@ impl<'a> Experiments<'a> {
         &mut self,
         session: &mut Session,
         floor: &mut Floor,
-        volts: f64,
+        first_v: f64,
     ) -> Result<()> {
         for _ in 0..3 {
             let at_m = floor.at_m();
-            if at_m.abs() < 0.04 {
+            // At a voltage that the motors are known to follow, and so that the robot rolls out where it stood.
+            let (volts, roll_m) = match drivetrain::regress(&self.recordings) {
+                Some(model) => {
+                    let (volts, cruise) = self.level(&model, LEVELS[0]);
+                    (volts, cruise.map_or(0.0, |cruise| cruise.roll_m))
+                }
+                None => (first_v, 0.0),
+            };
+            let way_m = at_m.abs() - roll_m;
+            if at_m.abs() < 0.04 || way_m < 0.01 {
                 break;
             }
             let sign = -at_m.signum();
             let run = VoltageRun {
                 steps: vec![VoltageStep { volts: WheelPair::both(sign * volts), duration_s: 6.0 }],
                 ramp_v_per_s: self.supply_v / STEP_RISE_S,
-                travel_m_max: (at_m.abs() - 0.02).max(0.01),
+                travel_m_max: way_m,
                 speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
                 period_ms: PERIOD_MS,
             };

@@ -1,4 +1,4 @@
-//! How well the wheels follow a profile: two drives forwards and two back.
+//! How well the wheels follow a profile: one drive forwards and one back.
 
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
@@ -11,12 +11,16 @@ use crate::error::Result;
 const CRUISE_REV_S: f64 = 0.523;
 const RAMP_REV_S2: f64 = 0.101;
 const FAST: f64 = 5.0;
+/// An error of so many counts, root mean square, is what a count hides, twice: 2 / sqrt(12).
+const COUNTS_TOLD: f64 = 0.577;
 
 /// How well the wheels followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
     /// Distance from the setpoint, root mean square over both wheels and all drives \[m\].
     pub rms_m: f64,
+    /// The same of the fast drives.
+    pub fast_rms_m: f64,
     /// The largest \[m\].
     pub worst_m: f64,
     /// How far a wheel went beyond its target, as a share of the drive.
@@ -35,13 +39,16 @@ pub enum Outcome {
 }
 
 impl Following {
-    /// Whether the robot follows better than before, without new oscillation.
-    pub fn is_better_than(&self, before: &Outcome) -> bool {
+    /// Whether the robot follows better than before, or as well as its encoders can tell, without new oscillation.
+    pub fn is_better_than(&self, before: &Outcome, meters_per_count: f64) -> bool {
         if self.overshoot > 0.05 || self.duty_noise > 0.1 {
             return false;
         }
         match before {
-            Outcome::Followed(before) => self.rms_m <= before.rms_m,
+            Outcome::Followed(before) => {
+                let told_m = COUNTS_TOLD * meters_per_count;
+                self.fast_rms_m <= before.fast_rms_m.max(told_m)
+            }
             Outcome::Faulted(_) => true,
         }
     }
@@ -60,7 +67,7 @@ fn profile(config: &Config, floor: &Floor, times: f64) -> Motion {
     }
 }
 
-/// Drives the paper's profile five times as fast, forwards and back, and as slow as it is if `slow`; a fault is cleared.
+/// Drives the paper's profile five times as fast forwards, and back as slow as it is if `slow`; a fault is cleared.
 pub async fn drive(
     session: &mut Session,
     config: &Config,
@@ -68,23 +75,21 @@ pub async fn drive(
     slow: bool,
 ) -> Result<Outcome> {
     let mut sums = Sums::default();
-    let speeds: &[f64] = if slow { &[FAST, 1.0] } else { &[FAST] };
-    for times in speeds {
-        let motion = profile(config, floor, *times);
-        for motion in [motion, motion.reversed()] {
-            let mut telemetry = Vec::new();
-            let options = RecordOptions::default();
-            let driven =
-                motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
-            floor.follow(config, &telemetry);
-            match driven {
-                Ok(_) => sums.add(&motion, &telemetry),
-                Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
-                    session.request(Command::ClearFault { number: report.number }).await?;
-                    return Ok(Outcome::Faulted(report.fault));
-                }
-                Err(error) => return Err(error.into()),
+    let fast = profile(config, floor, FAST);
+    let back = if slow { profile(config, floor, 1.0) } else { fast };
+    for (motion, is_fast) in [(fast, true), (back.reversed(), !slow)] {
+        let mut telemetry = Vec::new();
+        let options = RecordOptions::default();
+        let driven =
+            motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
+        floor.follow(config, &telemetry);
+        match driven {
+            Ok(_) => sums.add(&motion, &telemetry, is_fast),
+            Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
+                session.request(Command::ClearFault { number: report.number }).await?;
+                return Ok(Outcome::Faulted(report.fault));
             }
+            Err(error) => return Err(error.into()),
         }
     }
     Ok(Outcome::Followed(sums.following()))
@@ -105,8 +110,8 @@ fn is_ours(fault: Fault) -> bool {
 
 #[derive(Default)]
 struct Sums {
-    squares: f64,
-    count: f64,
+    /// Squares of the errors, and how many, of the slow drives and of the fast ones.
+    errors: [(f64, f64); 2],
     worst_m: f64,
     overshoot: f64,
     duty_squares: f64,
@@ -114,7 +119,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, motion: &Motion, telemetry: &[Telemetry]) {
+    fn add(&mut self, motion: &Motion, telemetry: &[Telemetry], is_fast: bool) {
         // The encoder check leaves the wheels some counts ahead; the drive takes that back at its beginning.
         let driving: Vec<&Telemetry> = telemetry
             .iter()
@@ -125,8 +130,9 @@ impl Sums {
             let distance_m = *motion.distance.get(wheel);
             for frame in settled {
                 let error_m = f64::from(frame.wheels.get(wheel).error_um) * 1e-6;
-                self.squares += error_m * error_m;
-                self.count += 1.0;
+                let (squares, count) = &mut self.errors[usize::from(is_fast)];
+                *squares += error_m * error_m;
+                *count += 1.0;
                 self.worst_m = self.worst_m.max(error_m.abs());
             }
             if let Some(last) = driving.last() {
@@ -149,8 +155,11 @@ impl Sums {
     }
 
     fn following(self) -> Following {
+        let rms = |squares: f64, count: f64| (squares / count.max(1.0)).sqrt();
+        let [slow, fast] = self.errors;
         Following {
-            rms_m: (self.squares / self.count.max(1.0)).sqrt(),
+            rms_m: rms(slow.0 + fast.0, slow.1 + fast.1),
+            fast_rms_m: rms(fast.0, fast.1),
             worst_m: self.worst_m,
             overshoot: self.overshoot,
             duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),

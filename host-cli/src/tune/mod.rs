@@ -24,7 +24,7 @@ pub use self::settings::LoopConfig;
 use self::experiments::Experiments;
 use self::floor::Floor;
 use crate::error::{Error, Result};
-use crate::undo::{self, Undo, Undoable};
+use crate::undo::{self, Restorable, Undo};
 
 /// What the user wants.
 #[derive(Clone, Debug)]
@@ -134,6 +134,8 @@ impl Tuner<'_> {
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
 
+        let counts_m = self.original.encoder.map(|e| self.original.meters_per_count(&e));
+        let meters_per_count = counts_m.left.max(counts_m.right);
         let mut stiffness = self.settings.stiffness;
         let mut last = None;
         for _ in 0..TRIES {
@@ -144,7 +146,9 @@ impl Tuner<'_> {
             let after = self.follow(&tuned, true).await?;
             progress(Progress::After(&after));
             match after {
-                DriveOutcome::Followed(after) if after.is_better_than(&before) => {
+                DriveOutcome::Followed(after)
+                    if after.is_better_than(&before, meters_per_count) =>
+                {
                     let change = (LoopConfig::of(self.original), LoopConfig::of(&tuned));
                     self.save(&identity, change).await?;
                     let ended_us = self.session.status().await?.t_us;
@@ -211,7 +215,7 @@ impl Tuner<'_> {
 fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {
     let words = |outcome: Option<&DriveOutcome>| match outcome {
         Some(DriveOutcome::Followed(following)) => {
-            format!("{:.2} mm rms from their setpoints", following.rms_m * 1e3)
+            format!("{:.2} mm rms from their setpoints", following.fast_rms_m * 1e3)
         }
         Some(DriveOutcome::Faulted(fault)) => format!("stopped by the fault {fault}"),
         None => "not driven".into(),

@@ -7,7 +7,7 @@ use shared_proto::{
 };
 
 use crate::error::{Error, Result};
-use crate::undo::{Undo, Undoable};
+use crate::undo::{Restorable, Undo};
 
 /// The firmware's control period, and the time over which it averages speeds \[s\].
 const PERIOD_S: f64 = 1e-3;
@@ -32,7 +32,7 @@ pub struct LoopConfig {
     pub protection: ProtectionConfig,
 }
 
-impl Undoable for LoopConfig {
+impl Restorable for LoopConfig {
     const FILE: &'static str = "undo-tune";
     const NOTHING: (&'static str, &'static str) = (
         "no tuning of this robot to undo",

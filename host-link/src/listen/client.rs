@@ -5,9 +5,9 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use shared_proto::{Bound, Channel, Decoder, Encoder, Frame, Received, Reply};
+use shared_proto::{Channel, Decoder, Encoder, Frame, LengthBound, Received, Reply};
 
-use super::News;
+use super::ClientEvent;
 
 /// The first byte of a hello's frame: COBS for a zero at once.
 const HELLO_FIRST: u8 = 1;
@@ -72,16 +72,16 @@ impl Client {
     }
 
     /// What is said of it if it has to go.
-    pub fn farewell(&self) -> News {
+    pub fn farewell(&self) -> ClientEvent {
         match self.session {
-            None => News::Stranger,
-            Some(_) if self.let_in => News::Disconnected,
-            Some(_) => News::NoKey,
+            None => ClientEvent::Stranger,
+            Some(_) if self.let_in => ClientEvent::Disconnected,
+            Some(_) => ClientEvent::NoKey,
         }
     }
 
     /// Takes from the network what there is room for; false if the client is to be forgotten.
-    pub fn receive(&mut self, robot_has_key: bool, tell: &mut dyn FnMut(News)) -> bool {
+    pub fn receive(&mut self, robot_has_key: bool, tell: &mut dyn FnMut(ClientEvent)) -> bool {
         if !self.ended && self.held.len() < HELD_MAX {
             let mut buffer = [0; HELD_MAX];
             match self.stream.read(&mut buffer[self.held.len()..]) {
@@ -99,23 +99,23 @@ impl Client {
                 Greeting::None if self.since.elapsed() < GREETING_MAX && !self.ended => {}
                 Greeting::Hello(session) => {
                     self.session = Some(session);
-                    tell(News::Connected);
+                    tell(ClientEvent::Connected);
                 }
                 // Whoever connects and leaves without a word is not worth one.
                 Greeting::None if self.ended && self.held.is_empty() => return false,
                 Greeting::None | Greeting::Other => {
-                    tell(News::Stranger);
+                    tell(ClientEvent::Stranger);
                     return false;
                 }
             }
         }
         if self.ended && self.held.is_empty() {
-            tell(News::Disconnected);
+            tell(ClientEvent::Disconnected);
             return false;
         }
         let slow = self.since.elapsed() > GREETING_MAX && robot_has_key && !self.let_in;
         if slow {
-            tell(News::NoKey);
+            tell(ClientEvent::NoKey);
         }
         !slow
     }
@@ -130,7 +130,7 @@ impl Client {
             return Greeting::Other;
         }
         let Some(end) = self.held.iter().position(|&byte| byte == 0) else {
-            let longest = Bound::ALL[Channel::Hello as usize].frame_len;
+            let longest = LengthBound::ALL[Channel::Hello as usize].frame_len;
             return if self.held.len() > longest { Greeting::Other } else { Greeting::None };
         };
         let mut decoder = Decoder::new();
@@ -205,17 +205,17 @@ impl Client {
     }
 
     /// Sends as much as the client takes; false if the client is to be forgotten.
-    pub fn send(&mut self, tell: &mut dyn FnMut(News)) -> bool {
+    pub fn send(&mut self, tell: &mut dyn FnMut(ClientEvent)) -> bool {
         if self.ended {
             return true;
         }
         let sent = self.send_unsent();
         if sent.is_err() {
-            tell(News::Disconnected);
+            tell(ClientEvent::Disconnected);
             return false;
         }
         if self.unsent.len() > UNREAD_MAX {
-            tell(News::NotReading);
+            tell(ClientEvent::NotReading);
             return false;
         }
         true

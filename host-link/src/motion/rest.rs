@@ -3,14 +3,14 @@
 use shared_proto::{Command, Refusal, State};
 
 use super::{RENEW_EVERY, is_moving};
-use crate::error::{Error, Left, Result};
+use crate::error::{AfterCancel, Error, Result};
 use crate::session::Session;
 
 /// An error if the session is cancelled. [`drive_into`](super::drive_into) then brings the robot to
 /// standstill, and replaces the state in the error by the one that it found.
 pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
     if session.is_cancelled() {
-        return Err(Error::Cancelled(Left::In(State::Driving)));
+        return Err(Error::Cancelled(AfterCancel::In(State::Driving)));
     }
     Ok(())
 }
@@ -32,8 +32,8 @@ pub(super) async fn standing(session: &mut Session) -> Result<State> {
 pub(super) fn left_at(error: Error, rest: Result<State>) -> Error {
     match rest {
         _ if !error.is_cancelled() => error,
-        Ok(state) => Error::Cancelled(Left::In(state)),
-        Err(error) => Error::Cancelled(Left::Unknown(Box::new(error))),
+        Ok(state) => Error::Cancelled(AfterCancel::In(state)),
+        Err(error) => Error::Cancelled(AfterCancel::Unknown(Box::new(error))),
     }
 }
 

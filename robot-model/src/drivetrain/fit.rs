@@ -1,11 +1,11 @@
 //! The constants that explain the travel best: output error, not regression on differences.
 //!
 //! The model is driven by the measured voltage alone, and its travel is compared with the counts'. So neither the encoder
-//! nor a difference comes between the data and the constants. Their intervals treat each experiment as one: what is left
-//! within one is no independent noise.
+//! nor a difference comes between the data and the constants.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::intervals::{Intervals, Share};
 use super::model::{Drivetrain, WheelMotor};
 use super::recording::VoltageRecording;
 use super::regression::regress;
@@ -23,13 +23,28 @@ const DELAY_S: (f64, f64) = (0.003, 0.003);
 /// As good as so many samples with the noise of the fit.
 const DELAY_WEIGHT: f64 = 30.0;
 
-/// The constants, with standard deviations in the same places.
+/// The constants, and how sure they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
     /// The values.
     pub value: Drivetrain,
-    /// Their standard deviations.
-    pub sigma: Drivetrain,
+    /// Half the widths of their 95 % intervals.
+    pub half_widths_95: WheelPair<HalfWidths>,
+}
+
+/// Half the widths of the intervals of one wheel's constants.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HalfWidths {
+    /// Of kS+ \[V\].
+    pub ks_forward_v: f64,
+    /// Of kS- \[V\].
+    pub ks_backward_v: f64,
+    /// Of kV \[V s/m\].
+    pub kv_v_s_per_m: f64,
+    /// Of kA + kC, straight on \[V s^2/m\].
+    pub ka_straight_v_s2_per_m: f64,
+    /// Of kA - kC, on the spot \[V s^2/m\].
+    pub ka_spin_v_s2_per_m: f64,
 }
 
 /// What a fit found.
@@ -75,7 +90,7 @@ pub fn fit(recordings: &[VoltageRecording]) -> Result<DrivetrainFit, FitError> {
         .into_iter()
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
         .ok_or(FitError::NoConstants)?;
-    let covariance = search.covariance().ok_or(FitError::NoConstants)?;
+    let half_widths_95 = search.half_widths_95().ok_or(FitError::NoConstants)?;
     let value = from_vector(&search.at);
     if [value.wheels.left, value.wheels.right]
         .iter()
@@ -83,10 +98,8 @@ pub fn fit(recordings: &[VoltageRecording]) -> Result<DrivetrainFit, FitError> {
     {
         return Err(FitError::NoConstants);
     }
-    let sigma = DVector::from_fn(LEN, |i, _| covariance[(i, i)].max(0.0).sqrt());
     let residual_m = (search.cost / search.samples as f64).sqrt();
-    let constants = Constants { value, sigma: from_vector(&sigma) };
-    Ok(DrivetrainFit { constants, residual_m, regression })
+    Ok(DrivetrainFit { constants: Constants { value, half_widths_95 }, residual_m, regression })
 }
 
 fn to_vector(model: &Drivetrain) -> DVector<f64> {
@@ -119,12 +132,6 @@ fn admissible(at: &mut DVector<f64>) {
     let coupling_max = 0.95 * at[3].min(at[7]);
     at[8] = at[8].clamp(-coupling_max, coupling_max);
     at[9] = at[9].clamp(0.0, DELAY_S_MAX);
-}
-
-/// One experiment's share of the normal equations.
-struct Share {
-    gram: DMatrix<f64>,
-    gradient: DVector<f64>,
 }
 
 /// Levenberg's search.
@@ -252,20 +259,21 @@ impl<'a> Search<'a> {
         (gram, gradient)
     }
 
-    /// The sandwich: each experiment is one observation.
-    fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (gram, _) = self.sums();
-        let mut eased = gram.clone();
-        for i in 0..LEN {
-            eased[(i, i)] += 1e-12 * gram[(i, i)].max(1e-30);
-        }
-        let inverse = eased.try_inverse()?;
-        let count = self.shares.len() as f64;
-        let mut between = DMatrix::zeros(LEN, LEN);
-        for share in &self.shares {
-            between += &share.gradient * share.gradient.transpose();
-        }
-        Some(&inverse * between * &inverse * (count / (count - 1.0)))
+    fn half_widths_95(&self) -> Option<WheelPair<HalfWidths>> {
+        let intervals = Intervals::new(&self.sums().0, &self.shares)?;
+        let of = |terms: &[(usize, f64)]| {
+            let mut weights = DVector::zeros(LEN);
+            terms.iter().for_each(|(at, weight)| weights[*at] = *weight);
+            intervals.half_width_95(&weights)
+        };
+        let wheel = |first: usize| HalfWidths {
+            ks_forward_v: of(&[(first, 1.0)]),
+            ks_backward_v: of(&[(first + 1, 1.0)]),
+            kv_v_s_per_m: of(&[(first + 2, 1.0)]),
+            ka_straight_v_s2_per_m: of(&[(first + 3, 1.0), (8, 1.0)]),
+            ka_spin_v_s2_per_m: of(&[(first + 3, 1.0), (8, -1.0)]),
+        };
+        Some(WheelPair::new(wheel(0), wheel(4)))
     }
 }
 

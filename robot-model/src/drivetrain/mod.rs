@@ -16,18 +16,20 @@
 //! | `recording.rs` | what was applied, and how far did the wheels go? |
 //! | `model.rs` | (1): which travel follows from which voltage? |
 //! | `regression.rs` | a first guess, from differentiated travel |
-//! | `fit.rs` | which constants explain the travel best, and how sure are they? |
+//! | `fit.rs` | which constants explain the travel best? |
+//! | `intervals.rs` | how sure are they? |
 //! | `gains.rs` | which gains keep their margin with constants that are 30 % off? |
 
 mod fit;
 mod gains;
+mod intervals;
 mod model;
 mod recording;
 mod regression;
 #[cfg(test)]
 mod tests;
 
-pub use fit::{Constants, DrivetrainFit, FitError, fit};
+pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use model::{Drivetrain, WheelMotor};
 pub use recording::{Sample, VoltageRecording};

@@ -90,8 +90,8 @@ fn the_fit_finds_the_constants_from_counts_and_the_regression_is_farther_off() {
     let recordings: Vec<_> =
         experiments().iter().map(|recording| seen(&truth, recording, 2.5e-4)).collect();
     let found = fit(&recordings).unwrap();
-    let Constants { value, sigma } = found.constants;
-    println!("{value:?}\n{sigma:?}\n{:?}", found.regression);
+    let Constants { value, half_widths_95 } = found.constants;
+    println!("{value:?}\n{half_widths_95:?}\n{:?}", found.regression);
     for (found, truth) in
         [(value.wheels.left, truth.wheels.left), (value.wheels.right, truth.wheels.right)]
     {

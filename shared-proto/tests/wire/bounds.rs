@@ -66,7 +66,7 @@ fn longest() -> Vec<Any> {
 
 #[test]
 fn each_bound_is_reached_by_the_longest_message_of_its_kind() {
-    for (message, bound) in longest().into_iter().zip(Bound::ALL) {
+    for (message, bound) in longest().into_iter().zip(LengthBound::ALL) {
         let frame = message.frame(&mut Encoder::new());
         let (channel, payload) = parts(&frame);
         let sealed = matches!(channel, Channel::Open | Channel::Opened);
@@ -80,9 +80,9 @@ fn each_bound_is_reached_by_the_longest_message_of_its_kind() {
 
 #[test]
 fn the_table_of_bounds_in_the_documentation_is_that_of_this_build() {
-    let table: Vec<String> = Bound::ALL
+    let table: Vec<String> = LengthBound::ALL
         .iter()
-        .map(|Bound { channel, payload_len, frame_len }| {
+        .map(|LengthBound { channel, payload_len, frame_len }| {
             format!("//! | {} `{channel:?}` | {payload_len} | {frame_len} |", *channel as u8)
         })
         .collect();

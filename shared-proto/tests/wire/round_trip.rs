@@ -34,7 +34,7 @@ proptest! {
     fn no_payload_is_longer_than_its_bound(message in strategy::message()) {
         let frame = message.frame(&mut Encoder::new());
         let (channel, payload) = parts(&frame);
-        let bound = Bound::ALL[channel as usize];
+        let bound = LengthBound::ALL[channel as usize];
         prop_assert!(payload.len() <= bound.payload_len);
         prop_assert!(frame.len() <= bound.frame_len);
     }

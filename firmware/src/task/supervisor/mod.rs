@@ -33,7 +33,7 @@ use crate::pid::Gains;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
 use crate::shared::{
-    ControlEvent, FaultLine, Follow, LoopSettings, Outgoing, Shared, SupplyLimits,
+    ControlEvent, FaultLine, LoopSettings, OdometryOrder, Outgoing, Shared, SupplyLimits,
 };
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
@@ -369,14 +369,14 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
     /// supply is known before arming, and no motion is planned from travel in the old scale.
     async fn configure(&mut self) {
         self.probed = WheelPair::both(false);
-        self.shared.follow_wheels.put(Follow::Pause);
+        self.shared.follow_wheels.put(OdometryOrder::Pause);
         self.publish_settings();
         // The present tick may still use the old configuration.
         let before = self.shared.snapshot.get().measured.tick;
         while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
             Timer::after_micros(CONTROL_PERIOD_US.into()).await;
         }
-        self.shared.follow_wheels.put(Follow::With(Geometry::new(&self.config)));
+        self.shared.follow_wheels.put(OdometryOrder::With(Geometry::new(&self.config)));
     }
 
     #[inline(never)]

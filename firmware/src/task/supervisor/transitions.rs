@@ -9,20 +9,20 @@ use super::{PLAN_AHEAD, Supervisor};
 use crate::hal::Store;
 use crate::probe::{Direction, Probe};
 use crate::profile::{Plan, ProfileState};
-use crate::shared::Order;
+use crate::shared::ControlOrder;
 use crate::voltage::VoltagePlan;
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Idle to armed.
     pub(super) fn arm(&mut self) {
         self.probed = WheelPair::both(false);
-        self.shared.order.put(Order::Rest);
+        self.shared.order.put(ControlOrder::Rest);
         self.enter(State::Armed);
     }
 
     /// Armed to idle.
     pub(super) fn disarm(&mut self) {
-        self.shared.order.put(Order::Off);
+        self.shared.order.put(ControlOrder::Off);
         self.enter(State::Idle);
     }
 
@@ -81,7 +81,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.waiting = None;
         self.plan = None;
         self.open_loop = true;
-        self.shared.order.put(Order::Voltage { id, plan: VoltagePlan::new(voltage) });
+        self.shared.order.put(ControlOrder::Voltage { id, plan: VoltagePlan::new(voltage) });
         self.enter(State::Driving);
     }
 
@@ -114,14 +114,14 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             // The voltages are zero at once, and the wheels roll out.
             None if self.open_loop => {
                 let id = self.next_order();
-                self.shared.order.put(Order::Halt { id });
+                self.shared.order.put(ControlOrder::Halt { id });
                 self.enter(State::Stopping);
             }
             // Only the encoder check or a wait was under way: no wheel needs a ramp to stop.
             None => {
                 self.waiting = None;
                 self.start_at = None;
-                self.shared.order.put(Order::Rest);
+                self.shared.order.put(ControlOrder::Rest);
                 self.enter(State::Stopping);
                 self.end_stop();
             }
@@ -151,7 +151,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
 
     /// Any state to faulted.
     pub(super) fn fault(&mut self) {
-        self.shared.order.put(Order::Off);
+        self.shared.order.put(ControlOrder::Off);
         if self.motion_end.is_none() && self.motion.is_some() {
             self.end_motion(MotionEnd::Faulted);
         }
@@ -165,7 +165,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Faulted to idle.
     pub(super) fn clear_fault(&mut self) {
         self.shared.fault.clear();
-        self.shared.order.put(Order::Off);
+        self.shared.order.put(ControlOrder::Off);
         self.enter(State::Idle);
     }
 }

@@ -1,6 +1,8 @@
 //! What the user is told during a calibration.
 
-use crate::calibrate::{CalibrateStep, Checks, Measurement, Pass, Settings, plausibility};
+use crate::calibrate::{
+    CalibrateStep, CalibrationDrive, Checks, Measurement, Settings, plausibility,
+};
 use crate::cli::{CalibrateArgs, Common};
 use crate::command::identify::display_name;
 use crate::quantity::{LengthUnit, plus_minus};
@@ -32,16 +34,16 @@ impl ProgressPrinter {
             CalibrateStep::Checked(checks) => self.checked(checks),
             CalibrateStep::Driving(which, share) => {
                 let title = match which {
-                    Pass::Before => "driving",
-                    Pass::Back => "driving back",
-                    Pass::After => "driving with the new W_T",
-                    Pass::Control => "driving with the old W_T once more",
+                    CalibrationDrive::Before => "driving",
+                    CalibrationDrive::Back => "driving back",
+                    CalibrationDrive::After => "driving with the new W_T",
+                    CalibrationDrive::Control => "driving with the old W_T once more",
                 };
                 self.progress.get_or_insert_with(|| Progress::new(title, false)).set(share);
             }
             CalibrateStep::Measured(which, measurement) => {
                 self.progress = None;
-                self.drives += u32::from(which == Pass::Before);
+                self.drives += u32::from(which == CalibrationDrive::Before);
                 self.measured(which, measurement);
             }
             CalibrateStep::OutAndBack(both) => {
@@ -90,13 +92,13 @@ impl ProgressPrinter {
         note(paint(BOLD, format_args!("Driving {}", self.distance)));
     }
 
-    fn measured(&self, which: Pass, measurement: &Measurement) {
+    fn measured(&self, which: CalibrationDrive, measurement: &Measurement) {
         let end = measurement.run.end;
         let side = if end.lateral_offset_m < 0.0 { "right" } else { "left" };
         let off = LengthUnit::Mm.format(end.lateral_offset_m.abs(), 1);
         let heading_mrad = end.heading_rad * 1e3;
         match which {
-            Pass::Before => {
+            CalibrationDrive::Before => {
                 if self.drives == 1 {
                     note("  encoders   directions agree with the motors");
                 }
@@ -110,14 +112,14 @@ impl ProgressPrinter {
                 }
             }
             // Only both ways together say something: see the verdict.
-            Pass::Back => {}
-            Pass::Control => {
+            CalibrationDrive::Back => {}
+            CalibrationDrive::Control => {
                 note("  a third drive, with the old W_T: two drives cannot tell");
                 note(format_args!(
                     "  without    {off} to the {side}, heading {heading_mrad:+.1} mrad"
                 ));
             }
-            Pass::After => {
+            CalibrationDrive::After => {
                 note(format_args!(
                     "  after      {off} to the {side}, heading {heading_mrad:+.1} mrad"
                 ));

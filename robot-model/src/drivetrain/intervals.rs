@@ -77,8 +77,8 @@ mod tests {
         });
         let gram = DMatrix::from_element(1, 1, 5.0);
         let found = Intervals::new(&gram, &shares).unwrap();
-        // Their standard deviation is 0.678233, t(0.975, 4) is 2.776445.
-        let expected = 2.776_445 * 0.678_233 / 5.0_f64.sqrt();
+        // Their standard deviation is 0.670820, t(0.975, 4) is 2.776445.
+        let expected = 2.776_445 * 0.670_820 / 5.0_f64.sqrt();
         let half_width = found.half_width_95(&DVector::from_element(1, 1.0));
         assert!((half_width / expected - 1.0).abs() < 1e-5, "{half_width} {expected}");
     }

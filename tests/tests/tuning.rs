@@ -1,6 +1,8 @@
 //! Motors that nobody tuned: drawn robots follow their profiles after `tune`, and what goes wrong midway is named,
 //! changes nothing, and leaves the motors off.
 
+use std::f64::consts::PI;
+
 use beeline_tests::parallel::in_order;
 use beeline_tests::robot::{on_robot, on_robot_with};
 use beeline_tests::tuning::robots::draw;
@@ -68,6 +70,42 @@ fn the_standard_robots_constants_are_those_of_its_parts() {
         assert!((straight / ka - 1.0).abs() < 0.12, "{motor:?} {straight} {ka}");
     }
     assert!(tuned.gains.ms_worst <= 1.6, "{:?}", tuned.gains);
+}
+
+/// Tunes the standard robot on a floor that falls away in front of it, or rises if the slope is negative.
+fn on_slope(slope_rad: f64) -> Result<Tuned, String> {
+    let mut scenario = Scenario::default();
+    scenario.plant.floor.slope_rad = slope_rad.abs();
+    scenario.plant.floor.downhill_rad = if slope_rad < 0.0 { PI } else { 0.0 };
+    on_robot(&scenario, async |robot| {
+        robot.listen(0.01).await;
+        let tuned = tune(&mut robot.session, &settings(), &mut |_| {}).await;
+        tuned.map_err(|error| error.to_string())
+    })
+}
+
+#[test]
+fn a_slope_is_said_and_not_taken_for_friction() {
+    let level = on_slope(0.0).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(level.fit.constants.push(), None);
+    let tuned = on_slope(-0.03).unwrap_or_else(|error| panic!("{error}"));
+    // m g sin(slope) r / 2 by wheel, in volts: 4 kg, 36 mm.
+    let push_nm = 4.0 * 9.81 * (-0.03_f64).sin() * 0.036 / 2.0;
+    let motor = Scenario::default().plant.motor.left;
+    let expected_v = push_nm * motor.resistance_ohm / motor.wheel_torque_constant_nm_per_a();
+    let push = tuned.fit.constants.push().expect("both wheels feel it");
+    assert!((push.volts / expected_v - 1.0).abs() < 0.15, "{push:?} {expected_v}");
+    // What is saved is the friction that the robot has on the level.
+    let saved = tuned.change.1.feedforward;
+    let known = level.change.1.feedforward;
+    for (saved, known) in [(saved.left, known.left), (saved.right, known.right)] {
+        assert_eq!(saved.ks_forward_v, saved.ks_backward_v);
+        let mean_v = 0.5 * (known.ks_forward_v + known.ks_backward_v);
+        assert!((saved.ks_forward_v - mean_v).abs() < 0.05, "{saved:?} {known:?}");
+    }
+    // Where the robot would roll by itself, nothing is tuned.
+    let error = on_slope(0.12).map(|_| ()).unwrap_err();
+    assert!(error.contains("as hard as its friction"), "{error}");
 }
 
 #[test]

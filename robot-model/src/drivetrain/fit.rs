@@ -16,6 +16,9 @@ use crate::numeric::parallel;
 const LEN: usize = 10;
 /// Rounds of the search.
 const ROUNDS_MAX: usize = 60;
+/// The search ends when a round removes less than this share of the cost: of thousands of samples, a hundredth of sigma
+/// squared.
+const GAIN_MIN: f64 = 1e-6;
 /// Longest delay that is believed \[s\].
 const DELAY_S_MAX: f64 = 0.05;
 /// Delays that drivers and controllers have: about so long \[s\]. Coarse counts hardly tell a delay from inertia.
@@ -186,7 +189,7 @@ impl<'a> Search<'a> {
                 }
                 damping *= 5.0;
             }
-            if gained < 1e-7 {
+            if gained < GAIN_MIN {
                 break;
             }
         }

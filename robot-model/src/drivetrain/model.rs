@@ -16,6 +16,13 @@ pub struct WheelMotor {
     pub ka_v_s2_per_m: f64,
 }
 
+impl WheelMotor {
+    /// Friction, mean of both directions \[V\].
+    pub fn ks_mean_v(&self) -> f64 {
+        0.5 * (self.ks_forward_v + self.ks_backward_v)
+    }
+}
+
 /// Both motors and what couples them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drivetrain {
@@ -81,6 +88,8 @@ struct Scheme {
     h_s: f64,
     /// Inverse of the left side: on the diagonal for each wheel, and beside it.
     inverse: (f64, f64, f64),
+    /// Voltage that stops a wheel within the step, per speed at its end.
+    of_speed: WheelPair<f64>,
 }
 
 impl Scheme {
@@ -90,11 +99,12 @@ impl Scheme {
         let beside = model.kc_v_s2_per_m;
         let determinant = left * right - beside * beside;
         let inverse = (right / determinant, left / determinant, -beside / determinant);
-        Self { h_s, inverse }
+        let of_speed = WheelPair::new(1.0 / (h_s * inverse.0), 1.0 / (h_s * inverse.1));
+        Self { h_s, inverse, of_speed }
     }
 
     fn step(&self, model: &Drivetrain, wheels: &mut Wheels, volts: WheelPair<f64>) {
-        let Self { h_s, inverse: (left, right, beside) } = *self;
+        let Self { h_s, inverse: (left, right, beside), of_speed } = *self;
         let before = wheels.speed_mps;
         let kept = |motor: &WheelMotor, own: f64, other: f64| {
             (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own
@@ -107,14 +117,19 @@ impl Scheme {
         let mut friction = wheels.friction_v;
         let mut after = before;
         for _ in 0..SWEEPS {
+            let before_sweep = friction;
             let push =
                 WheelPair::new(free.left - h_s * friction.left, free.right - h_s * friction.right);
             after.left = left * push.left + beside * push.right;
-            friction.left = held(&model.wheels.left, friction.left + after.left / (h_s * left));
+            friction.left = held(&model.wheels.left, friction.left + after.left * of_speed.left);
             let push_left = free.left - h_s * friction.left;
             after.right = right * push.right + beside * push_left;
             friction.right =
-                held(&model.wheels.right, friction.right + after.right / (h_s * right));
+                held(&model.wheels.right, friction.right + after.right * of_speed.right);
+            // Wheels that slide have the friction of the step before: nothing would change any more.
+            if friction == before_sweep {
+                break;
+            }
         }
         let push =
             WheelPair::new(free.left - h_s * friction.left, free.right - h_s * friction.right);

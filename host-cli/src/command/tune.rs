@@ -1,6 +1,6 @@
 //! `beeline tune`.
 
-use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, WheelMotor};
+use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, Push, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
@@ -78,6 +78,18 @@ fn in_words(outcome: &DriveOutcome) -> String {
     }
 }
 
+/// A slope or a cable: what it does, and what was made of it.
+fn print_push(push: Push) {
+    let (way, other) =
+        if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
+    say(format_args!(
+        "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
+         The feedforward takes the mean. A level floor gives better constants.",
+        paint(WARN, "pushed:"),
+        2.0 * push.volts.abs()
+    ));
+}
+
 fn print(tuned: &Tuned, forgets: bool) {
     let Tuned { fit, gains, before, after, .. } = tuned;
     let constants = &fit.constants;
@@ -113,14 +125,7 @@ fn print(tuned: &Tuned, forgets: bool) {
     );
     say(format_args!("delay {:.1} ms; ± is half a 95 % interval", value.delay_s * 1e3));
     if let Some(push) = constants.push() {
-        let (way, other) =
-            if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
-        say(format_args!(
-            "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
-             The feedforward takes the mean. A level floor gives better constants.",
-            paint(WARN, "pushed:"),
-            2.0 * push.volts.abs()
-        ));
+        print_push(push);
     }
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",

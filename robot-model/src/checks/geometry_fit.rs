@@ -131,7 +131,10 @@ impl<'a> Tracks<'a> {
                 let along = sum(|fit| fit.along_m2) / sum(|fit| fit.by_wheels_m2);
                 let by = if along > 0.0 && along.is_finite() { along.ln() } else { 0.0 };
                 let there = begin.moved(&Vector3::new(by, 0.0, 0.0), center);
-                let cost = self.cost(&self.fits(&there, late_s));
+                let times = (there.travel - begin.travel).exp();
+                let farther: Vec<Fit> =
+                    fits.iter().map(|fit| fit.times(times, self.lever_m)).collect();
+                let cost = self.cost(&farther);
                 if cost < best.0 {
                     best = (cost, there);
                 }
@@ -224,17 +227,15 @@ impl<'a> Tracks<'a> {
         ) * PRIOR;
         for (run, fit) in fits.iter().enumerate() {
             let track = &self.each[run];
-            let moved = [0, 1, 2].map(|k| {
-                let mut by = Vector3::zeros();
-                by[k] = STEP;
-                let there = Geometry {
-                    travel: geometry.travel + by[0],
-                    turn: geometry.turn + by[1],
-                    ratio: geometry.ratio + by[2],
-                };
+            let at = |there: Geometry| {
                 let reckoned = track.reckon(self.robot, &there);
                 Fit::of(track, &reckoned, late_s[run], self.lever_m, &fit.kept).residuals
-            });
+            };
+            let moved = [
+                fit.times_with_kept(STEP.exp(), self.lever_m).residuals,
+                at(Geometry { turn: geometry.turn + STEP, ..*geometry }),
+                at(Geometry { ratio: geometry.ratio + STEP, ..*geometry }),
+            ];
             let near_m2 = self.near_m[run].powi(2);
             let weight = 1.0 / (track.poses.len().max(1) as f64 * (near_m2 + fit.error_m.powi(2)));
             for (k, residual) in fit.residuals.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::geometry::Geometry;
 use super::wheel_pair::WheelPair;
-use crate::numeric::angle::sinc;
+use crate::numeric::angle::{Direction, sinc};
 
 /// Where the robot is: the middle between its wheels, and its heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,7 +75,10 @@ pub fn dead_reckon(
     dead_reckon_with(start, radii_m, geometry.track_width_m, turns)
 }
 
-/// The same for wheels of these radii.
+/// After so many steps the direction is computed from the heading anew, so that its rounding does not add up.
+const ANEW: usize = 32;
+
+/// The same for wheels of these radii. Each step is that of [`Pose::advance`].
 pub(crate) fn dead_reckon_with(
     start: Pose,
     radii_m: WheelPair<f64>,
@@ -89,9 +92,25 @@ pub(crate) fn dead_reckon_with(
     let mut poses = Vec::with_capacity(turns.size_hint().0 + 1);
     poses.push(start);
     let mut pose = start;
-    for now in turns {
+    let mut direction = Direction::of(pose.heading_rad);
+    for (index, now) in turns.enumerate() {
         let step = now.since(before);
-        pose = pose.advance(radii_m.left * step.left, radii_m.right * step.right, track_width_m);
+        let (left_m, right_m) = (radii_m.left * step.left, radii_m.right * step.right);
+        let turn = (right_m - left_m) / track_width_m;
+        let half = turn / 2.0;
+        let shorter = sinc(half);
+        let by = Direction::of_small(half, shorter);
+        if index % ANEW == 0 {
+            direction = Direction::of(pose.heading_rad);
+        }
+        let ahead = direction.turned(by);
+        let chord_m = (left_m + right_m) / 2.0 * shorter;
+        pose = Pose::new(
+            pose.x_m + chord_m * ahead.cos,
+            pose.y_m + chord_m * ahead.sin,
+            pose.heading_rad + turn,
+        );
+        direction = ahead.turned(by);
         poses.push(pose);
         before = now;
     }
@@ -123,6 +142,27 @@ mod tests {
     #[test]
     fn no_turns_give_no_poses() {
         assert!(dead_reckon(Pose::ORIGIN, &Geometry::PAPER, 1.0, []).is_empty());
+    }
+
+    #[test]
+    fn dead_reckoning_is_one_arc_after_another() {
+        let radii_m = WheelPair::new(0.036, 0.0361);
+        // Slow and fast turns, and more of them than until the direction is computed anew.
+        let turns = (0..200).map(|k| {
+            let t = f64::from(k);
+            WheelPair::new(0.2 * t + (0.3 * t).sin(), 0.25 * t + 8.0 * (0.05 * t).cos())
+        });
+        let start = Pose::new(0.4, -2.0, 1.3);
+        let poses = dead_reckon_with(start, radii_m, 0.2, turns.clone());
+        let turns: Vec<WheelPair<f64>> = turns.collect();
+        let mut pose = start;
+        for (pair, there) in turns.windows(2).zip(&poses[1..]) {
+            let step = pair[1].since(pair[0]);
+            pose = pose.advance(radii_m.left * step.left, radii_m.right * step.right, 0.2);
+            assert!((pose.x_m - there.x_m).hypot(pose.y_m - there.y_m) < 1e-13, "{pose:?}");
+            assert_eq!(pose.heading_rad, there.heading_rad);
+        }
+        assert_eq!(poses.len(), turns.len());
     }
 
     proptest! {

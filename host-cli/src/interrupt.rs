@@ -23,8 +23,8 @@ pub fn listen() {
         cancel.request();
         if PRESSED.get_or_init(Instant::now).elapsed() > SAME {
             eprintln!(
-                "stopped on the spot: the robot brakes by itself as nobody renews its motion; what it has in \
-                 use may not be what is saved (`beeline config restore`)"
+                "ended at once: the robot brakes by itself, as nobody renews its motion; the configuration in \
+                 use may differ from the saved one (`beeline config restore`)"
             );
             std::process::exit(130);
         }

@@ -146,7 +146,7 @@ impl SimOptions {
         let cannot_use = |error: &dyn fmt::Display| {
             let flash = self.flash.as_deref().unwrap_or(Path::new("")).display();
             Error::new(format_args!("cannot use {flash} as the robot's flash: {error}")).hint(
-                "--flash names a file in a folder that is there and can be written; the file is made",
+                "give --flash a file in a folder that exists and that you may write; the file is created",
             )
         };
         let flash = self.flash.as_deref().map(usable_flash).transpose();
@@ -208,7 +208,7 @@ pub fn with_session<T>(
         Port::At(address) => {
             if sim.flash.is_some() || sim.seed.is_some() {
                 warn(format_args!(
-                    "--flash and --seed belong to a robot that this command simulates itself; {port} is another"
+                    "--flash and --seed are for a robot that this command simulates; they do nothing on {port}"
                 ));
             }
             let key = sim.key()?;

@@ -98,7 +98,7 @@ pub fn all_said() -> Result<()> {
         None => Ok(()),
         Some(error) => {
             Err(Error::new(format_args!("cannot write the result to standard output: {error}"))
-                .hint("the command itself has finished; is the disk of the output full?"))
+                .hint("the command itself has finished; is the output's disk full?"))
         }
     }
 }
@@ -232,7 +232,7 @@ pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
         match receiver.try_recv() {
             Ok(Ok((0, _))) => {
                 note("");
-                return Err(Error::new("nobody is there to answer").hint(NOBODY));
+                return Err(Error::new("there is nobody to answer the question").hint(NOBODY));
             }
             Ok(Ok((_, line))) => {
                 let answer = line.trim();

@@ -75,8 +75,10 @@ pub fn record(
             None => Ok(CompensationRecord::Nothing),
             Some(id) if has_runs => Ok(CompensationRecord::Changed(id)),
             Some(id) => {
-                let problem = format!("the robot now compensates another {id} than this file says");
-                let hint = "remove this file, as there is no run yet, or choose another folder";
+                let problem =
+                    format!("the robot now compensates a different {id} from the one in this file");
+                let hint =
+                    "remove this file, as the campaign has no runs yet, or choose another folder";
                 Err(CampaignError::new(Place::whole(&place), problem, hint))
             }
         };

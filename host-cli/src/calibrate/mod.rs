@@ -370,8 +370,10 @@ impl Bench<'_> {
         let undo_folder = self.settings.undo_folder.as_deref();
         save(self.session, undo_folder, &checks.identity, &undo).await?;
         if self.session.restore_config(ConfigOrigin::Saved).await? != *corrected {
-            return Err(Error::new("the robot saved another configuration than it was told to")
-                .hint("`beeline config get` shows what is there"));
+            return Err(Error::new(
+                "the robot saved a different configuration from the one it was given",
+            )
+            .hint("`beeline config get` shows what is there"));
         }
         (self.tell)(CalibrateStep::Saved);
         Ok(())

@@ -76,7 +76,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign asks for is out of range: {error}"))
+            Error::new(format_args!("the values that the campaign gives are out of range: {error}"))
                 .hint("check robot.toml, and the values that `explain` finds")
         })?;
         write(common, session, &identity, &config, &new).await?;
@@ -184,7 +184,7 @@ pub(super) fn undo(common: &Common) -> Result<()> {
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {
-        say("the geometry is as it was before, and saved");
+        say("the old geometry is restored and saved");
     }
     Ok(())
 }

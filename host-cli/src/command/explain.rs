@@ -64,7 +64,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
 fn check_new(file: &Path) -> Result<()> {
     match file.exists() {
         true => Err(Error::new(format_args!("{} exists", file.display()))
-            .hint("choose another name, or remove it")),
+            .hint("choose another name, or remove that file")),
         false => Ok(()),
     }
 }

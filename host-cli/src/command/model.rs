@@ -131,7 +131,7 @@ fn split<'a>(
     let (campaign, effects) = what.split_last().ok_or_else(|| Error::new("which campaign?"))?;
     if effects.is_empty() && effects_needed {
         return Err(Error::new(format_args!(
-            "which effect, and which campaign? There is only {}",
+            "name an effect and a campaign; there is only {}",
             campaign.display()
         ))
         .hint(format_args!("`beeline model {verb} side_slip my-robot`")));

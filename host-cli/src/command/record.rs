@@ -78,7 +78,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         driven.inspect_err(|_| {
             let (path, samples) = (path.display(), rows.len());
-            note(format_args!("{path}: the run up to this point, {samples} samples"));
+            note(format_args!("{path}: kept up to this point, {samples} samples"));
         })?;
         warn_of_gaps(session, dropped).await?;
         Ok((path, rows))

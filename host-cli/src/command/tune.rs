@@ -20,10 +20,10 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     }
     if args.floor.m < FLOOR_M_MIN {
         return Err(Error::new(format_args!(
-            "{:.0} cm of floor are too little to tell a motor from its friction",
+            "{:.0} cm of floor is too little to tell a motor from its friction",
             args.floor.m * 100.0
         ))
-        .hint("--floor 30cm at least; 1.5 m are better"));
+        .hint("use at least --floor 30cm; 1.5 m is better"));
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let settings = Settings {
@@ -198,7 +198,9 @@ fn undo(common: &Common) -> Result<()> {
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {
-        say("gains, feedforward and limits are those before the last tuning again, and saved");
+        say(
+            "gains, feedforward and limits are restored to those before the last tuning, and saved",
+        );
     }
     Ok(())
 }

@@ -95,5 +95,5 @@ impl PoseSource for TrackFile {
 /// The error of a track that is of another run or robot.
 pub(super) fn no_shift(path: &Path) -> Error {
     Error::new(format_args!("{} and the wheels do not show the same motion", path.display()))
-        .hint("is it the track of this run?")
+        .hint("is it the track of this run and this robot?")
 }

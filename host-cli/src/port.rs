@@ -94,7 +94,7 @@ pub struct SimOptions {
 
 impl SimOptions {
     /// How a campaign names a simulated robot; `None` for a real one.
-    pub fn kept(&self, port: &Port) -> Option<Simulated> {
+    pub fn simulated_robot(&self, port: &Port) -> Option<Simulated> {
         let Port::Sim(scenario) = port else { return None };
         let named = |path: &PathBuf| {
             // An absolute path would not exist on another computer: only the name is kept.
@@ -233,7 +233,8 @@ mod tests {
     #[test]
     fn a_campaign_keeps_which_robot_was_simulated_and_no_folder_of_a_machine() {
         let kept = |port: &str| {
-            SimOptions { seed: Some(7), ..SimOptions::default() }.kept(&port.parse().unwrap())
+            SimOptions { seed: Some(7), ..SimOptions::default() }
+                .simulated_robot(&port.parse().unwrap())
         };
         let named = |port: &str| kept(port).unwrap().scenario;
         assert_eq!(kept("sim"), Some(Simulated { scenario: None, seed: Some(7) }));

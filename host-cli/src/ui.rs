@@ -93,7 +93,7 @@ fn print(line: &str) -> bool {
 
 /// An error if part of the result could not be written, as on a full disk. A reader that has gone
 /// away is not an error.
-pub fn all_said() -> Result<()> {
+pub fn finish_output() -> Result<()> {
     match WRITE_ERROR.get() {
         None => Ok(()),
         Some(error) => {

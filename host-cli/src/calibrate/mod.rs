@@ -12,8 +12,8 @@
 //! use, and if the procedure ends early, the saved one is restored.
 
 mod checks;
-mod decide;
-mod measure;
+mod driven_line;
+mod mean_of_runs;
 mod measurement;
 pub mod plausibility;
 mod pose_at_rest;
@@ -32,8 +32,8 @@ use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 
 use self::checks::check;
-use self::decide::{is_straight_within, mean};
-use self::measure::DrivenLine;
+use self::driven_line::DrivenLine;
+use self::mean_of_runs::{is_straight_within, mean};
 use crate::calibration_page::Basis;
 use crate::error::{Error, Result};
 use crate::pose_source::{Mark, PoseSource};

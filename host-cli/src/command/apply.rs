@@ -13,7 +13,7 @@ use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
-use crate::explain::{explained, memory, wrong_in_robot_toml};
+use crate::explain::{explained, flash_option, wrong_in_robot_toml};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
@@ -260,7 +260,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
             say(format_args!(
                 "  beeline apply --undo --port {}{} restores the old values",
                 common.port,
-                memory(common)
+                flash_option(common)
             ));
         }
     } else if has_no_term(change) {

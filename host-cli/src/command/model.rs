@@ -14,7 +14,7 @@ use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
-use crate::explain::{parameters, text};
+use crate::explain::{errors_text, parameters};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 use crate::{json, words};
@@ -359,7 +359,11 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut table = Table::new("lrr");
         table.row(["", "nominal", "with this model"].map(|head| Cell::styled(DIM, head)));
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
-            table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
+            table.row([
+                name.into(),
+                errors_text(&of(&fit.nominal)).into(),
+                errors_text(&of(&fit.errors)).into(),
+            ]);
         };
         row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.fitted);
         row("cross-validated".into(), &|errors| errors.cross_validated);

@@ -4,7 +4,7 @@
 #[cfg(test)]
 pub(crate) mod empty_answer;
 mod headline;
-mod next;
+mod next_run;
 mod progress;
 
 use campaign::model::EffectEntry;
@@ -19,12 +19,12 @@ use crate::words;
 
 use self::headline::kind_of_error;
 pub use self::headline::{
-    AnswerContext, before, effects_with_values, headline, net_changes, on_held_out, text,
+    AnswerContext, before, effects_with_values, errors_text, headline, net_changes, on_held_out,
     wrong_in_robot_toml,
 };
-pub(crate) use self::headline::{count, says};
-pub(crate) use self::next::{gyro_words, no_next_run};
-pub use self::next::{memory, next_run_command, reached, reached_again};
+pub(crate) use self::headline::{effect_names, number_word};
+pub use self::next_run::{flash_option, next_run_command, next_run_options, robot_options};
+pub(crate) use self::next_run::{gyro_words, no_next_run};
 pub use self::progress::explained;
 
 /// Width of the longest bar.
@@ -39,7 +39,7 @@ pub fn show(answer: &Answer, context: &AnswerContext<'_>) {
     say("");
     waterfall(answer, context);
     if let Some(held_out) = &answer.held_out {
-        let (before, model) = (text(&held_out.baseline), text(&held_out.model));
+        let (before, model) = (errors_text(&held_out.baseline), errors_text(&held_out.model));
         say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, on_held_out(held_out))));
     }
     known(answer, context);
@@ -111,7 +111,7 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     row(String::new(), before(answer).into(), &answer.baseline.cross_validated, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = match step.class.len() {
-            0..=2 => format!("+ {}", says(step, context)),
+            0..=2 => format!("+ {}", effect_names(step, context)),
             // All of them are in the section of this effect.
             n => format!("+ {} or {} others", context.name(&step.effect), n - 1),
         };

@@ -18,7 +18,7 @@
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
-//! | `track.rs`, `fit.rs`, `geometry.rs`, `geometry_fit.rs` | a thinned run; its least squares; a geometry; that of all runs |
+//! | `track.rs`, `start_pose_fit.rs`, `relative_geometry.rs`, `geometry_fit.rs` | a thinned run; its least squares; a geometry; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
 //! | `position_outliers.rs` | single positions that are elsewhere |
 //! | `heading_marker.rs` | headings that sit a little crooked in all runs |
@@ -33,14 +33,14 @@ mod counters;
 mod data_fault;
 mod dead_reckoning;
 mod end_pose;
-mod fit;
-mod geometry;
 mod geometry_fit;
 mod heading_marker;
 mod hypotheses;
 mod last_pose;
 mod one_run;
 mod position_outliers;
+mod relative_geometry;
+mod start_pose_fit;
 #[cfg(test)]
 mod tests;
 mod track;

@@ -72,6 +72,6 @@ pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), Recordi
             }
         }
     }
-    clocks.retain(fine::is_told);
+    clocks.retain(fine::is_reported);
     Ok((aligned, clocks))
 }

@@ -57,7 +57,7 @@ impl DrivenLine<'_> {
         clock: &Clock,
         first: usize,
     ) -> Result<Measurement> {
-        if !source.sees() {
+        if !source.measures_while_driving() {
             let mut measured = None;
             source
                 .read_deviation(clock, &mut |deviation| {

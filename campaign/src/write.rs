@@ -1,6 +1,6 @@
 //! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
 //!
-//! How a file appears whole is a matter of [`crate::file`], how a run and its facts appear together one of `facts`.
+//! How a file appears whole is left to [`crate::file`], how a run and its facts appear together to `run_facts`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

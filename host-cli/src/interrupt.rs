@@ -1,7 +1,7 @@
 //! Ctrl-C, or the system's request to end: the first asks the procedure to end in good order, a
 //! second ends the program at once.
 //!
-//! How a procedure ends in good order is a matter of `host-link`.
+//! How a procedure ends in good order is left to `host-link`.
 
 use std::sync::{LazyLock, OnceLock};
 use std::time::{Duration, Instant};

@@ -173,7 +173,7 @@ impl Drop for Progress {
     }
 }
 
-/// What was found so far, a line each, and what is being done; invisible if standard error is not a terminal.
+/// What was found so far, one line for each finding, and what is being done; invisible if standard error is not a terminal.
 pub struct Steps(ProgressBar);
 
 impl Steps {

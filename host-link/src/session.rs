@@ -1,7 +1,7 @@
 //! A session with one robot: handshake, requests with retries, telemetry, events.
 //!
 //! It is async over a wire and a clock, so that the same procedure runs against a board in real
-//! time and against the simulator in virtual time. How a motion is driven is a matter of
+//! time and against the simulator in virtual time. How a motion is driven is left to
 //! [`crate::motion`].
 
 mod config;

@@ -1,6 +1,6 @@
 //! What a drive along a line says about the wheels: by measured poses, or by a reading at its end.
 //!
-//! Who measures is a matter of [`crate::pose_source`]; what is decided, of the module above.
+//! Who measures is left to [`crate::pose_source`]; what is decided, to the module above.
 
 use host_link::Clock;
 use host_link::motion::Recording;

@@ -214,7 +214,7 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, context: &
     }
 }
 
-/// Prints parameters with their 95 % intervals, a line each.
+/// Prints parameters with their 95 % intervals, one per line.
 pub fn parameters(parameters: &[ParameterFound], indent: usize) {
     let mut table = Table::new("lll");
     for parameter in parameters {

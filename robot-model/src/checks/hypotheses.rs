@@ -23,7 +23,7 @@ const POSES_MIN: usize = 5;
 const UNKNOWN_MAX: usize = 2;
 /// A mended event is reported if the error falls to this share.
 const EVENT: f64 = 0.6;
-/// Values that are held are told only if they do harm: the error falls to this share, from this one \[m\].
+/// Held values are reported only if they do harm: the error falls to this share, from this one \[m\].
 const HELD: (f64, f64) = (0.4, 0.006);
 
 /// What is wrong with the data of these valid runs, the best first: what all runs share, then the worst runs, then
@@ -64,7 +64,7 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
     found
 }
 
-/// Whether this is a matter of the robot's data sheet.
+/// Whether this concerns the robot's data sheet.
 fn is_of_robot(what: &DataFault) -> bool {
     matches!(what, DataFault::Radius { .. } | DataFault::Track { .. } | DataFault::Lengths { .. })
 }

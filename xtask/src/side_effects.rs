@@ -81,7 +81,7 @@ fn broken(base: &Path, rule: &Rule) -> Result<BTreeSet<String>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::example::Example;
+    use crate::example_repository::Example;
 
     /// What is found in a library with this line in a function of one of its modules.
     fn found(rule: &Rule, file: &str) -> Vec<String> {

@@ -12,7 +12,7 @@ use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 
 use crate::compare::LINE;
-use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
+use crate::quantity::{interval_in_unit, p_value, probability, value_in_unit, value_with_sigma};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
@@ -75,11 +75,11 @@ fn fitted_along(answer: &Answer) {
     let mut table = Table::new("llll");
     for found in &answer.fitted_along {
         for ParameterFound { name, unit, value, sigma, low95, high95 } in &found.parameters {
-            let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
+            let interval = interval_in_unit(*value, *sigma, (*low95, *high95), unit);
             table.row([
                 found.effect.clone().into(),
                 Cell::styled(DIM, name),
-                friendly(*value, *sigma, unit).into(),
+                value_with_sigma(*value, *sigma, unit).into(),
                 Cell::styled(DIM, format!("95 %: {interval}")),
             ]);
         }
@@ -165,8 +165,8 @@ fn confirmed(entry: &EffectEntry, found: &StepFound) -> String {
     let pairs = entry.parameters.iter().filter_map(|was| {
         let now = found.parameters.iter().find(|now| now.name == was.name)?;
         let off = (now.value - was.value).abs() > half(was).hypot(half(now));
-        let value = friendly(now.value, now.sigma, &now.unit);
-        Some((friendly_exact(was.value, now.sigma, &now.unit), value, off))
+        let value = value_with_sigma(now.value, now.sigma, &now.unit);
+        Some((value_in_unit(was.value, now.sigma, &now.unit), value, off))
     });
     let pairs: Vec<(String, String, bool)> = pairs.collect();
     let worst = pairs.iter().find(|(_, _, off)| *off).or(pairs.first());
@@ -219,10 +219,10 @@ pub fn parameters(parameters: &[ParameterFound], indent: usize) {
     let mut table = Table::new("lll");
     for parameter in parameters {
         let ParameterFound { name, unit, value, sigma, low95, high95 } = parameter;
-        let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
+        let interval = interval_in_unit(*value, *sigma, (*low95, *high95), unit);
         table.row([
             Cell::styled(DIM, name),
-            friendly(*value, *sigma, unit).into(),
+            value_with_sigma(*value, *sigma, unit).into(),
             Cell::styled(DIM, format!("95 %: {interval}")),
         ]);
     }

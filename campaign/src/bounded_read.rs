@@ -64,6 +64,6 @@ mod tests {
         file.as_file().set_len(KEYS_BYTES_MAX + 1).unwrap();
         let error = read_keys(file.path()).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::FileTooLarge);
-        assert!(error.to_string().contains("16777217 bytes, at most 16777216"), "{error}");
+        assert!(error.to_string().contains("16777217 bytes; at most 16777216"), "{error}");
     }
 }

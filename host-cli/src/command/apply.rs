@@ -57,8 +57,8 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
             warn(format_args!(
-                "the mean radius stays at {}: this campaign is relative to {} and shows no error of the mean radius; if \
-                 that is the robot's, scale the radius to it with `beeline config set geometry.wheel_radius_m`",
+                "the mean radius stays at {}: robot.toml says {}, and the runs do not contradict it; if that is right, \
+                 scale the robot's radius to it with `beeline config set geometry.wheel_radius_m`",
                 LengthUnit::Mm.format(stays_m, 3),
                 LengthUnit::Mm.format(campaign.robot.wheel_radius_m, 3)
             ));

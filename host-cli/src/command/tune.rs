@@ -107,7 +107,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         |value, motor| value.ka_of_robot(motor).1,
         |off| off.ka_spin_v_s2_per_m,
     );
-    say(format_args!("delay {:.1} ms; ± holds the truth in 95 % of cases", value.delay_s * 1e3));
+    say(format_args!("delay {:.1} ms; ± gives 95 % intervals", value.delay_s * 1e3));
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,

@@ -136,7 +136,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     let runs = crate::ui::runs(report.context.runs);
     let _ = write!(
         html,
-        "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals hold the truth \
+        "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals contain the truth \
          in 95 % of cases. Model: exact arcs from encoder counts, and the effects named here.</footer>\n</body></html>\n"
     );
     html

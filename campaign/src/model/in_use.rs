@@ -178,7 +178,7 @@ mod tests {
             CompensationRecord::Changed("wheel_radius_ratio".to_owned())
         );
         let error = record(&other, false).unwrap_err().to_string();
-        assert!(error.contains("another wheel_radius_ratio"), "{error}");
+        assert!(error.contains("a different wheel_radius_ratio"), "{error}");
         assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
         // Once fitted, the entry has the fitted value, not the one in use.
         std::fs::write(&place, text.replace("in_use = true\n", "")).unwrap();

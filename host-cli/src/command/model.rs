@@ -359,11 +359,8 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut table = Table::new("lrr");
         table.row(["", "nominal", "with this model"].map(|head| Cell::styled(DIM, head)));
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
-            table.row([
-                name.into(),
-                errors_text(&of(&fit.nominal)).into(),
-                errors_text(&of(&fit.errors)).into(),
-            ]);
+            let [nominal, fitted] = [&fit.nominal, &fit.errors].map(|pair| errors_text(&of(pair)));
+            table.row([name.into(), nominal.into(), fitted.into()]);
         };
         row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.fitted);
         row("cross-validated".into(), &|errors| errors.cross_validated);

@@ -21,7 +21,7 @@ pub fn open(file: &Path, bytes_max: u64) -> io::Result<impl Read> {
         return Err(io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a file")));
     }
     if there.len() > bytes_max {
-        let problem = format!("it has {} bytes, at most {bytes_max} are read", there.len());
+        let problem = format!("it has {} bytes; at most {bytes_max} are read", there.len());
         return Err(io::Error::new(ErrorKind::FileTooLarge, problem));
     }
     Ok(File::open(file)?.take(bytes_max))
@@ -64,6 +64,6 @@ mod tests {
         file.as_file().set_len(KEYS_BYTES_MAX + 1).unwrap();
         let error = read_keys(file.path()).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::FileTooLarge);
-        assert!(error.to_string().contains("16777217 bytes, at most 16777216"), "{error}");
+        assert!(error.to_string().contains("16777217 bytes; at most 16777216"), "{error}");
     }
 }

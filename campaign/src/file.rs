@@ -208,7 +208,7 @@ pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
         }
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose a folder on another",
         ErrorKind::PermissionDenied => "check who may read and write there",
-        ErrorKind::InvalidInput => "put a file of its own in its place",
+        ErrorKind::InvalidInput => "replace it by a file",
         ErrorKind::FileTooLarge => "check that it is the right file",
         _ => return None,
     })

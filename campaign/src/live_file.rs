@@ -1,6 +1,6 @@
 //! A file that another program is still writing: a tracker's track, a logger's readings.
 //!
-//! The format of a track is a matter of [`crate::track`].
+//! The format of a track is left to [`crate::track`].
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;

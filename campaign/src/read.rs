@@ -1,6 +1,6 @@
 //! Reads campaign folders, with one clear error for each way in which they can be wrong.
 //!
-//! Whether a robot can have driven the runs is a matter of `checks`.
+//! Whether a robot can have driven the runs is left to `checks`.
 
 use std::fs;
 use std::io::Read;

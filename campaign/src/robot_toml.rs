@@ -209,11 +209,11 @@ fn check_range(
 /// What to try about a problem that the TOML parser reports.
 fn hint_for(problem: &str) -> &'static str {
     if problem.starts_with("missing field `name`") {
-        "the robot and each [[run]] have one: name = \"my-robot\""
+        "the robot needs one, and so does each [[run]]: name = \"my-robot\""
     } else if problem.starts_with("missing field") {
         "name, wheel_radius_m, track_width_m and counts_per_rev are required"
     } else if problem.starts_with("unknown field") {
-        "check its spelling; keys of the robot stand above the first [[run]], keys of a run below it"
+        "check its spelling; keys of the robot belong above the first [[run]], keys of a run below it"
     } else if problem.contains("expected f64") {
         "a number, without quotes and unit, with a decimal point: wheel_radius_m = 0.036"
     } else if problem.contains("expected a boolean") {

@@ -26,7 +26,7 @@ pub(crate) fn add(toml: &Path, facts: &RunFacts) -> Result<(), CampaignError> {
 }
 
 /// Removes `pending` from entries whose run is there, and entries whose run never came.
-pub(crate) fn settle(folder: &Path) -> Result<(), CampaignError> {
+pub(crate) fn resolve_pending(folder: &Path) -> Result<(), CampaignError> {
     let toml = folder.join("robot.toml");
     let mut robot = RobotFile::read(&toml)?;
     if robot.runs.iter().all(|facts| !facts.pending) {

@@ -1,6 +1,6 @@
 //! Writes campaign folders: every file appears whole or not at all, and no run is ever overwritten.
 //!
-//! How a file appears whole is a matter of [`crate::file`], how a run and its facts appear together one of `facts`.
+//! How a file appears whole is left to [`crate::file`], how a run and its facts appear together to `run_facts`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -199,7 +199,7 @@ impl RunWriter {
             }
             let written = write_new(&path, self.text.as_bytes());
             // The run stands or falls with its file. An entry that stays pending is settled by the next writer.
-            let settled = if has_facts { run_facts::settle(&self.folder) } else { Ok(()) };
+            let settled = if has_facts { run_facts::resolve_pending(&self.folder) } else { Ok(()) };
             match written.map_err(|error| unwritten(&path, error))? {
                 true => return Ok(path),
                 // A program that does not know the lock has recorded into this folder meanwhile.
@@ -249,7 +249,7 @@ fn existing(folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError
     // Whether facts can be added must be known before a run is driven.
     let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
     run_facts::with_facts(&toml, &facts)?;
-    run_facts::settle(folder)?;
+    run_facts::resolve_pending(folder)?;
     Ok(RobotFile { runs: RobotFile::read(&toml)?.runs, ..there })
 }
 

@@ -48,7 +48,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::AlreadyMoving(_) => {
             "`beeline stop` ends that; a robot whose host is gone stops by itself"
         }
-        Error::NoTelemetry => "is the line too slow for it? raise the baud rate",
+        Error::NoTelemetry => "is the line too slow? raise the baud rate",
         Error::StartTooLate => {
             "check the cable and the baud rate: too high for the cable, or too low for the telemetry"
         }
@@ -63,7 +63,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::Connect { .. } => "is the robot, or `beeline sim --listen tcp:...`, running there?",
         // Another program has the port open, perhaps one that drives the robot.
         Error::OpenSerial { cause, .. } if cause.to_string().contains("exclusive lock") => {
-            "another program has it open; to stop the robot, press Ctrl-C there, or its stop button"
+            "another program has it open; to stop the robot, press Ctrl-C there, or the robot's stop button"
         }
         Error::OpenSerial { path, .. } => return Some(on_serial(path)),
         Error::Listen { .. } => "port 0 takes any that is free: --listen tcp:127.0.0.1:0",
@@ -97,7 +97,7 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         Refusal::CauseRemains => "release the emergency stop, check the driver and the battery",
         Refusal::Store => "try again; with --flash FILE, check whether the disk is full",
         Refusal::Late => {
-            "the line holds frames up: check the cable, the baud rate, and what is between"
+            "the line delays frames: check the cable, the baud rate, and whatever is in between"
         }
         Refusal::Driven => {
             "wait until the other host is done; `beeline stop` ends its motion and switches the motors off"

@@ -36,7 +36,7 @@ fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
             "change driver.pwm_hz first, or both together with `beeline config import`"
         }
         ConfigError::AtFault { .. } => {
-            "`beeline config set driver.at_fault off` takes what the driver does when it is off"
+            "with `beeline config set driver.at_fault off` the driver does what it does when it is off"
         }
     })
 }
@@ -104,7 +104,7 @@ fn unknown_word(field: &str, text: &str) -> Error {
     };
     match field {
         "driver.name" => of(&Driver::ALL.map(Driver::name))
-            .hint("docs/drivers.md tells which one yours is, and how to wire it"),
+            .hint("docs/drivers.md says which one is yours, and how to wire it"),
         "driver.at_fault" => of(&AtFault::ALL.map(AtFault::name)),
         _ => Error::new(format_args!(
             "{field} = {text}: too long, at most {} bytes",
@@ -187,15 +187,9 @@ mod tests {
             set(&config, field, value).map_err(|error| error.to_string())
         };
         let error = at("md10c", "driver.at_fault", "coast").unwrap_err();
-        assert_eq!(
-            error,
-            "driver.at_fault = coast: a driver of the kind md10c cannot let the motors coast"
-        );
+        assert_eq!(error, "driver.at_fault = coast: the driver md10c cannot let the motors coast");
         let error = at("bts7960", "driver.pwm_hz", "26000").unwrap_err();
-        assert_eq!(
-            error,
-            "driver.pwm_hz = 26000: a driver of the kind bts7960 bears at most 25000 Hz"
-        );
+        assert_eq!(error, "driver.pwm_hz = 26000: the driver bts7960 takes at most 25000 Hz");
         assert!(at("md10c", "driver.at_fault", "brake").is_ok());
         assert!(at("bts7960", "driver.pwm_hz", "25000").is_ok());
     }

@@ -172,10 +172,10 @@ impl From<ServeError> for Error {
                 "--camera FILE makes a new track: name another one, or move this one away",
             ),
             ServeError::CameraNew(..) => {
-                (Error::new(&error), "--camera names the track file to write")
+                (Error::new(&error), "--camera FILE names the track file to write")
             }
             ServeError::CameraWrite(..) => {
-                (Error::new(&error), "the camera's track goes there: is its disk full?")
+                (Error::new(&error), "the camera's track is written there: is the disk full?")
             }
         };
         converted.hint(hint)

@@ -1,7 +1,7 @@
 //! Ctrl-C, or the system's request to end: the first asks the procedure to end in good order, a
 //! second ends the program at once.
 //!
-//! How a procedure ends in good order is a matter of `host-link`.
+//! How a procedure ends in good order is left to `host-link`.
 
 use std::sync::{LazyLock, OnceLock};
 use std::time::{Duration, Instant};
@@ -23,8 +23,8 @@ pub fn listen() {
         cancel.request();
         if PRESSED.get_or_init(Instant::now).elapsed() > SAME {
             eprintln!(
-                "stopped on the spot: the robot brakes by itself as nobody renews its motion; what it has in \
-                 use may not be what is saved (`beeline config restore`)"
+                "ended at once: the robot brakes by itself, as nobody renews its motion; the configuration in \
+                 use may differ from the saved one (`beeline config restore`)"
             );
             std::process::exit(130);
         }

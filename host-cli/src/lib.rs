@@ -11,7 +11,7 @@
 //! | [`apply`] | what the firmware can compensate |
 //! | [`calibrate`] | the paper's experiment as a guided procedure |
 //! | [`tune`] | identifies the motors and sets the gains |
-//! | [`undo`] | the geometry before the last change |
+//! | [`undo`] | what `--undo` restores: configurations from before the last change |
 //! | [`wheel_angles`] | telemetry counts as wheel angles |
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`campaign_recorder`] | drives and records whole campaigns |
@@ -21,7 +21,7 @@
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
 //! | [`quantity`] | numbers with units, read and written |
-//! | [`cli`], [`command`] | the command line; one file a command |
+//! | [`cli`], [`command`] | the command line; one file per command |
 //! | [`error`], [`interrupt`] | errors for a person, Ctrl-C |
 //! | [`ui`], [`table`] | lines, progress, questions and tables on a terminal |
 

@@ -24,7 +24,7 @@ pub fn check(motion: &Motion, config: &Config, long: bool) -> Result<()> {
     let duration_s = motion.duration_s();
     if duration_s > DURATION_S_USUAL && !long {
         return Err(Error::new(format_args!("this drive takes {}", time(duration_s)))
-            .hint("a higher --cruise or --acceleration; with --long it is driven all the same"));
+            .hint("use a higher --cruise or --acceleration; --long drives it anyway"));
     }
     Ok(())
 }
@@ -42,7 +42,7 @@ pub fn check_distance(motion: &Motion, config: &Config) -> Result<()> {
     let length_m_min = count_m.left.max(count_m.right) / DIFFERENCE_USUAL;
     if length_m < length_m_min {
         return Err(Error::new(format_args!(
-            "{} mm are too short to determine W_T: one encoder count is more than {:.0} % of the distance",
+            "{} mm is too short to determine W_T: one encoder count is more than {:.0} % of the distance",
             Readable(length_m * 1e3),
             100.0 * DIFFERENCE_USUAL
         ))
@@ -58,7 +58,7 @@ pub fn check_length(length_m: f64, track_width_m: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::new(format_args!(
-        "{} m are too far to determine W_T: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
+        "{} m is too far to determine W_T: wheels that differ by {:.0} % would turn the robot by more than a quarter on the way",
         Readable((length_m * 10.0).round() / 10.0),
         100.0 * DIFFERENCE_USUAL
     ))
@@ -77,7 +77,7 @@ pub fn check_square(side_m: f64, config: &Config) -> Result<()> {
     }
     let cm = |value_m| LengthUnit::Cm.format(value_m, 1);
     Err(Error::new(format_args!(
-        "a square of {} is smaller than the robot: its track is {}",
+        "a square of {} is smaller than the robot: its track width is {}",
         cm(side_m),
         cm(track_m)
     ))

@@ -19,7 +19,7 @@ fn main() -> ExitCode {
     if let Err(error) = command::run(&cli) {
         return fail(&error, cli.common.json);
     }
-    match ui::all_said() {
+    match ui::finish_output() {
         Ok(()) => ExitCode::SUCCESS,
         // As text even with --json: standard output, where JSON goes, cannot be written.
         Err(error) => fail(&error, false),

@@ -94,7 +94,7 @@ pub struct SimOptions {
 
 impl SimOptions {
     /// How a campaign names a simulated robot; `None` for a real one.
-    pub fn kept(&self, port: &Port) -> Option<Simulated> {
+    pub fn simulated_robot(&self, port: &Port) -> Option<Simulated> {
         let Port::Sim(scenario) = port else { return None };
         let named = |path: &PathBuf| {
             // An absolute path would not exist on another computer: only the name is kept.
@@ -146,7 +146,7 @@ impl SimOptions {
         let cannot_use = |error: &dyn fmt::Display| {
             let flash = self.flash.as_deref().unwrap_or(Path::new("")).display();
             Error::new(format_args!("cannot use {flash} as the robot's flash: {error}")).hint(
-                "--flash names a file in a folder that is there and can be written; the file is made",
+                "give --flash a file in a folder that exists and that you may write; the file is created",
             )
         };
         let flash = self.flash.as_deref().map(usable_flash).transpose();
@@ -208,7 +208,7 @@ pub fn with_session<T>(
         Port::At(address) => {
             if sim.flash.is_some() || sim.seed.is_some() {
                 warn(format_args!(
-                    "--flash and --seed belong to a robot that this command simulates itself; {port} is another"
+                    "--flash and --seed are for a robot that this command simulates; they do nothing on {port}"
                 ));
             }
             let key = sim.key()?;
@@ -233,7 +233,8 @@ mod tests {
     #[test]
     fn a_campaign_keeps_which_robot_was_simulated_and_no_folder_of_a_machine() {
         let kept = |port: &str| {
-            SimOptions { seed: Some(7), ..SimOptions::default() }.kept(&port.parse().unwrap())
+            SimOptions { seed: Some(7), ..SimOptions::default() }
+                .simulated_robot(&port.parse().unwrap())
         };
         let named = |port: &str| kept(port).unwrap().scenario;
         assert_eq!(kept("sim"), Some(Simulated { scenario: None, seed: Some(7) }));

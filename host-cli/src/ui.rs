@@ -93,12 +93,12 @@ fn print(line: &str) -> bool {
 
 /// An error if part of the result could not be written, as on a full disk. A reader that has gone
 /// away is not an error.
-pub fn all_said() -> Result<()> {
+pub fn finish_output() -> Result<()> {
     match WRITE_ERROR.get() {
         None => Ok(()),
         Some(error) => {
             Err(Error::new(format_args!("cannot write the result to standard output: {error}"))
-                .hint("the command itself has finished; is the disk of the output full?"))
+                .hint("the command itself has finished; is the output's disk full?"))
         }
     }
 }
@@ -173,7 +173,7 @@ impl Drop for Progress {
     }
 }
 
-/// What was found so far, a line each, and what is being done; invisible if standard error is not a terminal.
+/// What was found so far, one line for each finding, and what is being done; invisible if standard error is not a terminal.
 pub struct Steps(ProgressBar);
 
 impl Steps {
@@ -232,7 +232,7 @@ pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
         match receiver.try_recv() {
             Ok(Ok((0, _))) => {
                 note("");
-                return Err(Error::new("nobody is there to answer").hint(NOBODY));
+                return Err(Error::new("there is nobody to answer the question").hint(NOBODY));
             }
             Ok(Ok((_, line))) => {
                 let answer = line.trim();

@@ -66,7 +66,7 @@ impl Restorable for WheelWeight {
 impl Restorable for GeometryConfig {
     const FILE: &'static str = "undo-apply";
     const NOTHING: (&'static str, &'static str) = (
-        "this computer has applied nothing to this robot that could be undone",
+        "nothing that this computer applied to this robot can be undone",
         "only what this computer applied last can be undone; `beeline config set` sets any other",
     );
 
@@ -80,7 +80,7 @@ impl Restorable for GeometryConfig {
 
     fn changed_since(_now: Self, _undo: &Undo<Self>) -> Error {
         Error::new("the robot's geometry was changed after `beeline apply`")
-            .hint("`beeline config set geometry.wheel_weight ...` sets what it should be")
+            .hint("set the values that you want, for example with `beeline config set geometry.wheel_weight ...`")
     }
 }
 
@@ -116,10 +116,10 @@ pub fn check<T: Restorable>(folder: &Path, identity: &Identity) -> Result<()> {
     let file = if there == folder { file::<T>(folder, identity) } else { there.join("beeline") };
     check_writable(&file).map_err(|error| {
         Error::new(format_args!(
-            "cannot remember what is changed, for --undo, in {}: {error}",
+            "cannot keep the old values for --undo in {}: {error}",
             folder.display()
         ))
-        .hint("XDG_STATE_HOME names a folder that can be written")
+        .hint("set XDG_STATE_HOME to a folder that you may write")
     })
 }
 
@@ -145,13 +145,13 @@ impl<T: Restorable> Undo<T> {
             }
             Err(error) => {
                 return Err(Error::new(format_args!("{}: {error}", file.display()))
-                    .hint("the last change is remembered there: may you read it?"));
+                    .hint("the last change is kept there: check that you may read it"));
             }
         };
         toml::from_str(&text).map_err(|error| {
             let problem = error.message().replace('\n', " ");
             Error::new(format_args!("{}: {problem}", file.display()))
-                .hint("delete this file; `beeline config set geometry...` does what it did")
+                .hint("delete this file, and restore the values yourself with `beeline config set geometry...`")
         })
     }
 

@@ -1,6 +1,6 @@
 //! Where a robot is reached: a serial port or a TCP address.
 //!
-//! What is said over the connection is a matter of [`crate::session`].
+//! What is said over the connection is left to [`crate::session`].
 
 use std::fmt;
 use std::io;

@@ -222,7 +222,7 @@ impl fmt::Display for Error {
             }
             Self::ClockCrawls { waited_s, elapsed_s } => write!(
                 f,
-                "the robot's clock showed {elapsed_s:.1} s of the motion after {waited_s:.0} s: it was stopped"
+                "after {waited_s:.0} s the robot's clock had counted only {elapsed_s:.1} s of the motion, so the robot was stopped"
             ),
             Self::StoppedByAnother => f.write_str("another host stopped the robot"),
             Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
@@ -271,14 +271,17 @@ impl Error {
         match self {
             Self::KeyFile { path, problem } => write!(f, "{}: {problem}", path.display()),
             Self::NoRandomNumbers(cause) => {
-                write!(f, "the system gives no random numbers for a key ({cause})")
+                write!(f, "the system provides no random numbers for a key ({cause})")
             }
             Self::KeyNeeded { port } => {
                 write!(f, "the robot on {port} has a key, and none was given")
             }
-            Self::WrongKey { port } => write!(f, "the robot on {port} has another key"),
+            Self::WrongKey { port } => write!(f, "the robot on {port} has a different key"),
             Self::RobotWithoutKey { port } => {
-                write!(f, "a key is given, but the robot on {port} has none: it may be another one")
+                write!(
+                    f,
+                    "a key was given, but the robot on {port} has none: it may be a different robot"
+                )
             }
             _ => Ok(()),
         }

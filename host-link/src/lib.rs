@@ -40,11 +40,11 @@ mod key_file_problem;
 pub mod limits;
 pub mod listen;
 pub mod motion;
-mod received;
 mod robot_clock;
 pub mod session;
 mod statistics;
 pub mod stream;
+mod validate;
 pub mod wire;
 
 pub use address::{Address, connect};

@@ -106,7 +106,7 @@ fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(ClientEvent)) {
     // In the order in which they came. If all were let in, the newest goes.
     let stranger = clients.iter().position(|client| !client.is_let_in());
     let gone = clients.remove(stranger.unwrap_or(clients.len() - 1));
-    tell(gone.farewell());
+    tell(gone.leaving_event());
 }
 
 /// The robot's answers are told apart by their sessions, so nobody gets another client's.

@@ -1,7 +1,7 @@
 //! A session with one robot: handshake, requests with retries, telemetry, events.
 //!
 //! It is async over a wire and a clock, so that the same procedure runs against a board in real
-//! time and against the simulator in virtual time. How a motion is driven is a matter of
+//! time and against the simulator in virtual time. How a motion is driven is left to
 //! [`crate::motion`].
 
 mod config;
@@ -22,10 +22,10 @@ use shared_proto::{
 use crate::cancel::Cancel;
 use crate::clock::Clock;
 use crate::error::{Error, Result, name_of};
-use crate::received::keep;
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
+use crate::validate::keep_latest;
 use crate::wire::Wire;
 
 use self::sealing::Sealing;
@@ -321,7 +321,7 @@ impl Session {
                 frame
                     .message::<Event>()
                     .into_iter()
-                    .for_each(|event| keep(&mut self.events, event));
+                    .for_each(|event| keep_latest(&mut self.events, event));
             }
             Channel::Hello | Channel::Request | Channel::Open | Channel::Opened => {}
         }
@@ -355,7 +355,7 @@ impl Session {
                 Ok(Answer::Telemetry(telemetry)) => self.telemetry.fill_gap(telemetry),
                 _ => self.telemetry.unavailable(id),
             },
-            reply => keep(&mut self.replies, reply),
+            reply => keep_latest(&mut self.replies, reply),
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The bytes to and from a robot. What they mean is a matter of `shared-proto` and
+//! The bytes to and from a robot. What they mean is left to `shared-proto` and
 //! [`crate::session`].
 
 use std::collections::VecDeque;

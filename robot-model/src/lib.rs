@@ -6,10 +6,10 @@
 //!
 //! | room | what it answers | main items |
 //! | --- | --- | --- |
-//! | [`kinematics`] | where does the robot go when its wheels turn so far? | [`kinematics::Pose`], [`kinematics::Geometry`], [`kinematics::WheelPair`] |
+//! | [`kinematics`] | where does the robot go when its wheels turn? | [`kinematics::Pose`], [`kinematics::Geometry`], [`kinematics::WheelPair`] |
 //! | [`calibration`] | what is W_T, and how sure is it? | [`calibration::WheelWeight`], [`calibration::fit_track`], [`calibration::OutAndBack`] |
 //! | [`recording`] | what was driven and measured? | [`recording::Campaign`], [`recording::Recording`], [`recording::OdometryNoise`] |
-//! | [`checks`] | can wheels and poses be of one robot at all? | [`checks::data_hypotheses`], [`checks::DataFault`] |
+//! | [`checks`] | can wheels and poses belong to one robot at all? | [`checks::data_hypotheses`], [`checks::DataFault`] |
 //! | [`effect`] | which effects are known, and what does each do to a step? | [`effect::Effect`], [`effect::CATALOGUE`], [`effect::Custom`] |
 //! | [`explain`] | which effects are missing, and which run would tell more? | [`explain::explain`], [`explain::Answer`], [`explain::model::fit`] |
 //! | [`compare`] | how far is a model off, where, and how much of it is noise? | [`compare::Comparer`] |

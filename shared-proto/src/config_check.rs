@@ -99,14 +99,14 @@ impl core::fmt::Display for ConfigError {
             ),
             ConfigError::PwmFrequency { driver, hz } => write!(
                 f,
-                "driver.pwm_hz = {}: a driver of the kind {} bears at most {} Hz",
+                "driver.pwm_hz = {}: the driver {} takes at most {} Hz",
                 Readable(hz),
                 driver.name(),
                 driver.facts().pwm_hz_max,
             ),
             ConfigError::AtFault { driver, at_fault } => write!(
                 f,
-                "driver.at_fault = {}: a driver of the kind {} cannot {}",
+                "driver.at_fault = {}: the driver {} cannot {}",
                 at_fault.name(),
                 driver.name(),
                 if at_fault == AtFault::Brake {

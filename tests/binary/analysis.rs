@@ -247,7 +247,7 @@ fn bad_input_is_one_error_with_its_place_and_a_hint() {
     std::fs::copy(temp.path("t.csv"), temp.path("robot/runs/01_a.csv")).unwrap();
     for (arguments, expected) in [
         (&["model", "fit", "robot"][..], "the model has no effects to fit"),
-        (&["model", "add", "robot"], "which effect"),
+        (&["model", "add", "robot"], "name an effect"),
         (&["model", "add", "slip", "robot"], "did you mean side_slip?"),
         (&["model", "remove", "scrub", "robot"], "scrub is not in the model"),
         (&["model", "add", "--custom", "dtheta = k * omga", "robot"], "column 14: `omga`"),

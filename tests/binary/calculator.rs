@@ -102,7 +102,7 @@ fn what_a_calibration_would_refuse_is_refused_and_what_it_would_doubt_is_doubted
     let value = temp.run(&format!("{rare} --json")).ok().json();
     assert!(value["doubt"].as_str().is_some_and(|doubt| doubt.contains(warning)), "{value}");
     let vague = temp.run("wheel-weight --dx 1mm --dy 0mm").ok();
-    assert!(vague.stderr.contains("less certain than the 3 %"), "{vague:#?}");
+    assert!(vague.stderr.contains("exceeds the 3 %"), "{vague:#?}");
     let paper = temp.run("wheel-weight --dx 2.525cm --dy 1mm").ok();
     assert_eq!(paper.stderr, "");
 }

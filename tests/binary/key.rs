@@ -20,7 +20,7 @@ fn refused_without_the_key(temp: &TempFolder) {
     assert!(message.contains("--key-file FILE"), "{message}");
     for command in ["identify", "key clear", "drive straight 1rev"] {
         let message = on_robot(temp, &format!("{command} --key-file other.key")).refused();
-        assert!(message.contains("has another key"), "{command}: {message}");
+        assert!(message.contains("has a different key"), "{command}: {message}");
     }
 }
 
@@ -42,7 +42,7 @@ fn a_key_is_changed_by_who_has_it() {
     on_robot(&temp, "key set new.key --key-file robot.key").ok();
     on_robot(&temp, "identify --key-file new.key").ok();
     let message = on_robot(&temp, "identify --key-file robot.key").refused();
-    assert!(message.contains("has another key"), "{message}");
+    assert!(message.contains("has a different key"), "{message}");
 }
 
 #[test]

@@ -56,7 +56,10 @@ fn when_nobody_answers_any_more_nothing_is_changed() {
         temp.run("config set geometry.wheel_weight 0.99 --save --flash flash").ok();
         let flash = temp.read("flash");
         let message = calibrate(&temp, answers).refused();
-        assert!(message.contains("nobody is there to answer"), "{answers:?}: {message}");
+        assert!(
+            message.contains("there is nobody to answer the question"),
+            "{answers:?}: {message}"
+        );
         assert_eq!(temp.read("flash"), flash, "{answers:?}");
         assert_eq!(temp.listing(), ["flash"], "{answers:?}");
     }

@@ -137,7 +137,7 @@ fn when_answers_end_what_is_complete_is_kept_and_the_same_command_goes_on() {
     for rest in ["", "\n", "\n0m 0.5m\n"] {
         let temp = temp();
         let message = record(&temp, &format!("\n0.5m 0m 0deg\n{rest}")).refused();
-        assert!(message.contains("nobody is there to answer"), "{rest:?}: {message}");
+        assert!(message.contains("there is nobody to answer the question"), "{rest:?}: {message}");
         assert!(message.contains("1 run complete and kept"), "{rest:?}: {message}");
         assert_eq!(names(&temp), ["01_ahead"], "{rest:?}");
         let kept = temp.read("robot/runs/01_ahead.csv");

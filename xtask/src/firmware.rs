@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 
-use crate::needs;
+use crate::prerequisites;
 use crate::repository::{root, target_folder};
 use crate::steps::{Outcome, run as run_command};
 
@@ -234,7 +234,7 @@ fn build(board: &Board, compiler: Compiler) -> Result<PathBuf, String> {
 fn distribution_compiler(target: &str) -> Outcome {
     let there = |path: &str| Path::new(path).exists();
     if !PACKAGES.iter().all(|package| quiet("dpkg", &["-s", package])) {
-        needs::install(&PACKAGES).map_err(|_| no_compiler(target))?;
+        prerequisites::install(&PACKAGES).map_err(|_| no_compiler(target))?;
     }
     if !there("/usr/bin/cargo") || !there("/usr/bin/rustc") {
         return Err(format!(
@@ -287,7 +287,7 @@ fn linker() -> Result<PathBuf, String> {
     }
     let lld = Path::new("/usr/bin/ld.lld");
     if !lld.exists() {
-        needs::install(&["lld"])?;
+        prerequisites::install(&["lld"])?;
     }
     Ok(lld.into())
 }

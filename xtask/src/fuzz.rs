@@ -14,7 +14,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::needs;
+use crate::prerequisites;
 use crate::repository::{root, target_folder};
 use crate::steps::{Outcome, cargo, run as command};
 
@@ -68,7 +68,7 @@ struct Target {
 /// Searches, and prints executions and coverage of each target.
 pub fn run(args: &[&str]) -> Outcome {
     let search = Search::parse(args)?;
-    needs::meet_for_fuzzing()?;
+    prerequisites::meet_for_fuzzing()?;
     let program = build()?;
     let all = list(&program)?;
     let chosen: Vec<&Target> = all

@@ -8,12 +8,13 @@ mod dependencies;
 mod documents;
 mod emulated;
 #[cfg(test)]
-mod example;
+mod example_repository;
 mod firmware;
+mod forbidden_words;
 mod fuzz;
 mod help;
 mod lengths;
-mod needs;
+mod prerequisites;
 mod repository;
 mod side_effects;
 mod source;
@@ -21,7 +22,6 @@ mod steps;
 mod test;
 mod test_binaries;
 mod third_party;
-mod words;
 
 use std::process::ExitCode;
 

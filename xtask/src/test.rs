@@ -8,8 +8,8 @@ use std::process::Command;
 use crate::repository::root;
 use crate::steps::{Outcome, Steps, cargo, run as command};
 use crate::{
-    arrows, boards, circles, dependencies, documents, emulated, firmware, lengths, needs,
-    side_effects, test_binaries, third_party, words,
+    arrows, boards, circles, dependencies, documents, emulated, firmware, forbidden_words, lengths,
+    prerequisites, side_effects, test_binaries, third_party,
 };
 
 pub fn run() -> Outcome {
@@ -32,7 +32,7 @@ fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
     let checks: [(&'static str, Check); 9] = [
         ("format", format),
-        ("words", words::check),
+        ("words", forbidden_words::check),
         ("documents", documents::check),
         ("lengths", lengths::check),
         ("circles", circles::check),
@@ -47,7 +47,7 @@ fn quick(steps: &mut Steps) -> Outcome {
 }
 
 fn all(steps: &mut Steps) -> Outcome {
-    steps.run("needs", needs::meet)?;
+    steps.run("needs", prerequisites::meet)?;
     quick(steps)?;
     steps.run("dependencies", dependencies::check)?;
     steps.run("clippy", || {

@@ -16,7 +16,7 @@ mod noise;
 mod place;
 mod words;
 
-use place::{Told, cell, header, run_file};
+use place::{FaultPlaces, cell, header, run_file};
 
 /// Refuses a campaign whose data cannot be fitted, by the best hypothesis; then one whose noise is not as stated.
 pub(crate) fn check(
@@ -63,7 +63,7 @@ pub(crate) fn warnings(
 
 /// What a fit can live with.
 fn warning(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> Warning {
-    let of = Told::new(folder, campaign, found);
+    let of = FaultPlaces::new(folder, campaign, found);
     match found.what {
         DataFault::CountsJump { wheel, t_s, rolled_m } => {
             Warning::CountsJump { place: of.cell(t_s, words::counts(wheel)), rolled_m }

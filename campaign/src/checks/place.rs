@@ -15,13 +15,13 @@ use crate::row::Column;
 const HEADER_BYTES: u64 = 1 << 16;
 
 /// Where something is that is reported of a run, or of all.
-pub(super) struct Told<'a> {
+pub(super) struct FaultPlaces<'a> {
     folder: &'a Path,
     /// What is wrong with a column is wrong in all runs: the first one stands for them.
     pub(super) run: Option<&'a Run>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> FaultPlaces<'a> {
     pub(super) fn new(folder: &'a Path, campaign: &'a Campaign, found: &DataHypothesis) -> Self {
         let of = |run: &&Run| found.run.as_ref().is_none_or(|name| *name == run.name);
         Self { folder, run: campaign.runs.iter().find(of) }

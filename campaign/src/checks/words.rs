@@ -1,4 +1,4 @@
-//! The errors that are told of a campaign's data: where, what, with which evidence, and what to do.
+//! The errors that are places of a campaign's data: where, what, with which evidence, and what to do.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::mem::discriminant;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use robot_model::checks::{Axes, DataFault, DataHypothesis, Wheel};
 
-use super::place::{Told, line};
+use super::place::{FaultPlaces, line};
 use crate::error::{CampaignError, Place};
 use crate::recorded::Campaign;
 use crate::row::Column;
@@ -18,9 +18,9 @@ pub(super) fn error(
     found: &DataHypothesis,
     all: &[DataHypothesis],
 ) -> CampaignError {
-    let told = Told::new(folder, campaign, found);
-    let (place, what) = of_moment(&told, &found.what)
-        .unwrap_or_else(|| (place(&told, &found.what), of_column(&found.what)));
+    let places = FaultPlaces::new(folder, campaign, found);
+    let (place, what) = of_moment(&places, &found.what)
+        .unwrap_or_else(|| (place(&places, &found.what), of_column(&found.what)));
     let (mut problem, hint) = what;
     for other in &found.or {
         problem = format!("{problem}, or {}", of_column(other).0);
@@ -70,23 +70,23 @@ fn columns(wheel: Wheel) -> &'static str {
 }
 
 /// Where it shows.
-fn place(told: &Told, what: &DataFault) -> Place {
+fn place(places: &FaultPlaces, what: &DataFault) -> Place {
     match what {
-        DataFault::Radius { .. } | DataFault::Lengths { .. } => told.key("wheel_radius_m"),
-        DataFault::Track { .. } => told.key("track_width_m"),
+        DataFault::Radius { .. } | DataFault::Lengths { .. } => places.key("wheel_radius_m"),
+        DataFault::Track { .. } => places.key("track_width_m"),
         DataFault::CountsReversed { wheel } | DataFault::Counts { wheel, .. } => {
-            told.header(counts(*wheel))
+            places.header(counts(*wheel))
         }
-        DataFault::Axes { axes: Axes::YMirrored, .. } => told.header(Column::Y),
-        DataFault::Axes { axes: Axes::Heading { .. }, .. } => told.header(Column::Heading),
-        DataFault::Axes { .. } | DataFault::Positions { .. } => told.header(Column::X),
-        _ => told.header(Column::LeftCounts),
+        DataFault::Axes { axes: Axes::YMirrored, .. } => places.header(Column::Y),
+        DataFault::Axes { axes: Axes::Heading { .. }, .. } => places.header(Column::Heading),
+        DataFault::Axes { .. } | DataFault::Positions { .. } => places.header(Column::X),
+        _ => places.header(Column::LeftCounts),
     }
 }
 
 /// What happened at a moment: its place, the problem and a hint.
-fn of_moment(told: &Told, what: &DataFault) -> Option<(Place, (String, String))> {
-    let run = told.run?;
+fn of_moment(places: &FaultPlaces, what: &DataFault) -> Option<(Place, (String, String))> {
+    let run = places.run?;
     Some(match *what {
         DataFault::CounterWraps { wheel, t_s, bits, times } => {
             let column = counts(wheel);
@@ -102,14 +102,14 @@ fn of_moment(told: &Told, what: &DataFault) -> Option<(Place, (String, String))>
             );
             let verb = if to < from { "add" } else { "subtract" };
             let hint = format!("{verb} {} from this row on", 2_u64.pow(bits));
-            (told.cell(t_s, column), (problem, hint))
+            (places.cell(t_s, column), (problem, hint))
         }
         DataFault::CounterReset { wheel, t_s } => {
             let restart = if wheel == Wheel::Both { "restart" } else { "restarts" };
             let problem =
                 format!("{} {restart} from zero in the middle of the run", columns(wheel));
             let hint = "add what was counted before to this row and all later ones, or split the run into two files here";
-            (told.cell(t_s, counts(wheel)), (problem, hint.to_owned()))
+            (places.cell(t_s, counts(wheel)), (problem, hint.to_owned()))
         }
         DataFault::TrackerJump { t_s, by_m } => {
             let problem = format!(
@@ -117,7 +117,7 @@ fn of_moment(told: &Told, what: &DataFault) -> Option<(Place, (String, String))>
                 length(by_m)
             );
             let hint = "split the run into two files here, or clear x_m, y_m and heading_rad from this row on";
-            (told.cell(t_s, Column::X), (problem, hint.to_owned()))
+            (places.cell(t_s, Column::X), (problem, hint.to_owned()))
         }
         DataFault::TrackerFrozen { from_s, to_s } => {
             let last = line(run, to_s);
@@ -126,7 +126,7 @@ fn of_moment(told: &Told, what: &DataFault) -> Option<(Place, (String, String))>
                 to_s - from_s
             );
             let hint = "clear x_m, y_m and heading_rad in these rows".to_owned();
-            (told.cell(from_s, Column::X), (problem, hint))
+            (places.cell(from_s, Column::X), (problem, hint))
         }
         _ => return None,
     })

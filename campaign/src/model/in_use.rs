@@ -75,8 +75,10 @@ pub fn record(
             None => Ok(CompensationRecord::Nothing),
             Some(id) if has_runs => Ok(CompensationRecord::Changed(id)),
             Some(id) => {
-                let problem = format!("the robot now compensates another {id} than this file says");
-                let hint = "remove this file, as there is no run yet, or choose another folder";
+                let problem =
+                    format!("the robot now compensates a different {id} from the one in this file");
+                let hint =
+                    "remove this file, as the campaign has no runs yet, or choose another folder";
                 Err(CampaignError::new(Place::whole(&place), problem, hint))
             }
         };
@@ -176,7 +178,7 @@ mod tests {
             CompensationRecord::Changed("wheel_radius_ratio".to_owned())
         );
         let error = record(&other, false).unwrap_err().to_string();
-        assert!(error.contains("another wheel_radius_ratio"), "{error}");
+        assert!(error.contains("a different wheel_radius_ratio"), "{error}");
         assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
         // Once fitted, the entry has the fitted value, not the one in use.
         std::fs::write(&place, text.replace("in_use = true\n", "")).unwrap();

@@ -32,7 +32,11 @@ impl ModelFile {
                 .span()
                 .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
             let problem = error.message().trim().replace('\n', "; ");
-            CampaignError::new(place, problem, "compare with what `beeline model fit` writes")
+            CampaignError::new(
+                place,
+                problem,
+                "`beeline model fit` writes such a file: compare with one",
+            )
         })?;
         let mut model = Self::default();
         for custom in &raw.custom {

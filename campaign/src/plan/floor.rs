@@ -1,6 +1,6 @@
 //! How much floor a run needs.
 //!
-//! Only the nominal path counts: what the robot does beyond it is a matter of the margin.
+//! Only the nominal path counts: the margin covers what the robot does beyond it.
 
 use robot_model::recording::Piece;
 

@@ -20,6 +20,16 @@ fn key(number: u32) -> Key {
     Key::new(std::array::from_fn(|i| number.to_le_bytes()[i % 4] ^ i as u8))
 }
 
+/// The same flash, of a robot with a key.
+pub fn with_key(flash: Nor) -> Nor {
+    link(flash, Some(Some(key(1)))).1
+}
+
+/// A start of a robot with a key, which counts it.
+pub fn start(flash: Nor) -> Nor {
+    link(flash, None).1
+}
+
 fn ways_to_tear(operation: u64) -> [Torn; 5] {
     let bits = Torn::Bits(operation);
     [Torn::Nothing, bits, Torn::Part(operation), Torn::Noise(operation), Torn::Zeros(operation)]
@@ -28,7 +38,7 @@ fn ways_to_tear(operation: u64) -> [Torn; 5] {
 /// A flash with a configuration and a key after this many starts.
 fn after_starts(starts: u32) -> Nor {
     let flash = save(Nor::blank(), &numbered(7)).1;
-    let mut flash = link(flash, Some(Some(key(1)))).1;
+    let mut flash = with_key(flash);
     for _ in 0..starts {
         flash = link(Nor::holding(flash.bytes), None).1;
     }

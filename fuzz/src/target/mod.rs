@@ -1,11 +1,11 @@
 //! The targets.
 
 mod campaign_files;
+mod equations_and_scenarios;
 mod frames;
 mod robot;
 mod tables;
-mod words;
-mod world;
+mod typed_input;
 
 use crate::memory::in_proportion;
 
@@ -63,20 +63,20 @@ targets! {
         "written and read the same; numbers finite";
     "plan_toml" 4096 Some("plan_toml"), campaign_files::plan_toml,
         "written and read the same; every run ends within the hour";
-    "expression" 512 Some("expression"), world::expression,
+    "expression" 512 Some("expression"), equations_and_scenarios::expression,
         "an error points into the text; the equation is read the same again; what is built changes nothing at \
          zero, and never by what is not finite";
-    "scenario" 4096 Some("scenario"), world::scenario,
+    "scenario" 4096 Some("scenario"), equations_and_scenarios::scenario,
         "written and read the same; a robot of it stays finite";
     "track" 4096 Some("table"), tables::track,
         "numbers finite, times that increase, at least two positions; written and read the same";
     "gyro" 4096 Some("table"), tables::gyro,
         "numbers finite, times that increase";
-    "config_set" 256 Some("config"), words::config_set,
+    "config_set" 256 Some("config"), typed_input::config_set,
         "field and value: what is accepted is in its range, changes nothing else, and is shown so that it can be \
          set again";
-    "config_file" 4096 Some("config"), words::config_file,
+    "config_file" 4096 Some("config"), typed_input::config_file,
         "in its ranges; written and read the same";
-    "quantity" 128 Some("quantity"), words::quantity,
+    "quantity" 128 Some("quantity"), typed_input::quantity,
         "any word of the command line: numbers finite; addresses and ports are read the same again";
 }

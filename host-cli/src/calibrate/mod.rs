@@ -11,17 +11,17 @@
 //! The saved configuration changes in one place, at the very end. Until then the new W_T is only in
 //! use, and if the procedure ends early, the saved one is restored.
 
-mod checks;
-mod decide;
-mod measure;
+mod driven_line;
+mod mean_of_runs;
 mod measurement;
 pub mod plausibility;
 mod pose_at_rest;
+mod readiness;
 mod repeatability;
 pub mod umbmark;
 
-pub use checks::Checks;
 pub use measurement::{Measurement, OneWay};
+pub use readiness::Checks;
 
 use std::path::PathBuf;
 
@@ -31,9 +31,9 @@ use robot_model::calibration::{Deviation, OutAndBack, Verdict};
 use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 
-use self::checks::check;
-use self::decide::{is_straight_within, mean};
-use self::measure::DrivenLine;
+use self::driven_line::DrivenLine;
+use self::mean_of_runs::{is_straight_within, mean};
+use self::readiness::check;
 use crate::calibration_page::Basis;
 use crate::error::{Error, Result};
 use crate::pose_source::{Mark, PoseSource};
@@ -370,8 +370,10 @@ impl Bench<'_> {
         let undo_folder = self.settings.undo_folder.as_deref();
         save(self.session, undo_folder, &checks.identity, &undo).await?;
         if self.session.restore_config(ConfigOrigin::Saved).await? != *corrected {
-            return Err(Error::new("the robot saved another configuration than it was told to")
-                .hint("`beeline config get` shows what is there"));
+            return Err(Error::new(
+                "the robot saved a different configuration from the one it was given",
+            )
+            .hint("`beeline config get` shows what is there"));
         }
         (self.tell)(CalibrateStep::Saved);
         Ok(())

@@ -31,7 +31,7 @@ pub fn doubt(wheel_weight: f64) -> Option<&'static str> {
 /// Why a W_T with this sigma says nothing, whatever its value.
 pub fn vague(sigma: f64) -> Option<&'static str> {
     (SIGMAS_95 * sigma > DIFFERENCE_USUAL).then_some(
-        "this W_T is less certain than the 3 % by which wheels usually differ at most: measure better",
+        "the uncertainty of this W_T exceeds the 3 % by which wheels usually differ at most: measure more precisely",
     )
 }
 

@@ -18,7 +18,7 @@ use robot_model::calibration::{Source, WheelWeight};
 use robot_model::kinematics::Geometry;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::decide::is_straight_within;
+use super::mean_of_runs::is_straight_within;
 
 /// As an ordinary robot repeats, y_0 after L \[m\].
 const USUAL_M: (f64, f64) = (0.001, 2.0);

@@ -58,12 +58,12 @@ pub struct ExplainArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// Effects that move the robot by less are called too small to matter, e.g. 0.2mm. Default: a tenth
-    /// of the noise of one pose.
+    /// Call effects that move the robot by less than this too small to matter, for example 0.2mm
+    /// [default: a tenth of the noise of one pose].
     #[arg(long, value_parser = above_zero(|length: &Length| length.m))]
     pub tolerance: Option<Length>,
-    /// Write what was found as a model, to predict other runs with: `beeline compare OTHER --model FILE`.
-    /// Of effects that these runs cannot tell apart, all are in it, each with its share of their sum.
+    /// Write the model found to this file, to predict other runs: `beeline compare OTHER --model FILE`.
+    /// It has all of the effects that these runs cannot tell apart, each with its share of their sum.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
     /// Exit with 1 if something that matters is missing, as `git diff` does.
@@ -111,10 +111,10 @@ Examples:
   beeline model add --custom \"dtheta = k * v^2 * omega\" my-robot"
 )]
 pub struct AddArgs {
-    /// Effects of the catalogue, and last the campaign folder.
+    /// Effects of the catalogue, then the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
-    /// An effect of your own.
+    /// An effect of your own, as an equation (see below).
     #[arg(long, value_name = "EQUATION")]
     pub custom: Vec<String>,
     /// Its name in model.toml.
@@ -141,7 +141,7 @@ pub struct AddArgs {
     after_help = "Example:\n  beeline model remove wheel_radius_ratio my-robot"
 )]
 pub struct RemoveArgs {
-    /// Effects, and last the campaign folder.
+    /// Effects, then the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
     /// Use this model instead of the campaign's own.

@@ -71,7 +71,7 @@ pub struct CalibrateArgs {
     /// Start without asking whether the robot stands at its line.
     #[arg(long, short)]
     pub yes: bool,
-    /// Restore the W_T from before the last calibration.
+    /// Restore the W_T that was in use before the last calibration.
     #[arg(long)]
     pub undo: bool,
 }

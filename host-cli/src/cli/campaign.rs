@@ -27,7 +27,7 @@ How the robot is measured (--measure):
               track file's name, `repeat`, `skip`, or Enter for none; before a run you confirm
               that the robot stands at its mark, or type where else (default elsewhere)
   track:FILE  a CSV (t_s,x_m,y_m[,heading_rad]) that a tracking system appends to
-  none        not at all: add poses to the files later
+  none        nothing measures it: add poses to the files later
 
 Kinds of single runs (--run), as `explain` suggests them:
   rest, straight, out-and-back, \"six short out-and-backs\", spin, \"spins both ways\", arc,
@@ -59,7 +59,7 @@ pub struct PlanCommandArgs {
 /// What a campaign is planned for.
 #[derive(Args, Clone, Debug, Default)]
 pub struct PlanArgs {
-    /// A plan from a file, instead of the usual one.
+    /// Use the plan in this file instead of the usual one.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["floor", "slow", "fast", "acceleration", "repeats", "payload"])]
     pub plan: Option<PathBuf>,
     /// Free floor [default: 3mx3m].
@@ -143,7 +143,7 @@ pub struct ApplyArgs {
     /// Write without asking.
     #[arg(long, short)]
     pub yes: bool,
-    /// Restore the configuration from before the last `apply`.
+    /// Restore the configuration that was in use before the last `apply`.
     #[arg(long, conflicts_with = "campaign")]
     pub undo: bool,
 }

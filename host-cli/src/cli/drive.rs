@@ -34,7 +34,7 @@ pub enum DriveArgs {
         allow_negative_numbers = true,
         after_help = "\
 Without --for it goes on until Ctrl-C. With `-` for the speed it reads lines of two numbers, forward speed in m/s
-and turn rate in rad/s, and drives each until the next one, for 0.5 s at most: for a joystick or a program of yours.
+and turn rate in rad/s, and drives each until the next one, for 0.5 s at most: for a joystick or a program of your own.
 
 Examples:
   beeline drive velocity 0.2m/s --turn 30deg/s --for 5s
@@ -59,7 +59,7 @@ Examples:
 /// Where velocities come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VelocitySource {
-    /// One for all the time.
+    /// A constant one.
     Speed(Speed),
     /// Lines of standard input.
     Stdin,

@@ -91,7 +91,7 @@ pub struct Common {
     /// Seed of all random numbers, instead of the scenario's.
     #[arg(long, global = true, value_name = "N", value_parser = whole, help_heading = "Simulator")]
     pub seed: Option<u64>,
-    /// A file that serves as the robot's flash; without one, the robot forgets.
+    /// The file that holds the robot's flash; without it, the robot forgets when the command ends.
     #[arg(long, global = true, value_name = "FILE", help_heading = "Simulator")]
     pub flash: Option<PathBuf>,
 }
@@ -176,7 +176,7 @@ pub enum ConfigCommand {
         after_help = "Examples:\n  beeline config get\n  beeline config get geometry.wheel_weight\n  beeline config get limits"
     )]
     Get {
-        /// A field or a group, `geometry.wheel_weight` or `geometry`.
+        /// A field or a group, such as `geometry.wheel_weight` or `geometry`.
         field: Option<String>,
     },
     /// Change a field, in SI units. Not saved until `config save`.
@@ -184,7 +184,7 @@ pub enum ConfigCommand {
         after_help = "Example:\n  beeline config set geometry.wheel_weight 0.9919 --save --port /dev/ttyACM0"
     )]
     Set {
-        /// The field, `geometry.wheel_weight`.
+        /// The field, such as `geometry.wheel_weight`.
         field: String,
         /// Its new value.
         #[arg(allow_negative_numbers = true)]
@@ -288,7 +288,7 @@ Examples:
   beeline sim --listen pty --port sim:sim-target/scenarios/lossy_link.toml
   beeline sim --scenario > my-robot.toml         a scenario to start from")]
 pub struct SimArgs {
-    /// tcp:HOST:PORT (port 0: any that is free), or pty.
+    /// Where to listen: tcp:HOST:PORT (port 0 takes any free one), or pty.
     #[arg(long, value_name = "WHERE", required_unless_present = "scenario")]
     pub listen: Option<Listen>,
     /// Let other machines connect without a key: anyone who connects can drive the robot.

@@ -93,7 +93,7 @@ pub fn period_ms(rate: u16) -> u16 {
     1000 / rate.clamp(1, 1000)
 }
 
-/// Reads a share that is not much less than 1.
+/// Reads a share of at least a tenth.
 pub(super) fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(share) if (0.1..=1.0).contains(&share) => Ok(share),

@@ -13,7 +13,7 @@ use super::identify::display_name;
 use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
-use crate::explain::{explained, memory, wrong_in_robot_toml};
+use crate::explain::{explained, flash_option, wrong_in_robot_toml};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
@@ -57,8 +57,8 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         if let Some(stays_m) = change.other_radius_m(&campaign.robot) {
             warn(format_args!(
-                "the mean radius stays at {}: this campaign is relative to {} and shows no error of the mean radius; if \
-                 that is the robot's, scale the radius to it with `beeline config set geometry.wheel_radius_m`",
+                "the mean radius stays at {}: robot.toml says {}, and the runs do not contradict it; if that is right, \
+                 scale the robot's radius to it with `beeline config set geometry.wheel_radius_m`",
                 LengthUnit::Mm.format(stays_m, 3),
                 LengthUnit::Mm.format(campaign.robot.wheel_radius_m, 3)
             ));
@@ -76,7 +76,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         let mut new = config.clone();
         new.geometry = change.after;
         new.validate().map_err(|error| {
-            Error::new(format_args!("what the campaign asks for is out of range: {error}"))
+            Error::new(format_args!("the values that the campaign gives are out of range: {error}"))
                 .hint("check robot.toml, and the values that `explain` finds")
         })?;
         write(common, session, &identity, &config, &new).await?;
@@ -184,7 +184,7 @@ pub(super) fn undo(common: &Common) -> Result<()> {
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {
-        say("the geometry is as it was before, and saved");
+        say("the old geometry is restored and saved");
     }
     Ok(())
 }
@@ -260,7 +260,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
             say(format_args!(
                 "  beeline apply --undo --port {}{} restores the old values",
                 common.port,
-                memory(common)
+                flash_option(common)
             ));
         }
     } else if has_no_term(change) {

@@ -126,7 +126,7 @@ fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
         let [length_m, width_m] = Floor::of(&run.pieces, track_width_m).size_m();
         lines.push(line(
             &seen(&run.name),
-            &way(run),
+            &motion_in_words(run),
             &speed(run),
             &format!("{length_m:.1} x {width_m:.1} m"),
             &format!("{:.0} s", run.duration_s(track_width_m, plan.acceleration_mps2)),
@@ -146,7 +146,7 @@ fn table(plan: &CampaignPlan, track_width_m: f64) -> String {
 }
 
 /// The first pieces of a run, as text.
-fn way(run: &PlannedRun) -> String {
+fn motion_in_words(run: &PlannedRun) -> String {
     use robot_model::recording::Piece;
     let word = |piece: &Piece| match *piece {
         Piece::Straight { travel_m, .. } => format!("{travel_m:+.2} m"),
@@ -189,7 +189,7 @@ fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
         let config = session.read_config().await?;
         let mut source = pose_source::of_campaign(args, lab)?;
         let (plan, settings) = what_to_record(args, &config, folder)?;
-        let simulated = common.sim().kept(&common.port);
+        let simulated = common.sim().simulated_robot(&common.port);
         let settings = RecordSettings { simulated, ..settings };
         let mut printer = ProgressPrinter { quiet: common.json, progress: None };
         record_campaign(session, &mut *source, &plan, folder, &settings, &mut |step| {

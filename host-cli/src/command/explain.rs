@@ -13,7 +13,7 @@ use super::compare::{read_and_judge, warn_if_single_run};
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{
-    AnswerContext, effects_with_values, explained, headline, net_changes, reached_again, show,
+    AnswerContext, effects_with_values, explained, headline, net_changes, next_run_options, show,
 };
 use crate::json;
 use crate::ui::{note, say};
@@ -64,7 +64,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
 fn check_new(file: &Path) -> Result<()> {
     match file.exists() {
         true => Err(Error::new(format_args!("{} exists", file.display()))
-            .hint("choose another name, or remove it")),
+            .hint("choose another name, or remove that file")),
         false => Ok(()),
     }
 }
@@ -97,7 +97,7 @@ pub(super) fn answer_context<'a>(
     AnswerContext {
         robot: &read.robot.name,
         campaign: folder.to_string_lossy().into_owned(),
-        reached: reached_again(common, read),
+        robot_options: next_run_options(common, read),
         runs: campaign.fitted_runs().count(),
         catalogue,
         in_model: &[],

@@ -14,7 +14,7 @@ use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
-use crate::explain::{parameters, text};
+use crate::explain::{errors_text, parameters};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 use crate::{json, words};
@@ -131,7 +131,7 @@ fn split<'a>(
     let (campaign, effects) = what.split_last().ok_or_else(|| Error::new("which campaign?"))?;
     if effects.is_empty() && effects_needed {
         return Err(Error::new(format_args!(
-            "which effect, and which campaign? There is only {}",
+            "name an effect and a campaign; there is only {}",
             campaign.display()
         ))
         .hint(format_args!("`beeline model {verb} side_slip my-robot`")));
@@ -359,7 +359,8 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         let mut table = Table::new("lrr");
         table.row(["", "nominal", "with this model"].map(|head| Cell::styled(DIM, head)));
         let mut row = |name: String, of: &dyn Fn(&ErrorPair) -> Errors| {
-            table.row([name.into(), text(&of(&fit.nominal)).into(), text(&of(&fit.errors)).into()]);
+            let [nominal, fitted] = [&fit.nominal, &fit.errors].map(|pair| errors_text(&of(pair)));
+            table.row([name.into(), nominal.into(), fitted.into()]);
         };
         row(format!("fitted ({})", runs(fit.runs)), &|errors| errors.fitted);
         row("cross-validated".into(), &|errors| errors.cross_validated);

@@ -36,7 +36,7 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         if !is_simulated {
             robot.uid = Some(hex(&session.identify().await?.uid));
         }
-        robot.simulated = common.sim().kept(&common.port);
+        robot.simulated = common.sim().simulated_robot(&common.port);
         let writer = CampaignWriter::open(&args.campaign, &robot)?;
         // The noise of a simulated run is that of its number.
         if is_simulated && next_number(&args.campaign)? != number {
@@ -71,14 +71,15 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             driven?;
             return Err(Error::new("the robot sent no telemetry during the motion"));
         }
-        let mut run = writer.start_run(name, &columns(source.sees(), !gyro.is_empty()))?;
+        let mut run =
+            writer.start_run(name, &columns(source.measures_while_driving(), !gyro.is_empty()))?;
         for row in &rows {
             run.push(&on_one_encoder(row, &config))?;
         }
         let path = run.finish(RunFacts { started_s, ..RunFacts::default() })?;
         driven.inspect_err(|_| {
             let (path, samples) = (path.display(), rows.len());
-            note(format_args!("{path}: the run up to this point, {samples} samples"));
+            note(format_args!("{path}: kept up to this point, {samples} samples"));
         })?;
         warn_of_gaps(session, dropped).await?;
         Ok((path, rows))

@@ -20,14 +20,17 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     }
     if args.floor.m < FLOOR_M_MIN {
         return Err(Error::new(format_args!(
-            "{:.0} cm of floor are too little to tell a motor from its friction",
+            "{:.0} cm of floor is too little to tell a motor from its friction",
             args.floor.m * 100.0
         ))
-        .hint("--floor 30cm at least; 1.5 m are better"));
+        .hint("use at least --floor 30cm; 1.5 m is better"));
     }
     if args.floor.m > FLOOR_M_MAX {
-        return Err(Error::new(format_args!("{:.0} m of floor are not to be had", args.floor.m))
-            .hint(format_args!("{FLOOR_M_MAX:.0} m at most; 1.5 m do for most robots")));
+        return Err(Error::new(format_args!(
+            "{:.0} m of floor is more than any robot needs",
+            args.floor.m
+        ))
+        .hint(format_args!("give at most {FLOOR_M_MAX:.0} m; 1.5 m is enough for most robots")));
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let settings = Settings {
@@ -123,7 +126,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         |value, motor| value.ka_of_robot(motor).1,
         |off| off.ka_spin_v_s2_per_m,
     );
-    say(format_args!("delay {:.1} ms; ± is half a 95 % interval", value.delay_s * 1e3));
+    say(format_args!("delay {:.1} ms; ± gives 95 % intervals", value.delay_s * 1e3));
     if let Some(push) = constants.push() {
         print_push(push);
     }
@@ -218,7 +221,9 @@ fn undo(common: &Common) -> Result<()> {
     if common.json {
         say(json!({"undone": undone.before, "was": undone.after}));
     } else {
-        say("gains, feedforward and limits are those before the last tuning again, and saved");
+        say(
+            "gains, feedforward and limits are restored to those before the last tuning, and saved",
+        );
     }
     Ok(())
 }

@@ -39,7 +39,7 @@ pub struct AnswerContext<'a> {
     /// The folder, as the user wrote it.
     pub campaign: String,
     /// The options that reach the robot for the next run, as the user would write them.
-    pub reached: String,
+    pub robot_options: String,
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All candidate effects.
@@ -88,23 +88,26 @@ pub fn headline(answer: &Answer, context: &AnswerContext<'_>) -> String {
             these(context.runs)
         ),
         [one] if answer.known.is_empty() => {
-            format!("One effect is missing: {}. With it {error}{more}.", says(one, context))
+            format!("One effect is missing: {}. With it {error}{more}.", effect_names(one, context))
         }
         [one] => {
-            format!("One more effect is missing: {}. With it {error}{more}.", says(one, context))
+            format!(
+                "One more effect is missing: {}. With it {error}{more}.",
+                effect_names(one, context)
+            )
         }
         steps => {
-            let names: Vec<String> = steps.iter().map(|step| says(step, context)).collect();
+            let names: Vec<String> = steps.iter().map(|step| effect_names(step, context)).collect();
             format!(
                 "{}{} effects are missing: {}. With them {error}{more}.",
-                count(steps.len()),
+                number_word(steps.len()),
                 if answer.known.is_empty() { "" } else { " more" },
                 names.join("; ")
             )
         }
     };
     let first = wrong_in_robot_toml(answer, context.catalogue, context.nominal_m);
-    [first, Some(found), of_no_weight(&slight, answer, context)]
+    [first, Some(found), too_small_to_matter(&slight, answer, context)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -142,21 +145,21 @@ pub fn wrong_in_robot_toml(
 }
 
 /// What is there and too small to matter.
-fn of_no_weight(
+fn too_small_to_matter(
     slight: &[&StepFound],
     answer: &Answer,
     context: &AnswerContext<'_>,
 ) -> Option<String> {
     let together_m = slight.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
     let least_m = together_m.max(answer.tolerance_m);
-    let names: Vec<String> = slight.iter().map(|step| says(step, context)).collect();
+    let names: Vec<String> = slight.iter().map(|step| effect_names(step, context)).collect();
     let moves = format!("less than {} mm", at_least(1e3 * least_m));
     match slight {
         [] => None,
         [_] => Some(format!("One effect is there and moves the robot by {moves}: {}.", names[0])),
         _ => Some(format!(
             "{} effects are there and together move the robot by {moves}: {}.",
-            count(slight.len()),
+            number_word(slight.len()),
             names.join("; ")
         )),
     }
@@ -181,7 +184,7 @@ fn these(runs: usize) -> String {
 
 /// `falls from 25.8 mm, 61.2 mrad to 5.0 mm, 9.1 mrad`; or rises or stays, as far as the printed digits show.
 fn change(from: &Errors, to: &Errors) -> String {
-    let (before, after) = (text(from), text(to));
+    let (before, after) = (errors_text(from), errors_text(to));
     let tenths = |value: f64| (value * 1e4).round();
     let position = tenths(to.position_rms_m) - tenths(from.position_rms_m);
     let heading = tenths(to.heading_rms_rad) - tenths(from.heading_rms_rad);
@@ -195,19 +198,19 @@ fn change(from: &Errors, to: &Errors) -> String {
 }
 
 /// A small number in words.
-pub(crate) fn count(n: usize) -> String {
+pub(crate) fn number_word(n: usize) -> String {
     let words = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
     words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }
 
 /// The name of an effect, with those of all that the runs cannot tell from it.
-pub(crate) fn says(step: &StepFound, context: &AnswerContext<'_>) -> String {
+pub(crate) fn effect_names(step: &StepFound, context: &AnswerContext<'_>) -> String {
     let names: Vec<&str> = step.class.iter().map(|id| context.name(id)).collect();
     names.join(" or ")
 }
 
 /// `25.8 mm, 61.2 mrad`.
-pub fn text(errors: &Errors) -> String {
+pub fn errors_text(errors: &Errors) -> String {
     if errors.heading_rms_rad > 0.0 {
         format!("{:.1} mm, {:.1} mrad", errors.position_rms_m * 1e3, errors.heading_rms_rad * 1e3)
     } else {
@@ -232,7 +235,7 @@ mod tests {
 
     use super::*;
     use crate::explain::empty_answer::nothing_found;
-    use crate::explain::next::no_next_run;
+    use crate::explain::next_run::no_next_run;
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
@@ -262,7 +265,7 @@ mod tests {
         let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
-            reached: "--port sim".into(),
+            robot_options: "--port sim".into(),
             runs,
             catalogue: &[],
             combinations: Vec::new(),
@@ -314,7 +317,7 @@ mod tests {
         let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
-            reached: "--port sim".into(),
+            robot_options: "--port sim".into(),
             runs: 5,
             catalogue: &[],
             combinations: Vec::new(),
@@ -342,7 +345,7 @@ mod tests {
         let context = AnswerContext {
             robot: "r",
             campaign: "r".into(),
-            reached: "--port sim".into(),
+            robot_options: "--port sim".into(),
             runs: 5,
             catalogue: &robot_model::effect::CATALOGUE,
             combinations: Vec::new(),

@@ -4,7 +4,7 @@
 #[cfg(test)]
 pub(crate) mod empty_answer;
 mod headline;
-mod next;
+mod next_run;
 mod progress;
 
 use campaign::model::EffectEntry;
@@ -12,19 +12,19 @@ use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 
 use crate::compare::LINE;
-use crate::quantity::{friendly, friendly_exact, friendly_interval, p_value, probability};
+use crate::quantity::{interval_in_unit, p_value, probability, value_in_unit, value_with_sigma};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
 use self::headline::kind_of_error;
 pub use self::headline::{
-    AnswerContext, before, effects_with_values, headline, net_changes, on_held_out, text,
+    AnswerContext, before, effects_with_values, errors_text, headline, net_changes, on_held_out,
     wrong_in_robot_toml,
 };
-pub(crate) use self::headline::{count, says};
-pub(crate) use self::next::{gyro_words, no_next_run};
-pub use self::next::{memory, next_run_command, reached, reached_again};
+pub(crate) use self::headline::{effect_names, number_word};
+pub use self::next_run::{flash_option, next_run_command, next_run_options, robot_options};
+pub(crate) use self::next_run::{gyro_words, no_next_run};
 pub use self::progress::explained;
 
 /// Width of the longest bar.
@@ -39,7 +39,7 @@ pub fn show(answer: &Answer, context: &AnswerContext<'_>) {
     say("");
     waterfall(answer, context);
     if let Some(held_out) = &answer.held_out {
-        let (before, model) = (text(&held_out.baseline), text(&held_out.model));
+        let (before, model) = (errors_text(&held_out.baseline), errors_text(&held_out.model));
         say(format_args!("{}  {before} \u{2192} {model}", paint(DIM, on_held_out(held_out))));
     }
     known(answer, context);
@@ -75,11 +75,11 @@ fn fitted_along(answer: &Answer) {
     let mut table = Table::new("llll");
     for found in &answer.fitted_along {
         for ParameterFound { name, unit, value, sigma, low95, high95 } in &found.parameters {
-            let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
+            let interval = interval_in_unit(*value, *sigma, (*low95, *high95), unit);
             table.row([
                 found.effect.clone().into(),
                 Cell::styled(DIM, name),
-                friendly(*value, *sigma, unit).into(),
+                value_with_sigma(*value, *sigma, unit).into(),
                 Cell::styled(DIM, format!("95 %: {interval}")),
             ]);
         }
@@ -111,7 +111,7 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     row(String::new(), before(answer).into(), &answer.baseline.cross_validated, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = match step.class.len() {
-            0..=2 => format!("+ {}", says(step, context)),
+            0..=2 => format!("+ {}", effect_names(step, context)),
             // All of them are in the section of this effect.
             n => format!("+ {} or {} others", context.name(&step.effect), n - 1),
         };
@@ -165,8 +165,8 @@ fn confirmed(entry: &EffectEntry, found: &StepFound) -> String {
     let pairs = entry.parameters.iter().filter_map(|was| {
         let now = found.parameters.iter().find(|now| now.name == was.name)?;
         let off = (now.value - was.value).abs() > half(was).hypot(half(now));
-        let value = friendly(now.value, now.sigma, &now.unit);
-        Some((friendly_exact(was.value, now.sigma, &now.unit), value, off))
+        let value = value_with_sigma(now.value, now.sigma, &now.unit);
+        Some((value_in_unit(was.value, now.sigma, &now.unit), value, off))
     });
     let pairs: Vec<(String, String, bool)> = pairs.collect();
     let worst = pairs.iter().find(|(_, _, off)| *off).or(pairs.first());
@@ -214,15 +214,15 @@ fn effect(number: usize, step: &StepFound, combination: Option<&str>, context: &
     }
 }
 
-/// Prints parameters with their 95 % intervals, a line each.
+/// Prints parameters with their 95 % intervals, one per line.
 pub fn parameters(parameters: &[ParameterFound], indent: usize) {
     let mut table = Table::new("lll");
     for parameter in parameters {
         let ParameterFound { name, unit, value, sigma, low95, high95 } = parameter;
-        let interval = friendly_interval(*value, *sigma, (*low95, *high95), unit);
+        let interval = interval_in_unit(*value, *sigma, (*low95, *high95), unit);
         table.row([
             Cell::styled(DIM, name),
-            friendly(*value, *sigma, unit).into(),
+            value_with_sigma(*value, *sigma, unit).into(),
             Cell::styled(DIM, format!("95 %: {interval}")),
         ]);
     }

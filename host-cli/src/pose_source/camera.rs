@@ -60,11 +60,11 @@ impl PoseSource for Camera {
         Some(sim_link::camera_trigger(self.lab.clone()))
     }
 
-    fn sees(&self) -> bool {
+    fn measures_while_driving(&self) -> bool {
         true
     }
 
-    fn count(&self) -> Result<Option<usize>> {
+    fn pose_count(&self) -> Result<Option<usize>> {
         Ok(Some(self.lab.camera_len()))
     }
 

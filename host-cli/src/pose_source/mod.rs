@@ -93,12 +93,22 @@ pub trait PoseSource {
         Ok(())
     }
 
+    /// Whether a person is asked to put the robot at its marks.
+    fn asks_to_place(&self) -> bool {
+        false
+    }
+
     /// Has the robot put at a mark.
     fn place<'a>(
         &'a mut self,
         clock: &'a Clock,
         mark: Mark<'a>,
-    ) -> Waiting<'a, Result<DriveOrSkip>>;
+    ) -> Waiting<'a, Result<DriveOrSkip>> {
+        let ask = self.asks_to_place();
+        Box::pin(async move {
+            if ask { confirm::confirm(clock, mark).await } else { Ok(DriveOrSkip::Drive) }
+        })
+    }
 
     /// Notes how far the track has come before a run; returns the number of the run's first pose.
     fn begin(&mut self) -> Result<usize> {
@@ -111,12 +121,12 @@ pub trait PoseSource {
     }
 
     /// Whether poses are measured during runs, without asking anybody.
-    fn sees(&self) -> bool {
+    fn measures_while_driving(&self) -> bool {
         false
     }
 
     /// How many poses have been measured so far; `None` if none are measured during runs.
-    fn count(&self) -> Result<Option<usize>> {
+    fn pose_count(&self) -> Result<Option<usize>> {
         Ok(None)
     }
 

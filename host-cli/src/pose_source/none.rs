@@ -5,8 +5,7 @@ use host_link::Clock;
 use host_link::wire::Waiting;
 
 use super::align::Reckoned;
-use super::confirm::confirm;
-use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement};
+use super::{PoseSource, RunMeasurement};
 use crate::error::Result;
 
 /// No source of poses.
@@ -16,14 +15,8 @@ pub struct NoPoses {
 }
 
 impl PoseSource for NoPoses {
-    fn place<'a>(
-        &'a mut self,
-        clock: &'a Clock,
-        mark: Mark<'a>,
-    ) -> Waiting<'a, Result<DriveOrSkip>> {
-        Box::pin(async move {
-            if self.confirm { confirm(clock, mark).await } else { Ok(DriveOrSkip::Drive) }
-        })
+    fn asks_to_place(&self) -> bool {
+        self.confirm
     }
 
     fn measure<'a>(

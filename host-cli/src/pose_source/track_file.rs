@@ -9,8 +9,7 @@ use host_link::wire::Waiting;
 use robot_model::calibration::TrackSample;
 
 use super::align::{Reckoned, on_robot_clock};
-use super::confirm::confirm;
-use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma};
+use super::{PoseSource, RunMeasurement, Sigma};
 use crate::error::{Error, Result};
 use crate::ui;
 
@@ -34,25 +33,19 @@ impl PoseSource for TrackFile {
         Ok(())
     }
 
-    fn place<'a>(
-        &'a mut self,
-        clock: &'a Clock,
-        mark: Mark<'a>,
-    ) -> Waiting<'a, Result<DriveOrSkip>> {
-        Box::pin(async move {
-            if self.confirm { confirm(clock, mark).await } else { Ok(DriveOrSkip::Drive) }
-        })
+    fn asks_to_place(&self) -> bool {
+        self.confirm
     }
 
     fn begin(&mut self) -> Result<usize> {
         Ok(track_so_far(&self.path)?.len())
     }
 
-    fn sees(&self) -> bool {
+    fn measures_while_driving(&self) -> bool {
         true
     }
 
-    fn count(&self) -> Result<Option<usize>> {
+    fn pose_count(&self) -> Result<Option<usize>> {
         Ok(Some(track_so_far(&self.path)?.len()))
     }
 
@@ -95,5 +88,5 @@ impl PoseSource for TrackFile {
 /// The error of a track that is of another run or robot.
 pub(super) fn no_shift(path: &Path) -> Error {
     Error::new(format_args!("{} and the wheels do not show the same motion", path.display()))
-        .hint("is it the track of this run?")
+        .hint("is it the track of this run and this robot?")
 }

@@ -47,12 +47,12 @@ impl PoseSource for WithGyro {
         self.poses.trigger()
     }
 
-    fn sees(&self) -> bool {
-        self.poses.sees()
+    fn measures_while_driving(&self) -> bool {
+        self.poses.measures_while_driving()
     }
 
-    fn count(&self) -> Result<Option<usize>> {
-        self.poses.count()
+    fn pose_count(&self) -> Result<Option<usize>> {
+        self.poses.pose_count()
     }
 
     fn poses_from(&self, first: usize) -> Result<Vec<TrackSample>> {

@@ -4,9 +4,9 @@
 //! values make sense is left to the caller.
 
 mod error;
-mod friendly;
 mod parse;
 mod print;
+mod readable_unit;
 #[cfg(test)]
 mod tests;
 mod units;
@@ -14,11 +14,11 @@ mod units;
 use std::f64::consts::TAU;
 
 pub use error::QuantityError;
-pub use friendly::{
-    friendly, friendly_exact, friendly_interval, p_value, probability, scaled_unit,
-};
 pub use parse::join_units;
 pub use print::{LengthUnit, decimals, plus_minus};
+pub use readable_unit::{
+    interval_in_unit, p_value, probability, scaled_unit, value_in_unit, value_with_sigma,
+};
 
 /// A length \[m\].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]

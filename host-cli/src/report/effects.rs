@@ -7,7 +7,7 @@ use robot_model::explain::{ParameterFound, StepFound};
 use super::CampaignReport;
 use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
-use crate::quantity::{friendly, scaled_unit};
+use crate::quantity::{scaled_unit, value_with_sigma};
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let mut html = String::new();
@@ -122,7 +122,7 @@ fn intervals_as(parameters: &[ParameterFound], layout: &Layout) -> String {
              <text x=\"{}\" y=\"{ty}\" style=\"fill:var(--ink)\">{}</text><path class=\"g\" d=\"M{} {y}H{}\"/>",
             escape(&parameter.name),
             Px(layout.value),
-            escape(&friendly(parameter.value, parameter.sigma, &parameter.unit)),
+            escape(&value_with_sigma(parameter.value, parameter.sigma, &parameter.unit)),
             Px(layout.span.0),
             Px(layout.span.1),
             ty = Px(top + 21.0),

@@ -31,7 +31,7 @@ use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    AnswerContext, gyro_words, headline, next_run_command, no_next_run, on_held_out, text,
+    AnswerContext, errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
 };
 use crate::words;
 
@@ -136,7 +136,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     let runs = crate::ui::runs(report.context.runs);
     let _ = write!(
         html,
-        "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals hold the truth \
+        "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals contain the truth \
          in 95 % of cases. Model: exact arcs from encoder counts, and the effects named here.</footer>\n</body></html>\n"
     );
     html
@@ -187,7 +187,7 @@ fn title(answer: &Answer) -> String {
         (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),
         (1, _) => "One effect is missing".to_owned(),
-        (n, _) => format!("{} effects are missing", crate::explain::count(n)),
+        (n, _) => format!("{} effects are missing", crate::explain::number_word(n)),
     }
 }
 
@@ -218,9 +218,9 @@ fn held_out(html: &mut String, report: &CampaignReport<'_>) {
         "<p>{}, used neither to fit nor to select: <span class=\"before\">{}</span> \
          for the {}, <span class=\"after\">{}</span> with the missing effects.</p>",
         escape(&on_held_out(held_out).replacen("on", "On", 1)),
-        text(&held_out.baseline),
+        errors_text(&held_out.baseline),
         before(report.answer),
-        text(&held_out.model)
+        errors_text(&held_out.model)
     );
 }
 
@@ -284,7 +284,7 @@ fn rejected(html: &mut String, report: &CampaignReport<'_>) {
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
             escape(report.context.name(&rejected.effect)),
             escape(&words::reason(&rejected.reason)),
-            text(&rejected.cross_validated)
+            errors_text(&rejected.cross_validated)
         );
     }
     html.push_str("</tbody></table>\n");

@@ -116,7 +116,7 @@ fn drawn_of(
     let context = AnswerContext {
         robot,
         campaign: "my robot".into(),
-        reached: "--port sim".into(),
+        robot_options: "--port sim".into(),
         runs: 3,
         catalogue: &CATALOGUE,
         combinations: vec![Some("2.0 mm to the left per metre".into())],

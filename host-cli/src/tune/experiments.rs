@@ -275,7 +275,7 @@ pub fn identify(recordings: &[VoltageRecording]) -> Result<DrivetrainFit> {
     drivetrain::fit(recordings).map_err(|error| match error {
         FitError::TooFew | FitError::NoMotion => no_motion(),
         FitError::NoConstants => Error::new("no motor answers to voltages as these wheels did")
-            .hint("is somebody holding the robot, is a wheel off the ground, or slipping?"),
+            .hint("is somebody holding the robot? is a wheel off the ground, or slipping?"),
     })
 }
 

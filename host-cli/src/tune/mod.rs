@@ -236,5 +236,5 @@ fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {
         words(Some(before)),
         words(after),
     ))
-    .hint("--stiffness 0.5 tries softer gains; a gear with much play or a loose wheel looks like this")
+    .hint("--stiffness 0.5 tries softer gains; a gear with much play, or a loose wheel, has this effect")
 }

@@ -51,7 +51,7 @@ impl Restorable for LoopConfig {
 
     fn changed_since(_now: Self, _undo: &Undo<Self>) -> Error {
         Error::new("the robot's gains, feedforward or limits were changed after `beeline tune`")
-            .hint("`beeline config set pid.kp_per_m ...` sets what it should be")
+            .hint("set the values that you want, for example with `beeline config set pid.kp_per_m ...`")
     }
 }
 
@@ -83,7 +83,7 @@ pub fn design(
     };
     drivetrain::design(&fit.constants.value, &facts).map_err(|_| {
         Error::said_no("no gains keep their margin on these motors: the delay is too long, or a count too coarse")
-            .hint("an encoder on the motor's shaft instead of the wheel's counts finer")
+            .hint("an encoder on the motor's shaft has a finer resolution than one on the wheel's")
     })
 }
 

@@ -5,7 +5,7 @@ use robot_model::effect::{Need, NetChange, Ways};
 use robot_model::explain::{PredictedSeparation, Reason, StepFound};
 use robot_model::residuals::{Expression, Regressor, Unexplained};
 
-use crate::quantity::{friendly, p_value as p_words};
+use crate::quantity::{p_value as p_words, value_with_sigma};
 
 /// The evidence for an effect: how it shows, how much it explains, and what else would; no full stop.
 pub fn evidence(step: &StepFound) -> String {
@@ -48,10 +48,9 @@ pub const fn second_opinion(geometry_only: bool) -> &'static str {
 
 /// The equation that a flexible model suggests, and the command that tries it.
 pub fn expression(found: &Expression) -> String {
-    let values = found
-        .parameters
-        .iter()
-        .map(|(name, unit, value, sigma)| format!("{name} = {}", friendly(*value, *sigma, unit)));
+    let values = found.parameters.iter().map(|(name, unit, value, sigma)| {
+        format!("{name} = {}", value_with_sigma(*value, *sigma, unit))
+    });
     format!(
         "A simple equation explains nearly all of it: {}, {}; the position error falls to {:.1} mm. Try `beeline model add \
          --custom \"{}\"`",

@@ -68,7 +68,7 @@ pub fn finding(comparison: &Comparison) -> String {
     } else {
         format!("{mm:.1} mm")
     };
-    let worst = finding.worst.as_ref().map(|worst| depends(comparison, worst));
+    let worst = finding.worst.as_ref().map(|worst| worst_group(comparison, worst));
     match (finding.error_level, worst) {
         (ErrorLevel::NotFinite, _) => {
             format!("{who} predicts no finite track: one of its values makes no sense.")
@@ -92,7 +92,7 @@ pub fn finding(comparison: &Comparison) -> String {
     }
 }
 
-fn depends(comparison: &Comparison, worst: &WorstGroup) -> String {
+fn worst_group(comparison: &Comparison, worst: &WorstGroup) -> String {
     let grouping = &comparison.regimes[worst.grouping];
     let group = &grouping.groups[worst.group];
     let place = place(grouping.regime, group);
@@ -110,7 +110,10 @@ fn depends(comparison: &Comparison, worst: &WorstGroup) -> String {
         _ if worst.flips => ", and the opposite elsewhere",
         _ => "",
     };
-    format!("it is worst {place}, where {} per metre of wheel travel{flips}", says(&drift))
+    format!(
+        "it is worst {place}, where {} per metre of wheel travel{flips}",
+        drift_in_words(&drift)
+    )
 }
 
 /// Where a group's stretches are.
@@ -132,7 +135,7 @@ fn place(of: Regime, group: &RegimeError) -> String {
 }
 
 /// A systematic error in words.
-fn says(drift: &Drift) -> String {
+fn drift_in_words(drift: &Drift) -> String {
     let size = drift.per_m.abs() * 1e3;
     match (drift.component, drift.per_m > 0.0) {
         (Component::Turn, true) => {

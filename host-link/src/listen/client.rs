@@ -72,7 +72,7 @@ impl Client {
     }
 
     /// What is said of it if it has to go.
-    pub fn farewell(&self) -> ClientEvent {
+    pub fn leaving_event(&self) -> ClientEvent {
         match self.session {
             None => ClientEvent::Stranger,
             Some(_) if self.let_in => ClientEvent::Disconnected,

@@ -237,7 +237,7 @@ async fn drive_armed(
         None => return Err(Error::NeverEnded),
     };
     progress(1.0);
-    let until_us = listen_to_the_end(session, start_us, options.rest, telemetry).await?;
+    let until_us = receive_until_end(session, start_us, options.rest, telemetry).await?;
     stop_if_cancelled(session)?;
     let from_us = start_us.saturating_sub(options.rest.as_micros() as u64);
     telemetry.retain(|frame| (from_us..=until_us).contains(&frame.t_us));
@@ -299,7 +299,7 @@ async fn latest_time_us(session: &mut Session, telemetry: &mut Vec<Telemetry>) -
 
 /// Listens until all telemetry of the rest after the motion has arrived; returns when that rest
 /// ends, on the robot's clock \[us\].
-async fn listen_to_the_end(
+async fn receive_until_end(
     session: &mut Session,
     start_us: u64,
     rest: Duration,

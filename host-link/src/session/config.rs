@@ -4,13 +4,13 @@ use shared_proto::{Answer, Command, Config, ConfigOrigin, Refusal};
 
 use super::{Session, wrong_answer};
 use crate::error::{Error, Result};
-use crate::received::sound;
+use crate::validate::valid_config;
 
 impl Session {
     /// The configuration in use.
     pub async fn read_config(&mut self) -> Result<Config> {
         match self.request(Command::ReadConfig).await? {
-            Answer::Config(config) => sound(config),
+            Answer::Config(config) => valid_config(config),
             other => Err(wrong_answer("read the configuration", other)),
         }
     }
@@ -37,7 +37,7 @@ impl Session {
     /// Goes back to an earlier configuration, and returns it.
     pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
         match self.request(Command::RestoreConfig(origin)).await? {
-            Answer::Config(config) => sound(config),
+            Answer::Config(config) => valid_config(config),
             other => Err(wrong_answer("restore the configuration", other)),
         }
     }

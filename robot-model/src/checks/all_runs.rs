@@ -6,9 +6,9 @@ use crate::numeric::angle::wrap;
 use crate::numeric::parallel::map;
 
 use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
-use super::fit::Fit;
-use super::geometry::{Geometry, OFF_BY};
 use super::geometry_fit::{Solution, Tracks};
+use super::relative_geometry::{OFF_BY, RelativeGeometry};
+use super::start_pose_fit::Fit;
 use super::track::{Track, every_few};
 
 /// As many of the runs that are far off, and of the others, are looked at.
@@ -182,12 +182,12 @@ fn mend<'a>(tracks: &Tracks<'a>, what: &DataFault) -> Tracks<'a> {
 }
 
 /// The geometry by the data sheet with this mended.
-fn center(what: &DataFault) -> Geometry {
+fn center(what: &DataFault) -> RelativeGeometry {
     match *what {
-        DataFault::Radius { times } => Geometry::times(times, times),
-        DataFault::Track { times } => Geometry::times(1.0, 1.0 / times),
-        DataFault::Lengths { times } => Geometry::times(times, 1.0),
-        _ => Geometry::NOMINAL,
+        DataFault::Radius { times } => RelativeGeometry::times(times, times),
+        DataFault::Track { times } => RelativeGeometry::times(1.0, 1.0 / times),
+        DataFault::Lengths { times } => RelativeGeometry::times(times, 1.0),
+        _ => RelativeGeometry::NOMINAL,
     }
 }
 
@@ -256,7 +256,7 @@ fn tried(
 }
 
 /// The factor of a length as it was fitted.
-fn fitted(what: &DataFault, geometry: &Geometry) -> DataFault {
+fn fitted(what: &DataFault, geometry: &RelativeGeometry) -> DataFault {
     match what {
         DataFault::Radius { .. } => DataFault::Radius { times: geometry.travel.exp() },
         DataFault::Lengths { .. } => DataFault::Lengths { times: geometry.travel.exp() },

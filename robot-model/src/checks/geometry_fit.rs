@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::recording::run::Robot;
 
-use super::fit::{Fit, lateness};
-use super::geometry::Geometry;
+use super::relative_geometry::RelativeGeometry;
+use super::start_pose_fit::{Fit, lateness};
 use super::track::Track;
 
 /// A run is in order if its error is below this much, plus a share of its size; a run with an error of
@@ -45,7 +45,7 @@ pub(super) struct Tracks<'a> {
 /// The geometry that fits best, and what it leaves.
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
-    pub(super) geometry: Geometry,
+    pub(super) geometry: RelativeGeometry,
     /// How late the poses of each run are \[s\].
     pub(super) late_s: Vec<f64>,
     pub(super) fits: Vec<Fit>,
@@ -98,7 +98,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// The geometry that fits best, near `center`; if it leaves a run far off, the search begins at other places too.
-    pub(super) fn solve(&self, center: &Geometry) -> Solution {
+    pub(super) fn solve(&self, center: &RelativeGeometry) -> Solution {
         let late_s = vec![0.0; self.each.len()];
         let near = self.refined(center, center, late_s);
         if self.far(&near).is_empty() {
@@ -110,7 +110,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// The least cost near `center`, roughly.
-    pub(super) fn rough_cost(&self, center: &Geometry) -> f64 {
+    pub(super) fn rough_cost(&self, center: &RelativeGeometry) -> f64 {
         let late_s = vec![0.0; self.each.len()];
         let near = self.descended(center, center, &late_s, ROUGH_ROUNDS);
         let near = self.cost(&self.fits(&near, &late_s));
@@ -118,7 +118,12 @@ impl<'a> Tracks<'a> {
     }
 
     /// Tries several turns with these ratios, each with the travel that fits best: the least cost, and where.
-    fn searched(&self, center: &Geometry, ratios: &[f64], late_s: &[f64]) -> (f64, Geometry) {
+    fn searched(
+        &self,
+        center: &RelativeGeometry,
+        ratios: &[f64],
+        late_s: &[f64],
+    ) -> (f64, RelativeGeometry) {
         let mut best = (f64::INFINITY, *center);
         for turn in TURNS {
             for ratio in ratios {
@@ -143,8 +148,13 @@ impl<'a> Tracks<'a> {
         best
     }
 
-    /// Geometry, then lateness, in turn.
-    fn refined(&self, begin: &Geometry, center: &Geometry, mut late_s: Vec<f64>) -> Solution {
+    /// RelativeGeometry, then lateness, in turn.
+    fn refined(
+        &self,
+        begin: &RelativeGeometry,
+        center: &RelativeGeometry,
+        mut late_s: Vec<f64>,
+    ) -> Solution {
         let mut geometry = self.descended(begin, center, &late_s, ROUNDS);
         for _ in 0..2 {
             let fits = self.fits(&geometry, &late_s);
@@ -163,7 +173,7 @@ impl<'a> Tracks<'a> {
         Solution { geometry, cost: self.cost(&fits), late_s, fits }
     }
 
-    fn fits(&self, geometry: &Geometry, late_s: &[f64]) -> Vec<Fit> {
+    fn fits(&self, geometry: &RelativeGeometry, late_s: &[f64]) -> Vec<Fit> {
         let fit = |(track, late_s): (&Track, &f64)| {
             Fit::robust(track, &track.reckon(self.robot, geometry), *late_s, self.lever_m)
         };
@@ -179,11 +189,11 @@ impl<'a> Tracks<'a> {
     /// Gauss-Newton from `begin`, in so many rounds at most.
     fn descended(
         &self,
-        begin: &Geometry,
-        center: &Geometry,
+        begin: &RelativeGeometry,
+        center: &RelativeGeometry,
         late_s: &[f64],
         rounds: usize,
-    ) -> Geometry {
+    ) -> RelativeGeometry {
         let mut geometry = *begin;
         let mut fits = self.fits(&geometry, late_s);
         let mut cost = self.cost(&fits);
@@ -214,8 +224,8 @@ impl<'a> Tracks<'a> {
 
     fn step(
         &self,
-        geometry: &Geometry,
-        center: &Geometry,
+        geometry: &RelativeGeometry,
+        center: &RelativeGeometry,
         late_s: &[f64],
         fits: &[Fit],
     ) -> Vector3<f64> {
@@ -227,14 +237,14 @@ impl<'a> Tracks<'a> {
         ) * PRIOR;
         for (run, fit) in fits.iter().enumerate() {
             let track = &self.each[run];
-            let at = |there: Geometry| {
+            let at = |there: RelativeGeometry| {
                 let reckoned = track.reckon(self.robot, &there);
                 Fit::of(track, &reckoned, late_s[run], self.lever_m, &fit.kept).residuals
             };
             let moved = [
                 fit.times_with_kept(STEP.exp(), self.lever_m).residuals,
-                at(Geometry { turn: geometry.turn + STEP, ..*geometry }),
-                at(Geometry { ratio: geometry.ratio + STEP, ..*geometry }),
+                at(RelativeGeometry { turn: geometry.turn + STEP, ..*geometry }),
+                at(RelativeGeometry { ratio: geometry.ratio + STEP, ..*geometry }),
             ];
             let near_m2 = self.near_m[run].powi(2);
             let weight = 1.0 / (track.poses.len().max(1) as f64 * (near_m2 + fit.error_m.powi(2)));
@@ -250,7 +260,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// The error of one run that was changed, in a given geometry, however late it is; and how late.
-    pub(super) fn error_of(&self, track: &Track, geometry: &Geometry) -> (Fit, f64) {
+    pub(super) fn error_of(&self, track: &Track, geometry: &RelativeGeometry) -> (Fit, f64) {
         let reckoned = track.reckon(self.robot, geometry);
         let late_s = lateness(track, &reckoned, self.lever_m);
         (Fit::robust(track, &reckoned, late_s, self.lever_m), late_s)

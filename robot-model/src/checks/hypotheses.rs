@@ -7,11 +7,11 @@ use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
 use super::all_runs::{all_runs, rms};
 use super::counters;
 use super::data_fault::{DataFault, DataHypothesis};
-use super::fit::{Fit, lateness};
-use super::geometry::Geometry;
 use super::geometry_fit::{Tracks, lever_m};
 use super::last_pose::last_poses;
 use super::one_run::one_run;
+use super::relative_geometry::RelativeGeometry;
+use super::start_pose_fit::{Fit, lateness};
 use super::track::Track;
 use super::tracker;
 
@@ -23,7 +23,7 @@ const POSES_MIN: usize = 5;
 const UNKNOWN_MAX: usize = 2;
 /// A mended event is reported if the error falls to this share.
 const EVENT: f64 = 0.6;
-/// Values that are held are told only if they do harm: the error falls to this share, from this one \[m\].
+/// Held values are reported only if they do harm: the error falls to this share, from this one \[m\].
 const HELD: (f64, f64) = (0.4, 0.006);
 
 /// What is wrong with the data of these valid runs, the best first: what all runs share, then the worst runs, then
@@ -35,7 +35,7 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
         Tracks::new(robot, events.iter().map(track).collect())
     };
     let before = tracks(&events);
-    let mut solution = before.solve(&Geometry::NOMINAL);
+    let mut solution = before.solve(&RelativeGeometry::NOMINAL);
     let mut events = events;
     let mut changed = false;
     for events in &mut events {
@@ -43,11 +43,11 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
     }
     let mut tracks = if changed { tracks(&events) } else { before };
     if changed {
-        solution = tracks.solve(&Geometry::NOMINAL);
+        solution = tracks.solve(&RelativeGeometry::NOMINAL);
     }
     let mut found = Vec::new();
     for (run, events) in runs.iter().zip(&events) {
-        found.extend(events.told(robot, run, &solution.geometry));
+        found.extend(events.hypotheses(robot, run, &solution.geometry));
     }
     let far = tracks.far(&solution);
     let many = far.len() > 1 || far.len() == 1 && runs.len() == 1;
@@ -64,7 +64,7 @@ pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis>
     found
 }
 
-/// Whether this is a matter of the robot's data sheet.
+/// Whether this concerns the robot's data sheet.
 fn is_of_robot(what: &DataFault) -> bool {
     matches!(what, DataFault::Radius { .. } | DataFault::Track { .. } | DataFault::Lengths { .. })
 }
@@ -74,7 +74,7 @@ fn of_runs(
     robot: &Robot,
     runs: &[Recording],
     tracks: &Tracks,
-    geometry: &Geometry,
+    geometry: &RelativeGeometry,
     late_s: &[f64],
     told: &[DataHypothesis],
 ) -> Vec<DataHypothesis> {
@@ -170,7 +170,7 @@ impl Events {
     }
 
     /// Finds what happened to the tracker, by this geometry; whether anything did that mends the run.
-    fn find_in_poses(&mut self, robot: &Robot, geometry: &Geometry) -> bool {
+    fn find_in_poses(&mut self, robot: &Robot, geometry: &RelativeGeometry) -> bool {
         let track = Track::of(robot, &self.wheels, &[]).with(&self.poses);
         let reckoned = track.reckon(robot, geometry);
         let tracker::Mended { poses, found } = tracker::mended(&track, &reckoned, lever_m(robot));
@@ -187,7 +187,12 @@ impl Events {
     }
 
     /// What is reported of a run, with its evidence.
-    fn told(&self, robot: &Robot, run: &Recording, geometry: &Geometry) -> Vec<DataHypothesis> {
+    fn hypotheses(
+        &self,
+        robot: &Robot,
+        run: &Recording,
+        geometry: &RelativeGeometry,
+    ) -> Vec<DataHypothesis> {
         if self.in_counts.is_empty() && self.in_poses.is_empty() {
             return Vec::new();
         }
@@ -219,7 +224,7 @@ fn error_m(
     robot: &Robot,
     wheels: &[WheelSample],
     poses: &[PoseMeasurement],
-    geometry: &Geometry,
+    geometry: &RelativeGeometry,
 ) -> f64 {
     let track = &Track::of(robot, wheels, &[]).with(poses);
     let reckoned = track.reckon(robot, geometry);

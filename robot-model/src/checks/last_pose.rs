@@ -6,8 +6,8 @@
 use crate::recording::run::{Recording, Robot};
 
 use super::end_pose::{End, FAR_OFF, OffEndPose};
-use super::geometry::Geometry;
 use super::geometry_fit::Tracks;
+use super::relative_geometry::RelativeGeometry;
 
 /// From the first number of runs on there may be one outlier, from the second on two.
 const RUNS_MIN: [usize; 2] = [5, 9];
@@ -24,7 +24,7 @@ pub(super) fn last_poses(
     robot: &Robot,
     runs: &[Recording],
     tracks: &Tracks,
-    geometry: &Geometry,
+    geometry: &RelativeGeometry,
     open: &[bool],
 ) -> Vec<Option<OffEndPose>> {
     let ends: Vec<Option<End>> = tracks

@@ -1,8 +1,8 @@
 //! Checks before any fit: is something wrong with the data, and not with the robot?
 //!
 //! Each thing that can be wrong is a hypothesis ([`DataFault`]): a transformation of the recording that would mend it. Each
-//! is fitted to the tracks, with the start pose of every run free, how late its poses are, and within limits a radius,
-//! a ratio of radii and a track width of the robot. The best one is reported where it beats the data as they are by
+//! is fitted to the tracks. The start pose of every run and the lateness of its poses are free; so are, within limits, a
+//! radius, a ratio of radii and a track width of the robot. The best one is reported where it beats the data as they are by
 //! a factor of three and leaves no run far off. Positions alone suffice.
 //!
 //! ```text
@@ -18,10 +18,10 @@
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
-//! | `track.rs`, `fit.rs`, `geometry.rs`, `geometry_fit.rs` | a thinned run; its least squares; a geometry; that of all runs |
+//! | `track.rs`, `start_pose_fit.rs`, `relative_geometry.rs`, `geometry_fit.rs` | a thinned run; its start pose by least squares; a geometry relative to the data sheet; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
-//! | `position_outliers.rs` | single positions that are elsewhere |
-//! | `heading_marker.rs` | headings that sit a little crooked in all runs |
+//! | `position_outliers.rs` | single positions far from their neighbours |
+//! | `heading_marker.rs` | headings turned by a small angle in all runs |
 //! | `dead_reckoning.rs` | where the wheels alone lead a nominal robot |
 //! | `clock.rs` | a clock that is not in seconds |
 //!
@@ -33,14 +33,14 @@ mod counters;
 mod data_fault;
 mod dead_reckoning;
 mod end_pose;
-mod fit;
-mod geometry;
 mod geometry_fit;
 mod heading_marker;
 mod hypotheses;
 mod last_pose;
 mod one_run;
 mod position_outliers;
+mod relative_geometry;
+mod start_pose_fit;
 #[cfg(test)]
 mod tests;
 mod track;

@@ -2,9 +2,9 @@
 
 use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk};
 use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
-use super::fit::Fit;
-use super::geometry::Geometry;
 use super::geometry_fit::Tracks;
+use super::relative_geometry::RelativeGeometry;
+use super::start_pose_fit::Fit;
 use super::track::Track;
 
 /// An error is mended if it falls to this share.
@@ -17,7 +17,11 @@ const ALIKE: f64 = 1.3;
 const TURNED_MIN_RAD: f64 = 0.35;
 
 /// Explains a run that is far off, by the geometry of the others.
-pub(super) fn one_run(tracks: &Tracks, run: usize, geometry: &Geometry) -> Option<DataHypothesis> {
+pub(super) fn one_run(
+    tracks: &Tracks,
+    run: usize,
+    geometry: &RelativeGeometry,
+) -> Option<DataHypothesis> {
     let track = &tracks.each[run];
     if track.poses.len() < POSES_MIN {
         return None;

@@ -8,7 +8,7 @@ use crate::kinematics::wheel_pair::WheelPair;
 use crate::recording::run::{PoseMeasurement, Robot, WheelSample};
 
 use super::data_fault::{Axes, DataFault, Wheel};
-use super::geometry::Geometry;
+use super::relative_geometry::RelativeGeometry;
 
 /// As many poses of a run are looked at.
 const POSES: usize = 40;
@@ -16,8 +16,8 @@ const POSES: usize = 40;
 const TURN_RAD: f64 = 0.12;
 const STEPS: usize = 120;
 /// Radius over track width, as real robots have it; a data sheet may be wrong by any factor.
-const SLIMMEST: f64 = 0.05;
-const STOUTEST: f64 = 0.5;
+const RADIUS_OVER_TRACK_MIN: f64 = 0.05;
+const RADIUS_OVER_TRACK_MAX: f64 = 0.5;
 
 /// A thinned run.
 #[derive(Clone, Debug)]
@@ -66,7 +66,7 @@ impl Track {
     }
 
     /// Where the wheels lead from the origin, at each sample of theirs.
-    pub(super) fn reckon(&self, robot: &Robot, geometry: &Geometry) -> Vec<Pose> {
+    pub(super) fn reckon(&self, robot: &Robot, geometry: &RelativeGeometry) -> Vec<Pose> {
         let turns = self.wheels.iter().map(|sample| sample.phi_rad);
         dead_reckon_with(Pose::ORIGIN, geometry.radius_m(robot), geometry.width_m(robot), turns)
     }
@@ -99,9 +99,10 @@ impl Track {
 
     /// How far the wheels turned the robot, without a sign, if it is built as most are \[rad\].
     pub(super) fn turned_rad(&self, robot: &Robot) -> f64 {
-        let slim = slimness(robot);
-        let turn =
-            |pair: &[WheelSample]| slim * pair[1].phi_rad.since(pair[0].phi_rad).difference().abs();
+        let radius_over_track = radius_over_track(robot);
+        let turn = |pair: &[WheelSample]| {
+            radius_over_track * pair[1].phi_rad.since(pair[0].phi_rad).difference().abs()
+        };
         self.wheels.windows(2).map(turn).sum()
     }
 
@@ -153,13 +154,13 @@ fn one_side(phi: WheelPair<f64>, wheel: Wheel, times: f64) -> WheelPair<f64> {
     WheelPair::new(of(Wheel::Left) * phi.left, of(Wheel::Right) * phi.right)
 }
 
-fn slimness(robot: &Robot) -> f64 {
-    (robot.wheel_radius_m / robot.track_width_m).clamp(SLIMMEST, STOUTEST)
+fn radius_over_track(robot: &Robot) -> f64 {
+    (robot.wheel_radius_m / robot.track_width_m).clamp(RADIUS_OVER_TRACK_MIN, RADIUS_OVER_TRACK_MAX)
 }
 
 /// The samples at which a step ends, since the first.
 fn steps(robot: &Robot, wheels: &[WheelSample]) -> Vec<WheelSample> {
-    let slim = slimness(robot);
+    let radius_over_track = radius_over_track(robot);
     let first = wheels[0];
     let often = (wheels.len() / STEPS).max(1);
     let mut kept: Vec<WheelSample> = Vec::new();
@@ -170,7 +171,7 @@ fn steps(robot: &Robot, wheels: &[WheelSample]) -> Vec<WheelSample> {
         // As soon as the next one would be too far.
         let far = kept.last().is_some_and(|before| {
             let next = wheels[(k + 1).min(last)].phi_rad.since(first.phi_rad);
-            slim * next.since(before.phi_rad).difference().abs() > TURN_RAD
+            radius_over_track * next.since(before.phi_rad).difference().abs() > TURN_RAD
         });
         if k == 0 || k == last || k >= since + often || far {
             kept.push(WheelSample { t_s: sample.t_s, phi_rad });

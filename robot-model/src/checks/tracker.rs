@@ -6,7 +6,7 @@ use crate::numeric::median::median;
 use crate::recording::run::PoseMeasurement;
 
 use super::data_fault::DataFault;
-use super::fit::{Fit, lateness};
+use super::start_pose_fit::{Fit, lateness};
 use super::track::{Track, every_few};
 
 /// Fewer poses do not show what is usual.

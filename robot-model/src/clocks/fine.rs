@@ -33,7 +33,7 @@ const RATE_MIN_S: f64 = 0.02;
 /// Beyond chance: so many standard errors.
 const SIGMAS: f64 = 6.0;
 /// An offset is reported if it is this many standard errors from zero.
-const TOLD_SIGMAS: f64 = 2.0;
+const REPORTED_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
 const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
 /// Offsets and rates are found anew after each correction.
@@ -124,8 +124,8 @@ pub(super) fn align(
 }
 
 /// Whether a clock is worth a word: its offset is beyond chance, or it has a rate.
-pub(super) fn is_told(clock: &ClockFound) -> bool {
-    clock.offset_s.abs() > TOLD_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
+pub(super) fn is_reported(clock: &ClockFound) -> bool {
+    clock.offset_s.abs() > REPORTED_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
 }
 
 /// The offset and rate to be taken out of each run.

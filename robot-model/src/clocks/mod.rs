@@ -7,8 +7,8 @@
 //!
 //! An offset above zero says that the poses come late. What all runs share, up to a few tenths of a second, is left as
 //! it is: that is the delay of a camera, and an effect of the catalogue. So are small differences between runs, which
-//! the filter of [`crate::estimation`] has as a nuisance. Corrected is what neither can take: seconds, offsets of runs
-//! that differ by more than that, and clocks that run at different rates.
+//! the filter of [`crate::estimation`] has as a nuisance. What neither can absorb is corrected: offsets of seconds,
+//! offsets of runs that differ by more than that, and clocks that run at different rates.
 //!
 //! | file | what it holds |
 //! | --- | --- |
@@ -72,6 +72,6 @@ pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), Recordi
             }
         }
     }
-    clocks.retain(fine::is_told);
+    clocks.retain(fine::is_reported);
     Ok((aligned, clocks))
 }

@@ -1,4 +1,4 @@
-//! Kinematics: where does the robot go when its wheels turn so far?
+//! Kinematics: where does the robot go when its wheels turn?
 //!
 //! | file | what it holds |
 //! | --- | --- |

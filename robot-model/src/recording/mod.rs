@@ -6,7 +6,7 @@
 //! | `campaign.rs` | [`Campaign`]: all runs of one robot; prepared once, for every question that follows |
 //! | `condense.rs` | dense recordings, made lighter before a fit |
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
-//! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, told by the motion |
+//! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, recognised from the motion |
 //! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
 //! | `odometry_noise.rs` | [`OdometryNoise`] of poses, and of the odometry between them |
 //! | `nominal_run.rs` | recordings of a nominal robot that drives given pieces |

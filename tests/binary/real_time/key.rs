@@ -36,8 +36,8 @@ fn who_holds_the_key_drives_watches_and_stops_and_others_are_told_what_to_do() {
         ("identify", "--key-file FILE"),
         ("stop --now", "--key-file FILE"),
         ("stop", "--key-file FILE"),
-        ("drive straight 1rev --key-file other.key", "has another key"),
-        ("stop --now --key-file other.key", "has another key"),
+        ("drive straight 1rev --key-file other.key", "has a different key"),
+        ("stop --now --key-file other.key", "has a different key"),
         ("key clear --key-file robot.key", "over its serial line"),
     ] {
         let message = robot.run(arguments).refused();

@@ -1,7 +1,7 @@
 //! The drawing is that of the code.
 
 use super::{BEGIN, END, draw, folder_uses, no_circle, with_drawing};
-use crate::example::Example;
+use crate::example_repository::Example;
 
 /// A robot-model of three folders, and a line more in the lowest one.
 fn example(line: &str) -> Example {

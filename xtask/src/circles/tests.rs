@@ -1,7 +1,7 @@
 //! Circles that are planted are found, and nothing else is.
 
 use super::{describe, find, message};
-use crate::example::Example;
+use crate::example_repository::Example;
 
 const MANIFEST: (&str, &str) = ("robot/Cargo.toml", "[package]\nname = \"robot\"\n");
 

@@ -47,8 +47,8 @@ const RULES: [Rule; 5] = [
     Rule {
         manifest: WORKSPACE,
         package: "robot-model",
-        forbidden: &[FILES, COMMAND_LINE, TERMINAL, &["sim-target"]],
-        why: "the estimator's model reads and writes nothing, and does not know the simulator",
+        forbidden: &[FILES, COMMAND_LINE, TERMINAL, &["shared-proto", "campaign", "sim-target"]],
+        why: "the estimator's model reads and writes nothing, and needs no other crate of ours",
     },
     Rule {
         manifest: WORKSPACE,
@@ -59,8 +59,8 @@ const RULES: [Rule; 5] = [
     Rule {
         manifest: WORKSPACE,
         package: "campaign",
-        forbidden: &[COMMAND_LINE, TERMINAL],
-        why: "campaigns are read by any program, with or without a terminal",
+        forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
+        why: "campaigns are read by any program, with or without a terminal, a robot or a simulator",
     },
     Rule {
         manifest: WORKSPACE,

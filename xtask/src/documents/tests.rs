@@ -1,7 +1,7 @@
 //! What is planted in a page is found, and nothing else is.
 
 use super::findings;
-use crate::example::Example;
+use crate::example_repository::Example;
 
 /// What is found in a page of a small repository.
 fn found(name: &str, page: &str) -> Vec<String> {

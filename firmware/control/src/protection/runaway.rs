@@ -39,7 +39,7 @@ impl Run {
     ///
     /// `supply_scale`: by which the duty was scaled for the supply. `lately`: how far the wheel has turned by its newest
     /// changes, and in how many ticks.
-    pub fn is_driven_away(
+    pub fn runs_against_motor(
         &mut self,
         limits: &WheelThresholds,
         (view, supply_scale): (&WheelSample, i32),
@@ -53,7 +53,7 @@ impl Run {
             by: self.push.abs() - at_supply(limits.friction * ticks),
             needed: at_supply(limits.needed(way, lately)),
         };
-        self.pushed_by_hand |= !driven.explains_the_way();
+        self.pushed_by_hand |= !driven.explains_travel();
         // A hand that pushes a wheel back which should advance is taken for it.
         let advanced = moved.setpoint.abs() >= way >> 1
             && (moved.setpoint > 0) != (moved.travel > 0)
@@ -76,7 +76,7 @@ struct Driven {
 
 impl Driven {
     /// The wheel moved as the motor would have driven it: with up to four times the configured inertia, or half.
-    fn explains_the_way(self) -> bool {
+    fn explains_travel(self) -> bool {
         2 * self.by >= self.needed && self.by <= 4 * self.needed
     }
 }

@@ -146,7 +146,7 @@ impl WheelMonitor {
         limits: &WheelThresholds,
         view: &WheelSample,
     ) -> Option<WheelFault> {
-        if self.flaps_astray(limits, view.positions) {
+        if self.oscillates_off_setpoint(limits, view.positions) {
             Some(Fault::EncoderDead)
         } else if self.creeps(limits, view.positions) {
             Some(self.diagnose(limits))
@@ -156,7 +156,7 @@ impl WheelMonitor {
     }
 
     /// The count goes back and forth, and is off by more than that.
-    fn flaps_astray(&self, limits: &WheelThresholds, positions: Positions) -> bool {
+    fn oscillates_off_setpoint(&self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.flaps >= FLAPS
             && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
     }
@@ -172,13 +172,13 @@ impl WheelMonitor {
         let positions = view.positions;
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
-        if self.flaps_astray(limits, positions) {
+        if self.oscillates_off_setpoint(limits, positions) {
             Some(Fault::EncoderDead)
-        } else if goes_on && self.is_driven_away(limits, view, supply_scale) {
+        } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             Some(Fault::EncoderReversed)
         } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
-        } else if self.presses(limits, view) {
+        } else if self.is_stuck_at_rest(limits, view) {
             Some(Fault::Stall)
         } else if too_far {
             Some(Fault::FollowingError)
@@ -211,7 +211,7 @@ impl WheelMonitor {
     }
 
     /// The travel over the newest changes, and its ticks.
-    fn lately(&self) -> (u32, u32) {
+    fn recent_travel(&self) -> (u32, u32) {
         let earlier = self.change(LATELY.min(self.changed));
         let turned = self.last.positions.since(earlier.positions).travel.unsigned_abs();
         // Less than a metre in 4 ticks, whatever the wheel.
@@ -221,15 +221,15 @@ impl WheelMonitor {
     /// The count goes the other way than the motor drives the wheel.
     #[cold]
     #[inline(never)]
-    fn is_driven_away(
+    fn runs_against_motor(
         &mut self,
         limits: &WheelThresholds,
         view: &WheelSample,
         supply_scale: i32,
     ) -> bool {
-        let (tick, lately) = (self.tick, self.lately());
+        let (tick, lately) = (self.tick, self.recent_travel());
         let sample = (view, supply_scale);
-        self.run.as_mut().is_some_and(|run| run.is_driven_away(limits, sample, (tick, lately)))
+        self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
 
     fn standing_ticks(&self) -> u32 {
@@ -253,7 +253,7 @@ impl WheelMonitor {
     }
 
     /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
-    fn presses(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
+    fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
         let positions = view.positions;
         view.rests
             && self.standing_ticks() >= 10 * limits.stall_ticks

@@ -14,7 +14,7 @@ use host_link::Session;
 use shared_proto::{Config, ConfigOrigin, GeometryConfig};
 
 use self::square::{Turning, square};
-use super::checks::{Checks, check};
+use super::readiness::{Checks, check};
 use super::save;
 use crate::campaign_recorder::samples::robot_file;
 use crate::error::{Error, Result};

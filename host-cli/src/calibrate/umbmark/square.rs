@@ -68,7 +68,7 @@ pub(super) async fn square(
         Piece::Spin { turn_rad, speed_mps: speed_mps / 2.0 },
     ];
     // The robot was put at its mark just now: earlier poses are from elsewhere.
-    let first = source.count()?.unwrap_or(0);
+    let first = source.pose_count()?.unwrap_or(0);
     let start = stand(session, source).await?;
     let started_us = session.clock().now_us();
     let mut telemetry = Vec::new();
@@ -106,10 +106,10 @@ async fn stand(session: &mut Session, source: &dyn PoseSource) -> Result<Option<
     /// Enough poses for a mean, and how often to wait for them.
     const POSES: usize = 3;
     const WAITS: usize = 10;
-    let before = source.count()?;
+    let before = source.pose_count()?;
     for _ in 0..WAITS {
         session.listen(STAND).await?;
-        if source.count()?.zip(before).is_none_or(|(now, before)| now >= before + POSES) {
+        if source.pose_count()?.zip(before).is_none_or(|(now, before)| now >= before + POSES) {
             break;
         }
     }
@@ -120,7 +120,7 @@ async fn stand(session: &mut Session, source: &dyn PoseSource) -> Result<Option<
 /// `None` if the source has no poses.
 fn standing_pose(source: &dyn PoseSource, from: usize) -> Result<Option<Pose>> {
     const POSES: usize = 10;
-    let Some(count) = source.count()? else { return Ok(None) };
+    let Some(count) = source.pose_count()? else { return Ok(None) };
     let track = source.poses_from(from.max(count.saturating_sub(POSES)).min(count))?;
     let headings: Option<Vec<f64>> = track.iter().map(|pose| pose.heading_rad).collect();
     let Some(headings) = headings.filter(|headings| !headings.is_empty()) else {
@@ -168,7 +168,7 @@ mod tests {
         }
         std::fs::write(file.path(), text).unwrap();
         let track = TrackFile { path: file.path().into(), noise: None, confirm: false };
-        assert_eq!(track.count().unwrap(), Some(15));
+        assert_eq!(track.pose_count().unwrap(), Some(15));
         let pose = standing_pose(&track, 10).unwrap().unwrap();
         for (is, want) in [(pose.x_m, 0.1), (pose.y_m, 0.2), (pose.heading_rad, 0.05)] {
             assert!((is - want).abs() < 1e-12, "{pose:?}");

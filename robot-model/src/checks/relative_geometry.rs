@@ -12,7 +12,7 @@ const RATIO_MAX: f64 = 0.3;
 
 /// A geometry relative to the data sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Geometry {
+pub(super) struct RelativeGeometry {
     /// The logarithm of how many times as far the robot goes.
     pub(super) travel: f64,
     /// The logarithm of how many times as far it turns.
@@ -21,7 +21,7 @@ pub(super) struct Geometry {
     pub(super) ratio: f64,
 }
 
-impl Geometry {
+impl RelativeGeometry {
     pub(super) const NOMINAL: Self = Self { travel: 0.0, turn: 0.0, ratio: 0.0 };
 
     /// One that goes and turns so many times as far.

@@ -46,7 +46,7 @@ pub(super) async fn check(session: &mut Session) -> Result<Checks> {
     let supply_v = f64::from(session.status().await?.supply_mv) * 1e-3;
     if supply_v < config.protection.supply_v_min {
         return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
-            .hint("charge the battery; protection.supply_v_min is the bound"));
+            .hint("charge the battery; protection.supply_v_min sets this limit"));
     }
     let repeated = session.statistics().retries - before;
     Ok(Checks { identity, config, asked: REQUESTS, repeated, supply_v })

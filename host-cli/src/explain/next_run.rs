@@ -41,7 +41,7 @@ pub(crate) fn gyro_words(next: &NextRun) -> Option<&'static str> {
 
 /// The options that reach a campaign's robot: the port in use, unless it is the simulator because none
 /// was given; then the robot that was simulated, or a word in place of a real one's port.
-pub fn reached(port: &Port, robot: &RobotFile) -> String {
+pub fn robot_options(port: &Port, robot: &RobotFile) -> String {
     match (port, &robot.simulated) {
         (Port::Sim(None), None) => "--port PORT".into(),
         (Port::Sim(None), Some(simulated)) => {
@@ -55,14 +55,14 @@ pub fn reached(port: &Port, robot: &RobotFile) -> String {
 }
 
 /// The option that gives a simulated robot its memory again.
-pub fn memory(common: &Common) -> String {
+pub fn flash_option(common: &Common) -> String {
     let flash = common.flash.as_ref();
     flash.map_or_else(String::new, |file| format!(" --flash {}", shell_path(file)))
 }
 
 /// The same, with the robot's memory, and with a track if a tape is too little for what is to be told.
-pub fn reached_again(common: &Common, campaign: &Campaign) -> String {
-    let mut words = reached(&common.port, &campaign.robot) + &memory(common);
+pub fn next_run_options(common: &Common, campaign: &Campaign) -> String {
+    let mut words = robot_options(&common.port, &campaign.robot) + &flash_option(common);
     if campaign.is_measured_at_ends() && !words.starts_with("--port sim") {
         words += " --measure track:FILE";
     }
@@ -71,13 +71,13 @@ pub fn reached_again(common: &Common, campaign: &Campaign) -> String {
 
 /// The command line that records the next run.
 pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
-    let simulated = context.reached.starts_with("--port sim");
+    let simulated = context.robot_options.starts_with("--port sim");
     let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
     format!(
         "beeline campaign record {} --run {} {}{gyro}",
         shell_path(Path::new(&context.campaign)),
         shell(next.kind.name()),
-        context.reached
+        context.robot_options
     )
 }
 
@@ -104,7 +104,7 @@ mod tests {
             ("sim", "[simulated]\nscenario = \"a.toml\"\nseed = 7", "--port sim:a.toml --seed 7"),
             ("tcp:robot:7700", "[simulated]\n", "--port tcp:robot:7700"),
         ] {
-            assert_eq!(reached(&port.parse().unwrap(), &robot(more)), expected);
+            assert_eq!(robot_options(&port.parse().unwrap(), &robot(more)), expected);
         }
     }
 
@@ -115,10 +115,10 @@ mod tests {
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             predicted: PredictedSeparation::default(),
         };
-        let context = |reached: &str| AnswerContext {
+        let context = |robot_options: &str| AnswerContext {
             robot: "r",
             campaign: "my robot".into(),
-            reached: reached.into(),
+            robot_options: robot_options.into(),
             runs: 3,
             catalogue: &[],
             combinations: Vec::new(),

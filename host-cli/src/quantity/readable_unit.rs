@@ -21,20 +21,20 @@ pub fn scaled_unit(size: f64, unit: &str) -> (f64, String) {
 }
 
 /// `0.84 ± 0.02 %`.
-pub fn friendly(value: f64, sigma: f64, unit: &str) -> String {
+pub fn value_with_sigma(value: f64, sigma: f64, unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     format!("{} {name}", plus_minus(value * factor, sigma * factor)).trim_end().to_owned()
 }
 
 /// An exact value, with the digits of another one that has this sigma: `0.83 %`.
-pub fn friendly_exact(value: f64, sigma: f64, unit: &str) -> String {
+pub fn value_in_unit(value: f64, sigma: f64, unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     let decimals = super::decimals(sigma * factor);
     format!("{:.decimals$} {name}", value * factor).trim_end().to_owned()
 }
 
 /// The 95 % interval of such a value: `0.80 to 0.88 %`.
-pub fn friendly_interval(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
+pub fn interval_in_unit(value: f64, sigma: f64, (low, high): (f64, f64), unit: &str) -> String {
     let (factor, name) = scaled_unit(value.abs().max(sigma), unit);
     let decimals = super::decimals(sigma * factor);
     let (low, high) = (low * factor, high * factor);
@@ -69,15 +69,15 @@ mod tests {
 
     #[test]
     fn values_have_the_unit_that_is_easiest_to_read() {
-        assert_eq!(friendly(0.0084, 0.0002, "1"), "0.840 ± 0.020 %");
-        assert_eq!(friendly(0.021, 0.001, "s"), "21.0 ± 1.0 ms");
-        assert_eq!(friendly(1.546, 0.26, "rad/s"), "1.55 ± 0.26 rad/s");
-        assert_eq!(friendly(-0.25, 0.07, "s^2/m"), "-0.250 ± 0.070 s^2/m");
-        assert_eq!(friendly_interval(0.0084, 0.0002, (0.008, 0.0088), "1"), "0.800 to 0.880 %");
-        assert_eq!(friendly(2e-19, 1.5e-19, "m/s^2"), "2.00e-19 ± 1.50e-19 m/s^2");
+        assert_eq!(value_with_sigma(0.0084, 0.0002, "1"), "0.840 ± 0.020 %");
+        assert_eq!(value_with_sigma(0.021, 0.001, "s"), "21.0 ± 1.0 ms");
+        assert_eq!(value_with_sigma(1.546, 0.26, "rad/s"), "1.55 ± 0.26 rad/s");
+        assert_eq!(value_with_sigma(-0.25, 0.07, "s^2/m"), "-0.250 ± 0.070 s^2/m");
+        assert_eq!(interval_in_unit(0.0084, 0.0002, (0.008, 0.0088), "1"), "0.800 to 0.880 %");
+        assert_eq!(value_with_sigma(2e-19, 1.5e-19, "m/s^2"), "2.00e-19 ± 1.50e-19 m/s^2");
         let (low, high) = (-1e-19, 5e-19);
         assert_eq!(
-            friendly_interval(2e-19, 1.5e-19, (low, high), "1/s"),
+            interval_in_unit(2e-19, 1.5e-19, (low, high), "1/s"),
             "-1.00e-19 to 5.00e-19 1/s"
         );
     }

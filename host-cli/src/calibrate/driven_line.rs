@@ -1,6 +1,6 @@
 //! What a drive along a line says about the wheels: by measured poses, or by a reading at its end.
 //!
-//! Who measures is a matter of [`crate::pose_source`]; what is decided, of the module above.
+//! Who measures is left to [`crate::pose_source`]; what is decided, to the module above.
 
 use host_link::Clock;
 use host_link::motion::Recording;
@@ -57,7 +57,7 @@ impl DrivenLine<'_> {
         clock: &Clock,
         first: usize,
     ) -> Result<Measurement> {
-        if !source.sees() {
+        if !source.measures_while_driving() {
             let mut measured = None;
             source
                 .read_deviation(clock, &mut |deviation| {
@@ -66,7 +66,9 @@ impl DrivenLine<'_> {
                     Ok(())
                 })
                 .await?;
-            return measured.ok_or_else(|| Error::new("the end of the drive was not read"));
+            return measured.ok_or_else(|| {
+                Error::new("the robot's position at the end of the drive was not read")
+            });
         }
         let poses = source.poses_during(first, "drive")?;
         let (samples, delay) = match source.pose_clock() {
@@ -74,7 +76,7 @@ impl DrivenLine<'_> {
             PoseClock::Own => (self.on_robot_clock(poses), true),
         };
         let Some(Sigma { position_m, heading_rad }) = source.noise() else {
-            return Err(Error::new("the noise of the measured track is not given")
+            return Err(Error::new("the noise of the measured track is not known")
                 .hint("give --position-sigma and --heading-sigma"));
         };
         let track = Track { samples, position_sigma_m: position_m, heading_sigma_rad: heading_rad };

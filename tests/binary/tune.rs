@@ -43,6 +43,7 @@ fn options_that_make_no_sense_are_refused_before_anything_moves() {
     let temp = TempFolder::new();
     for (arguments, says) in [
         ("tune --floor 10cm", "too little"),
+        ("tune --floor 1000m", "not to be had"),
         ("tune --floor 0m", "above zero"),
         ("tune --stiffness 3", "from 0.1 to 1"),
         ("tune --undo", "nothing to undo"),

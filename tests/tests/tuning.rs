@@ -70,6 +70,43 @@ fn the_standard_robots_constants_are_those_of_its_parts() {
     assert!(tuned.gains.ms_worst <= 1.6, "{:?}", tuned.gains);
 }
 
+/// Tunes the standard robot on a floor that falls away in front of it.
+fn on_slope(slope_rad: f64) -> Result<Tuned, String> {
+    let mut scenario = Scenario::default();
+    scenario.plant.floor.slope_rad = slope_rad;
+    on_robot(&scenario, async |robot| {
+        robot.listen(0.01).await;
+        let tuned = tune(&mut robot.session, &settings(), &mut |_| {}).await;
+        tuned.map_err(|error| error.to_string())
+    })
+}
+
+#[test]
+fn a_slope_is_said_and_not_taken_for_friction() {
+    let level = on_slope(0.0).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(level.fit.constants.push(), None);
+    for slope_rad in [0.03, -0.03] {
+        let tuned = on_slope(slope_rad).unwrap_or_else(|error| panic!("{slope_rad}: {error}"));
+        // m g sin(slope) r / 2 by wheel, in volts: 4 kg, 36 mm.
+        let push_nm = 4.0 * 9.81 * slope_rad.sin() * 0.036 / 2.0;
+        let motor = Scenario::default().plant.motor.left;
+        let expected_v = push_nm * motor.resistance_ohm / motor.wheel_torque_constant_nm_per_a();
+        let push = tuned.fit.constants.push().expect("both wheels feel it");
+        assert!((push.volts / expected_v - 1.0).abs() < 0.15, "{push:?} {expected_v}");
+        // What is saved is the friction that the robot has on the level.
+        let saved = tuned.change.1.feedforward;
+        let known = level.change.1.feedforward;
+        for (saved, known) in [(saved.left, known.left), (saved.right, known.right)] {
+            assert_eq!(saved.ks_forward_v, saved.ks_backward_v);
+            let mean_v = 0.5 * (known.ks_forward_v + known.ks_backward_v);
+            assert!((saved.ks_forward_v - mean_v).abs() < 0.05, "{saved:?} {known:?}");
+        }
+    }
+    // Where the robot would roll by itself, nothing is tuned.
+    let error = on_slope(0.12).map(|_| ()).unwrap_err();
+    assert!(error.contains("as hard as its friction"), "{error}");
+}
+
 #[test]
 fn a_line_that_loses_two_percent_changes_nothing() {
     let mut scenario = Scenario::default();

@@ -8,16 +8,17 @@ use crate::quantity::Length;
 /// `beeline tune`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Put the robot at the beginning of its floor, facing along it. It drives forwards and back by itself for about a
-minute, and turns on the spot; it stays on that floor, and stops at Ctrl-C. Radius, track width and encoder counts must
-be right before: see `beeline config get geometry` and `beeline config get encoder`.
+Put the robot at the beginning of its floor, facing along it, on the level. It drives forwards
+and back by itself for about a minute, and turns on the spot. It stays on that floor, and stops
+at Ctrl-C. Radius, track width and encoder counts must be right before: see
+`beeline config get geometry` and `beeline config get encoder`.
 
 Examples:
   beeline tune --port /dev/ttyACM0 --floor 2m
   beeline tune --stiffness 0.5                   softer gains
   beeline tune --undo --port /dev/ttyACM0        the gains before the last tuning")]
 pub struct TuneArgs {
-    /// How much floor there is ahead of the robot: 30cm at least.
+    /// How much floor there is ahead of the robot: 30cm to 100m.
     #[arg(long, value_name = "LENGTH", default_value = "1.5m", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub floor: Length,
     /// 1 for the stiffest loop that keeps its margin, less for a softer one: 0.1 to 1.

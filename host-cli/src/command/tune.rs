@@ -7,9 +7,9 @@ use crate::cli::{Common, TuneArgs};
 use crate::error::{Error, Result};
 use crate::port::with_robot;
 use crate::tune::{
-    DriveOutcome, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned, tune,
+    DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned, tune,
 };
-use crate::ui::{BOLD, DIM, GOOD, note, paint, say};
+use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say};
 use crate::undo::state_folder;
 
 use super::undo::last_change;
@@ -24,6 +24,10 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
             args.floor.m * 100.0
         ))
         .hint("--floor 30cm at least; 1.5 m are better"));
+    }
+    if args.floor.m > FLOOR_M_MAX {
+        return Err(Error::new(format_args!("{:.0} m of floor are not to be had", args.floor.m))
+            .hint(format_args!("{FLOOR_M_MAX:.0} m at most; 1.5 m do for most robots")));
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let settings = Settings {
@@ -66,8 +70,8 @@ fn tell_progress(json: bool, progress: &Progress<'_>) {
 fn in_words(outcome: &DriveOutcome) -> String {
     match outcome {
         DriveOutcome::Followed(following) => format!(
-            "{:.3} mm rms from the setpoints, {:.3} mm at worst",
-            following.rms_m * 1e3,
+            "{:.3} mm rms from the setpoints of the fast profile, {:.3} mm at worst",
+            following.fast_rms_m * 1e3,
             following.worst_m * 1e3
         ),
         DriveOutcome::Faulted(fault) => format!("stopped by the fault {fault}"),
@@ -107,7 +111,17 @@ fn print(tuned: &Tuned, forgets: bool) {
         |value, motor| value.ka_of_robot(motor).1,
         |off| off.ka_spin_v_s2_per_m,
     );
-    say(format_args!("delay {:.1} ms; ± holds the truth in 95 % of cases", value.delay_s * 1e3));
+    say(format_args!("delay {:.1} ms; ± is half a 95 % interval", value.delay_s * 1e3));
+    if let Some(push) = constants.push() {
+        let (way, other) =
+            if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
+        say(format_args!(
+            "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
+             The feedforward takes the mean. A level floor gives better constants.",
+            paint(WARN, "pushed:"),
+            2.0 * push.volts.abs()
+        ));
+    }
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,
@@ -174,6 +188,7 @@ fn as_json(tuned: &Tuned) -> Value {
             "left": motor(&wheels.left, &off.left),
             "right": motor(&wheels.right, &off.right),
             "delay_s": constants.value.delay_s,
+            "push_v": constants.push().map_or(0.0, |push| push.volts),
         },
         "residual_m": tuned.fit.residual_m,
         "gains": {

@@ -39,6 +39,8 @@ pub struct Settings {
 
 /// Shortest floor on which motors can be told apart \[m\].
 pub const FLOOR_M_MIN: f64 = 0.3;
+/// Longest floor \[m\]: more is a slip of the pen.
+pub const FLOOR_M_MAX: f64 = 100.0;
 /// Each try to find gains that drive well is so much softer than the one before.
 const SOFTER: f64 = 0.6;
 /// So many tries.
@@ -133,6 +135,9 @@ impl Tuner<'_> {
             .await?;
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
+        if fit.constants.push().is_some_and(|push| !push.held) {
+            return Err(rolls_by_itself());
+        }
 
         let counts_m = self.original.encoder.map(|e| self.original.meters_per_count(&e));
         let meters_per_count = counts_m.left.max(counts_m.right);
@@ -210,6 +215,12 @@ impl Tuner<'_> {
         }
         Ok(())
     }
+}
+
+fn rolls_by_itself() -> Error {
+    Error::new("something pushes the robot as hard as its friction can hold it").hint(
+        "tune on a level floor, without a cable that pulls; the robot must stand still by itself",
+    )
 }
 
 fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {

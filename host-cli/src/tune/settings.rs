@@ -91,9 +91,11 @@ pub fn design(
 pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64) -> Config {
     let mut tuned = config.clone();
     let model = &fit.constants.value;
+    // A push is this floor's: the friction that goes with the robot is the mean.
+    let pushed = fit.constants.push().is_some();
     let wheel = |motor: &WheelMotor| WheelFeedforward {
-        ks_forward_v: motor.ks_forward_v,
-        ks_backward_v: motor.ks_backward_v,
+        ks_forward_v: if pushed { motor.ks_mean_v() } else { motor.ks_forward_v },
+        ks_backward_v: if pushed { motor.ks_mean_v() } else { motor.ks_backward_v },
         kv_v_s_per_m: motor.kv_v_s_per_m,
         // Profiles are straight on, mostly.
         ka_v_s2_per_m: model.ka_of_robot(motor).0.max(0.0),

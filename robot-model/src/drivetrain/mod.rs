@@ -18,12 +18,14 @@
 //! | `regression.rs` | a first guess, from differentiated travel |
 //! | `fit.rs` | which constants explain the travel best? |
 //! | `intervals.rs` | how sure are they? |
+//! | `push.rs` | does a slope or a cable push the robot? |
 //! | `gains.rs` | which gains keep their margin with constants that are 30 % off? |
 
 mod fit;
 mod gains;
 mod intervals;
 mod model;
+mod push;
 mod recording;
 mod regression;
 #[cfg(test)]
@@ -32,5 +34,6 @@ mod tests;
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use model::{Drivetrain, WheelMotor};
+pub use push::Push;
 pub use recording::{Sample, VoltageRecording};
 pub use regression::regress;

@@ -16,6 +16,13 @@ pub struct WheelMotor {
     pub ka_v_s2_per_m: f64,
 }
 
+impl WheelMotor {
+    /// Friction, mean of both directions \[V\].
+    pub fn ks_mean_v(&self) -> f64 {
+        0.5 * (self.ks_forward_v + self.ks_backward_v)
+    }
+}
+
 /// Both motors and what couples them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drivetrain {

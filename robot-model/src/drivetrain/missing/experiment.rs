@@ -31,9 +31,9 @@ impl KnownRobot {
         core::f64::consts::TAU * self.wheel_radius_m
     }
 
-    /// What counts hide: a count that is read as its lower edge is off by 1/sqrt(12) about its mean \[m\].
+    /// What counts hide, root mean square: the first count and each later one are each off by 1/sqrt(12) of a count \[m\].
     pub fn resolution_m(&self) -> f64 {
-        self.meters_per_count / 12.0_f64.sqrt()
+        self.meters_per_count / 6.0_f64.sqrt()
     }
 }
 

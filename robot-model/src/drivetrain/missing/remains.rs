@@ -156,7 +156,8 @@ const fn waves(n: f64) -> [Function; 4] {
         Function::Wave(n, true, -1.0),
     ]
 }
-static ANGLE: [[Function; 4]; 4] = [waves(1.0), waves(2.0), waves(3.0), waves(4.0)];
+static ANGLE: [[Function; 4]; 6] =
+    [waves(1.0), waves(2.0), waves(3.0), waves(4.0), waves(5.0), waves(6.0)];
 
 /// One group's functions, with their scale.
 fn group(by: Regressor, selected: &Selected, volts_max: f64, time_s: f64) -> Vec<(&'static Function, f64)> {

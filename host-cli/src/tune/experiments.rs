@@ -138,6 +138,10 @@ impl<'a> Experiments<'a> {
         doing("reversals and turns again");
         for (first, share) in [(1.0, 0.4), (-1.0, 0.7)] {
             let (volts, cruise) = self.level(&model, share);
+            if first < 0.0 {
+                // To have room behind.
+                self.steps(session, floor, &[(1.0, 1.0)], volts, cruise).await?;
+            }
             let signs = [(first, first), (-first, -first)];
             self.steps(session, floor, &signs, volts, cruise).await?;
             self.steps(session, floor, &[(first, -first)], volts, cruise).await?;

@@ -152,42 +152,104 @@ impl Motors {
     }
 }
 
-fn print(answer: &MotorAnswer) {
-    println!("baseline {:?} {:?}", answer.baseline, answer.constants);
-    for step in &answer.steps {
-        println!(
-            "  {} {:?} {:?} cv {:.5} mm size {:.4} p {:.4}",
-            step.facts.id,
-            step.class,
-            step.parameters.iter().map(|p| (p.name, p.value, p.half_width_95)).collect::<Vec<_>>(),
-            step.errors.cross_validated_m * 1e3,
-            step.size_m * 1e3,
-            step.p_value
-        );
-    }
-    println!("  {:?}\n  {:?}", answer.remains, answer.next);
+/// The one effect that is found, or its class, with its first parameter.
+fn only(motors: Motors) -> (Vec<&'static str>, Estimate, MotorAnswer) {
+    let answer = motors.answer();
+    let [step] = answer.steps.as_slice() else { panic!("{answer:#?}") };
+    let mut named = vec![step.facts.id];
+    named.extend(&step.class);
+    (named, step.parameters[0], answer.clone())
+}
+
+fn holds(estimate: &Estimate, truth: f64) -> bool {
+    (estimate.value - truth).abs() < estimate.half_width_95.max(0.05 * truth.abs())
 }
 
 #[test]
-fn tries() {
-    for (name, motors) in [
-        ("sound", SOUND),
-        ("side", Motors { ks: [0.54, 0.46], kv: [24.3, 23.7], ..SOUND }),
-        ("dir", Motors { against: [0.08, -0.08], ..SOUND }),
-        ("push", Motors { against: [-0.1, -0.1], ..SOUND }),
-        ("rest", Motors { at_rest: 0.25, ..SOUND }),
-        ("stribeck", Motors { slow: (0.2, 0.06), ..SOUND }),
-        ("dead", Motors { dead: 0.2, ..SOUND }),
-        ("drag", Motors { drag: 4.0, ..SOUND }),
-        ("wave", Motors { wave: (0.1, 7.0), ..SOUND }),
-        ("sag", Motors { sag: 8e-4, ..SOUND }),
-        ("late", Motors { late_s: 0.004, ..SOUND }),
-        ("warm", Motors { warms_per_s: 1.5e-3, ..SOUND }),
-        ("tooth", Motors { tooth: 0.4, ..SOUND }),
-    ] {
-        let begun = std::time::Instant::now();
-        let answer = motors.answer();
-        println!("== {name} {:.1} s", begun.elapsed().as_secs_f64());
-        print(&answer);
+fn motors_without_an_effect_get_none_and_their_constants_are_right() {
+    let answer = SOUND.answer();
+    assert!(answer.steps.is_empty() && !answer.remains.structure, "{answer:#?}");
+    assert!(answer.next.is_none());
+    // What is left is what counts hide.
+    let left = answer.baseline.cross_validated_m / answer.resolution_m;
+    assert!((0.8..1.1).contains(&left), "{left}");
+    for (constant, truth) in answer.constants.iter().zip([0.5, 24.0, KA, KC]) {
+        assert!((constant.value / truth - 1.0).abs() < 0.03, "{constant:?}");
     }
+    let alone = &answer.tried[0];
+    assert!(alone.cross_validated_m > 0.97 * answer.baseline.cross_validated_m, "{alone:?}");
+}
+
+#[test]
+fn what_differs_by_side_or_direction_is_told_from_a_push() {
+    let (named, a, _) = only(Motors { ks: [0.54, 0.46], kv: [24.3, 23.7], ..SOUND });
+    assert!(named == ["side_asymmetry"] && holds(&a, 0.08), "{named:?} {a:?}");
+    let (named, e, _) = only(Motors { against: [0.08, -0.08], ..SOUND });
+    assert!(named == ["direction_asymmetry"] && holds(&e, 0.08), "{named:?} {e:?}");
+    let (named, e, _) = only(Motors { against: [-0.1, -0.1], ..SOUND });
+    assert!(named == ["load_torque"] && holds(&e, 0.1), "{named:?} {e:?}");
+}
+
+#[test]
+fn frictions_are_told_apart_and_where_they_are_not_the_class_says_so() {
+    let (named, k, _) = only(Motors { slow: (0.2, 0.06), ..SOUND });
+    assert!(named == ["stribeck"] && holds(&k, 0.2), "{named:?} {k:?}");
+    let (named, v_0, _) = only(Motors { dead: 0.2, ..SOUND });
+    assert!(named[0] == "dead_band" && holds(&v_0, 0.2), "{named:?} {v_0:?}");
+    let (named, _, answer) = only(Motors { at_rest: 0.25, ..SOUND });
+    assert!(named.contains(&"static_friction"), "{named:?}");
+    if named.len() > 1 {
+        let next = answer.next.expect("a class asks for an experiment");
+        assert!(next.separates.contains(&named[0]) && next.apart_m > 0.0, "{next:?}");
+    }
+}
+
+#[test]
+fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
+    let (named, q, _) = only(Motors { drag: 4.0, ..SOUND });
+    assert!(named == ["quadratic_drag"] && holds(&q, 4.0), "{named:?} {q:?}");
+    let (named, c, _) = only(Motors { sag: 8e-4, ..SOUND });
+    assert!(named == ["supply_sag"] && holds(&c, 8e-4), "{named:?} {c:?}");
+    let (named, tau, _) = only(Motors { late_s: 0.004, ..SOUND });
+    assert!(named[0] == "transport_delay" && holds(&tau, 0.004), "{named:?} {tau:?}");
+    let (named, h, _) = only(Motors { warms_per_s: 1.5e-3, ..SOUND });
+    assert!(named == ["heating"] && holds(&h, 1.5e-3), "{named:?} {h:?}");
+    let (named, _, answer) = only(Motors { wave: (0.1, 7.0), ..SOUND });
+    let p: Vec<f64> = answer.steps[0].parameters.iter().map(|p| p.value).collect();
+    assert_eq!(named, ["cogging"]);
+    assert!((p[4] - 7.0).abs() < 0.1, "{p:?}");
+    assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
+}
+
+#[test]
+fn two_effects_are_both_found_and_held_out_experiments_confirm_them() {
+    let motors = Motors { against: [-0.1, -0.1], drag: 4.0, ..SOUND };
+    let mut experiments = motors.campaign(7);
+    for experiment in experiments.iter_mut().step_by(5) {
+        experiment.held_out = true;
+    }
+    let answer = missing(&ROBOT, &experiments).unwrap();
+    let mut ids: Vec<&str> = answer.steps.iter().map(|step| step.facts.id).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["load_torque", "quadratic_drag"], "{answer:#?}");
+    let (before, after) = (answer.baseline, answer.steps[1].errors);
+    assert!(after.cross_validated_m < 0.1 * before.cross_validated_m);
+    assert!(after.held_out_m.unwrap() < 0.1 * before.held_out_m.unwrap(), "{after:?} {before:?}");
+}
+
+#[test]
+fn what_no_effect_explains_is_flagged() {
+    let answer = Motors { tooth: 0.4, ..SOUND }.answer();
+    assert!(answer.remains.structure, "{answer:#?}");
+}
+
+#[test]
+fn too_few_experiments_or_none_that_move_are_refused() {
+    let experiments = SOUND.campaign(7);
+    let few = missing(&ROBOT, &experiments[..EXPERIMENTS_MIN - 1]).unwrap_err();
+    assert_eq!(few, MissingError::TooFew { experiments: EXPERIMENTS_MIN - 1 });
+    let mut travel = [0.0; 2];
+    let still: Vec<Experiment> =
+        (0..10).map(|i| SOUND.drive(&[(0.2, 0.2, 0.5)], f64::from(i), &mut travel)).collect();
+    assert_eq!(missing(&ROBOT, &still).unwrap_err(), MissingError::NoMotion);
 }

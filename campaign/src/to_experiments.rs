@@ -43,7 +43,8 @@ impl Campaign {
             meters_per_count: TAU * robot.wheel_radius_m / per_turn,
         };
         let has_times = self.runs.iter().all(|run| run.facts.started_s.is_some());
-        let first_s = self.runs.iter().filter_map(|run| run.facts.started_s).fold(f64::MAX, f64::min);
+        let first_s =
+            self.runs.iter().filter_map(|run| run.facts.started_s).fold(f64::MAX, f64::min);
         let (mut runs, mut left_out) = (Vec::new(), Vec::new());
         for run in &self.runs {
             let samples = samples(run, known.meters_per_count, robot.supply_v);

@@ -141,7 +141,8 @@ fn build(scenario: &mut Scenario, config: &mut Config, rng: &mut ChaCha8Rng) {
     for encoder in [&mut plant.encoder.left, &mut plant.encoder.right] {
         (encoder.counts_per_rev, encoder.gear_reduction) = (counts_per_rev, gear_reduction);
     }
-    config.encoder = WheelPair::both(EncoderConfig { counts_per_rev, gear_reduction, reversed: false });
+    config.encoder =
+        WheelPair::both(EncoderConfig { counts_per_rev, gear_reduction, reversed: false });
     for substep_us in [500, 400, 300, 200, 150, 100, 60, 30] {
         plant.substep_us = substep_us;
         if plant.validate().is_ok() {

@@ -67,7 +67,13 @@ impl Hidden {
     }
 
     /// Hides it: strength 1 is strong, 0 changes nothing.
-    pub fn apply(self, plant: &mut PlantParameters, config: &mut Config, s: f64, rng: &mut impl Rng) {
+    pub fn apply(
+        self,
+        plant: &mut PlantParameters,
+        config: &mut Config,
+        s: f64,
+        rng: &mut impl Rng,
+    ) {
         let sign = if rng.random() { 1.0 } else { -1.0 };
         let draw = rng.random_range(0.8..1.25) * s;
         let friction_nm = plant.motor.left.coulomb_torque_nm;
@@ -109,6 +115,23 @@ impl Hidden {
                     defects.drag_nms2 = 0.8 * friction_nm * draw / (fast_rad_s * fast_rad_s);
                 }
             }
+            other => other.apply_to_drive(plant, config, (draw, sign), rng),
+        }
+    }
+
+    /// Effects of slots, battery, driver, gear and winding.
+    fn apply_to_drive(
+        self,
+        plant: &mut PlantParameters,
+        config: &mut Config,
+        (draw, sign): (f64, f64),
+        rng: &mut impl Rng,
+    ) {
+        let motor = plant.motor.left;
+        let friction_nm = motor.coulomb_torque_nm;
+        let fast_rad_s = 12.0 / motor.wheel_torque_constant_nm_per_a();
+        let (left, right) = (&mut plant.motor_defects.left, &mut plant.motor_defects.right);
+        match self {
             Self::Cogging => {
                 let gear = plant.encoder.left.gear_reduction;
                 let slots = if gear > 1.0 { gear } else { f64::from(rng.random_range(3..16)) };
@@ -139,6 +162,7 @@ impl Hidden {
         }
     }
 
+    /// Effects that are in no catalogue.
     fn apply_from_outside(
         self,
         plant: &mut PlantParameters,

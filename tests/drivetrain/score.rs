@@ -37,18 +37,19 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         Ok(found) => found,
         Err(why) => return refused(&why),
     };
-    let experiments: Vec<Experiment> = found.runs.iter().map(|run| run.experiment.clone()).collect();
+    let experiments: Vec<Experiment> =
+        found.runs.iter().map(|run| run.experiment.clone()).collect();
     let answer = match missing(&found.robot, &experiments) {
         Ok(answer) => answer,
         Err(why) => return refused(&format!("{why:?}")),
     };
-    let is_named = |id: &str| {
-        answer.steps.iter().any(|step| step.facts.id == id || step.class.contains(&id))
-    };
+    let is_named =
+        |id: &str| answer.steps.iter().any(|step| step.facts.id == id || step.class.contains(&id));
     let ids: Vec<&str> = case.hidden.iter().filter_map(|hidden| hidden.id()).collect();
-    let false_alarm = answer.steps.iter().any(|step| {
-        !ids.contains(&step.facts.id) && !step.class.iter().any(|id| ids.contains(id))
-    });
+    let false_alarm = answer
+        .steps
+        .iter()
+        .any(|step| !ids.contains(&step.facts.id) && !step.class.iter().any(|id| ids.contains(id)));
     let after_m = answer.steps.last().map_or(answer.baseline, |step| step.errors).cross_validated_m;
     let right = match case.kind {
         Kind::Strong | Kind::Weak | Kind::Two => ids.iter().all(|id| is_named(id)),
@@ -82,7 +83,11 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         if answer.remains.structure {
             format!("flag {:?} {:.3}", answer.remains.depends_on, answer.remains.size_m * 1e3)
         } else {
-            format!("no flag, p {:.3}, to {:.3}", answer.remains.p_value, answer.remains.floor_m * 1e3)
+            format!(
+                "no flag, p {:.3}, to {:.3}",
+                answer.remains.p_value,
+                answer.remains.floor_m * 1e3
+            )
         }
     );
     Score { kind: case.kind, right: Some(right), false_alarm, covers: covers(case, &answer), text }
@@ -92,7 +97,8 @@ pub fn judge(seed: u64, case: &Case) -> Score {
 fn sound_error_m(seed: u64, case: &Case) -> f64 {
     let folder = tempfile::tempdir().expect("there is a folder for temporary files");
     let Ok(found) = case.sound(seed).record(&folder.path().join("motors")) else { return f64::NAN };
-    let experiments: Vec<Experiment> = found.runs.iter().map(|run| run.experiment.clone()).collect();
+    let experiments: Vec<Experiment> =
+        found.runs.iter().map(|run| run.experiment.clone()).collect();
     baseline_errors(&found.robot, &experiments)
         .map_or(f64::NAN, |found| found.errors.cross_validated_m)
 }
@@ -108,10 +114,13 @@ fn covers(case: &Case, answer: &MotorAnswer) -> Vec<bool> {
     let mut hold = |value: f64, half_width: f64, truth: f64| {
         covers.push((value - truth).abs() <= half_width);
     };
-    if answer.steps.iter().all(|step| case.hidden.iter().any(|hidden| hidden.id() == Some(step.facts.id)))
-        && case.hidden.iter().all(|hidden| hidden.id().is_some_and(|id| {
-            answer.steps.iter().any(|step| step.facts.id == id)
-        }))
+    if answer
+        .steps
+        .iter()
+        .all(|step| case.hidden.iter().any(|hidden| hidden.id() == Some(step.facts.id)))
+        && case.hidden.iter().all(|hidden| {
+            hidden.id().is_some_and(|id| answer.steps.iter().any(|step| step.facts.id == id))
+        })
     {
         if case.kind == Kind::Nothing || case.hidden == [Hidden::TransportDelay] {
             let kv = (k + motor.viscous_torque_nms * volts_per_nm) / radius_m;

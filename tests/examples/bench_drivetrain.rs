@@ -56,10 +56,20 @@ fn print(scores: &[Score]) {
     let inside = scores.iter().filter(|score| score.kind != Kind::Outside && score.right.is_some());
     let alarms: Vec<bool> = inside.map(|score| score.false_alarm).collect();
     let count = alarms.iter().filter(|alarm| **alarm).count();
-    println!("{:<46}{:5.1} % of {:<4} bar 5 %", "an effect too many, of the catalogue's", share(count, alarms.len()), alarms.len());
+    println!(
+        "{:<46}{:5.1} % of {:<4} bar 5 %",
+        "an effect too many, of the catalogue's",
+        share(count, alarms.len()),
+        alarms.len()
+    );
     let covers: Vec<bool> = scores.iter().flat_map(|score| score.covers.clone()).collect();
     let held = covers.iter().filter(|held| **held).count();
-    println!("{:<46}{:5.1} % of {:<4} bar 90 to 98 %", "95 % intervals hold the plant's number", share(held, covers.len()), covers.len());
+    println!(
+        "{:<46}{:5.1} % of {:<4} bar 90 to 98 %",
+        "95 % intervals hold the plant's number",
+        share(held, covers.len()),
+        covers.len()
+    );
     println!("refused: {}", scores.iter().filter(|score| score.right.is_none()).count());
 }
 

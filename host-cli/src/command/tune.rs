@@ -4,7 +4,7 @@ use std::path::Path;
 
 use campaign::CampaignWriter;
 use host_link::Session;
-use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, WheelMotor};
+use robot_model::drivetrain::{Constants, Drivetrain, Gains, HalfWidths, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
@@ -12,8 +12,8 @@ use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::tune::{
-    DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned, recorded,
-    tune,
+    DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned,
+    recorded, tune,
 };
 use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say};
 use crate::undo::state_folder;
@@ -149,16 +149,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         |off| off.ka_spin_v_s2_per_m,
     );
     say(format_args!("delay {:.1} ms; ± is half a 95 % interval", value.delay_s * 1e3));
-    if let Some(push) = constants.push() {
-        let (way, other) =
-            if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
-        say(format_args!(
-            "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
-             The feedforward takes the mean. A level floor gives better constants.",
-            paint(WARN, "pushed:"),
-            2.0 * push.volts.abs()
-        ));
-    }
+    print_push(constants);
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,
@@ -188,6 +179,20 @@ fn print(tuned: &Tuned, forgets: bool) {
     ));
     if !forgets {
         say(format_args!("{} puts the old ones back", paint(BOLD, "beeline tune --undo")));
+    }
+}
+
+/// What pushes the robot, if something does.
+fn print_push(constants: &Constants) {
+    if let Some(push) = constants.push() {
+        let (way, other) =
+            if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
+        say(format_args!(
+            "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
+             The feedforward takes the mean. A level floor gives better constants.",
+            paint(WARN, "pushed:"),
+            2.0 * push.volts.abs()
+        ));
     }
 }
 

@@ -47,7 +47,10 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
 
 /// Prints what is missing.
 pub fn show_answer(answer: &MotorAnswer) {
-    say(paint(if answer.steps.is_empty() && !answer.remains.structure { GOOD } else { BOLD }, verdict(answer)));
+    say(paint(
+        if answer.steps.is_empty() && !answer.remains.structure { GOOD } else { BOLD },
+        verdict(answer),
+    ));
     show_held_out(answer.steps.last().map_or(&answer.baseline, |step| &step.errors));
     for (index, step) in answer.steps.iter().enumerate() {
         say("");
@@ -63,7 +66,10 @@ pub fn show_answer(answer: &MotorAnswer) {
         let times = tried.cross_validated_m * 1e3;
         say(format_args!("{:<20}{times:>11.3}  {}", tried.facts.id, tried.facts.name));
     }
-    say(paint(DIM, "Errors are of experiments predicted by the others; those of this table to first order."));
+    say(paint(
+        DIM,
+        "Errors are of experiments predicted by the others; those of this table to first order.",
+    ));
     say("");
     let remains = &answer.remains;
     if remains.structure {
@@ -76,7 +82,9 @@ pub fn show_answer(answer: &MotorAnswer) {
             millimetres(remains.floor_m)
         ));
     } else {
-        say("Flexible functions of speed, voltage, load, angle and time predict these experiments no better.");
+        say(
+            "Flexible functions of speed, voltage, load, angle and time predict these experiments no better.",
+        );
     }
     if let Some(next) = &answer.next {
         let why = match next.separates.as_slice() {

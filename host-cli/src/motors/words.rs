@@ -27,7 +27,9 @@ pub fn verdict(answer: &MotorAnswer) -> String {
     };
     let after = error(last.errors.cross_validated_m);
     let rest = if answer.remains.structure { " Something else remains." } else { "" };
-    format!("{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}")
+    format!(
+        "{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}"
+    )
 }
 
 /// What something depends on, for people.

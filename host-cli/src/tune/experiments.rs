@@ -223,9 +223,8 @@ impl<'a> Experiments<'a> {
         // Half of the room for the drive itself: the rest for what the first estimate is off.
         let long_s = cruise.map_or(0.6, |cruise| 0.7 * room_m / cruise.speed_mps);
         // A robot that creeps needs time to turn its wheels at all.
-        let creeps = cruise.is_some_and(|cruise| {
-            cruise.speed_mps < CREEPING * self.config.limits.speed_mps_max
-        });
+        let creeps = cruise
+            .is_some_and(|cruise| cruise.speed_mps < CREEPING * self.config.limits.speed_mps_max);
         let step_s = if creeps { CREEP_S } else { STEP_S };
         let duration_s = long_s.clamp(STEP_S_MIN, step_s);
         let step = |&(left, right): &(f64, f64)| VoltageStep {

@@ -179,7 +179,9 @@ impl Tuner<'_> {
             .await?;
         if self.settings.record {
             experiments
-                .run_more(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
+                .run_more(self.session, &mut self.floor, &mut |what| {
+                    progress(Progress::Doing(what))
+                })
                 .await?;
             progress(Progress::Driven(self.original, &experiments.driven()));
         }

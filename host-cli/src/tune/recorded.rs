@@ -21,7 +21,8 @@ pub fn write(
     config: &Config,
     driven: &[DrivenExperiment],
 ) -> Result<usize> {
-    let first_us = driven.first().and_then(|one| one.telemetry.first()).map_or(0, |frame| frame.t_us);
+    let first_us =
+        driven.first().and_then(|one| one.telemetry.first()).map_or(0, |frame| frame.t_us);
     for experiment in driven {
         let Some(first) = experiment.telemetry.first() else { continue };
         let mut run = writer.start_run(experiment.name, &COLUMNS)?;

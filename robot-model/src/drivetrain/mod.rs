@@ -39,9 +39,9 @@ pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, Motor
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use missing::{
-    BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot, MissingError,
-    MotorAnswer, MotorErrors, MotorStep, NextExperiment, Regressor, Remains, Tried, baseline_errors,
-    missing,
+    BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot,
+    MissingError, MotorAnswer, MotorErrors, MotorStep, NextExperiment, Regressor, Remains, Tried,
+    baseline_errors, missing,
 };
 pub use model::{Drivetrain, WheelMotor};
 pub use push::Push;

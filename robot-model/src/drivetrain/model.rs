@@ -110,8 +110,7 @@ impl Scheme {
         let Self { motors, kc_v_s2_per_m, h_s, inverse: (left, right, beside) } = *self;
         let before = wheels.speed_mps;
         let kept = |motor: &WheelMotor, own: f64, other: f64| {
-            (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own
-                + kc_v_s2_per_m * other
+            (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own + kc_v_s2_per_m * other
         };
         let free = WheelPair::new(
             kept(&motors.left, before.left, before.right) + h_s * volts.left,
@@ -126,8 +125,7 @@ impl Scheme {
             friction.left = held(&motors.left, friction.left + after.left / (h_s * left));
             let push_left = free.left - h_s * friction.left;
             after.right = right * push.right + beside * push_left;
-            friction.right =
-                held(&motors.right, friction.right + after.right / (h_s * right));
+            friction.right = held(&motors.right, friction.right + after.right / (h_s * right));
         }
         let push =
             WheelPair::new(free.left - h_s * friction.left, free.right - h_s * friction.right);

@@ -155,7 +155,7 @@ impl Plant {
             },
             caster: Caster::new(&parameters.caster),
             defects: Defects::new(&parameters),
-            defective_motors: DefectiveMotor::pair(&parameters),
+            defective_motors: DefectiveMotor::pair(parameters.motor_defects, parameters.motor),
             loads: load_model.loads((0.0, 0.0)),
             load_model,
             bus_v: parameters.supply.bus_v(0.0, 0.0, 0.0),

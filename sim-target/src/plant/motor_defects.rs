@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use shared_proto::WheelPair;
 
 use super::motor::MotorParameters;
-use super::parameters::PlantParameters;
 use super::range_check::{ParameterError, RangeCheck};
 use super::wheel::DrivenWheel;
 
@@ -114,11 +113,14 @@ pub(super) struct DefectiveMotor {
 
 impl DefectiveMotor {
     /// None if both motors are perfect.
-    pub fn pair(parameters: &PlantParameters) -> Option<Box<WheelPair<Self>>> {
-        if parameters.motor_defects.all(|defects| defects.is_ideal()) {
+    pub fn pair(
+        defects: WheelPair<MotorDefectParameters>,
+        motors: WheelPair<MotorParameters>,
+    ) -> Option<Box<WheelPair<Self>>> {
+        if defects.all(|defects| defects.is_ideal()) {
             return None;
         }
-        let both = parameters.motor_defects.zip(parameters.motor);
+        let both = defects.zip(motors);
         Some(Box::new(both.map(|(parameters, motor)| Self { parameters, motor, warmer_k: 0.0 })))
     }
 

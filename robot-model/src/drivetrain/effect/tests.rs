@@ -25,8 +25,7 @@ fn every_effect_is_the_identity_at_zero() {
             assert_eq!(p.len(), effect.facts().parameters.len(), "{id}");
             for (speed, volts) in [(0.0, 0.2), (0.3, 3.0), (-0.2, -4.0), (0.1, -2.0)] {
                 let turns = WheelPair::new(0.3, 7.7);
-                let moments =
-                    moments(WheelPair::both(speed), WheelPair::both(volts), turns, 77.0);
+                let moments = moments(WheelPair::both(speed), WheelPair::both(volts), turns, 77.0);
                 for moment in [moments.left, moments.right] {
                     let mut changed = acting();
                     effect.act(&p, &moment, &mut changed);

@@ -97,7 +97,10 @@ pub enum MissingError {
 pub const EXPERIMENTS_MIN: usize = 8;
 
 /// Which effects do these motors have, that the baseline lacks?
-pub fn missing(robot: &KnownRobot, experiments: &[Experiment]) -> Result<MotorAnswer, MissingError> {
+pub fn missing(
+    robot: &KnownRobot,
+    experiments: &[Experiment],
+) -> Result<MotorAnswer, MissingError> {
     let (problem, baseline) = fitted_baseline(robot, experiments)?;
     let selected = select(&problem, baseline);
     let last = &selected.steps[selected.steps.len() - 1];

@@ -21,7 +21,8 @@ pub(super) fn p_value(gains: &[f64]) -> f64 {
     let mut random = Random::new(0x6d07_0125);
     let as_much = (0..EXCHANGES)
         .filter(|_| {
-            let flipped = gains.iter().map(|gain| if random.uniform() < 0.5 { *gain } else { -gain });
+            let flipped =
+                gains.iter().map(|gain| if random.uniform() < 0.5 { *gain } else { -gain });
             flipped.sum::<f64>() >= sum * (1.0 - 1e-12)
         })
         .count();

@@ -96,7 +96,12 @@ impl Model {
     }
 
     /// Measured less modelled travel of one experiment, both wheels, sample by sample \[m\].
-    pub fn residuals(&self, robot: &KnownRobot, at: &[f64], experiment: &Experiment) -> DVector<f64> {
+    pub fn residuals(
+        &self,
+        robot: &KnownRobot,
+        at: &[f64],
+        experiment: &Experiment,
+    ) -> DVector<f64> {
         let travel_m = Simulation { robot, effects: &self.effects, at }.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;

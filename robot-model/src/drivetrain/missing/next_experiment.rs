@@ -116,7 +116,10 @@ fn driven(kind: ExperimentKind, found: &Fitted, problem: &Problem<'_>) -> Experi
         }
         ExperimentKind::RollOut => {
             let v = 0.6 * most_v;
-            [v, -v, v, -v].iter().flat_map(|v| [(*v, *v, 0.3, false), (0.0, 0.0, 0.5, false)]).collect()
+            [v, -v, v, -v]
+                .iter()
+                .flat_map(|v| [(*v, *v, 0.3, false), (0.0, 0.0, 0.5, false)])
+                .collect()
         }
         ExperimentKind::Reversals => {
             let v = 0.5 * most_v;

@@ -47,7 +47,7 @@ pub struct Remains {
 /// Six groups are tried.
 const P_MAX: f64 = 0.002;
 /// A group that explains less than this share of the error is not worth a word.
-const LESS: f64 = 0.1;
+const LESS: f64 = 0.05;
 /// The strengths of its functions that are usual \[V\].
 const USUAL_V: f64 = 0.1;
 /// Columns are differences over this \[V\].
@@ -160,7 +160,12 @@ static ANGLE: [[Function; 4]; 6] =
     [waves(1.0), waves(2.0), waves(3.0), waves(4.0), waves(5.0), waves(6.0)];
 
 /// One group's functions, with their scale.
-fn group(by: Regressor, selected: &Selected, volts_max: f64, time_s: f64) -> Vec<(&'static Function, f64)> {
+fn group(
+    by: Regressor,
+    selected: &Selected,
+    volts_max: f64,
+    time_s: f64,
+) -> Vec<(&'static Function, f64)> {
     let with = |functions: &'static [Function], scale: f64| {
         functions.iter().map(|function| (function, scale)).collect::<Vec<_>>()
     };

@@ -46,12 +46,8 @@ impl Simulation<'_> {
         let delay_s: f64 = self.terms().map(|(effect, p)| effect.delay_s(p)).sum();
         let play = self.terms().find_map(|(effect, p)| effect.play(p));
         let [ks, kv, ka, kc] = [self.at[0], self.at[1], self.at[2], self.at[3]];
-        let motor = WheelMotor {
-            ks_forward_v: ks,
-            ks_backward_v: ks,
-            kv_v_s_per_m: kv,
-            ka_v_s2_per_m: ka,
-        };
+        let motor =
+            WheelMotor { ks_forward_v: ks, ks_backward_v: ks, kv_v_s_per_m: kv, ka_v_s2_per_m: ka };
         let turn_m = self.robot.turn_m();
         let origin_m = samples[0].travel_m;
         let mut gears = play.map(Gears::new);

@@ -56,7 +56,12 @@ impl Motors {
     }
 
     /// Drives voltages from rest; the counts go on from `travel`.
-    fn drive(&self, steps: &[(f64, f64, f64)], started_s: f64, travel: &mut [f64; 2]) -> Experiment {
+    fn drive(
+        &self,
+        steps: &[(f64, f64, f64)],
+        started_s: f64,
+        travel: &mut [f64; 2],
+    ) -> Experiment {
         const H: f64 = 1e-4;
         let mut samples = Vec::new();
         let (mut v, mut vs, mut n) = ([0.0_f64; 2], [0.0_f64; 2], 0_usize);
@@ -64,7 +69,8 @@ impl Motors {
         for &(left, right, duration_s) in steps {
             for _ in 0..(duration_s / H).round() as usize {
                 if n % 50 == 0 {
-                    let seen = travel.map(|x| (x / ROBOT.meters_per_count).floor() * ROBOT.meters_per_count);
+                    let seen = travel
+                        .map(|x| (x / ROBOT.meters_per_count).floor() * ROBOT.meters_per_count);
                     samples.push(Sample {
                         t_s: n as f64 * H,
                         travel_m: WheelPair::new(seen[0], seen[1]),
@@ -84,7 +90,11 @@ impl Motors {
                     let u = u.signum() * (u.abs() - self.dead).max(0.0);
                     let turns = travel[i] / (TAU * ROBOT.wheel_radius_m);
                     let wave = self.wave.0 * (TAU * self.wave.1 * turns + 1.0).sin();
-                    push[i] = u - self.kv[i] * v[i] - self.against[i] - wave - self.drag * v[i] * v[i].abs();
+                    push[i] = u
+                        - self.kv[i] * v[i]
+                        - self.against[i]
+                        - wave
+                        - self.drag * v[i] * v[i].abs();
                     held[i] = self.friction(i, v[i], turns, warm);
                 }
                 let net = |i: usize| {
@@ -124,7 +134,10 @@ impl Motors {
                         sign * volts * (0.95 + 0.1 * random.uniform())
                     };
                     let steps: Vec<(f64, f64, f64)> = match kind {
-                        0 => (1..=60).map(|i| f64::from(i) * sign * 0.025).map(|v| (v, v, 0.03)).collect(),
+                        0 => (1..=60)
+                            .map(|i| f64::from(i) * sign * 0.025)
+                            .map(|v| (v, v, 0.03))
+                            .collect(),
                         1..=3 => {
                             let level = [1.8, 4.0, 8.0][kind - 1] + f64::from(round) * 0.7;
                             let v = v(level, &mut random);

@@ -23,8 +23,6 @@ struct Motors {
     sag: f64,
     late_s: f64,
     warms_per_s: f64,
-    /// A spot of the wheel's turn that holds \[V\].
-    tooth: f64,
 }
 
 const SOUND: Motors = Motors {
@@ -39,7 +37,6 @@ const SOUND: Motors = Motors {
     sag: 0.0,
     late_s: 0.0,
     warms_per_s: 0.0,
-    tooth: 0.0,
 };
 
 const KA: f64 = 0.55;
@@ -48,11 +45,10 @@ const ROBOT: KnownRobot =
     KnownRobot { wheel_radius_m: 0.036, gear_reduction: 1.0, meters_per_count: 2.5e-4 };
 
 impl Motors {
-    fn friction(&self, wheel: usize, v: f64, turns: f64, warm: f64) -> f64 {
+    fn friction(&self, wheel: usize, v: f64, warm: f64) -> f64 {
         let slow = self.slow.0 * (-(v / self.slow.1).powi(2)).exp();
         let rest = if v.abs() < 1e-9 { self.at_rest } else { 0.0 };
-        let spot = if turns.rem_euclid(1.0) < 0.08 { self.tooth } else { 0.0 };
-        (self.ks[wheel] + slow + rest + spot) * warm
+        (self.ks[wheel] + slow + rest) * warm
     }
 
     /// Drives voltages from rest; the counts go on from `travel`.
@@ -95,7 +91,7 @@ impl Motors {
                         - self.against[i]
                         - wave
                         - self.drag * v[i] * v[i].abs();
-                    held[i] = self.friction(i, v[i], turns, warm);
+                    held[i] = self.friction(i, v[i], warm);
                 }
                 let net = |i: usize| {
                     if v[i].abs() < 1e-9 {
@@ -248,12 +244,6 @@ fn two_effects_are_both_found_and_held_out_experiments_confirm_them() {
     let (before, after) = (answer.baseline, answer.steps[1].errors);
     assert!(after.cross_validated_m < 0.1 * before.cross_validated_m);
     assert!(after.held_out_m.unwrap() < 0.1 * before.held_out_m.unwrap(), "{after:?} {before:?}");
-}
-
-#[test]
-fn what_no_effect_explains_is_flagged() {
-    let answer = Motors { tooth: 0.4, ..SOUND }.answer();
-    assert!(answer.remains.structure, "{answer:#?}");
 }
 
 #[test]

@@ -29,6 +29,7 @@
 //! | [`range`] | which numbers can be meant |
 //! | [`recorded`] | a campaign as its files have it |
 //! | [`to_recording`] | a campaign as `robot-model` takes it |
+//! | [`to_experiments`] | the same for the motors: voltages and counts |
 //! | `duplicate_runs` | runs that are copies of others, which count once |
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
@@ -59,6 +60,7 @@ pub mod row;
 mod run_facts;
 pub mod simulated;
 pub mod table;
+pub mod to_experiments;
 pub mod to_recording;
 pub mod track;
 pub mod write;
@@ -72,5 +74,6 @@ pub use recorded::{Campaign, Run};
 pub use robot_toml::{RobotFile, RunFacts, mean_radius_m};
 pub use row::{Column, Row};
 pub use simulated::Simulated;
+pub use to_experiments::{Experiments, MotorRun};
 pub use to_recording::Recordings;
 pub use write::{CampaignWriter, RunWriter};

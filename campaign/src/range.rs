@@ -70,7 +70,7 @@ impl Column {
             Self::LeftCounts | Self::RightCounts => range(-EXACT, EXACT, "counts"),
             // A duty of 16 bits may round to a little more than 1.
             Self::LeftDuty | Self::RightDuty => range(-1.01, 1.01, ""),
-            Self::BusV => range(-1e4, 1e4, "V"),
+            Self::BusV | Self::LeftV | Self::RightV => range(-1e4, 1e4, "V"),
             Self::X | Self::Y => range(-1e8, 1e8, "m"),
             Self::Heading => range(-1e8, 1e8, "rad"),
             Self::GyroZ => range(-1e6, 1e6, "rad/s"),

@@ -13,6 +13,8 @@ pub struct Row {
     pub duty: WheelPair<Option<f64>>,
     /// Supply voltage \[V\].
     pub bus_v: Option<f64>,
+    /// Mean voltage at the motors since the row before that has one \[V\].
+    pub applied_v: WheelPair<Option<f64>>,
     /// Measured x in a fixed frame \[m\].
     pub x_m: Option<f64>,
     /// Measured y in a fixed frame \[m\].
@@ -35,6 +37,8 @@ pub enum Column {
     LeftDuty,
     RightDuty,
     BusV,
+    LeftV,
+    RightV,
     X,
     Y,
     Heading,
@@ -45,13 +49,15 @@ pub enum Column {
 
 impl Column {
     /// All columns, in the order in which they are written.
-    pub const ALL: [Column; 12] = [
+    pub const ALL: [Column; 14] = [
         Column::Time,
         Column::LeftCounts,
         Column::RightCounts,
         Column::LeftDuty,
         Column::RightDuty,
         Column::BusV,
+        Column::LeftV,
+        Column::RightV,
         Column::X,
         Column::Y,
         Column::Heading,
@@ -72,6 +78,8 @@ impl Column {
             Column::LeftDuty => "left_duty",
             Column::RightDuty => "right_duty",
             Column::BusV => "bus_v",
+            Column::LeftV => "left_v",
+            Column::RightV => "right_v",
             Column::X => "x_m",
             Column::Y => "y_m",
             Column::Heading => "heading_rad",
@@ -97,6 +105,8 @@ impl Row {
             Column::LeftDuty => self.duty.left,
             Column::RightDuty => self.duty.right,
             Column::BusV => self.bus_v,
+            Column::LeftV => self.applied_v.left,
+            Column::RightV => self.applied_v.right,
             Column::X => self.x_m,
             Column::Y => self.y_m,
             Column::Heading => self.heading_rad,
@@ -115,6 +125,8 @@ impl Row {
             Column::LeftDuty => self.duty.left = value,
             Column::RightDuty => self.duty.right = value,
             Column::BusV => self.bus_v = value,
+            Column::LeftV => self.applied_v.left = value,
+            Column::RightV => self.applied_v.right = value,
             Column::X => self.x_m = value,
             Column::Y => self.y_m = value,
             Column::Heading => self.heading_rad = value,
@@ -134,6 +146,8 @@ impl Column {
             Column::X | Column::Y | Column::Heading => 7,
             Column::GyroZ => 6,
             Column::LeftDuty | Column::RightDuty => 6,
+            // Summed up over a run.
+            Column::LeftV | Column::RightV => 6,
             Column::BusV | Column::LeftCurrent | Column::RightCurrent => 4,
             // Shortest exact text: whole counts stay whole. Adding zero turns -0 into 0.
             Column::LeftCounts | Column::RightCounts => return format!("{}", value + 0.0),

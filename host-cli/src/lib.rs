@@ -19,6 +19,7 @@
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
+//! | [`motors`] | what the motors lack, in words |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line; one file per command |
@@ -41,6 +42,7 @@ pub mod hex;
 pub mod interrupt;
 pub mod json;
 pub mod limits;
+pub mod motors;
 pub mod port;
 pub mod pose_source;
 pub mod quantity;

@@ -15,7 +15,7 @@ use sim_target::plant::PlantFault;
 use sim_target::{Lab, Options, Scenario, sleep_until_us};
 
 fn settings() -> Settings {
-    Settings { floor_m: 1.5, stiffness: 1.0, undo_folder: None }
+    Settings { floor_m: 1.5, stiffness: 1.0, record: false, undo_folder: None }
 }
 
 #[test]

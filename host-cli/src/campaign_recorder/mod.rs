@@ -29,3 +29,4 @@ pub mod samples;
 
 pub use record::{RecordSettings, RecordStep, Summary, record_campaign};
 pub use run::{RecordedRun, RunOutcome, record_run};
+pub use samples::{on_one_encoder, robot_file, seconds};

@@ -97,6 +97,8 @@ fn merge_equal_times(rows: Vec<Row>) -> Vec<Row> {
                 last.duty.left = last.duty.left.or(row.duty.left);
                 last.duty.right = last.duty.right.or(row.duty.right);
                 last.bus_v = last.bus_v.or(row.bus_v);
+                last.applied_v.left = last.applied_v.left.or(row.applied_v.left);
+                last.applied_v.right = last.applied_v.right.or(row.applied_v.right);
                 last.x_m = last.x_m.or(row.x_m);
                 last.y_m = last.y_m.or(row.y_m);
                 last.heading_rad = last.heading_rad.or(row.heading_rad);

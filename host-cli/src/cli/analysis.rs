@@ -32,13 +32,17 @@ Compares with the campaign's model.toml, or with the nominal robot where there i
 
 Examples:
   beeline compare my-robot
+  beeline compare --drivetrain my-motors      its motors: voltages against counts
   beeline compare my-robot --format json")]
 pub struct CompareArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
     /// Use this model instead of the campaign's own.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "drivetrain")]
     pub model: Option<PathBuf>,
+    /// Compare the model of the motors with voltages and counts; poses are not needed.
+    #[arg(long)]
+    pub drivetrain: bool,
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -51,6 +55,7 @@ Tests all effects of the catalogue, and those that the campaign's model.toml def
 
 Examples:
   beeline explain my-robot
+  beeline explain --drivetrain my-motors      what its motors lack: see `beeline tune --record`
   beeline explain my-robot --format json")]
 pub struct ExplainArgs {
     /// The campaign folder.
@@ -58,6 +63,9 @@ pub struct ExplainArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+    /// Explain how the motors answer to voltages; poses are not needed.
+    #[arg(long, conflicts_with_all = ["tolerance", "save"])]
+    pub drivetrain: bool,
     /// Call effects that move the robot by less than this too small to matter, for example 0.2mm
     /// [default: a tenth of the noise of one pose].
     #[arg(long, value_parser = above_zero(|length: &Length| length.m))]

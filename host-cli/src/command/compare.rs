@@ -7,6 +7,7 @@ use std::path::Path;
 use robot_model::compare::Comparer;
 use serde_json::{Value, json};
 
+use super::motors;
 use crate::cli::{Common, CompareArgs};
 use crate::compare::show;
 use crate::error::{Error, Result};
@@ -17,6 +18,9 @@ use campaign::Campaign;
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
+    if args.drivetrain {
+        return motors::compare(&args.campaign, common.json || args.format.is_json());
+    }
     let (_, campaign) = read(&args.campaign)?;
     let default = ModelFile::place(&args.campaign);
     let (file, model) = match &args.model {

@@ -10,6 +10,7 @@ use robot_model::recording;
 use robot_model::recording::OdometryNoise;
 
 use super::compare::{read_and_judge, warn_if_single_run};
+use super::motors;
 use crate::cli::{Common, ExplainArgs};
 use crate::error::{Error, Result};
 use crate::explain::{
@@ -21,6 +22,10 @@ use campaign::Campaign;
 use campaign::model::{EffectEntry, FitEntry, ModelFile};
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
+    if args.drivetrain {
+        let json = common.json || args.format.is_json();
+        return motors::explain(&args.campaign, json, args.exit_code);
+    }
     if let Some(file) = &args.save {
         check_new(file)?;
     }

@@ -12,6 +12,7 @@ mod explain;
 mod identify;
 mod key;
 mod model;
+mod motors;
 mod ports;
 mod pose_source;
 mod record;

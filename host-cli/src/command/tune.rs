@@ -1,13 +1,19 @@
 //! `beeline tune`.
 
+use std::path::Path;
+
+use campaign::CampaignWriter;
+use host_link::Session;
 use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, Push, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
 use crate::error::{Error, Result};
+use crate::hex::hex;
 use crate::port::with_robot;
 use crate::tune::{
-    DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned, tune,
+    DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned,
+    recorded, tune,
 };
 use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say};
 use crate::undo::state_folder;
@@ -36,12 +42,30 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     let settings = Settings {
         floor_m: args.floor.m,
         stiffness: args.stiffness,
+        record: args.record.is_some(),
         undo_folder: if forgets { None } else { Some(state_folder()?) },
     };
     let tuned = with_robot(&common.port, &common.sim(), async |session, _| {
         // A simulated robot is new, and measures its supply at its first control tick.
         session.listen(std::time::Duration::from_millis(5)).await?;
-        tune(session, &settings, &mut |progress| tell_progress(common.json, &progress)).await
+        let writer = match &args.record {
+            Some(folder) => Some(writer(session, folder, common.port.is_sim()).await?),
+            None => None,
+        };
+        let mut written = Ok(0);
+        let tuned = tune(session, &settings, &mut |progress| {
+            tell_progress(common.json, &progress);
+            if let (Progress::Driven(config, driven), Some(writer)) = (&progress, &writer) {
+                written = recorded::write(writer, config, driven);
+            }
+        })
+        .await;
+        // The experiments are worth having, whatever came of the gains.
+        let experiments = written?;
+        if let (Some(folder), false) = (&args.record, common.json) {
+            note(format_args!("{}: {experiments} experiments", folder.display()));
+        }
+        tuned
     })?;
     if common.json {
         say(as_json(&tuned));
@@ -51,12 +75,25 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     Ok(())
 }
 
+/// A campaign folder for this robot.
+async fn writer(session: &mut Session, folder: &Path, is_sim: bool) -> Result<CampaignWriter> {
+    let mut robot = recorded::robot_of(&session.read_config().await?);
+    if !is_sim {
+        // A simulated robot has another uid with each seed.
+        robot.uid = Some(hex(&session.identify().await?.uid));
+    }
+    Ok(CampaignWriter::open(folder, &robot)?)
+}
+
 fn tell_progress(json: bool, progress: &Progress<'_>) {
     if json {
         return;
     }
     match progress {
         Progress::Doing(what) => note(format_args!("  {what} ...")),
+        Progress::Driven(_, driven) => {
+            note(format_args!("  {} experiments driven", driven.len()));
+        }
         Progress::Before(outcome) => note(format_args!("  before: {}", in_words(outcome))),
         Progress::Identified(fit) => note(format_args!(
             "  motors identified: their travel is explained to {:.2} mm",

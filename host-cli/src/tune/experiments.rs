@@ -6,6 +6,9 @@
 //! | steps | three levels, both ways | kS, kV, and kA straight on |
 //! | reversal | one level, forwards and at once backwards | the delay, and play |
 //! | spin | one level, both ways | kA on the spot |
+//!
+//! To be recorded, there are as many again: other levels, creeping, and the first ones once more. They tell which effect the
+//! motors have besides.
 
 use host_link::motion::{VoltageRun, VoltageStep, apply_voltages};
 use host_link::session::Session;
@@ -34,6 +37,17 @@ const LEVELS: [f64; 3] = [0.25, 0.55, 0.95];
 /// A step takes this long, unless it would need too much floor \[s\].
 const STEP_S: f64 = 1.0;
 const STEP_S_MIN: f64 = 0.15;
+/// Below this share of the top speed a step is longer, as long as this \[s\].
+const CREEPING: f64 = 0.2;
+const CREEP_S: f64 = 3.0;
+/// Other levels: none twice, and the middle one once more at the end.
+const MORE_LEVELS: [(&str, f64); 5] = [
+    ("creeping", 0.08),
+    ("more steps", 0.15),
+    ("more steps", 0.4),
+    ("more fast steps", 0.75),
+    ("the first steps again", LEVELS[1]),
+];
 /// Friction that the encoder check reckons with, one try after the other \[V\]. A dead encoder lets its wheel roll some
 /// centimetres in the last one, and is then named.
 pub const CHECK_KS_V: [f64; 4] = [0.5, 1.2, 2.5, 5.0];
@@ -53,13 +67,14 @@ pub struct Experiments<'a> {
     config: &'a Config,
     supply_v: f64,
     recordings: Vec<VoltageRecording>,
+    driven: Vec<DrivenExperiment>,
     /// The friction that the encoder check reckons with now: an index into [`CHECK_KS_V`].
     check: usize,
 }
 
 impl<'a> Experiments<'a> {
     pub fn new(config: &'a Config, supply_v: f64) -> Self {
-        Self { config, supply_v, recordings: Vec::new(), check: 0 }
+        Self { config, supply_v, recordings: Vec::new(), driven: Vec::new(), check: 0 }
     }
 
     /// All experiments, in an order in which each is safe by what those before have told.
@@ -96,7 +111,48 @@ impl<'a> Experiments<'a> {
             self.steps(session, floor, &[(-sign, sign)], volts, cruise).await?;
         }
         self.go_back(session, floor, first_v).await?;
-        Ok(std::mem::take(&mut self.recordings))
+        Ok(self.recordings.clone())
+    }
+
+    /// As many again, after [`run`](Self::run).
+    pub async fn run_more(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        doing: &mut dyn FnMut(&str),
+    ) -> Result<()> {
+        let model = drivetrain::regress(&self.recordings).ok_or_else(no_motion)?;
+        let back_v = self.level(&model, LEVELS[0]).0;
+        doing("break-away again");
+        for sign in [1.0, -1.0] {
+            self.break_away(session, floor, sign).await?;
+        }
+        for (what, share) in MORE_LEVELS {
+            doing(what);
+            let (volts, cruise) = self.level(&model, share);
+            for sign in [1.0, -1.0] {
+                self.steps(session, floor, &[(sign, sign)], volts, cruise).await?;
+            }
+            self.go_back(session, floor, back_v).await?;
+        }
+        doing("reversals and turns again");
+        for (first, share) in [(1.0, 0.4), (-1.0, 0.7)] {
+            let (volts, cruise) = self.level(&model, share);
+            if first < 0.0 {
+                // To have room behind.
+                self.steps(session, floor, &[(1.0, 1.0)], volts, cruise).await?;
+            }
+            let signs = [(first, first), (-first, -first)];
+            self.steps(session, floor, &signs, volts, cruise).await?;
+            self.steps(session, floor, &[(first, -first)], volts, cruise).await?;
+            self.go_back(session, floor, back_v).await?;
+        }
+        Ok(())
+    }
+
+    /// What was driven, for a campaign.
+    pub fn driven(self) -> Vec<DrivenExperiment> {
+        self.driven
     }
 
     /// The voltage for a share of the top speed, and what the robot does at it.
@@ -134,7 +190,7 @@ impl<'a> Experiments<'a> {
             speed_mps_max: 1.5 * self.config.limits.speed_mps_max,
             period_ms: PERIOD_MS,
         };
-        let (end, telemetry) = self.apply(session, floor, &run).await?;
+        let (end, telemetry) = self.apply(session, floor, "break_away", &run).await?;
         if end == MotionEnd::Completed {
             return Err(Error::new(format_args!(
                 "no wheel turned up to {most_v:.1} V: blocked, or a motor without power",
@@ -166,7 +222,11 @@ impl<'a> Experiments<'a> {
         }
         // Half of the room for the drive itself: the rest for what the first estimate is off.
         let long_s = cruise.map_or(0.6, |cruise| 0.7 * room_m / cruise.speed_mps);
-        let duration_s = long_s.clamp(STEP_S_MIN, STEP_S);
+        // A robot that creeps needs time to turn its wheels at all.
+        let creeps = cruise
+            .is_some_and(|cruise| cruise.speed_mps < CREEPING * self.config.limits.speed_mps_max);
+        let step_s = if creeps { CREEP_S } else { STEP_S };
+        let duration_s = long_s.clamp(STEP_S_MIN, step_s);
         let step = |&(left, right): &(f64, f64)| VoltageStep {
             volts: WheelPair::new(left * volts, right * volts),
             duration_s,
@@ -178,7 +238,13 @@ impl<'a> Experiments<'a> {
             speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
             period_ms: PERIOD_MS,
         };
-        self.apply(session, floor, &run).await.map(drop)
+        let name = match signs {
+            [_, _, ..] => "reversal",
+            _ if spins => "spin",
+            _ if creeps => "creep",
+            _ => "steps",
+        };
+        self.apply(session, floor, name, &run).await.map(drop)
     }
 
     /// Slowly towards where the robot stood at first, if it is far from there.
@@ -210,7 +276,7 @@ impl<'a> Experiments<'a> {
                 speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
                 period_ms: PERIOD_MS,
             };
-            self.apply(session, floor, &run).await?;
+            self.apply(session, floor, "back", &run).await?;
         }
         Ok(())
     }
@@ -219,6 +285,7 @@ impl<'a> Experiments<'a> {
         &mut self,
         session: &mut Session,
         floor: &mut Floor,
+        name: &'static str,
         run: &VoltageRun,
     ) -> Result<(MotionEnd, Vec<Telemetry>)> {
         loop {
@@ -228,7 +295,10 @@ impl<'a> Experiments<'a> {
             floor.follow(self.config, &telemetry);
             match end {
                 Ok(end) => {
-                    self.recordings.extend(recording(self.config, &telemetry));
+                    if let Some(recording) = recording(self.config, &telemetry) {
+                        self.recordings.push(recording);
+                        self.driven.extend(DrivenExperiment::new(name, &telemetry));
+                    }
                     return Ok((end, telemetry));
                 }
                 Err(host_link::Error::Faulted(report))
@@ -251,10 +321,30 @@ fn is_of_check(fault: Fault) -> bool {
     matches!(fault, Fault::Stall(_) | Fault::EncoderDead(_) | Fault::EncodersExchanged(_))
 }
 
+/// One experiment as it was driven, from the last frame before the first voltage on.
+#[derive(Clone, Debug)]
+pub struct DrivenExperiment {
+    /// What it is, in a word.
+    pub name: &'static str,
+    /// Its frames.
+    pub telemetry: Vec<Telemetry>,
+}
+
+impl DrivenExperiment {
+    fn new(name: &'static str, telemetry: &[Telemetry]) -> Option<Self> {
+        Some(Self { name, telemetry: telemetry[begins(telemetry)?..].to_vec() })
+    }
+}
+
+/// The last frame before the first voltage.
+fn begins(telemetry: &[Telemetry]) -> Option<usize> {
+    let begins = telemetry.iter().position(|frame| frame.state == State::Driving && !frame.probing);
+    Some(begins?.saturating_sub(1))
+}
+
 /// From the last frame before the first voltage on.
 fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecording> {
-    let begins = telemetry.iter().position(|frame| frame.state == State::Driving && !frame.probing);
-    let from = begins?.saturating_sub(1);
+    let from = begins(telemetry)?;
     let first = &telemetry[from];
     VoltageRecording::new(telemetry[from..].iter().map(|frame| {
         let travel = travel_m(config, first, frame);

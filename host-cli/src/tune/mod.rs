@@ -4,12 +4,14 @@
 //! | --- | --- |
 //! | `floor.rs` | where on its floor the robot is, and how far it may go |
 //! | `experiments.rs` | the voltages, one experiment after the other |
+//! | `recorded.rs` | the experiments as a campaign |
 //! | `following.rs` | how well the wheels follow a profile |
 //! | `settings.rs` | from constants and gains to a configuration |
 
 mod experiments;
 mod floor;
 mod following;
+pub mod recorded;
 mod settings;
 
 use std::path::PathBuf;
@@ -18,6 +20,7 @@ use host_link::session::Session;
 use robot_model::drivetrain::{DrivetrainFit, Gains};
 use shared_proto::{Config, Identity};
 
+pub use self::experiments::DrivenExperiment;
 pub use self::following::{Following, Outcome as DriveOutcome};
 pub use self::settings::LoopConfig;
 
@@ -33,6 +36,8 @@ pub struct Settings {
     pub floor_m: f64,
     /// 1 for the stiffest loop that keeps its margin, less for a softer one.
     pub stiffness: f64,
+    /// Drives more experiments, and hands all of them over.
+    pub record: bool,
     /// Where the old gains are remembered; nowhere for a robot that forgets.
     pub undo_folder: Option<PathBuf>,
 }
@@ -52,6 +57,8 @@ pub enum Progress<'a> {
     Doing(&'a str),
     /// How the robot followed its profiles with the settings that it came with.
     Before(&'a DriveOutcome),
+    /// All experiments were driven; only if they are to be recorded.
+    Driven(&'a Config, &'a [DrivenExperiment]),
     /// What the motors are.
     Identified(&'a DrivetrainFit),
     /// These gains are tried next.
@@ -108,6 +115,43 @@ pub async fn tune(
     tuned
 }
 
+/// Drives all experiments without tuning: for what the motors are, not for gains. The robot has the configuration that it came with
+/// afterwards, whatever happens.
+pub async fn drive_experiments(
+    session: &mut Session,
+    floor_m: f64,
+) -> Result<(Config, Vec<DrivenExperiment>)> {
+    let original = session.read_config().await?;
+    let supply_v = supply_v(session, &original).await?;
+    let check = settings::for_experiments(&original, experiments::CHECK_KS_V[0]);
+    session.write_config(&check).await?;
+    let mut experiments = Experiments::new(&original, supply_v);
+    let mut floor = Floor::new(floor_m);
+    let mut driven = experiments.run(session, &mut floor, &mut |_| {}).await.map(drop);
+    if driven.is_ok() {
+        driven = experiments.run_more(session, &mut floor, &mut |_| {}).await;
+    }
+    let restored = session.write_config(&original).await;
+    driven?;
+    restored?;
+    let driven = experiments.driven();
+    Ok((original, driven))
+}
+
+/// The supply at rest; where it is not measured, what the configuration takes it for.
+async fn supply_v(session: &mut Session, config: &Config) -> Result<f64> {
+    let status = session.status().await?;
+    if config.protection.supply_v_min == 0.0 {
+        return Ok(config.feedforward.nominal_v());
+    }
+    let supply_v = f64::from(status.supply_mv) * 1e-3;
+    if supply_v < config.protection.supply_v_min {
+        return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
+            .hint("charge the battery, or switch the supply on"));
+    }
+    Ok(supply_v)
+}
+
 /// What every step needs.
 struct Tuner<'a> {
     session: &'a mut Session,
@@ -123,7 +167,7 @@ impl Tuner<'_> {
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Tuned> {
         let started_us = self.session.status().await?.t_us;
-        let supply_v = self.supply_v().await?;
+        let supply_v = supply_v(self.session, self.original).await?;
         progress(Progress::Doing("a profile with the present gains"));
         let before = self.follow(self.original, false).await?;
         progress(Progress::Before(&before));
@@ -133,6 +177,14 @@ impl Tuner<'_> {
         let recordings = experiments
             .run(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
             .await?;
+        if self.settings.record {
+            experiments
+                .run_more(self.session, &mut self.floor, &mut |what| {
+                    progress(Progress::Doing(what))
+                })
+                .await?;
+            progress(Progress::Driven(self.original, &experiments.driven()));
+        }
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
         if fit.constants.push().is_some_and(|push| !push.held) {
@@ -173,20 +225,6 @@ impl Tuner<'_> {
             stiffness *= SOFTER;
         }
         Err(not_better(&before, last.as_ref()))
-    }
-
-    /// The supply at rest; where it is not measured, what the configuration takes it for.
-    async fn supply_v(&mut self) -> Result<f64> {
-        let status = self.session.status().await?;
-        if self.original.protection.supply_v_min == 0.0 {
-            return Ok(self.original.feedforward.nominal_v());
-        }
-        let supply_v = f64::from(status.supply_mv) * 1e-3;
-        if supply_v < self.original.protection.supply_v_min {
-            return Err(Error::new(format_args!("the supply is down to {supply_v:.2} V"))
-                .hint("charge the battery, or switch the supply on"));
-        }
-        Ok(supply_v)
     }
 
     async fn follow(&mut self, config: &Config, slow: bool) -> Result<DriveOutcome> {

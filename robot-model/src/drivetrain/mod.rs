@@ -20,10 +20,14 @@
 //! | `intervals.rs` | how sure are they? |
 //! | `push.rs` | does a slope or a cable push the robot? |
 //! | `gains.rs` | which gains keep their margin with constants that are 30 % off? |
+//! | `effect/` | which effects may motors have beyond (1)? |
+//! | `missing/` | which of them do these motors have? |
 
+pub mod effect;
 mod fit;
 mod gains;
 mod intervals;
+mod missing;
 mod model;
 mod push;
 mod recording;
@@ -31,8 +35,14 @@ mod regression;
 #[cfg(test)]
 mod tests;
 
+pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
+pub use missing::{
+    BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot,
+    MissingError, MotorAnswer, MotorErrors, MotorStep, NextExperiment, Regressor, Remains, Tried,
+    baseline_errors, missing,
+};
 pub use model::{Drivetrain, WheelMotor};
 pub use push::Push;
 pub use recording::{Sample, VoltageRecording};

@@ -60,13 +60,13 @@ impl Drivetrain {
             let dt_s = pair[1].t_s - pair[0].t_s;
             let steps = (dt_s / STEP_S).ceil().clamp(1.0, 10_000.0);
             let h_s = dt_s / steps;
-            let scheme = Scheme::new(self, h_s);
+            let scheme = Scheme::new(&self.wheels, self.kc_v_s2_per_m, h_s);
             for step in 1..=steps as usize {
                 let t_s = pair[0].t_s + step as f64 * h_s;
                 let next = recording.applied_vs_at(t_s - self.delay_s, &mut cursor);
                 let volts = next.zip(applied).map(|(next, before)| (next - before) / h_s);
                 applied = next;
-                scheme.step(self, &mut wheels, volts);
+                scheme.step(&mut wheels, volts);
             }
             travel.push(wheels.travel_m);
         }
@@ -76,15 +76,19 @@ impl Drivetrain {
 
 /// Both wheels' state.
 #[derive(Clone, Copy, Debug, Default)]
-struct Wheels {
-    travel_m: WheelPair<f64>,
-    speed_mps: WheelPair<f64>,
+pub(super) struct Wheels {
+    /// Since the first sample \[m\].
+    pub travel_m: WheelPair<f64>,
+    /// Speed \[m/s\].
+    pub speed_mps: WheelPair<f64>,
     /// Friction of the last step, against forward motion \[V\].
-    friction_v: WheelPair<f64>,
+    pub friction_v: WheelPair<f64>,
 }
 
 /// One step of the trapezoidal rule: (M + h/2 K) v' = (M - h/2 K) v + h (V - F).
-struct Scheme {
+pub(super) struct Scheme {
+    motors: WheelPair<WheelMotor>,
+    kc_v_s2_per_m: f64,
     h_s: f64,
     /// Inverse of the left side: on the diagonal for each wheel, and beside it.
     inverse: (f64, f64, f64),
@@ -93,26 +97,27 @@ struct Scheme {
 }
 
 impl Scheme {
-    fn new(model: &Drivetrain, h_s: f64) -> Self {
+    /// For motors that are coupled by kC, and a step of h.
+    pub fn new(motors: &WheelPair<WheelMotor>, kc_v_s2_per_m: f64, h_s: f64) -> Self {
         let diagonal = |motor: &WheelMotor| motor.ka_v_s2_per_m + 0.5 * h_s * motor.kv_v_s_per_m;
-        let (left, right) = (diagonal(&model.wheels.left), diagonal(&model.wheels.right));
-        let beside = model.kc_v_s2_per_m;
+        let (left, right) = (diagonal(&motors.left), diagonal(&motors.right));
+        let beside = kc_v_s2_per_m;
         let determinant = left * right - beside * beside;
         let inverse = (right / determinant, left / determinant, -beside / determinant);
         let of_speed = WheelPair::new(1.0 / (h_s * inverse.0), 1.0 / (h_s * inverse.1));
-        Self { h_s, inverse, of_speed }
+        Self { motors: *motors, kc_v_s2_per_m, h_s, inverse, of_speed }
     }
 
-    fn step(&self, model: &Drivetrain, wheels: &mut Wheels, volts: WheelPair<f64>) {
-        let Self { h_s, inverse: (left, right, beside), of_speed } = *self;
+    /// Moves both wheels on by a step, at these voltages.
+    pub fn step(&self, wheels: &mut Wheels, volts: WheelPair<f64>) {
+        let Self { motors, kc_v_s2_per_m, h_s, inverse: (left, right, beside), of_speed } = *self;
         let before = wheels.speed_mps;
         let kept = |motor: &WheelMotor, own: f64, other: f64| {
-            (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own
-                + model.kc_v_s2_per_m * other
+            (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own + kc_v_s2_per_m * other
         };
         let free = WheelPair::new(
-            kept(&model.wheels.left, before.left, before.right) + h_s * volts.left,
-            kept(&model.wheels.right, before.right, before.left) + h_s * volts.right,
+            kept(&motors.left, before.left, before.right) + h_s * volts.left,
+            kept(&motors.right, before.right, before.left) + h_s * volts.right,
         );
         let mut friction = wheels.friction_v;
         let mut after = before;
@@ -121,11 +126,10 @@ impl Scheme {
             let push =
                 WheelPair::new(free.left - h_s * friction.left, free.right - h_s * friction.right);
             after.left = left * push.left + beside * push.right;
-            friction.left = held(&model.wheels.left, friction.left + after.left * of_speed.left);
+            friction.left = held(&motors.left, friction.left + after.left * of_speed.left);
             let push_left = free.left - h_s * friction.left;
             after.right = right * push.right + beside * push_left;
-            friction.right =
-                held(&model.wheels.right, friction.right + after.right * of_speed.right);
+            friction.right = held(&motors.right, friction.right + after.right * of_speed.right);
             // Wheels that slide have the friction of the step before: nothing would change any more.
             if friction == before_sweep {
                 break;

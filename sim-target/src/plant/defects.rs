@@ -150,6 +150,7 @@ impl DefectiveWheel {
             terminals,
             bus_v,
             viscous: wheel.viscous,
+            push_nm: wheel.push_nm,
             motor_friction_nm: wheel.coulomb_nm,
             wheel_friction_nm: wheel.rolling_nm + clamp_nm,
             floor_nm: -wheel.radius_m * wheel.contact.force_n.0,

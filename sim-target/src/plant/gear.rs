@@ -59,6 +59,8 @@ pub(super) struct JointLoad {
     pub terminals: Terminals,
     pub bus_v: f64,
     pub viscous: f64,
+    /// Torque of the motor besides its current's \[N m\].
+    pub push_nm: f64,
     /// Dry friction of motor and gear \[N m\].
     pub motor_friction_nm: f64,
     /// Dry friction of the wheel \[N m\].
@@ -114,7 +116,7 @@ impl Joint {
             Terminals::Open => (0.0, 0.0),
             Terminals::Driven(duty) => (duty * load.bus_v, load.motor.conductance),
         };
-        let drive_nm = k * conductance * voltage_v;
+        let drive_nm = k * conductance * voltage_v + load.push_nm;
         let braking = k * k * conductance + load.viscous;
         // A spin after the step, of parts with this inertia under this torque and friction.
         let after = |before: f64, inertia: f64, torque_nm: f64, braking: f64, friction_nm: f64| {

@@ -15,7 +15,7 @@
 //! the tyres grip. Each file has one part and its equations.
 //!
 //! Each defect is a mechanism of its own: imperfect wheels (`wheel_defects`), play between motor and wheel
-//! (`gear`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
+//! (`gear`), motors with more than two frictions (`motor_defects`), a stiff caster (`bush`), tyres with a width (`ribs`), encoders that misread (`angle_error`,
 //! `lost_lines`), cables and warming (`disturbances`), the floor. `defects` combines them. A robot without
 //! any is ideal: it takes a shorter step, which gives the same bits.
 //!
@@ -42,6 +42,7 @@ mod gear;
 mod load;
 mod lost_lines;
 mod motor;
+mod motor_defects;
 mod parameters;
 mod pose;
 mod range_check;
@@ -67,6 +68,7 @@ pub use floor::{Bump, FloorParameters, WetPatch};
 pub use gear::GearParameters;
 pub use load::Loads;
 pub use motor::MotorParameters;
+pub use motor_defects::MotorDefectParameters;
 pub use parameters::PlantParameters;
 pub use pose::{Pose, Twist};
 pub use range_check::ParameterError;
@@ -84,6 +86,7 @@ use defects::Defects;
 use encoder::Encoder;
 use fault::Faults;
 use load::LoadModel;
+use motor_defects::DefectiveMotor;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -108,6 +111,8 @@ pub struct Plant {
     caster: Caster,
     /// None for an ideal robot on an even floor.
     defects: Option<Box<Defects>>,
+    /// None if both motors are perfect.
+    defective_motors: Option<Box<WheelPair<DefectiveMotor>>>,
     load_model: LoadModel,
     loads: Loads,
     bus_v: f64,
@@ -150,6 +155,7 @@ impl Plant {
             },
             caster: Caster::new(&parameters.caster),
             defects: Defects::new(&parameters),
+            defective_motors: DefectiveMotor::pair(parameters.motor_defects, parameters.motor),
             loads: load_model.loads((0.0, 0.0)),
             load_model,
             bus_v: parameters.supply.bus_v(0.0, 0.0, 0.0),

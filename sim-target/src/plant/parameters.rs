@@ -11,6 +11,7 @@ use super::encoder::EncoderParameters;
 use super::floor::FloorParameters;
 use super::gear::GearParameters;
 use super::motor::MotorParameters;
+use super::motor_defects::MotorDefectParameters;
 use super::range_check::{ParameterError, RangeCheck};
 use super::supply::SupplyParameters;
 use super::tyre::TyreParameters;
@@ -31,6 +32,9 @@ pub struct PlantParameters {
     /// Gear motors.
     #[serde(deserialize_with = "pair_of_overrides")]
     pub motor: WheelPair<MotorParameters>,
+    /// Defects of motors and gears.
+    #[serde(deserialize_with = "pair_of_overrides")]
+    pub motor_defects: WheelPair<MotorDefectParameters>,
     /// The motor driver.
     pub bridge: BridgeParameters,
     /// Encoders.
@@ -65,6 +69,7 @@ impl Default for PlantParameters {
             geometry: GeometryParameters::default(),
             body: BodyParameters::default(),
             motor: WheelPair::both(MotorParameters::default()),
+            motor_defects: WheelPair::both(MotorDefectParameters::default()),
             bridge: BridgeParameters::default(),
             encoder: WheelPair::both(EncoderParameters::default()),
             gear: WheelPair::both(GearParameters::default()),
@@ -88,6 +93,9 @@ impl PlantParameters {
         self.body.check(&RangeCheck("body."))?;
         self.motor.left.check(&RangeCheck("motor.left."))?;
         self.motor.right.check(&RangeCheck("motor.right."))?;
+        self.motor_defects.left.check(&RangeCheck("motor_defects.left."))?;
+        self.motor_defects.right.check(&RangeCheck("motor_defects.right."))?;
+        self.bridge.check(&RangeCheck("bridge."))?;
         self.encoder.left.check(&RangeCheck("encoder.left."))?;
         self.encoder.right.check(&RangeCheck("encoder.right."))?;
         self.gear.left.check(&RangeCheck("gear.left."))?;

@@ -6,7 +6,7 @@ use super::Plant;
 use super::body::Wrench;
 use super::defects::Defects;
 use super::fault::WheelFaults;
-use super::motor::{Motor, Terminals};
+use super::motor::Terminals;
 use super::pose::Twist;
 use super::wheel::DrivenWheel;
 
@@ -14,6 +14,10 @@ impl Plant {
     /// Advances everything but the encoders by h.
     #[inline]
     pub(super) fn step(&mut self, h_s: f64) {
+        if let Some(motors) = &mut self.defective_motors {
+            motors.left.prepare(&mut self.wheel.left, h_s);
+            motors.right.prepare(&mut self.wheel.right, h_s);
+        }
         // Taken out for the step, because the defects' step borrows the whole plant.
         match self.defects.take() {
             None => {
@@ -33,19 +37,26 @@ impl Plant {
     fn power(&self) -> (WheelPair<Terminals>, f64) {
         let (on, shorts) = (self.enabled, self.parameters.bridge.shorts_when_off);
         let opens = self.faults.driver || (!on && !shorts);
-        let terminals = |motor: &Motor, faults: &WheelFaults, duty: f64| {
+        let bridge = &self.parameters.bridge;
+        let straight = bridge.is_ideal();
+        let terminals = |wheel: &DrivenWheel, faults: &WheelFaults, duty: f64| {
+            let motor = &wheel.motor;
             if opens || faults.motor_unplugged {
                 return Terminals::Open;
             }
             let duty = if on { duty } else { 0.0 };
             let swap = if faults.motor_reversed { -motor.polarity } else { motor.polarity };
-            Terminals::Driven(duty * swap)
+            let duty = duty * swap;
+            if straight {
+                return Terminals::Driven(duty);
+            }
+            Terminals::Driven(bridge.share(duty, self.bus_v, motor, wheel.spin_rad_s))
         };
         let (wheel, faults) = (&self.wheel, &self.faults.wheel);
         let exchanged = self.faults.motors_exchanged;
         let duty = if exchanged { self.duty.swapped() } else { self.duty };
-        let left = terminals(&wheel.left.motor, &faults.left, duty.left);
-        let right = terminals(&wheel.right.motor, &faults.right, duty.right);
+        let left = terminals(&wheel.left, &faults.left, duty.left);
+        let right = terminals(&wheel.right, &faults.right, duty.right);
         let load_left = wheel.left.motor.bus_load(left, wheel.left.spin_rad_s);
         let load_right = wheel.right.motor.bus_load(right, wheel.right.spin_rad_s);
         let bus_v = self.parameters.supply.bus_v(

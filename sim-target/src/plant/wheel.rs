@@ -53,6 +53,8 @@ pub(super) struct DrivenWheel {
     pub viscous: f64,
     pub coulomb_nm: f64,
     pub rolling_nm: f64,
+    /// Torque of the motor besides its current's; a negative zero changes no bit of any sum \[N m\].
+    pub push_nm: f64,
     /// Contact point to the left of the midline \[m\].
     pub left_m: f64,
     pub angle_rad: f64,
@@ -70,6 +72,7 @@ impl DrivenWheel {
             viscous: motor.viscous_torque_nms,
             coulomb_nm: motor.coulomb_torque_nm,
             rolling_nm: 0.0,
+            push_nm: -0.0,
             left_m,
             angle_rad: 0.0,
             spin_rad_s: 0.0,
@@ -88,7 +91,8 @@ impl DrivenWheel {
             Terminals::Driven(duty) => (duty * bus_v, self.motor.conductance),
         };
         let before = self.spin_rad_s;
-        let torque_nm = k * conductance * voltage_v - self.radius_m * self.contact.force_n.0;
+        let torque_nm =
+            k * conductance * voltage_v - self.radius_m * self.contact.force_n.0 + self.push_nm;
         let damping = 0.5 * h_s * self.inertia_inverse * (k * k * conductance + self.viscous);
         let scale = 1.0 / (1.0 + damping);
         let per_torque = h_s * self.inertia_inverse * scale;

@@ -7,6 +7,7 @@ mod grip;
 mod integration;
 mod misread;
 mod motor;
+mod motor_defects;
 mod parameters;
 mod path;
 mod rest;

@@ -1,0 +1,64 @@
+//! `beeline compare --drivetrain` and `beeline explain --drivetrain`.
+
+use std::path::Path;
+
+use campaign::{Campaign, Experiments};
+use robot_model::drivetrain::{
+    EXPERIMENTS_MIN, Experiment, MissingError, baseline_errors, missing,
+};
+
+use crate::error::{Error, Result};
+use crate::json;
+use crate::motors::{show_answer, show_comparison, verdict};
+use crate::ui::{say, warn};
+
+pub(super) fn compare(folder: &Path, as_json: bool) -> Result<()> {
+    let (found, experiments) = read(folder)?;
+    let errors = baseline_errors(&found.robot, &experiments).map_err(in_words)?;
+    let fitted = found.runs.iter().filter(|run| !run.experiment.held_out);
+    let names: Vec<&str> = fitted.map(|run| run.name.as_str()).collect();
+    if as_json {
+        say(json::motor_comparison(&errors, &names));
+    } else {
+        show_comparison(&errors, &names);
+    }
+    Ok(())
+}
+
+pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<()> {
+    let (found, experiments) = read(folder)?;
+    if !found.has_times && !as_json {
+        warn("not every run has its started_s: nothing can be said about changes with time");
+    }
+    let answer = missing(&found.robot, &experiments).map_err(in_words)?;
+    if as_json {
+        say(json::motor_answer(&answer, &verdict(&answer)));
+    } else {
+        show_answer(&answer);
+    }
+    let lacks = !answer.steps.is_empty() || answer.remains.structure;
+    if exit_code && lacks { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+fn read(folder: &Path) -> Result<(Experiments, Vec<Experiment>)> {
+    let campaign = Campaign::read(folder)?;
+    campaign.warnings.iter().for_each(warn);
+    let found = campaign.experiments(folder)?;
+    if !found.left_out.is_empty() {
+        let names = found.left_out.join(", ");
+        warn(format_args!("skipped, as there is no voltage or no motion: {names}"));
+    }
+    let experiments = found.runs.iter().map(|run| run.experiment.clone()).collect();
+    Ok((found, experiments))
+}
+
+fn in_words(error: MissingError) -> Error {
+    match error {
+        MissingError::TooFew { experiments } => Error::new(format_args!(
+            "{experiments} experiments are too few to tell an effect from chance; {EXPERIMENTS_MIN} are the least"
+        ))
+        .hint("`beeline tune --record FOLDER` drives about thirty"),
+        MissingError::NoMotion => Error::new("the wheels hardly turn in these runs")
+            .hint("are left_v and right_v volts, and of the same wheels as the counts?"),
+    }
+}

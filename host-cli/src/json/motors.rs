@@ -1,0 +1,74 @@
+//! What the motors lack, as JSON.
+
+use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors};
+use serde_json::{Value, json};
+
+use crate::motors::{kind_id, regressor_id};
+
+/// How far the baseline is off.
+pub fn motor_comparison(found: &BaselineErrors, names: &[&str]) -> Value {
+    let each = names.iter().zip(&found.each_m);
+    json!({
+        "schema": 1,
+        "error": errors(&found.errors),
+        "resolution_m": found.resolution_m,
+        "constants": found.constants.iter().map(estimate).collect::<Vec<_>>(),
+        "experiments": each.map(|(name, off_m)| json!({"name": name, "cross_validated_m": off_m})).collect::<Vec<_>>(),
+    })
+}
+
+/// What is missing.
+pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
+    let step = |step: &robot_model::drivetrain::MotorStep| {
+        json!({
+            "effect": step.facts.id,
+            "class": step.class,
+            "parameters": step.parameters.iter().map(estimate).collect::<Vec<_>>(),
+            "error": errors(&step.errors),
+            "size_m": step.size_m,
+            "p_value": step.p_value,
+            "why": step.facts.name,
+        })
+    };
+    let tried = answer.tried.iter().map(
+        |tried| json!({"effect": tried.facts.id, "cross_validated_m": tried.cross_validated_m}),
+    );
+    let remains = &answer.remains;
+    let depends_on = remains.depends_on.iter().map(|by| regressor_id(*by)).collect::<Vec<_>>();
+    json!({
+        "schema": 1,
+        "verdict": verdict,
+        "experiments": answer.experiments,
+        "resolution_m": answer.resolution_m,
+        "baseline": errors(&answer.baseline),
+        "constants": answer.constants.iter().map(estimate).collect::<Vec<_>>(),
+        "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
+        "tried_alone": tried.collect::<Vec<_>>(),
+        "unexplained": {
+            "structure": remains.structure,
+            "depends_on": depends_on,
+            "p_value": remains.p_value,
+            "size_m": remains.size_m,
+            "floor_m": remains.floor_m,
+        },
+        "next": answer.next.as_ref().map(|next| json!({
+            "kind": kind_id(next.kind),
+            "separates": next.separates,
+            "apart_m": next.apart_m,
+        })),
+    })
+}
+
+fn errors(errors: &MotorErrors) -> Value {
+    json!({
+        "fitted_m": errors.fitted_m,
+        "cross_validated_m": errors.cross_validated_m,
+        "held_out_m": errors.held_out_m,
+    })
+}
+
+fn estimate(estimate: &Estimate) -> Value {
+    let Estimate { name, unit, value, half_width_95 } = *estimate;
+    let half_width_95 = half_width_95.is_finite().then_some(half_width_95);
+    json!({"name": name, "unit": unit, "value": value, "half_width_95": half_width_95})
+}

@@ -1,0 +1,145 @@
+//! What the motors lack, in words.
+//!
+//! The answer is computed in `robot_model::drivetrain`; here it becomes sentences and tables.
+
+mod words;
+
+use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors, MotorStep};
+
+use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
+
+pub use words::{kind_id, kind_in_words, regressor_id, regressor_in_words, verdict};
+
+/// So many of the effects that were tried are listed.
+const LISTED: usize = 6;
+
+/// Prints how far the baseline is off.
+pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
+    let BaselineErrors { errors, each_m, resolution_m, .. } = found;
+    let times = errors.cross_validated_m / resolution_m;
+    say(format_args!(
+        "The model of the motors, kS, kV and kA alike for both, is off by {}: each experiment is predicted by\n\
+         the voltages and the other {}. What counts hide is {}{}.",
+        paint(BOLD, millimetres(errors.cross_validated_m)),
+        names.len().saturating_sub(1),
+        millimetres(*resolution_m),
+        if times > words::WORTH_A_WORD {
+            format!(": the error is {times:.1} times that")
+        } else {
+            ", and nothing stands out above that".into()
+        }
+    ));
+    show_held_out(errors);
+    say("");
+    show_constants(&found.constants);
+    say("");
+    say(format_args!("{:<28}{:>12}", paint(DIM, "experiment"), "off by [mm]"));
+    let mut rows: Vec<_> = names.iter().zip(each_m).collect();
+    rows.sort_by(|a, b| b.1.total_cmp(a.1));
+    for (name, off_m) in rows {
+        say(format_args!("{name:<24}{:>11.3}", off_m * 1e3));
+    }
+    if times > words::WORTH_A_WORD {
+        say("");
+        say("`beeline explain --drivetrain` says what is missing.");
+    }
+}
+
+/// Prints what is missing.
+pub fn show_answer(answer: &MotorAnswer) {
+    say(paint(
+        if answer.steps.is_empty() && !answer.remains.structure { GOOD } else { BOLD },
+        verdict(answer),
+    ));
+    show_held_out(answer.steps.last().map_or(&answer.baseline, |step| &step.errors));
+    for (index, step) in answer.steps.iter().enumerate() {
+        say("");
+        show_step(index + 1, step);
+    }
+    say("");
+    show_constants(&answer.constants);
+    say("");
+    say(format_args!("{:<24}{:>12}", paint(DIM, "each effect alone"), "error [mm]"));
+    let baseline_m = answer.baseline.cross_validated_m;
+    say(format_args!("{:<20}{:>11.3}", "none", baseline_m * 1e3));
+    for tried in answer.tried.iter().take(LISTED) {
+        let times = tried.cross_validated_m * 1e3;
+        say(format_args!("{:<20}{times:>11.3}  {}", tried.facts.id, tried.facts.name));
+    }
+    say(paint(
+        DIM,
+        "Errors are of experiments predicted by the others; those of this table to first order.",
+    ));
+    say("");
+    let remains = &answer.remains;
+    if remains.structure {
+        let by: Vec<_> = remains.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
+        say(format_args!(
+            "{} {} that no effect here explains; it depends on {}. With it the error would fall to {}.",
+            paint(WARN, "something remains:"),
+            millimetres(remains.size_m),
+            by.join(", "),
+            millimetres(remains.floor_m)
+        ));
+    } else {
+        say(
+            "Flexible functions of speed, voltage, load, angle and time predict these experiments no better.",
+        );
+    }
+    if let Some(next) = &answer.next {
+        let why = match next.separates.as_slice() {
+            [] => "shows what the rest depends on".into(),
+            ids => format!("tells {} apart", ids.join(" and ")),
+        };
+        say(format_args!("next: {}: {why}.", kind_in_words(next.kind)));
+    }
+}
+
+fn show_step(number: usize, step: &MotorStep) {
+    let facts = step.facts;
+    say(format_args!("{number}  {}  {}", paint(BOLD, facts.id), facts.name));
+    say(format_args!("   {}", facts.equation));
+    for parameter in &step.parameters {
+        say(format_args!("   {}", estimate(parameter)));
+    }
+    say(format_args!("   positive: {}", facts.sign));
+    say(format_args!(
+        "   the error falls to {}; chance gives as much in one of {:.0} exchanges of experiments",
+        millimetres(step.errors.cross_validated_m),
+        1.0 / step.p_value
+    ));
+    if !step.class.is_empty() {
+        let class = step.class.join(", ");
+        say(format_args!("   {} {class}", paint(WARN, "these experiments cannot tell it from:")));
+    }
+    say(format_args!("   what to do: {}", facts.remedy));
+}
+
+fn show_constants(constants: &[Estimate]) {
+    for constant in constants {
+        say(estimate(constant));
+    }
+}
+
+fn show_held_out(errors: &MotorErrors) {
+    if let Some(held_out_m) = errors.held_out_m {
+        say(format_args!("On held-out runs the error is {}.", millimetres(held_out_m)));
+    }
+}
+
+/// `kS  0.501 ± 0.002 V`
+fn estimate(estimate: &Estimate) -> String {
+    let Estimate { name, unit, value, half_width_95 } = *estimate;
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    if !half_width_95.is_finite() {
+        return format!("{name}  {value:.3}{unit}, told by one experiment alone");
+    }
+    // Two digits of the half-width.
+    let digits = if half_width_95 > 0.0 { 1.0 - half_width_95.log10().floor() } else { 3.0 };
+    let digits = digits.clamp(0.0, 7.0) as usize;
+    format!("{name}  {value:.digits$} ± {half_width_95:.digits$}{unit}")
+}
+
+fn millimetres(length_m: f64) -> String {
+    format!("{:.2} mm", length_m * 1e3)
+}

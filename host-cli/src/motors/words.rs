@@ -1,0 +1,85 @@
+//! The answer in a sentence, and the names of what it speaks of.
+
+use robot_model::drivetrain::{ExperimentKind, MotorAnswer, Regressor};
+
+/// An error of so many times what counts hide is worth a word.
+pub const WORTH_A_WORD: f64 = 1.5;
+
+/// The answer in a sentence or two.
+pub fn verdict(answer: &MotorAnswer) -> String {
+    let error = |error_m: f64| format!("{:.2} mm", error_m * 1e3);
+    let baseline = error(answer.baseline.cross_validated_m);
+    let hidden = error(answer.resolution_m);
+    let Some(last) = answer.steps.last() else {
+        let remains = if answer.remains.structure {
+            "Something is missing that no effect here explains."
+        } else {
+            "No effect is missing that these experiments could show."
+        };
+        return format!(
+            "{remains} The error is {baseline}, predicted by the other experiments; counts hide {hidden}."
+        );
+    };
+    let names: Vec<&str> = answer.steps.iter().map(|step| step.facts.name).collect();
+    let found = match names.as_slice() {
+        [one] => format!("One effect is missing: {one}. With it"),
+        more => format!("{} effects are missing: {}. With them", more.len(), more.join("; ")),
+    };
+    let after = error(last.errors.cross_validated_m);
+    let rest = if answer.remains.structure { " Something else remains." } else { "" };
+    format!(
+        "{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}"
+    )
+}
+
+/// What something depends on, for people.
+pub fn regressor_in_words(by: Regressor) -> &'static str {
+    match by {
+        Regressor::Speed => "the speed",
+        Regressor::Direction => "the direction or the side",
+        Regressor::Voltage => "the voltage",
+        Regressor::Load => "what the motors work against",
+        Regressor::Angle => "the wheel's angle",
+        Regressor::Time => "the time",
+    }
+}
+
+/// The same, for programs.
+pub fn regressor_id(by: Regressor) -> &'static str {
+    match by {
+        Regressor::Speed => "speed",
+        Regressor::Direction => "direction",
+        Regressor::Voltage => "voltage",
+        Regressor::Load => "load",
+        Regressor::Angle => "angle",
+        Regressor::Time => "time",
+    }
+}
+
+/// An experiment, for people.
+pub fn kind_in_words(kind: ExperimentKind) -> &'static str {
+    match kind {
+        ExperimentKind::SlowRamp => "a voltage that rises slowly until the wheels turn, both ways",
+        ExperimentKind::Creep => "creeping over several turns just above break-away, both ways",
+        ExperimentKind::Steps => "steps at several voltages up to the highest, both ways",
+        ExperimentKind::OneWheel => "the highest voltage at one wheel, then at both",
+        ExperimentKind::RollOut => "steps, after each of which the robot rolls out",
+        ExperimentKind::Reversals => "forwards and at once backwards, several times",
+        ExperimentKind::Spins => "turns on the spot, both ways",
+        ExperimentKind::FirstAgain => "the first experiment again after some minutes of driving",
+    }
+}
+
+/// The same, for programs.
+pub fn kind_id(kind: ExperimentKind) -> &'static str {
+    match kind {
+        ExperimentKind::SlowRamp => "slow_ramp",
+        ExperimentKind::Creep => "creep",
+        ExperimentKind::Steps => "steps",
+        ExperimentKind::OneWheel => "one_wheel",
+        ExperimentKind::RollOut => "roll_out",
+        ExperimentKind::Reversals => "reversals",
+        ExperimentKind::Spins => "spins",
+        ExperimentKind::FirstAgain => "first_again",
+    }
+}

@@ -1,0 +1,39 @@
+//! Friction falls as a wheel begins to turn.
+//!
+//! ```text
+//! (kS + k exp(-(v / v_s)^2)) sgn v
+//! ```
+//!
+//! k \[V\] > 0: more friction when slow; v_s \[m/s\]: where it has fallen to a third.
+
+use super::definition::{Acting, Excitation, Moment, MotorEffect, MotorFacts, MotorParameter};
+
+/// Friction falls with speed.
+#[derive(Debug)]
+pub struct Stribeck;
+
+impl MotorEffect for Stribeck {
+    fn facts(&self) -> &'static MotorFacts {
+        &FACTS
+    }
+
+    fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {
+        let ratio = moment.speed_mps.0 / p[1];
+        acting.add_friction_v(p[0] * (-ratio * ratio).exp());
+    }
+
+    fn starts(&self, excitation: &Excitation) -> Vec<Vec<f64>> {
+        [0.06, 0.15, 0.35].map(|share| vec![0.0, share * excitation.speed_mps_max]).into()
+    }
+}
+
+static FACTS: MotorFacts = MotorFacts {
+    id: "stribeck",
+    name: "friction falls as a wheel begins to turn (Stribeck)",
+    equation: "(kS + k exp(-(v / v_s)^2)) sgn v",
+    parameters: &[MotorParameter::positive("k", "V", 0.1, 6.0), MotorParameter::shape("v_s", "m/s", 0.004, 1.0)],
+    sign: "more friction when slow",
+    shown_by: "creeping, and slow steps",
+    confounded_with: &["static_friction", "dead_band"],
+    remedy: "never creep: begin a motion with a step of k beyond kS",
+};

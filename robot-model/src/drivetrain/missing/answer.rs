@@ -1,0 +1,231 @@
+//! What is missing: the answer, in numbers.
+
+use super::classes::{Rival, rivals};
+use super::experiment::{Experiment, KnownRobot};
+use super::least_squares::{Fitted, Model, Problem};
+use super::next_experiment::{NextExperiment, next_experiment};
+use super::remains::{Remains, remains};
+use super::selection::{Judged, gain, select};
+use super::simulate::BASELINE;
+use crate::drivetrain::effect::MotorFacts;
+use crate::drivetrain::regression::regress;
+
+/// How far a model is off, root mean square over samples and wheels \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorErrors {
+    /// Of the experiments that it was fitted to.
+    pub fitted_m: f64,
+    /// Of each experiment, predicted by the others.
+    pub cross_validated_m: f64,
+    /// Of those that the user keeps aside, if there are any.
+    pub held_out_m: Option<f64>,
+}
+
+/// A constant, and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Half the width of its 95 % interval; not finite where one experiment alone tells it.
+    pub half_width_95: f64,
+}
+
+/// One effect that is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotorStep {
+    /// The effect.
+    pub facts: &'static MotorFacts,
+    /// Those that these experiments cannot tell from it, best first.
+    pub class: Vec<&'static str>,
+    /// Its parameters in the final model.
+    pub parameters: Vec<Estimate>,
+    /// The errors with it and those before it.
+    pub errors: MotorErrors,
+    /// Root mean square of what it explains \[m\].
+    pub size_m: f64,
+    /// How often chance gives as much.
+    pub p_value: f64,
+}
+
+/// An effect that was tried alone beside the baseline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tried {
+    /// The effect.
+    pub facts: &'static MotorFacts,
+    /// The cross-validated error with it, to first order \[m\].
+    pub cross_validated_m: f64,
+}
+
+/// What is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotorAnswer {
+    /// The error without effects.
+    pub baseline: MotorErrors,
+    /// kS, kV, kA, kC of the final model.
+    pub constants: Vec<Estimate>,
+    /// The effects that are missing, in the order in which they were found.
+    pub steps: Vec<MotorStep>,
+    /// Every effect alone, best first.
+    pub tried: Vec<Tried>,
+    /// What remains.
+    pub remains: Remains,
+    /// The experiment that would tell more.
+    pub next: Option<NextExperiment>,
+    /// How many experiments were fitted.
+    pub experiments: usize,
+    /// What the counts hide \[m\].
+    pub resolution_m: f64,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MissingError {
+    /// Fewer experiments than can be predicted by others.
+    TooFew {
+        /// How many there are.
+        experiments: usize,
+    },
+    /// The experiments do not turn both wheels forwards and backwards by their motors.
+    NoMotion,
+}
+
+/// With fewer experiments nothing can be told from chance.
+pub const EXPERIMENTS_MIN: usize = 8;
+
+/// Which effects do these motors have, that the baseline lacks?
+pub fn missing(
+    robot: &KnownRobot,
+    experiments: &[Experiment],
+) -> Result<MotorAnswer, MissingError> {
+    let (problem, baseline) = fitted_baseline(robot, experiments)?;
+    let selected = select(&problem, baseline);
+    let last = &selected.steps[selected.steps.len() - 1];
+    let rivals: Vec<(&'static str, Vec<Rival>)> = (0..last.fitted.model.effects.len())
+        .map(|index| {
+            let id = last.fitted.model.effects[index].facts().id;
+            (id, rivals(&problem, &selected, last, index))
+        })
+        .collect();
+    let remains = remains(&problem, &selected, last);
+    let next = next_experiment(&problem, &last.fitted, &rivals, &remains);
+    let half_widths = problem.half_widths_95(&last.fitted);
+    let errors = |judged: &Judged| errors(&problem, judged, experiments);
+    let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
+        let gain = gain(&problem, &pair[0].costs, &pair[1].costs);
+        let effect = last.fitted.model.effects[index];
+        let first = last.fitted.model.first_of(index);
+        let parameters = effect.facts().parameters.iter().enumerate();
+        MotorStep {
+            facts: effect.facts(),
+            class: rivals[index].1.iter().map(|rival| rival.id).collect(),
+            parameters: parameters
+                .map(|(i, parameter)| Estimate {
+                    name: parameter.name,
+                    unit: parameter.unit,
+                    value: last.fitted.model.at[first + i],
+                    half_width_95: half_widths[first + i],
+                })
+                .collect(),
+            errors: errors(&pair[1]),
+            size_m: gain.size_m,
+            p_value: gain.p_value,
+        }
+    });
+    let tried = selected.alone.iter().map(|candidate| Tried {
+        facts: candidate.effect.facts(),
+        cross_validated_m: problem.rms_m(&candidate.costs),
+    });
+    Ok(MotorAnswer {
+        baseline: errors(&selected.steps[0]),
+        constants: constants(&last.fitted.model, &half_widths),
+        steps: steps.collect(),
+        tried: tried.collect(),
+        remains,
+        next,
+        experiments: problem.experiments.len(),
+        resolution_m: robot.resolution_m(),
+    })
+}
+
+/// The baseline's errors alone.
+pub fn baseline_errors(
+    robot: &KnownRobot,
+    experiments: &[Experiment],
+) -> Result<BaselineErrors, MissingError> {
+    let (problem, baseline) = fitted_baseline(robot, experiments)?;
+    let judged = Judged::new(&problem, baseline);
+    let each = judged.costs.iter().enumerate();
+    let half_widths = problem.half_widths_95(&judged.fitted);
+    Ok(BaselineErrors {
+        errors: errors(&problem, &judged, experiments),
+        constants: constants(&judged.fitted.model, &half_widths),
+        each_m: each.map(|(index, cost)| (cost / problem.len(index) as f64).sqrt()).collect(),
+        resolution_m: robot.resolution_m(),
+    })
+}
+
+/// How far the baseline is off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaselineErrors {
+    /// Over all experiments.
+    pub errors: MotorErrors,
+    /// kS, kV, kA, kC.
+    pub constants: Vec<Estimate>,
+    /// Of each experiment that is fitted, predicted by the others, in their order \[m\].
+    pub each_m: Vec<f64>,
+    /// What the counts hide \[m\].
+    pub resolution_m: f64,
+}
+
+fn fitted_baseline<'a>(
+    robot: &'a KnownRobot,
+    experiments: &'a [Experiment],
+) -> Result<(Problem<'a>, Fitted), MissingError> {
+    let fitted: Vec<&Experiment> = experiments.iter().filter(|one| !one.held_out).collect();
+    if fitted.len() < EXPERIMENTS_MIN {
+        return Err(MissingError::TooFew { experiments: fitted.len() });
+    }
+    let recordings: Vec<_> = fitted.iter().map(|experiment| experiment.recording.clone()).collect();
+    let guess = regress(&recordings).ok_or(MissingError::NoMotion)?;
+    let (left, right) = (guess.wheels.left, guess.wheels.right);
+    let ks = 0.5 * (left.ks_mean_v() + right.ks_mean_v());
+    let kv = 0.5 * (left.kv_v_s_per_m + right.kv_v_s_per_m);
+    let ka = 0.5 * (left.ka_v_s2_per_m + right.ka_v_s2_per_m);
+    let problem = Problem { robot, experiments: fitted };
+    let at = vec![ks, kv, 0.85 * ka, 0.0];
+    debug_assert_eq!(at.len(), BASELINE);
+    let baseline = problem.fit(Model { effects: Vec::new(), at });
+    Ok((problem, baseline))
+}
+
+fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
+    let names = [("kS", "V"), ("kV", "V s/m"), ("kA", "V s^2/m"), ("kC", "V s^2/m")];
+    let values = model.at.iter().zip(half_widths);
+    let both = names.into_iter().zip(values);
+    both.map(|((name, unit), (value, half_width))| Estimate {
+        name,
+        unit,
+        value: *value,
+        half_width_95: *half_width,
+    })
+    .collect()
+}
+
+fn errors(problem: &Problem<'_>, judged: &Judged, experiments: &[Experiment]) -> MotorErrors {
+    let model = &judged.fitted.model;
+    let (mut cost, mut samples) = (0.0, 0);
+    for experiment in experiments.iter().filter(|experiment| experiment.held_out) {
+        let left = model.residuals(problem.robot, &model.at, experiment);
+        cost += left.norm_squared();
+        samples += left.len();
+    }
+    MotorErrors {
+        fitted_m: problem.rms_m(&judged.fitted.costs),
+        cross_validated_m: problem.rms_m(&judged.costs),
+        held_out_m: (samples > 0).then(|| (cost / samples as f64).sqrt()),
+    }
+}

@@ -1,0 +1,58 @@
+//! Which effects can these experiments not tell from one that was found? Each other effect takes its place, and everything is
+//! fitted anew: where that predicts other experiments as well, the answer is the class.
+
+use super::chance::{gains, p_value};
+use super::least_squares::{Fitted, Problem};
+use super::screening::{screen, sum};
+use super::selection::{Judged, Selected};
+use crate::drivetrain::effect::MOTOR_CATALOGUE;
+
+/// A rival has to explain this share of what the effect does.
+const RESEMBLANCE_MIN: f64 = 0.6;
+/// A rival that loses less than this share of what the effect explains is as good: something is always missing in a model.
+const LOSS: f64 = 0.03;
+/// Chance makes one better than the other so often.
+const P_MIN: f64 = 0.02;
+/// So many rivals are fitted in full.
+const FITTED: usize = 5;
+
+/// An effect that explains as much in the place of another.
+pub(super) struct Rival {
+    pub id: &'static str,
+    pub fitted: Fitted,
+}
+
+/// The rivals of one effect of a model, best first.
+pub(super) fn rivals(
+    problem: &Problem<'_>,
+    selected: &Selected,
+    last: &Judged,
+    index: usize,
+) -> Vec<Rival> {
+    let own = last.fitted.model.effects[index].facts().id;
+    let without = Judged::new(problem, problem.fit(last.fitted.model.without(index)));
+    let gained = sum(&without.costs) - sum(&last.costs);
+    let floor = problem.robot.resolution_m().powi(2);
+    let floors: Vec<f64> =
+        (0..last.costs.len()).map(|index| floor * problem.len(index) as f64).collect();
+    let as_good = |rival: &Judged| {
+        let lost = sum(&rival.costs) - sum(&last.costs);
+        let told = p_value(&gains(&rival.costs, &last.costs, &floors)) < P_MIN;
+        lost < (1.0 - RESEMBLANCE_MIN) * gained && (!told || lost < LOSS * gained)
+    };
+    let mut found: Vec<(f64, Rival)> =
+        screen(problem, &without.fitted, &MOTOR_CATALOGUE, &selected.excitation)
+            .iter()
+            .filter(|candidate| candidate.effect.facts().id != own)
+            // The screening is of first order: it may miss half of what the rival explains.
+            .filter(|candidate| {
+                sum(&without.costs) - sum(&candidate.costs) > 0.5 * RESEMBLANCE_MIN * gained
+            })
+            .take(FITTED)
+            .map(|candidate| (candidate.effect.facts().id, without.with(problem, candidate)))
+            .filter(|(_, rival)| as_good(rival))
+            .map(|(id, rival)| (sum(&rival.costs), Rival { id, fitted: rival.fitted }))
+            .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, rival)| rival).collect()
+}

@@ -1,0 +1,65 @@
+//! Experiments of one robot, on one clock, and what is known about it.
+
+use crate::drivetrain::effect::Excitation;
+use crate::drivetrain::recording::VoltageRecording;
+
+/// One experiment of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// What was applied, and how far the wheels went. The travel counts on from one experiment to the next, if the counters do.
+    pub recording: VoltageRecording,
+    /// When it began, on the campaign's clock \[s\].
+    pub started_s: f64,
+    /// Nothing is fitted to it, and nothing chosen by it.
+    pub held_out: bool,
+}
+
+/// What is known about the robot besides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownRobot {
+    /// Radius of the wheels \[m\].
+    pub wheel_radius_m: f64,
+    /// Turns of the encoder per turn of its wheel.
+    pub gear_reduction: f64,
+    /// Travel per count \[m\].
+    pub meters_per_count: f64,
+}
+
+impl KnownRobot {
+    /// Circumference of a wheel \[m\].
+    pub fn turn_m(&self) -> f64 {
+        core::f64::consts::TAU * self.wheel_radius_m
+    }
+
+    /// What counts hide, root mean square: the first count and each later one are each off by 1/sqrt(12) of a count \[m\].
+    pub fn resolution_m(&self) -> f64 {
+        self.meters_per_count / 6.0_f64.sqrt()
+    }
+}
+
+/// What these experiments excite.
+pub(super) fn excitation(robot: &KnownRobot, experiments: &[&Experiment]) -> Excitation {
+    let mut speed_mps_max = 0.0_f64;
+    for experiment in experiments {
+        let samples = experiment.recording.samples();
+        // Over so long that a count is no speed.
+        let window_s = 0.1;
+        let mut early = 0;
+        for sample in samples {
+            while sample.t_s - samples[early].t_s > window_s {
+                early += 1;
+            }
+            let dt_s = sample.t_s - samples[early].t_s;
+            if dt_s > 0.5 * window_s {
+                let moved = sample.travel_m.since(samples[early].travel_m);
+                let speed_mps = moved.left.abs().max(moved.right.abs()) / dt_s;
+                speed_mps_max = speed_mps_max.max(speed_mps);
+            }
+        }
+    }
+    Excitation {
+        speed_mps_max: speed_mps_max.max(1e-3),
+        gear_reduction: robot.gear_reduction,
+        counts_per_wheel_turn: robot.turn_m() / robot.meters_per_count,
+    }
+}

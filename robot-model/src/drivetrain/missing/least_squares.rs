@@ -1,0 +1,260 @@
+//! Which constants explain the travel best, and how well do the others predict each experiment?
+//!
+//! Output error: the model is driven by the voltage alone. What is left within an experiment is correlated, so every
+//! judgement counts whole experiments: each is predicted by the constants that the others give, to first order about the fit of
+//! all (they move by (H - H_g)^-1 g_g), and simulated with those.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::experiment::{Experiment, KnownRobot};
+use super::simulate::{BASELINE, Simulation};
+use crate::drivetrain::effect::{MotorEffect, MotorRole};
+use crate::drivetrain::intervals::{Intervals, Share};
+use crate::numeric::parallel;
+
+/// Rounds of the search.
+const ROUNDS_MAX: usize = 12;
+/// So many samples are as good as one that is independent of the others.
+const ALIKE: f64 = 50.0;
+/// Parameters keep within so many of their usual sizes where the data say nothing.
+const WIDE: f64 = 10.0;
+
+/// The experiments that a model is fitted to.
+pub(super) struct Problem<'a> {
+    pub robot: &'a KnownRobot,
+    pub experiments: Vec<&'a Experiment>,
+}
+
+/// A model with its parameters.
+#[derive(Clone)]
+pub(super) struct Model {
+    pub effects: Vec<&'static dyn MotorEffect>,
+    pub at: Vec<f64>,
+}
+
+/// A model at its best, linearised there.
+#[derive(Clone)]
+pub(super) struct Fitted {
+    pub model: Model,
+    /// Sum of the squares of what is left, by experiment \[m^2\].
+    pub costs: Vec<f64>,
+    /// What is left of each experiment, and how the travel changes with each parameter.
+    pub residuals: Vec<DVector<f64>>,
+    pub columns: Vec<DMatrix<f64>>,
+}
+
+impl Model {
+    /// Where the parameters of an effect begin.
+    pub fn first_of(&self, index: usize) -> usize {
+        let before = self.effects[..index].iter();
+        BASELINE + before.map(|effect| effect.facts().parameters.len()).sum::<usize>()
+    }
+
+    /// The same with one more effect, at these parameters.
+    pub fn with(&self, effect: &'static dyn MotorEffect, p: &[f64]) -> Self {
+        let mut more = self.clone();
+        more.effects.push(effect);
+        more.at.extend_from_slice(p);
+        more
+    }
+
+    /// The same without one of its effects.
+    pub fn without(&self, index: usize) -> Self {
+        let first = self.first_of(index);
+        let len = self.effects[index].facts().parameters.len();
+        let mut less = self.clone();
+        less.effects.remove(index);
+        less.at.drain(first..first + len);
+        less
+    }
+
+    fn parameters(&self) -> impl Iterator<Item = &'static crate::drivetrain::MotorParameter> {
+        self.effects.iter().flat_map(|effect| effect.facts().parameters)
+    }
+
+    /// Keeps the parameters where a motor can have them.
+    fn admit(&self, at: &mut [f64]) {
+        at[0] = at[0].max(0.0);
+        at[1] = at[1].max(1e-6);
+        at[2] = at[2].max(1e-3 * at[1]);
+        at[3] = at[3].clamp(-0.95 * at[2], 0.95 * at[2]);
+        for (value, parameter) in at[BASELINE..].iter_mut().zip(self.parameters()) {
+            *value = value.clamp(parameter.low, parameter.high);
+        }
+    }
+
+    /// Usual sizes: of the baseline as it is, of the effects by their facts.
+    fn usual(&self) -> Vec<f64> {
+        let [ks, kv, ka] = [self.at[0], self.at[1], self.at[2]];
+        let of_effects = self.parameters().zip(&self.at[BASELINE..]).map(|(parameter, value)| {
+            match parameter.role {
+                MotorRole::Amplitude => parameter.usual,
+                MotorRole::Shape => 0.1 * value.abs().max(parameter.usual),
+            }
+        });
+        [ks.max(0.05), 0.1 * kv, 0.3 * ka, 0.3 * ka].into_iter().chain(of_effects).collect()
+    }
+
+    /// Measured less modelled travel of one experiment, both wheels, sample by sample \[m\].
+    pub fn residuals(
+        &self,
+        robot: &KnownRobot,
+        at: &[f64],
+        experiment: &Experiment,
+    ) -> DVector<f64> {
+        let travel_m = Simulation { robot, effects: &self.effects, at }.travel_m(experiment);
+        let samples = experiment.recording.samples();
+        let start = samples[0].travel_m;
+        let left = samples.iter().zip(&travel_m).map(|(sample, modelled)| {
+            let measured = sample.travel_m.since(start);
+            [measured.left - modelled.left, measured.right - modelled.right]
+        });
+        DVector::from_iterator(2 * samples.len(), left.flatten())
+    }
+}
+
+impl Problem<'_> {
+    /// How many residuals an experiment has.
+    pub fn len(&self, index: usize) -> usize {
+        2 * self.experiments[index].recording.samples().len()
+    }
+
+    /// How many there are.
+    fn samples(&self) -> usize {
+        (0..self.experiments.len()).map(|index| self.len(index)).sum()
+    }
+
+    /// Root mean square of costs over all samples \[m\].
+    pub fn rms_m(&self, costs: &[f64]) -> f64 {
+        (costs.iter().sum::<f64>() / self.samples() as f64).sqrt()
+    }
+
+    fn costs(&self, model: &Model, at: &[f64]) -> Vec<f64> {
+        parallel::map(&self.experiments, |experiment| {
+            let cost = model.residuals(self.robot, at, experiment).norm_squared();
+            if cost.is_finite() { cost } else { f64::INFINITY }
+        })
+    }
+
+    fn linearise(&self, model: Model) -> Fitted {
+        let usual = model.usual();
+        let parts = parallel::map(&self.experiments, |experiment| {
+            let base = model.residuals(self.robot, &model.at, experiment);
+            let mut columns = DMatrix::zeros(base.len(), model.at.len());
+            for (i, usual) in usual.iter().enumerate() {
+                let mut at = model.at.clone();
+                let step = 0.01 * usual;
+                at[i] += step;
+                let moved = model.residuals(self.robot, &at, experiment);
+                // A residual falls as its travel rises.
+                columns.set_column(i, &((&base - moved) / step));
+            }
+            (base, columns)
+        });
+        let (residuals, columns): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let costs = residuals.iter().map(DVector::norm_squared).collect();
+        Fitted { model, costs, residuals, columns }
+    }
+
+    /// Levenberg's search from the model's parameters.
+    pub fn fit(&self, model: Model) -> Fitted {
+        let mut model = model;
+        let mut at = model.at.clone();
+        model.admit(&mut at);
+        model.at = at;
+        let mut best = self.linearise(model);
+        let mut damping = 1e-3;
+        for _ in 0..ROUNDS_MAX {
+            let cost: f64 = best.costs.iter().sum();
+            let (gram, gradient) = best.sums(self);
+            let mut gained = 0.0;
+            while damping < 1e7 {
+                let mut damped = gram.clone();
+                for i in 0..damped.nrows() {
+                    damped[(i, i)] += damping * gram[(i, i)];
+                }
+                let step = damped.cholesky().map(|factor| factor.solve(&gradient));
+                if let Some(step) = step {
+                    let mut at = best.model.at.clone();
+                    at.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
+                    best.model.admit(&mut at);
+                    let next: f64 = self.costs(&best.model, &at).iter().sum();
+                    if next < cost {
+                        gained = 1.0 - next / cost;
+                        best = self.linearise(Model { at, ..best.model });
+                        damping = (0.1 * damping).max(1e-9);
+                        break;
+                    }
+                }
+                damping *= 10.0;
+            }
+            if gained < 1e-4 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// What is left of each experiment when the others predict it \[m^2\].
+    pub fn cross_validated(&self, fitted: &Fitted) -> Vec<f64> {
+        let shares = fitted.shares();
+        let (gram, gradient) = fitted.sums(self);
+        let indices: Vec<usize> = (0..self.experiments.len()).collect();
+        parallel::map(&indices, |&index| {
+            let share = &shares[index];
+            let others = (&gram - &share.gram).cholesky();
+            let Some(others) = others else { return f64::INFINITY };
+            let moved = others.solve(&(&gradient - &share.gradient));
+            let mut at = fitted.model.at.clone();
+            at.iter_mut().zip(moved.iter()).for_each(|(value, moved)| *value += moved);
+            fitted.model.admit(&mut at);
+            let experiment = self.experiments[index];
+            let cost = fitted.model.residuals(self.robot, &at, experiment).norm_squared();
+            if cost.is_finite() { cost } else { f64::INFINITY }
+        })
+    }
+
+    /// Half the widths of the parameters' 95 % intervals.
+    pub fn half_widths_95(&self, fitted: &Fitted) -> Vec<f64> {
+        let (gram, _) = fitted.sums(self);
+        let len = gram.nrows();
+        let Some(intervals) = Intervals::new(&gram, &fitted.shares()) else {
+            return vec![f64::INFINITY; len];
+        };
+        let of = |i: usize| {
+            let mut weights = DVector::zeros(len);
+            weights[i] = 1.0;
+            intervals.half_width_95(&weights)
+        };
+        (0..len).map(of).collect()
+    }
+}
+
+impl Fitted {
+    /// Each experiment's share of the normal equations.
+    pub fn shares(&self) -> Vec<Share> {
+        let both = self.columns.iter().zip(&self.residuals);
+        both.map(|(columns, residuals)| Share {
+            gram: columns.tr_mul(columns),
+            gradient: columns.tr_mul(residuals),
+        })
+        .collect()
+    }
+
+    /// The normal equations, with what keeps parameters of which the data say nothing at usual sizes.
+    pub fn sums(&self, problem: &Problem<'_>) -> (DMatrix<f64>, DVector<f64>) {
+        let len = self.model.at.len();
+        let mut gram = DMatrix::zeros(len, len);
+        let mut gradient = DVector::zeros(len);
+        for share in self.shares() {
+            gram += share.gram;
+            gradient += share.gradient;
+        }
+        let noise = self.costs.iter().sum::<f64>() / problem.samples() as f64;
+        let noise = noise.max(problem.robot.resolution_m().powi(2)).max(1e-14);
+        for (i, usual) in self.model.usual().into_iter().enumerate() {
+            gram[(i, i)] += ALIKE * noise / (WIDE * usual).powi(2);
+        }
+        (gram, gradient)
+    }
+}

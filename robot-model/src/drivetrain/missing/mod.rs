@@ -1,0 +1,38 @@
+//! Where does the model of the motors fail, and which effect is missing?
+//!
+//! The travel that the voltages alone lead to is compared with the counts, experiment by experiment. Effects are added one
+//! after the other where they predict experiments that they were not fitted to, beyond chance and by a size worth speaking of.
+//!
+//! | file | what it answers |
+//! | --- | --- |
+//! | `experiment.rs` | what was driven, and what is known about the robot? |
+//! | `simulate.rs` | which travel follows from the voltages, with effects? |
+//! | `least_squares.rs` | which constants explain it best, and how well do the others predict each experiment? |
+//! | `chance.rs` | is a gain more than chance? |
+//! | `screening.rs` | which effects are worth a fit? |
+//! | `selection.rs` | which does the model lack? |
+//! | `classes.rs` | which can these experiments not tell apart? |
+//! | `remains.rs` | does anything remain? |
+//! | `next_experiment.rs` | which experiment would tell more? |
+//! | `answer.rs` | all of it |
+
+mod answer;
+mod chance;
+mod classes;
+mod experiment;
+mod least_squares;
+mod next_experiment;
+mod remains;
+mod screening;
+mod selection;
+mod simulate;
+#[cfg(test)]
+mod tests;
+
+pub use answer::{
+    BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,
+    Tried, baseline_errors, missing,
+};
+pub use experiment::{Experiment, KnownRobot};
+pub use next_experiment::{ExperimentKind, NextExperiment};
+pub use remains::{Regressor, Remains};

@@ -1,0 +1,143 @@
+//! Which effects does the model lack? Forwards, one effect after the other, and then whether each is still needed.
+
+use super::chance::{gains, p_value};
+use super::experiment::excitation;
+use super::least_squares::{Fitted, Problem};
+use super::screening::{Candidate, screen, sum};
+use crate::drivetrain::effect::{Excitation, MOTOR_CATALOGUE, MotorEffect};
+
+/// The most effects that are looked for.
+const EFFECTS_MAX: usize = 5;
+/// So many of the best candidates are fitted in full.
+const FITTED: usize = 4;
+/// A gain that chance gives less often than this is none of chance. A dozen effects are tried at each step.
+pub(super) const P_MAX: f64 = 0.004;
+/// An effect moves the robot by this share of what a count hides, root mean square, or it is not worth a word.
+pub(super) const SIZE_SHARE: f64 = 0.35;
+/// And by this much \[m\].
+pub(super) const SIZE_M: f64 = 3e-5;
+/// And lowers the cross-validated error by this share.
+const LESS: f64 = 0.03;
+
+/// A model with its cross-validated costs.
+#[derive(Clone)]
+pub(super) struct Judged {
+    pub fitted: Fitted,
+    /// What is left of each experiment, predicted by the others \[m^2\].
+    pub costs: Vec<f64>,
+}
+
+/// What an effect gains.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    pub p_value: f64,
+    /// Root mean square of what it explains \[m\].
+    pub size_m: f64,
+    /// By which share it lowers the error.
+    less: f64,
+}
+
+impl Gain {
+    pub fn matters(&self, problem: &Problem<'_>) -> bool {
+        let size_m = SIZE_M.max(SIZE_SHARE * problem.robot.resolution_m());
+        self.p_value < P_MAX && self.size_m > size_m && self.less > LESS
+    }
+}
+
+/// From one model to another.
+pub(super) fn gain(problem: &Problem<'_>, before: &[f64], after: &[f64]) -> Gain {
+    let floor = problem.robot.resolution_m().powi(2);
+    let floors: Vec<f64> =
+        (0..before.len()).map(|index| floor * problem.len(index) as f64).collect();
+    let (b, a) = (problem.rms_m(before), problem.rms_m(after));
+    Gain {
+        p_value: p_value(&gains(before, after, &floors)),
+        size_m: (b * b - a * a).max(0.0).sqrt(),
+        less: 1.0 - a / b,
+    }
+}
+
+impl Judged {
+    pub fn new(problem: &Problem<'_>, fitted: Fitted) -> Self {
+        let costs = problem.cross_validated(&fitted);
+        Self { fitted, costs }
+    }
+
+    /// With a candidate, fitted in full.
+    pub fn with(&self, problem: &Problem<'_>, candidate: &Candidate) -> Self {
+        let model = self.fitted.model.with(candidate.effect, &candidate.p);
+        Self::new(problem, problem.fit(model))
+    }
+}
+
+/// What a selection went through: the model after each step, the baseline first.
+pub(super) struct Selected {
+    pub steps: Vec<Judged>,
+    /// Every effect, alone beside the baseline, to first order.
+    pub alone: Vec<Candidate>,
+    pub excitation: Excitation,
+}
+
+/// Selects effects, from a fitted baseline on.
+pub(super) fn select(problem: &Problem<'_>, baseline: Fitted) -> Selected {
+    let excitation = excitation(problem.robot, &problem.experiments);
+    let mut steps = vec![Judged::new(problem, baseline)];
+    let mut alone = Vec::new();
+    for round in 0..=EFFECTS_MAX {
+        let now = &steps[steps.len() - 1];
+        let mut candidates = screen(problem, &now.fitted, &MOTOR_CATALOGUE, &excitation);
+        let next = if round < EFFECTS_MAX { best(problem, now, &candidates) } else { None };
+        if round == 0 {
+            alone.append(&mut candidates);
+        }
+        match next {
+            Some(next) => steps.push(next),
+            None => break,
+        }
+    }
+    let steps = without_needless(problem, steps);
+    Selected { steps, alone, excitation }
+}
+
+/// The best of the candidates that matter, fitted in full.
+fn best(problem: &Problem<'_>, now: &Judged, candidates: &[Candidate]) -> Option<Judged> {
+    let tried = candidates.iter().take(FITTED).map(|candidate| now.with(problem, candidate));
+    tried
+        .filter(|next| gain(problem, &now.costs, &next.costs).matters(problem))
+        .min_by(|a, b| sum(&a.costs).total_cmp(&sum(&b.costs)))
+}
+
+/// Takes out what later effects have made needless, and lists the models anew, the effects that gain most first.
+fn without_needless(problem: &Problem<'_>, mut steps: Vec<Judged>) -> Vec<Judged> {
+    let Some(mut last) = steps.pop() else { return steps };
+    if last.fitted.model.effects.len() < 2 {
+        steps.push(last);
+        return steps;
+    }
+    let mut removed = false;
+    let mut index = 0;
+    while index < last.fitted.model.effects.len() {
+        let without = Judged::new(problem, problem.fit(last.fitted.model.without(index)));
+        if gain(problem, &without.costs, &last.costs).matters(problem) {
+            index += 1;
+        } else {
+            (last, removed) = (without, true);
+        }
+    }
+    if removed {
+        steps.truncate(1);
+        let effects: Vec<&'static dyn MotorEffect> = last.fitted.model.effects.clone();
+        for len in 1..effects.len() {
+            let mut model = last.fitted.model.clone();
+            for extra in (len..effects.len()).rev() {
+                model = model.without(extra);
+            }
+            steps.push(Judged::new(problem, problem.fit(model)));
+        }
+        if effects.is_empty() {
+            return steps;
+        }
+    }
+    steps.push(last);
+    steps
+}

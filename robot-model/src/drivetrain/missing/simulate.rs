@@ -1,0 +1,164 @@
+//! Which travel follows from the voltages, with effects?
+//!
+//! The baseline, alike for both wheels and directions:
+//!
+//! ```text
+//! V = kS sgn v + kV v + kA a + kC a_other                                                            (1)
+//! ```
+//!
+//! Each effect changes what acts in a step (`Acting`). Play in the gear has a state of its own: while neither flank carries, the
+//! motor has its share of the inertia, and the wheel rolls on; where they meet, they keep their momentum.
+
+use super::experiment::{Experiment, KnownRobot};
+use crate::drivetrain::effect::{Acting, MotorEffect, Play, moments};
+use crate::drivetrain::model::{Scheme, WheelMotor, Wheels};
+use crate::kinematics::WheelPair;
+
+/// Longest step of the integration \[s\].
+const STEP_S: f64 = 2.5e-3;
+/// Share of the friction that a wheel has by itself, behind the play.
+const WHEEL_FRICTION_SHARE: f64 = 0.1;
+/// How many constants the baseline has.
+pub(super) const BASELINE: usize = 4;
+
+/// A model: constants of the baseline, then the parameters of its effects one after the other.
+pub(super) struct Simulation<'a> {
+    pub robot: &'a KnownRobot,
+    pub effects: &'a [&'a dyn MotorEffect],
+    pub at: &'a [f64],
+}
+
+impl Simulation<'_> {
+    /// Its effects with their parameters.
+    fn terms(&self) -> impl Iterator<Item = (&dyn MotorEffect, &[f64])> {
+        let mut next = BASELINE;
+        self.effects.iter().map(move |effect| {
+            let first = next;
+            next += effect.facts().parameters.len();
+            (*effect, &self.at[first..next])
+        })
+    }
+
+    /// Travel at each sample since the first one \[m\].
+    pub fn travel_m(&self, experiment: &Experiment) -> Vec<WheelPair<f64>> {
+        let recording = &experiment.recording;
+        let samples = recording.samples();
+        let delay_s: f64 = self.terms().map(|(effect, p)| effect.delay_s(p)).sum();
+        let play = self.terms().find_map(|(effect, p)| effect.play(p));
+        let [ks, kv, ka, kc] = [self.at[0], self.at[1], self.at[2], self.at[3]];
+        let motor =
+            WheelMotor { ks_forward_v: ks, ks_backward_v: ks, kv_v_s_per_m: kv, ka_v_s2_per_m: ka };
+        let turn_m = self.robot.turn_m();
+        let origin_m = samples[0].travel_m;
+        let mut gears = play.map(Gears::new);
+        let mut cursor = 0;
+        let mut wheels = Wheels::default();
+        let mut travel = Vec::with_capacity(samples.len());
+        travel.push(WheelPair::both(0.0));
+        let mut applied = recording.applied_vs_at(samples[0].t_s - delay_s, &mut cursor);
+        for pair in samples.windows(2) {
+            let dt_s = pair[1].t_s - pair[0].t_s;
+            let steps = (dt_s / STEP_S - 1e-6).ceil().clamp(1.0, 4000.0);
+            let h_s = dt_s / steps;
+            for step in 1..=steps as usize {
+                let t_s = pair[0].t_s + step as f64 * h_s;
+                let next = recording.applied_vs_at(t_s - delay_s, &mut cursor);
+                let volts = next.zip(applied).map(|(next, before)| (next - before) / h_s);
+                applied = next;
+                let turns =
+                    wheels.travel_m.zip(origin_m).map(|(moved, origin)| (moved + origin) / turn_m);
+                let time_s = experiment.started_s + t_s - samples[0].t_s;
+                let moment = moments(wheels.speed_mps, volts, turns, time_s);
+                let acting = moment.zip(volts).map(|(moment, volts)| {
+                    let mut acting = Acting { volts, motor };
+                    self.terms().for_each(|(effect, p)| effect.act(p, &moment, &mut acting));
+                    acting
+                });
+                match &mut gears {
+                    None => {
+                        let motors = acting.map(|acting| acting.motor);
+                        let scheme = Scheme::new(&motors, kc, h_s);
+                        scheme.step(&mut wheels, acting.map(|acting| acting.volts));
+                    }
+                    Some(gears) => gears.step(&mut wheels, acting, kc, h_s),
+                }
+            }
+            travel.push(wheels.travel_m);
+        }
+        travel
+    }
+}
+
+/// Play in both gears. The travel is the motors'.
+struct Gears {
+    play: Play,
+    wheel: WheelPair<Behind>,
+}
+
+/// What is behind the play.
+#[derive(Clone, Copy, Debug, Default)]
+struct Behind {
+    /// How far the motor is ahead of its wheel \[m\].
+    ahead_m: f64,
+    /// The wheel's own speed, while no flank carries \[m/s\].
+    free_mps: Option<f64>,
+}
+
+impl Gears {
+    fn new(play: Play) -> Self {
+        Self { play, wheel: WheelPair::both(Behind { ahead_m: 0.0, free_mps: Some(0.0) }) }
+    }
+
+    fn step(&mut self, wheels: &mut Wheels, acting: WheelPair<Acting>, kc: f64, h_s: f64) {
+        let Self { play, wheel } = self;
+        let is_free = wheel.map(|behind| behind.free_mps.is_some());
+        let motors = acting.zip(is_free).map(|(acting, free)| {
+            let mut motor = acting.motor;
+            if free {
+                motor.ka_v_s2_per_m *= play.motor_share;
+            }
+            motor
+        });
+        let coupled = if is_free.left || is_free.right { 0.0 } else { kc };
+        let before = wheels.speed_mps;
+        let scheme = Scheme::new(&motors, coupled, h_s);
+        scheme.step(wheels, acting.map(|acting| acting.volts));
+        let WheelPair { left, right } = acting;
+        wheel.left.follow(play, &left.motor, before.left, &mut wheels.speed_mps.left, h_s);
+        wheel.right.follow(play, &right.motor, before.right, &mut wheels.speed_mps.right, h_s);
+    }
+}
+
+impl Behind {
+    /// Follows the motor for a step: opens where the motor brakes harder than the wheel by itself, meets a flank otherwise.
+    fn follow(
+        &mut self,
+        play: &Play,
+        motor: &WheelMotor,
+        before_mps: f64,
+        speed_mps: &mut f64,
+        h_s: f64,
+    ) {
+        let half_m = 0.5 * play.travel_m;
+        let wheel_inertia = (1.0 - play.motor_share) * motor.ka_v_s2_per_m;
+        let slower_mps = WHEEL_FRICTION_SHARE * motor.ks_forward_v / wheel_inertia * h_s;
+        let rolled = |speed_mps: f64| speed_mps - speed_mps.clamp(-slower_mps, slower_mps);
+        let Some(free_mps) = self.free_mps else {
+            // On the flank in front the motor pushes forwards; it leaves where the wheel would be faster.
+            let alone_mps = rolled(before_mps);
+            if (alone_mps - *speed_mps) * self.ahead_m.signum() > 0.0 {
+                self.free_mps = Some(alone_mps);
+            }
+            return;
+        };
+        let free_mps = rolled(free_mps);
+        self.ahead_m += (*speed_mps - free_mps) * h_s;
+        self.free_mps = Some(free_mps);
+        if self.ahead_m.abs() >= half_m {
+            self.ahead_m = half_m.copysign(self.ahead_m);
+            let together = play.motor_share * *speed_mps + (1.0 - play.motor_share) * free_mps;
+            *speed_mps = together;
+            self.free_mps = None;
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Robots that are computed here, by other and finer steps than the model's, with one effect or none.
+
+use core::f64::consts::TAU;
+
+use super::*;
+use crate::drivetrain::recording::{Sample, VoltageRecording};
+use crate::kinematics::WheelPair;
+use crate::numeric::random::Random;
+
+/// A robot's motors, by their torques: explicit steps of 0.1 ms.
+#[derive(Clone, Copy)]
+struct Motors {
+    ks: [f64; 2],
+    kv: [f64; 2],
+    /// What opposes forwards more, by wheel \[V\].
+    against: [f64; 2],
+    at_rest: f64,
+    slow: (f64, f64),
+    dead: f64,
+    drag: f64,
+    /// Volts, waves per turn.
+    wave: (f64, f64),
+    sag: f64,
+    late_s: f64,
+    warms_per_s: f64,
+}
+
+const SOUND: Motors = Motors {
+    ks: [0.5; 2],
+    kv: [24.0; 2],
+    against: [0.0; 2],
+    at_rest: 0.0,
+    slow: (0.0, 0.05),
+    dead: 0.0,
+    drag: 0.0,
+    wave: (0.0, 7.0),
+    sag: 0.0,
+    late_s: 0.0,
+    warms_per_s: 0.0,
+};
+
+const KA: f64 = 0.55;
+const KC: f64 = 0.12;
+const ROBOT: KnownRobot =
+    KnownRobot { wheel_radius_m: 0.036, gear_reduction: 1.0, meters_per_count: 2.5e-4 };
+
+impl Motors {
+    fn friction(&self, wheel: usize, v: f64, warm: f64) -> f64 {
+        let slow = self.slow.0 * (-(v / self.slow.1).powi(2)).exp();
+        let rest = if v.abs() < 1e-9 { self.at_rest } else { 0.0 };
+        (self.ks[wheel] + slow + rest) * warm
+    }
+
+    /// Drives voltages from rest; the counts go on from `travel`.
+    fn drive(
+        &self,
+        steps: &[(f64, f64, f64)],
+        started_s: f64,
+        travel: &mut [f64; 2],
+    ) -> Experiment {
+        const H: f64 = 1e-4;
+        let mut samples = Vec::new();
+        let (mut v, mut vs, mut n) = ([0.0_f64; 2], [0.0_f64; 2], 0_usize);
+        let mut queue = vec![[0.0; 2]; (self.late_s / H).round() as usize];
+        for &(left, right, duration_s) in steps {
+            for _ in 0..(duration_s / H).round() as usize {
+                if n % 50 == 0 {
+                    let seen = travel
+                        .map(|x| (x / ROBOT.meters_per_count).floor() * ROBOT.meters_per_count);
+                    samples.push(Sample {
+                        t_s: n as f64 * H,
+                        travel_m: WheelPair::new(seen[0], seen[1]),
+                        applied_vs: WheelPair::new(vs[0], vs[1]),
+                    });
+                }
+                let volts = [left, right];
+                vs = [vs[0] + H * left, vs[1] + H * right];
+                queue.push(volts);
+                let acting = queue.remove(0);
+                let warm = 1.0 + self.warms_per_s * (started_s + n as f64 * H);
+                let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
+                let mut push = [0.0; 2];
+                let mut held = [0.0; 2];
+                for i in 0..2 {
+                    let u = acting[i] * (1.0 - self.sag * drawn);
+                    let u = u.signum() * (u.abs() - self.dead).max(0.0);
+                    let turns = travel[i] / (TAU * ROBOT.wheel_radius_m);
+                    let wave = self.wave.0 * (TAU * self.wave.1 * turns + 1.0).sin();
+                    push[i] = u
+                        - self.kv[i] * v[i]
+                        - self.against[i]
+                        - wave
+                        - self.drag * v[i] * v[i].abs();
+                    held[i] = self.friction(i, v[i], warm);
+                }
+                let net = |i: usize| {
+                    if v[i].abs() < 1e-9 {
+                        push[i].signum() * (push[i].abs() - held[i]).max(0.0)
+                    } else {
+                        push[i] - held[i] * v[i].signum()
+                    }
+                };
+                let (a, b) = (net(0), net(1));
+                let (ka, kc) = (KA * warm, KC * warm);
+                let det = ka * ka - kc * kc;
+                let accelerates = [(ka * a - kc * b) / det, (ka * b - kc * a) / det];
+                for i in 0..2 {
+                    let stuck = v[i].abs() < 1e-9 && push[i].abs() <= held[i];
+                    let next = if stuck { 0.0 } else { v[i] + H * accelerates[i] };
+                    v[i] = if next * v[i] < 0.0 { 0.0 } else { next };
+                    travel[i] += H * v[i];
+                }
+                n += 1;
+            }
+        }
+        let recording = VoltageRecording::new(samples).unwrap();
+        Experiment { recording, started_s, held_out: false }
+    }
+
+    /// Two dozen experiments, as `beeline tune --record` drives them, with voltages that are never twice the same.
+    fn campaign(&self, seed: u64) -> Vec<Experiment> {
+        let mut random = Random::new(seed);
+        let mut travel = [0.3 * random.uniform(), 0.3 * random.uniform()];
+        let mut clock_s = 0.0;
+        let mut driven = Vec::new();
+        for round in 0..2 {
+            for kind in 0..6 {
+                for sign in [1.0, -1.0] {
+                    let v = |volts: f64, random: &mut Random| {
+                        sign * volts * (0.95 + 0.1 * random.uniform())
+                    };
+                    let steps: Vec<(f64, f64, f64)> = match kind {
+                        0 => (1..=60)
+                            .map(|i| f64::from(i) * sign * 0.025)
+                            .map(|v| (v, v, 0.03))
+                            .collect(),
+                        1..=3 => {
+                            let level = [1.8, 4.0, 8.0][kind - 1] + f64::from(round) * 0.7;
+                            let v = v(level, &mut random);
+                            vec![(v, v, 0.9), (0.0, 0.0, 0.3)]
+                        }
+                        4 => {
+                            let v = v(4.5, &mut random);
+                            vec![(v, v, 0.5), (-v, -v, 0.5), (0.0, 0.0, 0.3)]
+                        }
+                        _ => {
+                            let v = v(4.0, &mut random);
+                            vec![(-v, v, 0.7), (0.0, 0.0, 0.3)]
+                        }
+                    };
+                    driven.push(self.drive(&steps, clock_s, &mut travel));
+                    clock_s += 4.0;
+                }
+            }
+        }
+        driven
+    }
+
+    fn answer(&self) -> MotorAnswer {
+        missing(&ROBOT, &self.campaign(7)).unwrap()
+    }
+}
+
+/// The one effect that is found, or its class, with its first parameter.
+fn only(motors: Motors) -> (Vec<&'static str>, Estimate, MotorAnswer) {
+    let answer = motors.answer();
+    let [step] = answer.steps.as_slice() else { panic!("{answer:#?}") };
+    let mut named = vec![step.facts.id];
+    named.extend(&step.class);
+    (named, step.parameters[0], answer.clone())
+}
+
+fn holds(estimate: &Estimate, truth: f64) -> bool {
+    (estimate.value - truth).abs() < estimate.half_width_95.max(0.05 * truth.abs())
+}
+
+#[test]
+fn motors_without_an_effect_get_none_and_their_constants_are_right() {
+    let answer = SOUND.answer();
+    assert!(answer.steps.is_empty() && !answer.remains.structure, "{answer:#?}");
+    assert!(answer.next.is_none());
+    // What is left is what counts hide.
+    let left = answer.baseline.cross_validated_m / answer.resolution_m;
+    assert!((0.8..1.1).contains(&left), "{left}");
+    for (constant, truth) in answer.constants.iter().zip([0.5, 24.0, KA, KC]) {
+        assert!((constant.value / truth - 1.0).abs() < 0.03, "{constant:?}");
+    }
+    let alone = &answer.tried[0];
+    assert!(alone.cross_validated_m > 0.97 * answer.baseline.cross_validated_m, "{alone:?}");
+}
+
+#[test]
+fn what_differs_by_side_or_direction_is_told_from_a_push() {
+    let (named, a, _) = only(Motors { ks: [0.54, 0.46], kv: [24.3, 23.7], ..SOUND });
+    assert!(named == ["side_asymmetry"] && holds(&a, 0.08), "{named:?} {a:?}");
+    let (named, e, _) = only(Motors { against: [0.08, -0.08], ..SOUND });
+    assert!(named == ["direction_asymmetry"] && holds(&e, 0.08), "{named:?} {e:?}");
+    let (named, e, _) = only(Motors { against: [-0.1, -0.1], ..SOUND });
+    assert!(named == ["load_torque"] && holds(&e, 0.1), "{named:?} {e:?}");
+}
+
+#[test]
+fn frictions_are_told_apart_and_where_they_are_not_the_class_says_so() {
+    let (named, k, _) = only(Motors { slow: (0.2, 0.06), ..SOUND });
+    assert!(named == ["stribeck"] && holds(&k, 0.2), "{named:?} {k:?}");
+    let (named, v_0, _) = only(Motors { dead: 0.2, ..SOUND });
+    assert!(named[0] == "dead_band" && holds(&v_0, 0.2), "{named:?} {v_0:?}");
+    let (named, _, answer) = only(Motors { at_rest: 0.25, ..SOUND });
+    assert!(named.contains(&"static_friction"), "{named:?}");
+    if named.len() > 1 {
+        let next = answer.next.expect("a class asks for an experiment");
+        assert!(next.separates.contains(&named[0]) && next.apart_m > 0.0, "{next:?}");
+    }
+}
+
+#[test]
+fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
+    let (named, q, _) = only(Motors { drag: 4.0, ..SOUND });
+    assert!(named == ["quadratic_drag"] && holds(&q, 4.0), "{named:?} {q:?}");
+    let (named, c, _) = only(Motors { sag: 8e-4, ..SOUND });
+    assert!(named == ["supply_sag"] && holds(&c, 8e-4), "{named:?} {c:?}");
+    let (named, tau, _) = only(Motors { late_s: 0.004, ..SOUND });
+    assert!(named[0] == "transport_delay" && holds(&tau, 0.004), "{named:?} {tau:?}");
+    let (named, h, _) = only(Motors { warms_per_s: 1.5e-3, ..SOUND });
+    assert!(named == ["heating"] && holds(&h, 1.5e-3), "{named:?} {h:?}");
+    let (named, _, answer) = only(Motors { wave: (0.1, 7.0), ..SOUND });
+    let p: Vec<f64> = answer.steps[0].parameters.iter().map(|p| p.value).collect();
+    assert_eq!(named, ["cogging"]);
+    assert!((p[4] - 7.0).abs() < 0.1, "{p:?}");
+    assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
+}
+
+#[test]
+fn two_effects_are_both_found_and_held_out_experiments_confirm_them() {
+    let motors = Motors { against: [-0.1, -0.1], drag: 4.0, ..SOUND };
+    let mut experiments = motors.campaign(7);
+    for experiment in experiments.iter_mut().step_by(5) {
+        experiment.held_out = true;
+    }
+    let answer = missing(&ROBOT, &experiments).unwrap();
+    let mut ids: Vec<&str> = answer.steps.iter().map(|step| step.facts.id).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["load_torque", "quadratic_drag"], "{answer:#?}");
+    let (before, after) = (answer.baseline, answer.steps[1].errors);
+    assert!(after.cross_validated_m < 0.1 * before.cross_validated_m);
+    assert!(after.held_out_m.unwrap() < 0.1 * before.held_out_m.unwrap(), "{after:?} {before:?}");
+}
+
+#[test]
+fn too_few_experiments_or_none_that_move_are_refused() {
+    let experiments = SOUND.campaign(7);
+    let few = missing(&ROBOT, &experiments[..EXPERIMENTS_MIN - 1]).unwrap_err();
+    assert_eq!(few, MissingError::TooFew { experiments: EXPERIMENTS_MIN - 1 });
+    let mut travel = [0.0; 2];
+    let still: Vec<Experiment> =
+        (0..10).map(|i| SOUND.drive(&[(0.2, 0.2, 0.5)], f64::from(i), &mut travel)).collect();
+    assert_eq!(missing(&ROBOT, &still).unwrap_err(), MissingError::NoMotion);
+}

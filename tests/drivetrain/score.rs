@@ -1,0 +1,152 @@
+//! What `explain --drivetrain` says about a case, and whether that is right.
+
+use robot_model::drivetrain::{Experiment, MotorAnswer, baseline_errors, missing};
+
+use super::case::{Case, Kind};
+use super::hidden::Hidden;
+
+/// A substitute may be so many times as far off as the robot without what is hidden.
+const AS_GOOD: f64 = 1.1;
+
+/// The judgement on one campaign.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// Its kind.
+    pub kind: Kind,
+    /// Right, by the kind's rule; None if nothing was recorded.
+    pub right: Option<bool>,
+    /// An effect is named that is not there, nor in a class with one that is.
+    pub false_alarm: bool,
+    /// Whether intervals hold the plant's own numbers.
+    pub covers: Vec<bool>,
+    /// In a line.
+    pub text: String,
+}
+
+/// Records a case, explains it, and judges the answer.
+pub fn judge(seed: u64, case: &Case) -> Score {
+    let folder = tempfile::tempdir().expect("there is a folder for temporary files");
+    let refused = |why: &str| Score {
+        kind: case.kind,
+        right: None,
+        false_alarm: false,
+        covers: Vec::new(),
+        text: format!("{:?} {:?}: REFUSED {why}", case.kind, case.hidden),
+    };
+    let found = match case.record(&folder.path().join("motors")) {
+        Ok(found) => found,
+        Err(why) => return refused(&why),
+    };
+    let experiments: Vec<Experiment> =
+        found.runs.iter().map(|run| run.experiment.clone()).collect();
+    let answer = match missing(&found.robot, &experiments) {
+        Ok(answer) => answer,
+        Err(why) => return refused(&format!("{why:?}")),
+    };
+    let is_named =
+        |id: &str| answer.steps.iter().any(|step| step.facts.id == id || step.class.contains(&id));
+    let ids: Vec<&str> = case.hidden.iter().filter_map(|hidden| hidden.id()).collect();
+    let false_alarm = answer
+        .steps
+        .iter()
+        .any(|step| !ids.contains(&step.facts.id) && !step.class.iter().any(|id| ids.contains(id)));
+    let after_m = answer.steps.last().map_or(answer.baseline, |step| step.errors).cross_validated_m;
+    let right = match case.kind {
+        Kind::Strong | Kind::Weak | Kind::Two => ids.iter().all(|id| is_named(id)),
+        Kind::Nothing => answer.steps.is_empty() && !answer.remains.structure,
+        Kind::Outside => {
+            answer.remains.structure || {
+                let sound = sound_error_m(seed, case);
+                after_m <= AS_GOOD * sound
+            }
+        }
+    };
+    let said: Vec<String> = answer
+        .steps
+        .iter()
+        .map(|step| {
+            let class = step.class.join("|");
+            let class = if class.is_empty() { String::new() } else { format!("|{class}") };
+            format!("{}{class} {:.3} mm", step.facts.id, step.size_m * 1e3)
+        })
+        .collect();
+    let text = format!(
+        "{:?} {:?}: {}{} {:.3} -> {:.3} mm, counts {:.3}, {} experiments, {}",
+        case.kind,
+        case.hidden,
+        if right { "" } else { "MISS " },
+        said.join("; "),
+        answer.baseline.cross_validated_m * 1e3,
+        after_m * 1e3,
+        answer.resolution_m * 1e3,
+        answer.experiments,
+        if answer.remains.structure {
+            format!("flag {:?} {:.3}", answer.remains.depends_on, answer.remains.size_m * 1e3)
+        } else {
+            format!(
+                "no flag, p {:.3}, to {:.3}",
+                answer.remains.p_value,
+                answer.remains.floor_m * 1e3
+            )
+        }
+    );
+    Score { kind: case.kind, right: Some(right), false_alarm, covers: covers(case, &answer), text }
+}
+
+/// How far the baseline is off on the same robot with nothing hidden.
+fn sound_error_m(seed: u64, case: &Case) -> f64 {
+    let folder = tempfile::tempdir().expect("there is a folder for temporary files");
+    let Ok(found) = case.sound(seed).record(&folder.path().join("motors")) else { return f64::NAN };
+    let experiments: Vec<Experiment> =
+        found.runs.iter().map(|run| run.experiment.clone()).collect();
+    baseline_errors(&found.robot, &experiments)
+        .map_or(f64::NAN, |found| found.errors.cross_validated_m)
+}
+
+/// Whether the intervals hold the plant's own numbers, of what has one: kV of a robot whose motors have one; the effect's.
+fn covers(case: &Case, answer: &MotorAnswer) -> Vec<bool> {
+    let plant = case.plant();
+    let motor = &plant.motor.left;
+    let radius_m = plant.geometry.wheel_radius_m.left;
+    let k = motor.wheel_torque_constant_nm_per_a();
+    let volts_per_nm = motor.resistance_ohm / k;
+    let mut covers = Vec::new();
+    let mut hold = |value: f64, half_width: f64, truth: f64| {
+        covers.push((value - truth).abs() <= half_width);
+    };
+    if answer
+        .steps
+        .iter()
+        .all(|step| case.hidden.iter().any(|hidden| hidden.id() == Some(step.facts.id)))
+        && case.hidden.iter().all(|hidden| {
+            hidden.id().is_some_and(|id| answer.steps.iter().any(|step| step.facts.id == id))
+        })
+    {
+        if case.kind == Kind::Nothing || case.hidden == [Hidden::TransportDelay] {
+            let kv = (k + motor.viscous_torque_nms * volts_per_nm) / radius_m;
+            hold(answer.constants[1].value, answer.constants[1].half_width_95, kv);
+        }
+        for step in &answer.steps {
+            let p = &step.parameters[0];
+            match step.facts.id {
+                "dead_band" => hold(p.value, p.half_width_95, plant.bridge.dead_band_v),
+                "transport_delay" => {
+                    // The duty of a tick is on the motor from its end on.
+                    hold(p.value, p.half_width_95, f64::from(plant.bridge.delay_ms) * 1e-3);
+                }
+                "quadratic_drag" => {
+                    let q = plant.motor_defects.left.drag_nms2 * volts_per_nm / radius_m.powi(2);
+                    hold(p.value, p.half_width_95, q);
+                }
+                "load_torque" => {
+                    let weight_n = plant.body.mass_kg * plant.floor.gravity_mps2;
+                    let push_nm = 0.5 * weight_n * plant.floor.slope_rad.sin() * radius_m;
+                    let way = plant.floor.downhill_rad.cos();
+                    hold(p.value, p.half_width_95, way * push_nm * volts_per_nm);
+                }
+                _ => {}
+            }
+        }
+    }
+    covers
+}

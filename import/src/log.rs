@@ -75,7 +75,11 @@ impl std::fmt::Display for Note {
 }
 
 /// An error about a file as a whole.
-pub(crate) fn error(file: &Path, problem: impl Into<String>, hint: impl Into<String>) -> CampaignError {
+pub(crate) fn error(
+    file: &Path,
+    problem: impl Into<String>,
+    hint: impl Into<String>,
+) -> CampaignError {
     CampaignError::new(Place::whole(file), problem, hint)
 }
 

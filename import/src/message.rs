@@ -191,7 +191,11 @@ mod tests {
         };
         assert_eq!(read.header.stamp_s, 1_732_473_042.25);
         assert_eq!((read.names, read.positions_rad), (vec!["left", "right"], vec![1.5, -2.0]));
-        let pose = Pose3 { t_s: -0.5, position_m: [1.0, 2.0, 3.0], orientation: Some([0.0, 0.0, 0.6, 0.8]) };
+        let pose = Pose3 {
+            t_s: -0.5,
+            position_m: [1.0, 2.0, 3.0],
+            orientation: Some([0.0, 0.0, 0.6, 0.8]),
+        };
         let bytes = encode_pose("map", &pose);
         let read = Message::decode(MessageType::PoseStamped, &bytes).unwrap();
         assert_eq!(read, Message::Poses(vec![FramedPose { parent: "map", child: "", pose }]));
@@ -200,11 +204,11 @@ mod tests {
     #[test]
     fn a_message_of_another_type_is_an_error_and_no_panic() {
         let bytes = encode_joints(1.0, &[("left", 1.5)]);
-        for kind in MessageType::ALL {
-            for end in 0..bytes.len() {
-                assert!(Message::decode(kind, &bytes[..end]).is_err() || kind != MessageType::JointState);
-            }
+        for end in 0..bytes.len() {
+            let results = MessageType::ALL.map(|kind| Message::decode(kind, &bytes[..end]));
+            // Of joints, efforts are at the end, and are not read.
+            assert!(results[0].is_err() || end + 4 >= bytes.len(), "{end}: {results:?}");
+            assert!(results[5].is_err(), "{end}: {results:?}");
         }
-        assert!(Message::decode(MessageType::TFMessage, &bytes).is_err());
     }
 }

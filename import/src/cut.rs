@@ -60,6 +60,17 @@ pub enum Begins {
     Interrupted,
 }
 
+impl Begins {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::SetOff => "after a stop",
+            Self::Carried => "after it was carried",
+            Self::Interrupted => "after an interruption",
+        }
+    }
+}
+
 /// Cuts a log: the wheels over time \[s, rad\], and the poses on the same clock.
 pub fn cut(
     t_s: &[f64],

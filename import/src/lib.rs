@@ -3,6 +3,7 @@ pub mod alignment;
 pub mod bag;
 pub mod cdr;
 pub mod cut;
+pub mod export;
 pub mod log;
 pub mod mcap;
 pub mod mend;

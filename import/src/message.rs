@@ -179,6 +179,19 @@ pub fn encode_pose(frame: &str, pose: &Pose3) -> Vec<u8> {
     cdr.finish()
 }
 
+/// The bytes of an Odometry without covariances and speeds.
+pub fn encode_odometry([frame, child]: [&str; 2], pose: &Pose3) -> Vec<u8> {
+    /// Numbers of a covariance, of a twist, and of its covariance.
+    const ZEROS: usize = 36 + 6 + 36;
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, pose.t_s, frame);
+    cdr.string(child);
+    let orientation = pose.orientation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    pose.position_m.iter().chain(&orientation).for_each(|number| cdr.f64(*number));
+    (0..ZEROS).for_each(|_| cdr.f64(0.0));
+    cdr.finish()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,6 +212,12 @@ mod tests {
         let bytes = encode_pose("map", &pose);
         let read = Message::decode(MessageType::PoseStamped, &bytes).unwrap();
         assert_eq!(read, Message::Poses(vec![FramedPose { parent: "map", child: "", pose }]));
+        let bytes = encode_odometry(["odom", "base_link"], &pose);
+        let read = Message::decode(MessageType::Odometry, &bytes).unwrap();
+        assert_eq!(
+            read,
+            Message::Poses(vec![FramedPose { parent: "odom", child: "base_link", pose }])
+        );
     }
 
     #[test]

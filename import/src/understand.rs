@@ -277,6 +277,13 @@ fn rounded(value: f64) -> f64 {
 }
 
 impl Understood {
+    /// When the first run began, or what was left out before it, by the clock of the wheels \[s\].
+    pub fn begin_s(&self) -> f64 {
+        let runs = self.runs.iter().map(|run| run.started_s);
+        let left_out = self.left_out.iter().map(|left| left.from_s);
+        runs.chain(left_out).fold(f64::INFINITY, f64::min)
+    }
+
     /// Takes the pieces of the log as runs; those without poses are left out.
     fn take_runs(
         &mut self,

@@ -9,7 +9,9 @@ mod compare;
 mod config;
 mod drive;
 mod explain;
+mod export;
 mod identify;
+mod import;
 mod key;
 mod model;
 mod ports;
@@ -86,6 +88,8 @@ pub fn run(cli: &Cli) -> Result<()> {
             }
             Command::Compare(args) => compare::run(common, args),
             Command::Explain(args) => explain::run(common, args),
+            Command::Import(args) => import::run(common, args),
+            Command::Export(args) => export::run(common, args),
             Command::Model(args) => model::run(common, args),
             Command::Report(args) => report::run(common, args),
             Command::WheelWeight(args) => wheel_weight::run(common, args),

@@ -85,6 +85,9 @@ pub(crate) fn error(
 
 /// Sorts samples by their times, and keeps the first of those with the same time; what was done, in words.
 ///
+/// No log has other times, in whatever unit they were taken for \[s\].
+const TIME_MAX_S: f64 = 1e11;
+
 /// Only finite times and numbers stay. More than a few samples that go back in time are no disorder of messages but a
 /// clock that was set.
 pub(crate) fn ordered<T>(
@@ -94,7 +97,7 @@ pub(crate) fn ordered<T>(
 ) -> Vec<String> {
     let mut said = Vec::new();
     let before = samples.len();
-    samples.retain(|sample| time_s(sample).is_finite() && is_finite(sample));
+    samples.retain(|sample| time_s(sample).abs() < TIME_MAX_S && is_finite(sample));
     if samples.len() < before {
         said.push(format!("{} samples are not numbers and were left out", before - samples.len()));
     }

@@ -1,11 +1,9 @@
 //! Mends what is certainly wrong with the frames and signs of a log, by what `robot-model` finds out from the motion, and
 //! says so. What is wrong with the robot's numbers, or may be either of two things, is an error: a person has to say.
 
-use robot_model::checks::{
-    Axes, DataFault, DataHypothesis, Wheel, data_hypotheses, heading_offset,
-};
+use robot_model::checks::{Axes, DataFault, DataHypothesis, Wheel, data_hypotheses};
 use robot_model::clocks::align_roughly;
-use robot_model::recording::{Campaign, Recording};
+use robot_model::recording::{Campaign, Recording, Robot};
 
 use std::f64::consts::PI;
 
@@ -24,6 +22,13 @@ const ROUNDS: usize = 4;
 /// Mends all runs alike; what was done, in words, and what is wrong with single runs.
 pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>), Undecided> {
     let mut said = Vec::new();
+    if let Some(turned_rad) = marker_rad(&campaign.robot, &campaign.runs) {
+        headings(&mut campaign.runs, |rad| rad - turned_rad);
+        said.push(format!(
+            "headings are turned by {:+.1} degrees from the direction of travel, as by a marker that sits turned: taken out",
+            turned_rad.to_degrees()
+        ));
+    }
     let mut of_runs = Vec::new();
     for round in 0..=ROUNDS {
         let found = data_hypotheses(&campaign.robot, &align_roughly(campaign).runs);
@@ -44,14 +49,59 @@ pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>
         }
         said.push(mend_all(&mut campaign.runs, &worst)?);
     }
-    if let Some(turned_rad) = heading_offset(&campaign.robot, &campaign.runs) {
-        headings(&mut campaign.runs, |rad| rad - turned_rad);
-        said.push(format!(
-            "headings are turned by {:+.1} degrees from the direction of travel in all runs, as a marker that sits turned: taken out",
-            turned_rad.to_degrees()
-        ));
-    }
     Ok((said, of_runs))
+}
+
+/// A shorter distance does not show a direction \[m\].
+const FAR_M: f64 = 0.2;
+/// On a straight path the wheels turn the robot by no more \[rad\].
+const STRAIGHT_RAD: f64 = 0.03;
+/// A smaller angle may be a drift or a crooked axle \[rad\].
+const MARKER_MIN_RAD: f64 = 0.0175;
+/// It takes so many straight stretches, whose angles agree so well: the length of their mean direction.
+const STRETCHES_MIN: usize = 4;
+const AGREE: f64 = 0.99;
+
+/// The angle from the direction of travel to the headings, if all straight stretches agree on one \[rad\].
+fn marker_rad(robot: &Robot, runs: &[Recording]) -> Option<f64> {
+    let mut angles_rad = Vec::new();
+    for run in runs {
+        let rolled_m = |t_s: f64| {
+            let sample =
+                run.wheels.partition_point(|sample| sample.t_s < t_s).min(run.wheels.len() - 1);
+            run.wheels[sample].phi_rad.map(|phi| robot.wheel_radius_m * phi)
+        };
+        let mut from = None;
+        for pose in &run.measured_poses {
+            let (Some(position_m), Some(heading_rad)) = (pose.position_m, pose.heading_rad) else {
+                continue;
+            };
+            let wheels_m = rolled_m(pose.t_s);
+            let (from_m, [x_m, y_m], from_rad) =
+                *from.get_or_insert((wheels_m, position_m, heading_rad));
+            let travel = wheels_m.zip(from_m).map(|(to, from)| to - from);
+            let is_straight = (travel.difference() / robot.track_width_m).abs() < STRAIGHT_RAD;
+            let ahead_m = travel.mean();
+            if is_straight && ahead_m.abs() < FAR_M {
+                continue;
+            }
+            if is_straight {
+                let (dx_m, dy_m) = (
+                    (position_m[0] - x_m) * ahead_m.signum(),
+                    (position_m[1] - y_m) * ahead_m.signum(),
+                );
+                angles_rad.push((heading_rad + from_rad) / 2.0 - dy_m.atan2(dx_m));
+            }
+            from = Some((wheels_m, position_m, heading_rad));
+        }
+    }
+    let (sin, cos) =
+        angles_rad.iter().fold((0.0, 0.0), |(sin, cos), rad| (sin + rad.sin(), cos + rad.cos()));
+    let agree = sin.hypot(cos) / angles_rad.len().max(1) as f64;
+    let turned_rad = sin.atan2(cos);
+    let is_clear =
+        angles_rad.len() >= STRETCHES_MIN && agree > AGREE && turned_rad.abs() > MARKER_MIN_RAD;
+    is_clear.then_some(turned_rad)
 }
 
 fn mend_all(runs: &mut [Recording], found: &DataHypothesis) -> Result<String, Undecided> {

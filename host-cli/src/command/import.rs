@@ -11,7 +11,6 @@ use crate::cli::{Common, ImportArgs};
 use crate::error::{Error, Result};
 use crate::escape::{shell, shell_path};
 use crate::import_page;
-use crate::quantity::decimals;
 use crate::table::{Cell, Table};
 use crate::ui::{BOLD, note, runs, say, warn};
 use campaign::file::write_whole;
@@ -76,14 +75,9 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
 fn robot(understood: &Understood) -> String {
     let robot = &understood.robot;
     let [radius, track] = understood.is_estimated;
-    let digits = |value: f64| decimals(value * 1e-3);
     let text = format!(
-        "{}: wheel radius {:.*} m, track width {:.*} m",
-        robot.name,
-        digits(robot.wheel_radius_m),
-        robot.wheel_radius_m,
-        digits(robot.track_width_m),
-        robot.track_width_m
+        "{}: wheel radius {} m, track width {} m",
+        robot.name, robot.wheel_radius_m, robot.track_width_m
     );
     match (radius, track) {
         (false, false) => text,

@@ -12,6 +12,10 @@ use super::{MAGIC, opcode};
 /// The longest record, and the longest content of a chunk: recorders write chunks of a few megabytes \[bytes\].
 const RECORD_BYTES_MAX: u64 = 256 << 20;
 
+/// A chunk may unpack to this many times its size, and so much more: logs compress by ten, pictures of nothing by more.
+const PACKED_TIMES_MAX: u64 = 1000;
+const UNPACKED_BYTES: u64 = 16 << 20;
+
 /// A stream of messages of one type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
@@ -186,6 +190,9 @@ impl Bag {
         let Some(records) = fields.bytes(length) else {
             return self.damage.push(Damage::Chunk { at });
         };
+        if size > RECORD_BYTES_MAX.min(UNPACKED_BYTES + PACKED_TIMES_MAX * length) {
+            return self.damage.push(Damage::Chunk { at });
+        }
         let mut unpacked = Vec::new();
         let records = match compression.as_str() {
             "" => Some(records),
@@ -219,9 +226,6 @@ impl Bag {
 
 /// What a chunk unpacks to, if that has the size that the chunk says.
 fn unpack(decoder: impl Read, size: u64, unpacked: &mut Vec<u8>) -> Option<&[u8]> {
-    if size > RECORD_BYTES_MAX {
-        return None;
-    }
     // One byte more, to notice a chunk that goes on.
     decoder.take(size + 1).read_to_end(unpacked).ok()?;
     (unpacked.len() as u64 == size).then_some(unpacked)

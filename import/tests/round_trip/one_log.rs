@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 
 use campaign::{Campaign, Column};
@@ -35,6 +36,11 @@ pub fn view(t_s: f64, [x_m, y_m]: [f64; 2], heading_rad: f64) -> Pose3 {
 
 impl OneLog {
     pub fn of(folder: &Path, late_s: f64) -> Self {
+        Self::of_runs(folder, late_s, 0..usize::MAX)
+    }
+
+    /// Only some of the runs.
+    pub fn of_runs(folder: &Path, late_s: f64, which: Range<usize>) -> Self {
         let campaign = Campaign::read(folder).unwrap();
         let mut log = Self {
             wheels: Vec::new(),
@@ -42,7 +48,9 @@ impl OneLog {
             counts_per_rev: campaign.robot.counts_per_rev,
         };
         let mut counted = [0.0; 2];
-        for run in &campaign.runs {
+        for run in
+            campaign.runs.iter().enumerate().filter(|(k, _)| which.contains(k)).map(|(_, run)| run)
+        {
             let start_s = EPOCH_S + run.facts.started_s.unwrap();
             log.stand_until(
                 start_s,
@@ -73,6 +81,9 @@ impl OneLog {
             }
             counted = log.wheels[log.wheels.len() - 1].1;
         }
+        // The tracker began earlier, at no time that anything else has.
+        let first = log.poses[0];
+        log.poses.insert(0, Pose3 { t_s: first.t_s - 0.0271, ..first });
         log
     }
 

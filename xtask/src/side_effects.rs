@@ -34,7 +34,7 @@ struct Rule {
     why: &'static str,
 }
 
-const RULES: [Rule; 2] = [
+const RULES: [Rule; 3] = [
     Rule {
         library: "robot-model/src/lib.rs",
         forbidden: &[PRINTS, SPAWNS],
@@ -44,6 +44,11 @@ const RULES: [Rule; 2] = [
         library: "campaign/src/lib.rs",
         forbidden: &[PRINTS],
         why: "campaign returns warnings and errors; programs say them",
+    },
+    Rule {
+        library: "import/src/lib.rs",
+        forbidden: &[PRINTS],
+        why: "import returns what it understood; programs say that",
     },
 ];
 

@@ -98,11 +98,15 @@ pub fn run(cli: &Cli) -> Result<()> {
                 sim::run(common, args)
             }
             Command::Completions { shell } => {
-                let mut script = Vec::new();
-                clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut script);
-                say_text(String::from_utf8_lossy(&script).trim_end());
+                say_completions(*shell);
                 Ok(())
             }
         },
     }
+}
+
+fn say_completions(shell: clap_complete::Shell) {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "beeline", &mut script);
+    say_text(String::from_utf8_lossy(&script).trim_end());
 }

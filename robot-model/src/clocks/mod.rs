@@ -61,9 +61,7 @@ pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), Recordi
 
 /// The same for two clocks that have no zero in common, but were brought together roughly: all of the offset is taken
 /// out, also what could be the delay of a camera, which cannot be told from it.
-pub fn align_unrelated(
-    campaign: &Campaign,
-) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
+pub fn align_unrelated(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
     align_all(campaign, true)
 }
 
@@ -77,8 +75,7 @@ fn align_all(
     let mut all = aligned.clone();
     all.runs.iter_mut().for_each(|run| run.held_out = false);
     let mut prepared = all.prepare_lighter()?;
-    let is_shifted =
-        |name: &str| are_unrelated || coarse_s.iter().any(|(run, _)| run == name);
+    let is_shifted = |name: &str| are_unrelated || coarse_s.iter().any(|(run, _)| run == name);
     let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted);
     for clock in &mut clocks {
         if let Some((_, offset_s)) = coarse_s.iter().find(|(run, _)| *run == clock.run) {

@@ -2,15 +2,20 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
+mod offer;
+
+pub use offer::Offer;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
 
-use crate::bag::{self, Inventory, PosePlace, Topic};
+use crate::bag::{self, Inventory, PosePlace};
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::message::MessageType;
 use crate::text::{self, Mapping};
+use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
 
 /// Which parts of the sources are meant.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,23 +39,6 @@ enum Source {
 #[derive(Clone, Debug)]
 pub struct Sources {
     each: Vec<Source>,
-}
-
-/// Something that could be wheels or poses, for a list.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Offer {
-    /// The file.
-    pub file: PathBuf,
-    /// The option that chooses it, if one does: `--wheels left,right`.
-    pub option: Option<String>,
-    /// Its name in the file.
-    pub name: String,
-    /// Its type.
-    pub schema: String,
-    /// How many messages or rows.
-    pub count: usize,
-    /// What is special about it.
-    pub remark: String,
 }
 
 /// Wheels and poses, chosen and read.
@@ -350,30 +338,6 @@ fn is_bag(file: &Path) -> Result<bool, CampaignError> {
     }
 }
 
-/// Pairs of joints whose names differ by left and right alone.
-fn pairs_of_wheels(topic: &Topic) -> Vec<[String; 2]> {
-    const SIDES: [(&str, &str); 6] = [
-        ("left", "right"),
-        ("Left", "Right"),
-        ("LEFT", "RIGHT"),
-        ("_l_", "_r_"),
-        ("l_wheel", "r_wheel"),
-        ("wheel_l", "wheel_r"),
-    ];
-    let mut pairs = Vec::new();
-    for left in &topic.joints {
-        let right = SIDES.iter().find_map(|(from, to)| {
-            let right = left.replacen(from, to, 1);
-            (right != *left && topic.joints.contains(&right)).then_some(right)
-        });
-        pairs.extend(right.map(|right| [left.clone(), right]));
-    }
-    // Arms have joints with sides as well.
-    let of_wheels: Vec<[String; 2]> =
-        pairs.iter().filter(|[left, _]| left.to_lowercase().contains("wheel")).cloned().collect();
-    if of_wheels.is_empty() { pairs } else { of_wheels }
-}
-
 fn topic_of(place: &PosePlace) -> &str {
     match place {
         PosePlace::Topic(topic) | PosePlace::Transform { topic, .. } => topic,
@@ -384,90 +348,4 @@ fn topic_of(place: &PosePlace) -> &str {
 fn is_loosely(place: &PosePlace, wanted: &str) -> bool {
     let plain = |text: &str| text.replace('/', "");
     plain(&place.to_string()) == plain(wanted)
-}
-
-/// The places of poses in a topic.
-fn of_poses(name: &str, topic: &Topic) -> Vec<PosePlace> {
-    match topic.kind() {
-        Some(MessageType::TFMessage) => topic
-            .transforms
-            .keys()
-            .map(|(parent, child)| PosePlace::Transform {
-                topic: name.into(),
-                parent: parent.clone(),
-                child: child.clone(),
-            })
-            .collect(),
-        Some(MessageType::JointState) | None => Vec::new(),
-        Some(_) if topic.transforms.is_empty() => Vec::new(),
-        Some(_) => vec![PosePlace::Topic(name.into())],
-    }
-}
-
-impl Offer {
-    /// In a few words.
-    fn short(&self) -> String {
-        let remark =
-            if self.remark.is_empty() { String::new() } else { format!(" ({})", self.remark) };
-        match &self.option {
-            Some(option) => format!("{option}{remark}"),
-            None => format!("{}: {}{remark}", self.name, self.schema),
-        }
-    }
-}
-
-fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
-    let offer = |option: Option<String>, name: &str, count: usize, remark: String| Offer {
-        file: file.into(),
-        option,
-        name: name.into(),
-        schema: topic.schema.clone(),
-        count,
-        remark,
-    };
-    if topic.kind().is_none() {
-        return vec![offer(None, name, topic.messages, "not used".into())];
-    }
-    let mut offers = Vec::new();
-    for [left, right] in pairs_of_wheels(topic) {
-        let option = Some(format!("--wheels {left},{right}"));
-        offers.push(offer(option, name, topic.messages, String::new()));
-    }
-    if topic.kind() == Some(MessageType::JointState) && offers.is_empty() && topic.unread.is_none()
-    {
-        let joints: Vec<&str> = topic.joints.iter().map(String::as_str).collect();
-        offers.push(offer(None, name, topic.messages, format!("joints: {}", joints.join(", "))));
-    }
-    for place in of_poses(name, topic) {
-        let remark = if topic.kind() == Some(MessageType::Odometry) {
-            "may be computed from the wheels"
-        } else {
-            ""
-        };
-        let count = match &place {
-            PosePlace::Transform { parent, child, .. } => {
-                topic.transforms[&(parent.clone(), child.clone())]
-            }
-            PosePlace::Topic(_) => topic.messages,
-        };
-        offers.push(offer(Some(format!("--pose {place}")), name, count, remark.into()));
-    }
-    if let Some((count, reason)) = &topic.unread {
-        offers.push(offer(None, name, *count, format!("cannot be read: {reason}")));
-    }
-    offers
-}
-
-fn of_text(file: &Path, logs: &text::TextLogs) -> Vec<Offer> {
-    let offer = |name: &str, schema: &str, count: usize| Offer {
-        file: file.into(),
-        option: None,
-        name: name.into(),
-        schema: schema.into(),
-        count,
-        remark: String::new(),
-    };
-    let wheels = logs.wheels.as_ref().map(|log| offer(&log.what, "wheels", log.t_s.len()));
-    let poses = logs.poses.as_ref().map(|log| offer(&log.what, "poses", log.poses.len()));
-    wheels.into_iter().chain(poses).collect()
 }

@@ -5,8 +5,9 @@
 //! poses  --plane---> floor   --+--align--> one clock --cut----+
 //! ```
 
+mod nominal;
+
 use std::collections::HashSet;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 use campaign::{CampaignError, RobotFile};
@@ -16,10 +17,11 @@ use robot_model::recording::{Campaign, PoseMeasurement, Recording, RunKind, Whee
 
 use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
 use crate::cut::{Begins, CutOptions, Piece, cut};
-use crate::log::{Note, PoseLog, WheelLog, WheelUnit, error};
+use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
 use crate::turns;
+use nominal::{in_radians, robot};
 
 /// What the user says about robot and log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,8 +102,6 @@ const SAMPLES_MIN: usize = 10;
 const DELAY_MAX_S: f64 = 0.25;
 /// Fewer poses in a run show nothing.
 const POSES_MIN: usize = 2;
-/// Of a wheel, if it was estimated \[m\].
-const RADII_M: std::ops::RangeInclusive<f64> = 0.005..=1.0;
 
 /// Understands two logs. `same_clock`: both are of one recorder, whose stamps should agree.
 pub fn understand(
@@ -149,47 +149,9 @@ pub fn understand(
         notes,
         speeds: Some((speeds, alignment)),
     };
-    let begins = understood.take_runs(&wheels, &flat.poses, &pieces);
-    understood.finish(&wheels.file, &poses.file, begins, are_related)?;
+    understood.take_runs(&wheels, &flat.poses, &pieces);
+    understood.finish(&wheels.file, &poses.file, are_related)?;
     Ok(understood)
-}
-
-/// Turns the wheels' numbers into radians; how many counts a revolution has in the campaign.
-fn in_radians(wheels: &mut WheelLog, hints: &Hints) -> Result<f64, CampaignError> {
-    let gear = hints.gear_reduction.unwrap_or(1.0);
-    let (rad_per_unit, counts_per_rev) = match wheels.unit {
-        WheelUnit::Radians => (1.0, TAU / gear),
-        WheelUnit::Counts => {
-            let Some(counts) = hints.counts_per_rev else {
-                let problem = format!(
-                    "the wheels ({}) are in counts, and how many make a turn is unknown",
-                    wheels.what
-                );
-                let hint = "add --counts-per-rev N, and --gear-reduction N if the encoder is on the motor; or map angles: --map left_rad=...,right_rad=...";
-                return Err(error(&wheels.file, problem, hint));
-            };
-            (TAU / (counts * gear), counts)
-        }
-        WheelUnit::Metres => {
-            let Some(radius_m) = hints.wheel_radius_m else {
-                let problem = format!(
-                    "the wheels ({}) are in metres rolled, and their radius is unknown",
-                    wheels.what
-                );
-                return Err(error(
-                    &wheels.file,
-                    problem,
-                    "add --wheel-radius, the one that the logger used",
-                ));
-            };
-            (1.0 / radius_m, TAU / gear)
-        }
-    };
-    for turned in &mut wheels.turned {
-        *turned = turned.map(|number| number * rad_per_unit);
-    }
-    wheels.unit = WheelUnit::Radians;
-    Ok(counts_per_rev)
 }
 
 fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignError {
@@ -223,59 +185,6 @@ fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignE
     }
 }
 
-/// The nominal robot: as the user says, else from how far it went.
-fn robot(
-    wheels: &WheelLog,
-    poses: &PoseLog,
-    hints: &Hints,
-    counts_per_rev: f64,
-    alignment: &Alignment,
-) -> Result<(RobotFile, [bool; 2]), CampaignError> {
-    let estimated_m = alignment.travel_per_unit;
-    let wheel_radius_m = match hints.wheel_radius_m {
-        Some(radius_m) => radius_m,
-        None if RADII_M.contains(&estimated_m) => rounded(estimated_m),
-        None => {
-            let problem =
-                format!("by the poses, the wheels would have a radius of {estimated_m:.4} m");
-            let hint = "give the unit of the poses, as in --map x_m=COLUMN:mm,y_m=COLUMN:mm, or --wheel-radius";
-            return Err(error(&poses.file, problem, hint));
-        }
-    };
-    // theta = R (phi_r - phi_l) / b
-    let width_m = alignment.turn_per_unit.filter(|turn| *turn > 0.0).map(|turn| estimated_m / turn);
-    let track_width_m = match (hints.track_width_m, width_m) {
-        (Some(width_m), _) => width_m,
-        (None, Some(width_m)) => rounded(width_m * wheel_radius_m / estimated_m),
-        (None, None) => {
-            let problem = "the track width is unknown, and no turn of the robot was measured";
-            return Err(error(&wheels.file, problem, "add --track-width"));
-        }
-    };
-    let name = hints.name.clone().unwrap_or_else(|| "imported robot".into());
-    let robot = RobotFile {
-        name,
-        wheel_radius_m,
-        track_width_m,
-        counts_per_rev,
-        gear_reduction: hints.gear_reduction.unwrap_or(1.0),
-        position_sigma_m: None,
-        heading_sigma_rad: None,
-        supply_v: None,
-        uid: None,
-        simulated: None,
-        runs: Vec::new(),
-    };
-    Ok((robot, [hints.wheel_radius_m.is_none(), hints.track_width_m.is_none()]))
-}
-
-/// Four digits: more are not known.
-fn rounded(value: f64) -> f64 {
-    let digits = 3 - value.abs().log10().floor() as i32;
-    let power = 10_f64.powi(digits);
-    (value * power).round() / power
-}
-
 impl Understood {
     /// When the first run began, or what was left out before it, by the clock of the wheels \[s\].
     pub fn begin_s(&self) -> f64 {
@@ -285,13 +194,7 @@ impl Understood {
     }
 
     /// Takes the pieces of the log as runs; those without poses are left out.
-    fn take_runs(
-        &mut self,
-        wheels: &WheelLog,
-        poses: &[FlatPose],
-        pieces: &[Piece],
-    ) -> Vec<(Begins, f64)> {
-        let mut begins = Vec::new();
+    fn take_runs(&mut self, wheels: &WheelLog, poses: &[FlatPose], pieces: &[Piece]) {
         for (number, piece) in pieces.iter().enumerate() {
             let times = &wheels.t_s[piece.from..=piece.to];
             let (from_s, to_s) = (times[0], times[times.len() - 1]);
@@ -323,7 +226,6 @@ impl Understood {
                     .collect(),
                 ..Recording::default()
             };
-            begins.push((piece.begins, from_s));
             let kind = RunKind::Rest;
             self.runs.push(RunUnderstood {
                 name: String::new(),
@@ -333,7 +235,6 @@ impl Understood {
                 recording,
             });
         }
-        begins
     }
 
     /// Mends the axes, brings the clocks together exactly, leaves out what contradicts itself, and names what is left.
@@ -341,7 +242,6 @@ impl Understood {
         &mut self,
         wheels: &Path,
         poses: &Path,
-        _begins: Vec<(Begins, f64)>,
         are_related: bool,
     ) -> Result<(), CampaignError> {
         if self.runs.is_empty() {

@@ -201,12 +201,12 @@ impl Products {
     /// Equation (1), travel and turn weighed alike; `None` if too little of the poses' motion overlaps.
     fn misfit(&self, energies: &[f64; 2]) -> Option<f64> {
         let (mut left, mut axes) = (0.0, 0.0);
-        for axis in 0..2 {
+        for (axis, energy) in energies.iter().enumerate() {
             // Headings that were not measured, or a robot that never turned.
-            if energies[axis] <= 0.0 {
+            if *energy <= 0.0 {
                 continue;
             }
-            if self.poses[axis] < OVERLAP_MIN * energies[axis] {
+            if self.poses[axis] < OVERLAP_MIN * energy {
                 return None;
             }
             let explained = self.both[axis].powi(2) / self.wheels[axis].max(f64::MIN_POSITIVE);

@@ -53,7 +53,7 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
     if unsound > 0 {
         said.push(format!("{unsound} orientations are no unit quaternions and were left out"));
     }
-    let axis = body_axis(&log.poses, up, &sound);
+    let axis = body_axis(&log.poses, up, sound);
     let mut last_rad: Option<f64> = None;
     let mut poses: Vec<FlatPose> = log
         .poses

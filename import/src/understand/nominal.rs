@@ -15,7 +15,8 @@ const RADII_M: std::ops::RangeInclusive<f64> = 0.005..=1.0;
 pub(super) fn in_radians(wheels: &mut WheelLog, hints: &Hints) -> Result<f64, CampaignError> {
     let gear = hints.gear_reduction.unwrap_or(1.0);
     let (rad_per_unit, counts_per_rev) = match wheels.unit {
-        WheelUnit::Radians => (1.0, TAU / gear),
+        // Any number of counts would do; a campaign that exists has one.
+        WheelUnit::Radians => (1.0, hints.counts_per_rev.unwrap_or(TAU / gear)),
         WheelUnit::Counts => {
             let Some(counts) = hints.counts_per_rev else {
                 let problem = format!(
@@ -39,7 +40,7 @@ pub(super) fn in_radians(wheels: &mut WheelLog, hints: &Hints) -> Result<f64, Ca
                     "add --wheel-radius, the one that the logger used",
                 ));
             };
-            (1.0 / radius_m, TAU / gear)
+            (1.0 / radius_m, hints.counts_per_rev.unwrap_or(TAU / gear))
         }
     };
     for turned in &mut wheels.turned {

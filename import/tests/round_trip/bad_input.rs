@@ -56,7 +56,8 @@ fn what_cannot_be_imported_is_one_error_with_its_file_and_what_to_do() {
     empty.channel("/joint_states", "sensor_msgs/msg/JointState", "");
     let empty = empty.finish().unwrap();
     let track = small().trajectory();
-    let cases: [(&[(&str, &[u8])], &Choice, &str); 10] = [
+    type Case<'a> = (&'a [(&'a str, &'a [u8])], &'a Choice, &'a str);
+    let cases: [Case<'_>; 10] = [
         (&[("a.mcap", b"no bag")], &choice, "this is no MCAP file; give a ROS 2 bag"),
         (
             &[("a.db3", b"")],

@@ -17,6 +17,7 @@
 //! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
+//! | [`import_page`] | what an import understood, on a page |
 //! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`motors`] | what the motors lack, in words |
@@ -39,6 +40,7 @@ pub mod error;
 pub mod escape;
 pub mod explain;
 pub mod hex;
+pub mod import_page;
 pub mod interrupt;
 pub mod json;
 pub mod limits;

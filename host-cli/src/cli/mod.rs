@@ -6,6 +6,7 @@ mod analysis;
 mod calibrate;
 mod campaign;
 mod drive;
+mod exchange;
 mod tune;
 mod value_enums;
 mod value_parsers;
@@ -18,6 +19,7 @@ pub use analysis::{
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
+pub use exchange::{ExportArgs, ExportFormat, ImportArgs, Mappings};
 pub use host_link::listen::Listen;
 pub use tune::TuneArgs;
 pub use value_enums::{Measure, Method};
@@ -139,6 +141,10 @@ pub enum Command {
     /// Plan a whole campaign of runs, and record it.
     #[command(subcommand)]
     Campaign(CampaignCommand),
+    /// Make a campaign of logs of other programs: ROS 2 bags, trajectories, tables.
+    Import(ImportArgs),
+    /// Write what a campaign says for other programs: parameters, trajectories, bags.
+    Export(ExportArgs),
     /// Compare a campaign with a model: how large the error is, where it arises, and what is noise.
     Compare(CompareArgs),
     /// Name the physical effects that a campaign shows and its model lacks.

@@ -9,7 +9,9 @@ mod compare;
 mod config;
 mod drive;
 mod explain;
+mod export;
 mod identify;
+mod import;
 mod key;
 mod model;
 mod motors;
@@ -87,6 +89,8 @@ pub fn run(cli: &Cli) -> Result<()> {
             }
             Command::Compare(args) => compare::run(common, args),
             Command::Explain(args) => explain::run(common, args),
+            Command::Import(args) => import::run(common, args),
+            Command::Export(args) => export::run(common, args),
             Command::Model(args) => model::run(common, args),
             Command::Report(args) => report::run(common, args),
             Command::WheelWeight(args) => wheel_weight::run(common, args),
@@ -95,11 +99,15 @@ pub fn run(cli: &Cli) -> Result<()> {
                 sim::run(common, args)
             }
             Command::Completions { shell } => {
-                let mut script = Vec::new();
-                clap_complete::generate(*shell, &mut Cli::command(), "beeline", &mut script);
-                say_text(String::from_utf8_lossy(&script).trim_end());
+                say_completions(*shell);
                 Ok(())
             }
         },
     }
+}
+
+fn say_completions(shell: clap_complete::Shell) {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "beeline", &mut script);
+    say_text(String::from_utf8_lossy(&script).trim_end());
 }

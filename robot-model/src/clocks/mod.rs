@@ -56,13 +56,26 @@ pub fn align_roughly(campaign: &Campaign) -> Campaign {
 
 /// The same campaign with the times of its poses by the clock of its wheels, and the runs of which they were corrected.
 pub fn align(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
+    align_all(campaign, false)
+}
+
+/// The same for two clocks that have no zero in common, but were brought together roughly: all of the offset is taken
+/// out, also what could be the delay of a camera, which cannot be told from it.
+pub fn align_unrelated(campaign: &Campaign) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
+    align_all(campaign, true)
+}
+
+fn align_all(
+    campaign: &Campaign,
+    are_unrelated: bool,
+) -> Result<(Campaign, Vec<ClockFound>), RecordingError> {
     let mut aligned = campaign.clone();
     let coarse_s = coarse::align(&mut aligned)?;
     // Held-out runs have clocks as well.
     let mut all = aligned.clone();
     all.runs.iter_mut().for_each(|run| run.held_out = false);
     let mut prepared = all.prepare_lighter()?;
-    let is_shifted = |name: &str| coarse_s.iter().any(|(run, _)| run == name);
+    let is_shifted = |name: &str| are_unrelated || coarse_s.iter().any(|(run, _)| run == name);
     let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted);
     for clock in &mut clocks {
         if let Some((_, offset_s)) = coarse_s.iter().find(|(run, _)| *run == clock.run) {

@@ -1,6 +1,7 @@
 //! What kind of run was driven? Straight, spin, arc, square and others, told by the motion.
 
 use crate::recording::motion::Motion;
+use crate::recording::run::{Recording, RecordingError, Robot};
 
 /// Kinds of runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -22,6 +23,12 @@ pub enum RunKind {
 }
 
 impl RunKind {
+    /// The kind of a recording.
+    pub fn of(robot: &Robot, recording: &Recording) -> Result<Self, RecordingError> {
+        recording.validate()?;
+        Ok(kind_of(&Motion::new(robot, recording, None)))
+    }
+
     /// Its stable name, as in files and JSON.
     pub const fn name(self) -> &'static str {
         match self {

@@ -43,7 +43,7 @@ const TERMINAL: &[&str] = &[
     "yansi",
 ];
 
-const RULES: [Rule; 5] = [
+const RULES: [Rule; 6] = [
     Rule {
         manifest: WORKSPACE,
         package: "robot-model",
@@ -61,6 +61,12 @@ const RULES: [Rule; 5] = [
         package: "campaign",
         forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
         why: "campaigns are read by any program, with or without a terminal, a robot or a simulator",
+    },
+    Rule {
+        manifest: WORKSPACE,
+        package: "import",
+        forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
+        why: "logs are imported by any program, and no robot is needed for it",
     },
     Rule {
         manifest: WORKSPACE,

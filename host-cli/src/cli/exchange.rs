@@ -1,0 +1,126 @@
+//! `beeline import` and `beeline export`: logs of other programs in, what a campaign says out.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use import::text::{Mapping, parse_mappings};
+
+use super::value_parsers::{above_zero, length, time};
+use crate::quantity::{Length, Time};
+
+/// `beeline import`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+Sources: a ROS 2 bag in MCAP or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
+Wheels and poses may be in files of their own, each on a clock of its own.
+
+Names in --map: t_s, left_counts, right_counts, left_rad, right_rad, left_m, right_m, x_m, y_m, z_m,
+heading_rad, qx, qy, qz, qw. Units: s ms us ns, m cm mm in ft, rad deg rev.
+
+Examples:
+  beeline import drive.mcap                      lists what is in it, and proposes the command
+  beeline import drive.mcap -o my-robot --wheel-radius 33mm --track-width 16cm
+  beeline import drive.mcap -o my-robot --wheels wheel_left,wheel_right --pose /tf:map.base_link
+  beeline import encoders.csv track.tum -o my-robot --counts-per-rev 1920 \\
+      --map left_counts=enc_l,right_counts=enc_r,t_s=stamp:ns")]
+pub struct ImportArgs {
+    /// The files, or folders of bags.
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<PathBuf>,
+    /// The campaign folder to write. Without it, only what is in the sources is listed.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// The joints of the left and the right wheel.
+    #[arg(long, value_name = "LEFT,RIGHT", value_parser = wheels)]
+    pub wheels: Option<[String; 2]>,
+    /// The measured poses: a topic, or /tf:PARENT.CHILD.
+    #[arg(long, value_name = "TOPIC")]
+    pub pose: Option<String>,
+    /// What columns of a table are: NAME=COLUMN, or NAME=COLUMN:UNIT.
+    #[arg(long = "map", value_name = "NAME=COLUMN,...", value_parser = Mappings::parse)]
+    pub mappings: Vec<Mappings>,
+    /// Nominal radius of the wheels; without it, it is estimated from how far the robot went.
+    #[arg(long, value_name = "LENGTH", value_parser = above_zero(length))]
+    pub wheel_radius: Option<Length>,
+    /// Nominal distance between the wheels; without it, it is estimated from how far the robot turned.
+    #[arg(long, value_name = "LENGTH", value_parser = above_zero(length))]
+    pub track_width: Option<Length>,
+    /// Counts per turn of the encoder, where wheels are in counts: four per line.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub counts_per_rev: Option<f64>,
+    /// Turns of the encoder per turn of the wheel.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub gear_reduction: Option<f64>,
+    /// What the robot is called.
+    #[arg(long)]
+    pub name: Option<String>,
+    /// A longer stop ends a run.
+    #[arg(long, value_name = "TIME", default_value = "2s", value_parser = above_zero(time))]
+    pub rest: Time,
+    /// Add the runs to those that the folder has.
+    #[arg(long)]
+    pub add: bool,
+}
+
+/// Columns of one `--map`.
+#[derive(Clone, Debug)]
+pub struct Mappings(pub Vec<Mapping>);
+
+impl Mappings {
+    fn parse(text: &str) -> Result<Self, String> {
+        parse_mappings(text).map(Self)
+    }
+}
+
+/// `beeline export`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+Examples:
+  beeline export my-robot --to ros2 -o diff_drive.yaml    parameters of ROS 2's diff_drive_controller
+  beeline export my-robot --to json                       the same numbers for other programs
+  beeline export my-robot --to tum -o tracks              trajectories, for example for evo
+  beeline export my-robot --to mcap -o my-robot.mcap      for Foxglove, PlotJuggler, Rerun")]
+pub struct ExportArgs {
+    /// The campaign folder.
+    pub campaign: PathBuf,
+    /// For whom.
+    #[arg(long)]
+    pub to: ExportFormat,
+    /// The file to write, for tum the folder; without it, text goes to standard output.
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace files that exist.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// What is exported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// Parameters of diff_drive_controller, as YAML.
+    Ros2,
+    /// The same numbers as JSON.
+    Json,
+    /// Two trajectories a run: as measured, and by odometry with these numbers.
+    Tum,
+    /// All runs in one table.
+    Csv,
+    /// All runs in one ROS 2 bag.
+    Mcap,
+}
+
+fn wheels(text: &str) -> Result<[String; 2], String> {
+    match text.split(',').map(str::trim).collect::<Vec<_>>()[..] {
+        [left, right] if !left.is_empty() && !right.is_empty() && left != right => {
+            Ok([left.to_owned(), right.to_owned()])
+        }
+        _ => Err("must be two joints, LEFT,RIGHT".to_owned()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|number| *number > 0.0 && number.is_finite())
+        .ok_or("must be a number above zero".to_owned())
+}

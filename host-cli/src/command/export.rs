@@ -1,0 +1,125 @@
+//! `beeline export`: what a campaign says, for other programs.
+
+use std::path::Path;
+
+use ::import::export::{Controller, Trajectory, bag, table};
+use serde_json::{Value, json};
+
+use super::compare::read;
+use crate::cli::{Common, ExportArgs, ExportFormat};
+use crate::error::{Context, Error, Result};
+use crate::ui::{note, runs, say_text, tell, warn};
+use campaign::file::write_whole;
+use campaign::model::ModelFile;
+
+pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
+    let needs = match args.to {
+        ExportFormat::Tum => Some("a folder: two files a run go into it"),
+        ExportFormat::Mcap => Some("a file: a bag is no text"),
+        _ => None,
+    };
+    if let (None, Some(what)) = (&args.output, needs) {
+        return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
+    }
+    let (read, campaign) = read(&args.campaign)?;
+    let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
+    let controller = Controller::of(&args.campaign, &read.robot, &campaign, &model)?;
+    if let Some(cost) = &controller.cost {
+        let [three, whole] = cost.position_m.map(|m| m * 1e3);
+        warn(format_args!(
+            "radii and track width alone cannot express: {}; this costs {:.1} mm ({three:.1} mm instead of {whole:.1} mm)",
+            cost.effects.join(", "),
+            three - whole
+        ));
+    }
+    let trajectories =
+        || Trajectory::all(&campaign, controller.radii_m(), controller.track_width_m());
+    match args.to {
+        ExportFormat::Ros2 => text(common, args, &controller.to_yaml(&read.robot.name)),
+        ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
+        ExportFormat::Csv => text(common, args, &table(&trajectories())),
+        ExportFormat::Mcap => {
+            let bytes = bag(&trajectories()).context("cannot make the bag")?;
+            let Some(file) = &args.output else { return Ok(()) };
+            write_new(file, &bytes, args.force)?;
+            told(common, file, &format!("a ROS 2 bag of {}", runs(campaign.runs.len())));
+            Ok(())
+        }
+        ExportFormat::Tum => {
+            let Some(folder) = &args.output else { return Ok(()) };
+            std::fs::create_dir_all(folder)
+                .context(format_args!("cannot make {}", folder.display()))?;
+            for one in trajectories() {
+                for (what, text) in
+                    [("measured", one.measured_tum()), ("odometry", one.odometry_tum())]
+                {
+                    let file = folder.join(format!("{}_{what}.tum", one.run));
+                    write_new(&file, text.as_bytes(), args.force)?;
+                }
+            }
+            told(
+                common,
+                folder,
+                &format!("two trajectories of each of {}", runs(campaign.runs.len())),
+            );
+            Ok(())
+        }
+    }
+}
+
+fn text(common: &Common, args: &ExportArgs, text: &str) -> Result<()> {
+    match &args.output {
+        Some(file) => {
+            write_new(file, text.as_bytes(), args.force)?;
+            told(common, file, "written");
+        }
+        None => say_text(text.trim_end()),
+    }
+    Ok(())
+}
+
+fn told(common: &Common, file: &Path, what: &str) {
+    let file = file.display().to_string();
+    if common.json {
+        tell(true, json!({ "file": file }), "");
+    } else {
+        note(format_args!("{file}: {what}"));
+    }
+}
+
+/// Writes a file that does not exist, unless it may be replaced.
+fn write_new(file: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    if !force && file.exists() && file.is_file() {
+        return Err(Error::new(format_args!("{} exists", file.display()))
+            .hint("choose another name, or --force to replace it"));
+    }
+    write_whole(file, bytes).map_err(|error| {
+        Error::new(format_args!("cannot write {}: {error}", file.display()))
+            .hint("choose another place with -o")
+    })
+}
+
+fn to_json(controller: &Controller) -> Value {
+    let [left, right] = controller.radius_multipliers;
+    let [left_m, right_m] = controller.radii_m();
+    let [nominal, errors] = controller.errors;
+    let cost = controller.cost.as_ref().map(|cost| {
+        json!({ "effects": cost.effects, "position_m": cost.position_m[0], "model_position_m": cost.position_m[1] })
+    });
+    json!({
+        "schema": 1,
+        "wheel_radius_m": controller.wheel_radius_m,
+        "left_wheel_radius_multiplier": left,
+        "right_wheel_radius_multiplier": right,
+        "left_wheel_radius_m": left_m,
+        "right_wheel_radius_m": right_m,
+        "wheel_separation_m": controller.wheel_separation_m,
+        "wheel_separation_multiplier": controller.separation_multiplier,
+        "effective_wheel_separation_m": controller.track_width_m(),
+        "pose_variances": controller.pose_variances,
+        "twist_variances": controller.twist_variances,
+        "nominal_error_m": nominal.fitted.position_rms_m,
+        "error_m": errors.fitted.position_rms_m,
+        "not_expressible": cost,
+    })
+}

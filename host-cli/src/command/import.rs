@@ -1,0 +1,220 @@
+//! `beeline import`: makes a campaign of logs of other programs.
+//!
+//! Reading and understanding them is left to the crate `import`.
+
+use ::import::source::{Choice, Offer, Sources};
+use ::import::understand::{Hints, Understood, understand};
+use ::import::write::{robot_of, write};
+use serde_json::{Value, json};
+
+use crate::cli::{Common, ImportArgs};
+use crate::error::{Error, Result};
+use crate::escape::{shell, shell_path};
+use crate::import_page;
+use crate::table::{Cell, Table};
+use crate::ui::{BOLD, note, runs, say, warn};
+use campaign::file::write_whole;
+
+/// The page that shows what was understood, in the campaign folder.
+const PAGE: &str = "import.html";
+
+pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
+    let mappings: Vec<_> = args.mappings.iter().flat_map(|one| one.0.clone()).collect();
+    let sources = Sources::open(&args.sources, &mappings)?;
+    let choice = Choice { wheels: args.wheels.clone(), pose: args.pose.clone(), mappings };
+    let Some(folder) = &args.output else {
+        return list(common, args, &sources, &choice);
+    };
+    let there = robot_of(folder)?;
+    let there = there.as_ref();
+    let hints = Hints {
+        name: args.name.clone().or(there.map(|robot| robot.name.clone())),
+        wheel_radius_m: args
+            .wheel_radius
+            .map(|length| length.m)
+            .or(there.map(|robot| robot.wheel_radius_m)),
+        track_width_m: args
+            .track_width
+            .map(|length| length.m)
+            .or(there.map(|robot| robot.track_width_m)),
+        counts_per_rev: args.counts_per_rev.or(there.map(|robot| robot.counts_per_rev)),
+        gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
+        cut: ::import::cut::CutOptions { rest_s: args.rest.s },
+    };
+    let chosen = sources.choose(&choice)?;
+    let (wheels, poses) = (chosen.wheels.what.clone(), chosen.poses.what.clone());
+    let mut understood = understand(chosen.wheels, &chosen.poses, &hints, chosen.same_clock)?;
+    understood.notes.splice(0..0, chosen.notes);
+    let names = write(&understood, folder, args.add)?;
+    let page = folder.join(PAGE);
+    write_whole(&page, import_page::page(&understood, &names).as_bytes()).map_err(|error| {
+        Error::new(format_args!("cannot write {}: {error}", page.display()))
+            .hint("the campaign itself is written")
+    })?;
+    understood.notes.iter().for_each(warn);
+    if common.json {
+        say(to_json(&understood, &names));
+        return Ok(());
+    }
+    say(format_args!("wheels  {wheels}"));
+    say(format_args!("poses   {poses}"));
+    say(format_args!("clock   {}", import_page::clock(&understood)));
+    say(format_args!("robot   {}", robot(&understood)));
+    say("");
+    table(&understood, &names);
+    say("");
+    note(format_args!(
+        "{}: {}, and {PAGE} shows what was understood. Next: `beeline compare {}`",
+        folder.display(),
+        runs(names.len()),
+        shell_path(folder)
+    ));
+    Ok(())
+}
+
+fn robot(understood: &Understood) -> String {
+    let robot = &understood.robot;
+    let [radius, track] = understood.is_estimated;
+    let text = format!(
+        "{}: wheel radius {} m, track width {} m",
+        robot.name, robot.wheel_radius_m, robot.track_width_m
+    );
+    match (radius, track) {
+        (false, false) => text,
+        _ => format!(
+            "{text} (estimated from this log: give --wheel-radius and --track-width to judge the robot by its data sheet)"
+        ),
+    }
+}
+
+/// The runs, and what was left out.
+fn table(understood: &Understood, names: &[String]) {
+    let mut table = Table::new("lrrrl");
+    let head = ["run", "began", "took", "poses", "begins"];
+    table.row(head.map(|text| Cell::styled(BOLD, text)));
+    let first_s = understood.begin_s();
+    for (run, name) in understood.runs.iter().zip(names) {
+        table.row([
+            name.as_str().into(),
+            format!("{:.1} s", run.started_s - first_s).into(),
+            format!("{:.1} s", run.recording.duration_s()).into(),
+            run.recording.measured_poses.len().into(),
+            run.begins.words().into(),
+        ]);
+    }
+    for left in &understood.left_out {
+        table.row([
+            "left out".into(),
+            format!("{:.1} s", left.from_s - first_s).into(),
+            format!("{:.1} s", left.to_s - left.from_s).into(),
+            "".into(),
+            left.why.as_str().into(),
+        ]);
+    }
+    table.say(0);
+}
+
+fn to_json(understood: &Understood, names: &[String]) -> Value {
+    let first_s = understood.begin_s();
+    let robot = &understood.robot;
+    let runs = understood.runs.iter().zip(names).map(|(run, name)| {
+        json!({
+            "name": name,
+            "kind": run.kind.name(),
+            "started_s": run.started_s,
+            "duration_s": run.recording.duration_s(),
+            "poses": run.recording.measured_poses.len(),
+        })
+    });
+    let left_out = understood.left_out.iter().map(|left| {
+        json!({ "from_s": left.from_s - first_s, "to_s": left.to_s - first_s, "why": left.why })
+    });
+    json!({
+        "schema": 1,
+        "clock": { "late_s": understood.clock.late_s, "sigma_s": understood.clock.sigma_s },
+        "robot": {
+            "wheel_radius_m": robot.wheel_radius_m,
+            "track_width_m": robot.track_width_m,
+            "counts_per_rev": robot.counts_per_rev,
+            "estimated": understood.is_estimated.contains(&true),
+        },
+        "runs": runs.collect::<Vec<_>>(),
+        "left_out": left_out.collect::<Vec<_>>(),
+        "notes": understood.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+/// Lists what is in the sources, and proposes the command.
+fn list(common: &Common, args: &ImportArgs, sources: &Sources, choice: &Choice) -> Result<()> {
+    let offers = sources.offers();
+    sources.notes().iter().for_each(warn);
+    let chosen = sources.choose(choice);
+    let command = chosen.as_ref().ok().map(|chosen| proposed(args, &offers, chosen.wheels.unit));
+    if common.json {
+        let each = offers.iter().map(|offer| {
+            json!({
+                "file": offer.file.to_string_lossy(),
+                "name": offer.name,
+                "type": offer.schema,
+                "count": offer.count,
+                "option": offer.option,
+                "remark": offer.remark,
+            })
+        });
+        say(json!({ "schema": 1, "offers": each.collect::<Vec<_>>(), "command": command }));
+        return Ok(());
+    }
+    let mut table = Table::new("llrl");
+    table.row(["in", "type", "count", "option"].map(|text| Cell::styled(BOLD, text)));
+    for offer in &offers {
+        let what = match (&offer.option, offer.remark.as_str()) {
+            (Some(option), "") => option.clone(),
+            (Some(option), remark) => format!("{option}  ({remark})"),
+            (None, remark) => remark.to_owned(),
+        };
+        table.row([
+            offer.name.as_str().into(),
+            offer.schema.as_str().into(),
+            offer.count.into(),
+            what.into(),
+        ]);
+    }
+    table.say(0);
+    say("");
+    match (command, chosen) {
+        (Some(command), _) => {
+            say(command);
+            Ok(())
+        }
+        (None, Err(error)) => Err(error.into()),
+        (None, Ok(_)) => Ok(()),
+    }
+}
+
+/// The command that imports these sources.
+fn proposed(args: &ImportArgs, offers: &[Offer], unit: ::import::log::WheelUnit) -> String {
+    let mut words = vec!["beeline import".to_owned()];
+    words.extend(args.sources.iter().map(|source| shell_path(source)));
+    words.push("-o my-robot".into());
+    let wheels = args
+        .wheels
+        .as_ref()
+        .map(|[left, right]| format!("--wheels {}", shell(&format!("{left},{right}"))));
+    let pose = args.pose.as_ref().map(|pose| format!("--pose {}", shell(pose)));
+    let only = |option: &str| {
+        let fits = |offer: &&Offer| {
+            offer.option.as_ref().is_some_and(|own| own.starts_with(option))
+                && offer.remark.is_empty()
+        };
+        let found = offers.iter().find(fits)?.option.as_ref()?;
+        let (name, value) = found.split_once(' ')?;
+        Some(format!("{name} {}", shell(value)))
+    };
+    words.extend(wheels.or_else(|| only("--wheels ")));
+    words.extend(pose.or_else(|| only("--pose ")));
+    words.push("--wheel-radius RADIUS --track-width WIDTH".into());
+    if unit == ::import::log::WheelUnit::Counts && args.counts_per_rev.is_none() {
+        words.push("--counts-per-rev N".into());
+    }
+    words.join(" ")
+}

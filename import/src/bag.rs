@@ -1,0 +1,314 @@
+//! What is in a bag, and the streams that are chosen from it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use campaign::CampaignError;
+
+use crate::log::{Note, Pose3, PoseLog, WheelLog, error, ordered};
+use crate::mcap::{Damage, ReadError, Received, read};
+use crate::message::{JointState, Message, MessageType};
+
+/// What a bag has to offer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Inventory {
+    /// Every topic: its type, its messages, and why they are not read, if they are not.
+    pub topics: BTreeMap<String, Topic>,
+    /// What is not whole.
+    pub notes: Vec<Note>,
+}
+
+/// A topic of a bag.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Topic {
+    /// Its type.
+    pub schema: String,
+    /// How many messages.
+    pub messages: usize,
+    /// Names of joints that it has had, if it is of joints.
+    pub joints: BTreeSet<String>,
+    /// Pairs of parent and child that it has had, if it is of transforms.
+    pub transforms: BTreeMap<(String, String), usize>,
+    /// Messages that are not what their type says, with the first reason.
+    pub unread: Option<(usize, String)>,
+}
+
+/// More names are no robot, and would only fill the memory.
+const NAMES_MAX: usize = 1000;
+
+/// Where poses are in a bag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PosePlace {
+    /// A topic of poses.
+    Topic(String),
+    /// Transforms of a child in its parent.
+    Transform {
+        /// The topic.
+        topic: String,
+        /// The parent frame.
+        parent: String,
+        /// The child frame.
+        child: String,
+    },
+}
+
+impl std::fmt::Display for PosePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Topic(topic) => f.write_str(topic),
+            Self::Transform { topic, parent, child } => write!(f, "{topic}:{parent}.{child}"),
+        }
+    }
+}
+
+/// Lists a bag.
+pub fn inventory(file: &Path) -> Result<Inventory, CampaignError> {
+    let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
+    let notes = each_message(file, |received| {
+        let channel = received.channel;
+        if !topics.contains_key(&channel.topic) && topics.len() < NAMES_MAX {
+            let topic = Topic { schema: channel.schema.clone(), ..Topic::default() };
+            topics.insert(channel.topic.clone(), topic);
+        }
+        if let Some(topic) = topics.get_mut(&channel.topic) {
+            topic.add(received);
+        }
+    })?;
+    Ok(Inventory { topics, notes })
+}
+
+impl Topic {
+    fn add(&mut self, received: Received<'_>) {
+        self.messages += 1;
+        match decode(received) {
+            None => {}
+            Some(Err(reason)) => self.unread.get_or_insert((0, reason)).0 += 1,
+            Some(Ok(Message::Joints(state))) => {
+                for name in state.names {
+                    if !self.joints.contains(name) && self.joints.len() < NAMES_MAX {
+                        self.joints.insert(name.to_owned());
+                    }
+                }
+            }
+            Some(Ok(Message::Poses(poses))) => {
+                for pose in poses {
+                    let pair = (pose.parent.to_owned(), pose.child.to_owned());
+                    if let Some(count) = self.transforms.get_mut(&pair) {
+                        *count += 1;
+                    } else if self.transforms.len() < NAMES_MAX {
+                        self.transforms.insert(pair, 1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Its type, if it is one that is read.
+    pub fn kind(&self) -> Option<MessageType> {
+        MessageType::from_name(&self.schema)
+    }
+}
+
+/// What a message says, or why it cannot be read; `None` if its type is none of ours.
+fn decode(received: Received<'_>) -> Option<Result<Message<'_>, String>> {
+    let kind = MessageType::from_name(&received.channel.schema)?;
+    if received.channel.encoding != "cdr" {
+        return Some(Err(format!(
+            "they are encoded as `{}`, not as cdr",
+            received.channel.encoding
+        )));
+    }
+    Some(Message::decode(kind, received.bytes).map_err(|error| error.to_string()))
+}
+
+fn each_message(file: &Path, each: impl FnMut(Received<'_>)) -> Result<Vec<Note>, CampaignError> {
+    // Opening a pipe would wait for its writer.
+    let there =
+        std::fs::metadata(file).map_err(|cause| CampaignError::io(file, "read it", cause))?;
+    if !there.is_file() {
+        return Err(error(file, "this is no file", "name a bag, FILE.mcap"));
+    }
+    let open = File::open(file).map_err(|cause| CampaignError::io(file, "read it", cause))?;
+    read_bag(file, BufReader::with_capacity(1 << 18, open), each)
+}
+
+/// The messages of a bag from its content; notes and errors call it `file`.
+pub(crate) fn read_bag(
+    file: &Path,
+    content: impl Read,
+    each: impl FnMut(Received<'_>),
+) -> Result<Vec<Note>, CampaignError> {
+    match read(content, each) {
+        Ok(damage) => Ok(notes(file, &damage)),
+        Err(ReadError::Io(cause)) => Err(CampaignError::io(file, "read it", cause)),
+        Err(ReadError::NotMcap) => Err(error(
+            file,
+            "this is no MCAP file",
+            "give a ROS 2 bag in MCAP; `ros2 bag convert` makes one of a bag in sqlite3 (.db3)",
+        )),
+    }
+}
+
+/// What is damaged, in words: each kind once.
+fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let first_of = |is: fn(&Damage) -> Option<u64>| {
+        let mut places = damage.iter().filter_map(is);
+        let first = places.next()?;
+        Some((first, 1 + places.count()))
+    };
+    let chunk = |damage: &Damage| if let Damage::Chunk { at } = damage { Some(*at) } else { None };
+    let record =
+        |damage: &Damage| if let Damage::Record { at } = damage { Some(*at) } else { None };
+    if let Some((at, count)) = first_of(chunk) {
+        let text = format!(
+            "{count} chunks are corrupt, the first at byte {at}: their messages are missing"
+        );
+        notes.push(Note::new(file, text));
+    }
+    if let Some((at, count)) = first_of(record) {
+        let text =
+            format!("{count} records are corrupt, the first at byte {at}: they were left out");
+        notes.push(Note::new(file, text));
+    }
+    for damage in damage {
+        match damage {
+            Damage::CutOff { at } => {
+                let text = format!(
+                    "the bag is cut off at byte {at}, as by a crash: what was recorded after that is missing"
+                );
+                notes.push(Note::new(file, text));
+            }
+            Damage::Compression { name } => {
+                let text = format!(
+                    "chunks are compressed by `{name}`, which is unknown: their messages are missing"
+                );
+                notes.push(Note::new(file, text));
+            }
+            Damage::Chunk { .. } | Damage::Record { .. } => {}
+        }
+    }
+    notes
+}
+
+/// The stamp of a message \[s\]: that of its header, and the recorder's time where nobody set it.
+fn stamp_s(header_s: f64, log_time_s: f64) -> (f64, bool) {
+    if header_s == 0.0 { (log_time_s, true) } else { (header_s, false) }
+}
+
+/// Reads two joints of a topic as wheels.
+pub fn wheels(
+    files: &[&Path],
+    topic: &str,
+    [left, right]: [&str; 2],
+) -> Result<(WheelLog, Vec<Note>), CampaignError> {
+    let mut samples: Vec<(f64, [f64; 2])> = Vec::new();
+    let mut speeds: Vec<(f64, [f64; 2])> = Vec::new();
+    let mut unstamped = 0;
+    let mut notes = Vec::new();
+    for file in files {
+        notes.extend(each_message(file, |received| {
+            if received.channel.topic != topic {
+                return;
+            }
+            let Some(Ok(Message::Joints(state))) = decode(received) else { return };
+            let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, received.log_time_s);
+            unstamped += usize::from(is_unstamped);
+            if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
+                samples.push((t_s, angles));
+            } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
+                speeds.push((t_s, rates));
+            }
+        })?);
+    }
+    let file = files.first().copied().unwrap_or(Path::new(""));
+    let is_of_speeds = samples.is_empty() && !speeds.is_empty();
+    let mut samples = if is_of_speeds { speeds } else { samples };
+    let said = ordered(
+        &mut samples,
+        |sample| sample.0,
+        |sample| sample.1.iter().all(|phi| phi.is_finite()),
+    );
+    notes.extend(said.into_iter().map(|said| Note::new(file, format!("{topic}: {said}"))));
+    notes.extend(of_stamps(file, topic, unstamped));
+    if is_of_speeds {
+        integrate(&mut samples);
+        let text =
+            format!("{topic} has no positions: the speeds were added up, which is less exact");
+        notes.push(Note::new(file, text));
+    }
+    let (t_s, turned) = samples.into_iter().unzip();
+    let what = format!("{topic} ({left}, {right})");
+    Ok((WheelLog { file: file.into(), what, t_s, turned, ..WheelLog::default() }, notes))
+}
+
+/// The numbers of two joints.
+fn pair(state: &JointState<'_>, numbers: &[f64], wanted: [&str; 2]) -> Option<[f64; 2]> {
+    let of = |wanted: &str| {
+        let index = state.names.iter().position(|name| *name == wanted)?;
+        numbers.get(index).copied()
+    };
+    Some([of(wanted[0])?, of(wanted[1])?])
+}
+
+/// Speeds become angles, by trapezia.
+fn integrate(samples: &mut [(f64, [f64; 2])]) {
+    let mut turned = [0.0; 2];
+    let mut before: Option<(f64, [f64; 2])> = None;
+    for (t_s, numbers) in samples.iter_mut() {
+        let speeds = *numbers;
+        if let Some((before_s, speeds_before)) = before.replace((*t_s, speeds)) {
+            for side in 0..2 {
+                turned[side] += (speeds[side] + speeds_before[side]) / 2.0 * (*t_s - before_s);
+            }
+        }
+        *numbers = turned;
+    }
+}
+
+fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
+    let text = format!(
+        "{topic}: {unstamped} messages have no stamp in their header; the recorder's time was taken, which is less exact"
+    );
+    (unstamped > 0).then(|| Note::new(file, text))
+}
+
+/// Reads the poses of a place.
+pub fn poses(files: &[&Path], place: &PosePlace) -> Result<(PoseLog, Vec<Note>), CampaignError> {
+    let (topic, frames) = match place {
+        PosePlace::Topic(topic) => (topic, None),
+        PosePlace::Transform { topic, parent, child } => (topic, Some((parent, child))),
+    };
+    let mut poses: Vec<Pose3> = Vec::new();
+    let mut unstamped = 0;
+    let mut notes = Vec::new();
+    for file in files {
+        notes.extend(each_message(file, |received| {
+            if received.channel.topic != *topic {
+                return;
+            }
+            let Some(Ok(Message::Poses(framed))) = decode(received) else { return };
+            for framed in framed {
+                if frames.is_some_and(|(parent, child)| {
+                    framed.parent != *parent || framed.child != *child
+                }) {
+                    continue;
+                }
+                let (t_s, is_unstamped) = stamp_s(framed.pose.t_s, received.log_time_s);
+                unstamped += usize::from(is_unstamped);
+                poses.push(Pose3 { t_s, ..framed.pose });
+            }
+        })?);
+    }
+    let file = files.first().copied().unwrap_or(Path::new(""));
+    let finite = |pose: &Pose3| {
+        let orientation = pose.orientation.unwrap_or_default();
+        pose.position_m.iter().chain(&orientation).all(|number| number.is_finite())
+    };
+    let said = ordered(&mut poses, |pose| pose.t_s, finite);
+    notes.extend(said.into_iter().map(|said| Note::new(file, format!("{place}: {said}"))));
+    notes.extend(of_stamps(file, topic, unstamped));
+    Ok((PoseLog { file: file.into(), what: place.to_string(), poses }, notes))
+}

@@ -1,0 +1,196 @@
+//! The runs of a campaign as trajectories: as measured, and by odometry with given radii and track width.
+
+use std::fmt::Write as _;
+use std::io;
+
+use robot_model::recording::{Campaign, Recording};
+
+use super::definitions::{JOINT_STATE, ODOMETRY, POSE_STAMPED};
+use crate::log::Pose3;
+use crate::mcap::BagWriter;
+use crate::message::{encode_joints, encode_odometry, encode_pose};
+
+/// A pose at a time: x, y \[m\], heading \[rad\].
+type Timed = (f64, [f64; 3]);
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// The run.
+    pub run: String,
+    /// When it began, on one clock for all \[s\].
+    pub started_s: f64,
+    /// Angles of the left and the right wheel over time \[s, rad\].
+    pub wheels: Vec<(f64, [f64; 2])>,
+    /// As measured: a heading where there is one.
+    pub measured: Vec<(f64, [f64; 2], Option<f64>)>,
+    /// By odometry, from the first measured pose on.
+    pub odometry: Vec<Timed>,
+}
+
+/// Between two runs, where nobody knows when they began \[s\].
+const BETWEEN_S: f64 = 10.0;
+
+impl Trajectory {
+    /// All runs of a campaign, by these radii and this track width \[m\].
+    pub fn all(campaign: &Campaign, radii_m: [f64; 2], track_width_m: f64) -> Vec<Self> {
+        let mut next_s = 0.0;
+        campaign
+            .runs
+            .iter()
+            .map(|run| {
+                let started_s = run.started_s.unwrap_or(next_s);
+                next_s = started_s + run.duration_s() + BETWEEN_S;
+                Self::of(run, started_s, radii_m, track_width_m)
+            })
+            .collect()
+    }
+
+    fn of(run: &Recording, started_s: f64, radii_m: [f64; 2], track_width_m: f64) -> Self {
+        let wheels: Vec<(f64, [f64; 2])> = run
+            .wheels
+            .iter()
+            .map(|sample| (sample.t_s, [sample.phi_rad.left, sample.phi_rad.right]))
+            .collect();
+        let measured: Vec<_> = run
+            .measured_poses
+            .iter()
+            .filter_map(|pose| Some((pose.t_s, pose.position_m?, pose.heading_rad)))
+            .collect();
+        let start = measured
+            .first()
+            .map_or([0.0; 3], |(_, [x, y], heading)| [*x, *y, heading.unwrap_or(0.0)]);
+        let odometry = odometry(&wheels, start, radii_m, track_width_m);
+        Self { run: run.name.clone(), started_s, wheels, measured, odometry }
+    }
+
+    /// The measured poses as a TUM trajectory, for example for `evo`.
+    pub fn measured_tum(&self) -> String {
+        let poses = self
+            .measured
+            .iter()
+            .map(|(t_s, [x, y], heading)| (*t_s, [*x, *y, heading.unwrap_or(0.0)]));
+        tum(self.started_s, poses)
+    }
+
+    /// The odometry as a TUM trajectory.
+    pub fn odometry_tum(&self) -> String {
+        tum(self.started_s, self.odometry.iter().copied())
+    }
+}
+
+/// Where wheels lead: each step is an arc.
+fn odometry(
+    wheels: &[(f64, [f64; 2])],
+    start: [f64; 3],
+    radii_m: [f64; 2],
+    track_width_m: f64,
+) -> Vec<Timed> {
+    let mut pose = start;
+    let mut before: Option<[f64; 2]> = None;
+    wheels
+        .iter()
+        .map(|(t_s, phi_rad)| {
+            let from = before.replace(*phi_rad).unwrap_or(*phi_rad);
+            let rolled = [0, 1].map(|side| radii_m[side] * (phi_rad[side] - from[side]));
+            let (travel, turn) =
+                ((rolled[0] + rolled[1]) / 2.0, (rolled[1] - rolled[0]) / track_width_m);
+            let half = turn / 2.0;
+            let chord = if half.abs() < 1e-9 { travel } else { travel * half.sin() / half };
+            let (sin, cos) = (pose[2] + half).sin_cos();
+            pose = [pose[0] + chord * cos, pose[1] + chord * sin, pose[2] + turn];
+            (*t_s, pose)
+        })
+        .collect()
+}
+
+fn tum(started_s: f64, poses: impl Iterator<Item = Timed>) -> String {
+    let mut text = String::new();
+    for (t_s, [x, y, heading]) in poses {
+        let (sin, cos) = (heading / 2.0).sin_cos();
+        let _ = writeln!(text, "{:.6} {x:.7} {y:.7} 0 0 0 {sin:.9} {cos:.9}", started_s + t_s);
+    }
+    text
+}
+
+/// All runs in one CSV table. A row has the wheels and the odometry, or a measured pose.
+pub fn table(trajectories: &[Trajectory]) -> String {
+    let mut text =
+        "run,t_s,left_rad,right_rad,odometry_x_m,odometry_y_m,odometry_heading_rad,x_m,y_m,heading_rad\n".to_owned();
+    for one in trajectories {
+        // A separator in the name of a file.
+        let run = format!("\"{}\"", one.run.replace('"', "\"\""));
+        let run = if one.run.contains([',', '"', '\n']) { &run } else { &one.run };
+        let wheels = one.wheels.iter().zip(&one.odometry).map(
+            |((t_s, [left, right]), (_, [x, y, heading]))| {
+                (*t_s, format!("{left:.7},{right:.7},{x:.7},{y:.7},{heading:.7},,,"))
+            },
+        );
+        let poses = one.measured.iter().map(|(t_s, [x, y], heading)| {
+            let heading = heading.map_or_else(String::new, |heading| format!("{heading:.7}"));
+            (*t_s, format!(",,,,,{x:.7},{y:.7},{heading}"))
+        });
+        let mut rows: Vec<(f64, String)> = wheels.chain(poses).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (t_s, cells) in rows {
+            let _ = writeln!(text, "{run},{t_s:.6},{cells}");
+        }
+    }
+    text
+}
+
+/// All runs in one ROS 2 bag: `/joint_states`, `/measured`, `/odom`.
+pub fn bag(trajectories: &[Trajectory]) -> io::Result<Vec<u8>> {
+    let mut bag = BagWriter::new(Vec::new())?;
+    let joints = bag.channel("/joint_states", "sensor_msgs/msg/JointState", JOINT_STATE);
+    let measured = bag.channel("/measured", "geometry_msgs/msg/PoseStamped", POSE_STAMPED);
+    let odometry = bag.channel("/odom", "nav_msgs/msg/Odometry", ODOMETRY);
+    let pose = |t_s: f64, [x, y, heading]: [f64; 3]| {
+        let (sin, cos) = (heading / 2.0).sin_cos();
+        Pose3 { t_s, position_m: [x, y, 0.0], orientation: Some([0.0, 0.0, sin, cos]) }
+    };
+    for one in trajectories {
+        let mut messages: Vec<(f64, _, Vec<u8>)> = Vec::new();
+        for (t_s, [left, right]) in &one.wheels {
+            let t_s = one.started_s + t_s;
+            messages.push((
+                t_s,
+                joints,
+                encode_joints(t_s, &[("left_wheel_joint", *left), ("right_wheel_joint", *right)]),
+            ));
+        }
+        for (t_s, at) in &one.odometry {
+            let t_s = one.started_s + t_s;
+            messages.push((t_s, odometry, encode_odometry(["odom", "base_link"], &pose(t_s, *at))));
+        }
+        for (t_s, [x, y], heading) in &one.measured {
+            let t_s = one.started_s + t_s;
+            let at = pose(t_s, [*x, *y, heading.unwrap_or(0.0)]);
+            messages.push((t_s, measured, encode_pose("map", &at)));
+        }
+        messages.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (t_s, channel, bytes) in messages {
+            bag.message(channel, t_s, &bytes)?;
+        }
+    }
+    bag.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odometry_goes_straight_and_round() {
+        // A quarter of a circle of 1 m to the left, wheels of 0.1 m and 0.2 m, 0.5 m apart, in two steps.
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let wheels = [0.0, 0.5, 1.0]
+            .map(|share| (share, [share * 0.75 * quarter / 0.1, share * 1.25 * quarter / 0.2]));
+        let poses = odometry(&wheels, [1.0, 2.0, 0.0], [0.1, 0.2], 0.5);
+        let (_, [x, y, heading]) = poses[2];
+        assert!(
+            (x - 2.0).abs() < 1e-12 && (y - 3.0).abs() < 1e-12 && (heading - quarter).abs() < 1e-12,
+            "{poses:?}"
+        );
+    }
+}

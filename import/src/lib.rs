@@ -1,0 +1,51 @@
+//! Logs of other programs become campaign folders, and what a campaign says goes back to other programs.
+//!
+//! ```text
+//! bags, tables, trajectories --source--> wheels and poses --understand--> runs on one clock --write--> a campaign
+//! a campaign --export--> parameters of a controller, trajectories, bags
+//! ```
+//!
+//! ```no_run
+//! # fn main() -> Result<(), campaign::CampaignError> {
+//! use import::source::{Choice, Sources};
+//! use import::understand::{Hints, understand};
+//!
+//! let sources = Sources::open(&["drive.mcap".into()], &[])?;
+//! let chosen = sources.choose(&Choice::default())?;
+//! let hints = Hints { wheel_radius_m: Some(0.033), track_width_m: Some(0.16), ..Hints::default() };
+//! let understood = understand(chosen.wheels, &chosen.poses, &hints, chosen.same_clock)?;
+//! import::write::write(&understood, std::path::Path::new("my-robot"), false)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What is certain is done and said ([`log::Note`]); what is not is one error, with its file, the problem, and what to do
+//! (`campaign::CampaignError`). Nothing here prints or asks.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`source`] | which files there are, and what of them is wheels and poses |
+//! | [`bag`], [`mcap`], [`message`], [`cdr`] | ROS 2 bags: topics, records, messages, their encoding |
+//! | [`text`] | tables and trajectories |
+//! | [`log`] | what every source becomes |
+//! | [`understand`] | the whole of the way from two logs to runs |
+//! | [`turns`], [`plane`] | wheels without wraps; poses on the floor |
+//! | [`alignment`], [`cut`], [`mend`] | one clock; runs; axes and signs |
+//! | [`mod@write`] | a campaign folder |
+//! | [`export`] | what goes back |
+
+pub mod alignment;
+pub mod bag;
+pub mod cdr;
+pub mod cut;
+pub mod export;
+pub mod log;
+pub mod mcap;
+pub mod mend;
+pub mod message;
+pub mod plane;
+pub mod source;
+pub mod text;
+pub mod turns;
+pub mod understand;
+pub mod write;

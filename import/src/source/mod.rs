@@ -1,0 +1,351 @@
+//! Which sources there are, and which of what they hold is taken for wheels and poses.
+//!
+//! What is certain is chosen; what is not is asked for, with what there is to choose from.
+
+mod offer;
+
+pub use offer::Offer;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use campaign::CampaignError;
+
+use crate::bag::{self, Inventory, PosePlace};
+use crate::log::{Note, PoseLog, WheelLog, error};
+use crate::message::MessageType;
+use crate::text::{self, Mapping};
+use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
+
+/// Which parts of the sources are meant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// The joints of the left and the right wheel, if they are in a bag.
+    pub wheels: Option<[String; 2]>,
+    /// A topic, or `/tf:parent.child`.
+    pub pose: Option<String>,
+    /// Columns of text files.
+    pub mappings: Vec<Mapping>,
+}
+
+/// A file, with what is in it.
+#[derive(Clone, Debug)]
+enum Source {
+    Bag(PathBuf, Inventory),
+    Text(PathBuf, Box<text::TextLogs>),
+}
+
+/// All sources, looked into.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    each: Vec<Source>,
+}
+
+/// Wheels and poses, chosen and read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// The wheels.
+    pub wheels: WheelLog,
+    /// The poses.
+    pub poses: PoseLog,
+    /// What is not whole, and what else was done.
+    pub notes: Vec<Note>,
+    /// Both are of one recorder.
+    pub same_clock: bool,
+}
+
+impl Sources {
+    /// Looks into files, and into folders for the bags in them.
+    pub fn open(paths: &[PathBuf], mappings: &[Mapping]) -> Result<Self, CampaignError> {
+        let mut each = Vec::new();
+        for path in paths {
+            for file in files(path)? {
+                each.push(match is_bag(&file)? {
+                    true => Source::Bag(file.clone(), bag::inventory(&file)?),
+                    false => Source::Text(file.clone(), Box::new(text::read(&file, mappings)?)),
+                });
+            }
+        }
+        let sources = Self { each };
+        sources.check_mappings(mappings)?;
+        Ok(sources)
+    }
+
+    /// A column that was mapped must be in some file.
+    fn check_mappings(&self, mappings: &[Mapping]) -> Result<(), CampaignError> {
+        let texts = || {
+            self.each.iter().filter_map(|source| match source {
+                Source::Text(file, logs) => Some((file, logs)),
+                Source::Bag(..) => None,
+            })
+        };
+        for mapping in mappings {
+            let is_there = texts().any(|(_, logs)| logs.columns.contains(&mapping.column));
+            if is_there {
+                continue;
+            }
+            let Some((file, _)) = texts().next() else { continue };
+            let columns: Vec<String> = texts()
+                .map(|(file, logs)| format!("{}: {}", file.display(), logs.columns.join(", ")))
+                .collect();
+            let problem = format!("no file has a column `{}`", mapping.column);
+            return Err(error(file, problem, format!("the columns are: {}", columns.join("; "))));
+        }
+        Ok(())
+    }
+
+    /// What there is to choose from.
+    pub fn offers(&self) -> Vec<Offer> {
+        let mut offers = Vec::new();
+        for source in &self.each {
+            match source {
+                Source::Bag(file, inventory) => {
+                    for (name, topic) in &inventory.topics {
+                        offers.extend(of_topic(file, name, topic));
+                    }
+                }
+                Source::Text(file, logs) => offers.extend(of_text(file, logs)),
+            }
+        }
+        offers
+    }
+
+    /// What is not whole in the sources.
+    pub fn notes(&self) -> Vec<Note> {
+        let notes = |source: &Source| match source {
+            Source::Bag(_, inventory) => inventory.notes.clone(),
+            Source::Text(_, logs) => logs.notes.clone(),
+        };
+        self.each.iter().flat_map(notes).collect()
+    }
+
+    fn bags(&self) -> impl Iterator<Item = (&Path, &Inventory)> {
+        self.each.iter().filter_map(|source| match source {
+            Source::Bag(file, inventory) => Some((file.as_path(), inventory)),
+            Source::Text(..) => None,
+        })
+    }
+
+    /// Bags that have a topic.
+    fn with_topic(&self, topic: &str) -> Vec<&Path> {
+        let has = |inventory: &Inventory| inventory.topics.contains_key(topic);
+        self.bags().filter(|(_, inventory)| has(inventory)).map(|(file, _)| file).collect()
+    }
+
+    /// Any file, to name in errors.
+    fn first(&self) -> &Path {
+        match self.each.first() {
+            Some(Source::Bag(file, _) | Source::Text(file, _)) => file,
+            None => Path::new("."),
+        }
+    }
+
+    /// What there is, in words, for the hint of an error.
+    fn what_there_is(&self) -> String {
+        let offers: Vec<String> = self.offers().iter().map(Offer::short).collect();
+        let shown: Vec<&str> = offers.iter().take(12).map(String::as_str).collect();
+        let more = offers.len().saturating_sub(shown.len());
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("there is {}{more}", shown.join("; "))
+    }
+
+    /// Chooses and reads wheels and poses.
+    pub fn choose(&self, choice: &Choice) -> Result<Chosen, CampaignError> {
+        let (wheels, mut notes) = self.wheels(choice)?;
+        let (poses, of_poses) = self.poses(choice)?;
+        notes.extend(of_poses);
+        notes.extend(self.notes());
+        let mut told: Vec<Note> = Vec::new();
+        for note in notes {
+            if !told.contains(&note) {
+                told.push(note);
+            }
+        }
+        let is_bag = |file: &Path| self.bags().any(|(bag, _)| bag == file);
+        let same_clock = wheels.file == poses.file || is_bag(&wheels.file) && is_bag(&poses.file);
+        Ok(Chosen { wheels, poses, notes: told, same_clock })
+    }
+
+    fn wheels(&self, choice: &Choice) -> Result<(WheelLog, Vec<Note>), CampaignError> {
+        let texts: Vec<&WheelLog> = self.each.iter().filter_map(Source::wheels).collect();
+        if let (None, [log]) = (&choice.wheels, texts.as_slice()) {
+            return Ok(((*log).clone(), Vec::new()));
+        }
+        let mut candidates: Vec<(String, [String; 2])> = Vec::new();
+        for (name, topic) in self.bags().flat_map(|(_, inventory)| &inventory.topics) {
+            let pairs = match &choice.wheels {
+                Some(wanted) if wanted.iter().all(|joint| topic.joints.contains(joint)) => {
+                    vec![wanted.clone()]
+                }
+                Some(_) => Vec::new(),
+                None => pairs_of_wheels(topic),
+            };
+            candidates.extend(pairs.into_iter().map(|pair| (name.clone(), pair)));
+        }
+        candidates.sort();
+        candidates.dedup();
+        match candidates.as_slice() {
+            [(topic, [left, right])] if texts.is_empty() || choice.wheels.is_some() => {
+                bag::wheels(&self.with_topic(topic), topic, [left.as_str(), right.as_str()])
+            }
+            [] if choice.wheels.is_some() => {
+                let wanted =
+                    choice.wheels.as_ref().map_or_else(String::new, |wheels| wheels.join(" and "));
+                Err(error(
+                    self.first(),
+                    format!("no topic has the joints {wanted}"),
+                    self.what_there_is(),
+                ))
+            }
+            [] if texts.is_empty() => {
+                let problem = "nothing in it is known to be the wheels";
+                let hint = format!(
+                    "choose two joints with --wheels LEFT,RIGHT, or columns with --map; {}",
+                    self.what_there_is()
+                );
+                Err(error(self.first(), problem, hint))
+            }
+            _ => {
+                let problem = "more than one thing in it may be the wheels";
+                let hint = format!(
+                    "choose with --wheels LEFT,RIGHT, or give fewer files; {}",
+                    self.what_there_is()
+                );
+                Err(error(self.first(), problem, hint))
+            }
+        }
+    }
+
+    fn poses(&self, choice: &Choice) -> Result<(PoseLog, Vec<Note>), CampaignError> {
+        let places = self.pose_places();
+        if let Some(wanted) = &choice.pose {
+            let place = places
+                .iter()
+                .find(|(place, _)| place.to_string() == *wanted || is_loosely(place, wanted));
+            let Some((place, _)) = place else {
+                let all: Vec<String> = places.iter().map(|(place, _)| place.to_string()).collect();
+                let hint = match all.is_empty() {
+                    true => format!("no topic has poses; {}", self.what_there_is()),
+                    false => format!("choose one of {}", all.join(", ")),
+                };
+                return Err(error(self.first(), format!("no poses are called `{wanted}`"), hint));
+            };
+            return bag::poses(&self.with_topic(topic_of(place)), place);
+        }
+        let texts: Vec<&PoseLog> = self.each.iter().filter_map(Source::poses).collect();
+        // Odometry is computed from the wheels, and shows nothing that they do not.
+        let independent: Vec<&PosePlace> =
+            places.iter().filter(|(_, is_odometry)| !is_odometry).map(|(place, _)| place).collect();
+        match (independent.as_slice(), texts.as_slice()) {
+            ([place], []) => bag::poses(&self.with_topic(topic_of(place)), place),
+            ([], [log]) => Ok(((*log).clone(), Vec::new())),
+            ([], []) if !places.is_empty() => {
+                let all: Vec<String> = places.iter().map(|(place, _)| place.to_string()).collect();
+                let problem = format!(
+                    "the only poses are {}, which may be computed from the wheels",
+                    all.join(", ")
+                );
+                let hint = "poses must be measured by something else: a tracker, a camera; if these are, choose them with --pose";
+                Err(error(self.first(), problem, hint))
+            }
+            ([], []) => {
+                let problem = "nothing in it is known to be measured poses";
+                let hint = format!(
+                    "add a file with them, for example a TUM trajectory; {}",
+                    self.what_there_is()
+                );
+                Err(error(self.first(), problem, hint))
+            }
+            _ => {
+                let problem = "more than one thing in it may be the measured poses";
+                let hint =
+                    format!("choose with --pose, or give fewer files; {}", self.what_there_is());
+                Err(error(self.first(), problem, hint))
+            }
+        }
+    }
+
+    /// Where poses are in the bags, and whether they are odometry.
+    fn pose_places(&self) -> Vec<(PosePlace, bool)> {
+        let mut places = Vec::new();
+        for (name, topic) in self.bags().flat_map(|(_, inventory)| &inventory.topics) {
+            for place in of_poses(name, topic) {
+                let odometry = matches!(&place, PosePlace::Transform { parent, .. } if parent.trim_start_matches('/').starts_with("odom"));
+                let is_odometry = odometry || topic.kind() == Some(MessageType::Odometry);
+                places.push((place, is_odometry));
+            }
+        }
+        places.sort_by_key(|(place, _)| place.to_string());
+        places.dedup();
+        places
+    }
+}
+
+impl Source {
+    fn wheels(&self) -> Option<&WheelLog> {
+        match self {
+            Self::Text(_, logs) => logs.wheels.as_ref(),
+            Self::Bag(..) => None,
+        }
+    }
+
+    fn poses(&self) -> Option<&PoseLog> {
+        match self {
+            Self::Text(_, logs) => logs.poses.as_ref(),
+            Self::Bag(..) => None,
+        }
+    }
+}
+
+/// The files of a path: itself, or the bags of a folder, as ROS 2 splits them.
+fn files(path: &Path) -> Result<Vec<PathBuf>, CampaignError> {
+    let cannot = |cause| CampaignError::io(path, "read it", cause);
+    if !fs::metadata(path).map_err(cannot)?.is_dir() {
+        return Ok(vec![path.into()]);
+    }
+    let entries =
+        fs::read_dir(path).map_err(cannot)?.collect::<Result<Vec<_>, _>>().map_err(cannot)?;
+    let mut all: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
+    all.sort();
+    let ends = |file: &Path, ending: &str| {
+        file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
+    };
+    let bags: Vec<PathBuf> = all.iter().filter(|file| ends(file, "mcap")).cloned().collect();
+    if bags.is_empty() {
+        let hint = match all.iter().any(|file| ends(file, "db3")) {
+            true => "this bag is in sqlite3: make one in MCAP with `ros2 bag convert`",
+            false => "name the files, or the folder of a ROS 2 bag",
+        };
+        return Err(error(path, "no .mcap file is in this folder", hint));
+    }
+    Ok(bags)
+}
+
+/// Whether a file is a bag, by its name or its first byte.
+fn is_bag(file: &Path) -> Result<bool, CampaignError> {
+    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    match ending.as_deref() {
+        Some("mcap") => Ok(true),
+        Some("db3") => {
+            let hint = "make a bag in MCAP of it with `ros2 bag convert`";
+            Err(error(file, "this bag is in sqlite3, which is not read", hint))
+        }
+        Some("bag") => {
+            let hint = "make a ROS 2 bag in MCAP of it, for example with `rosbags-convert`";
+            Err(error(file, "this is a bag of ROS 1, which is not read", hint))
+        }
+        _ => Ok(false),
+    }
+}
+
+fn topic_of(place: &PosePlace) -> &str {
+    match place {
+        PosePlace::Topic(topic) | PosePlace::Transform { topic, .. } => topic,
+    }
+}
+
+/// Whether a place is meant by a text without slashes before its names.
+fn is_loosely(place: &PosePlace, wanted: &str) -> bool {
+    let plain = |text: &str| text.replace('/', "");
+    plain(&place.to_string()) == plain(wanted)
+}

@@ -1,0 +1,330 @@
+//! What two logs say: the robot, how the clocks go together, and the runs.
+//!
+//! ```text
+//! wheels --unwrap--> radians --+                              +--> runs --mend--> axes --clocks--> a campaign
+//! poses  --plane---> floor   --+--align--> one clock --cut----+
+//! ```
+
+mod nominal;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use campaign::{CampaignError, RobotFile};
+use robot_model::clocks::{self, ClockFound};
+use robot_model::kinematics::WheelPair;
+use robot_model::recording::{Campaign, PoseMeasurement, Recording, RunKind, WheelSample};
+
+use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
+use crate::cut::{Begins, CutOptions, Piece, cut};
+use crate::log::{Note, PoseLog, WheelLog, error};
+use crate::mend::{mend, words};
+use crate::plane::{FlatPose, flat};
+use crate::turns;
+use nominal::{in_radians, robot};
+
+/// What the user says about robot and log.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hints {
+    /// What the robot is called.
+    pub name: Option<String>,
+    /// Nominal radius of both wheels \[m\].
+    pub wheel_radius_m: Option<f64>,
+    /// Nominal track width \[m\].
+    pub track_width_m: Option<f64>,
+    /// Counts per encoder revolution, where wheels are in counts.
+    pub counts_per_rev: Option<f64>,
+    /// Encoder revolutions per wheel revolution.
+    pub gear_reduction: Option<f64>,
+    /// Where the log is cut.
+    pub cut: CutOptions,
+}
+
+/// A log, understood.
+#[derive(Clone, Debug)]
+pub struct Understood {
+    /// The nominal robot.
+    pub robot: RobotFile,
+    /// Radius and track width were estimated from this log, as nobody gave them.
+    pub is_estimated: [bool; 2],
+    /// The runs, in order.
+    pub runs: Vec<RunUnderstood>,
+    /// What was left out, and why.
+    pub left_out: Vec<LeftOut>,
+    /// How the clocks go together.
+    pub clock: ClockUnderstood,
+    /// What else a user should know.
+    pub notes: Vec<Note>,
+    /// Speeds of wheels and poses before their clocks were brought together, and what makes metres of those of the wheels.
+    pub speeds: Option<([Speeds; 2], Alignment)>,
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct RunUnderstood {
+    /// Its name, without a number.
+    pub name: String,
+    /// Its kind.
+    pub kind: RunKind,
+    /// Why it begins where it does.
+    pub begins: Begins,
+    /// When it began, by the clock of the wheels \[s\].
+    pub started_s: f64,
+    /// Wheels and poses on one clock, which begins with the run.
+    pub recording: Recording,
+}
+
+/// A part of the log that is no run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// By the clock of the wheels \[s\].
+    pub from_s: f64,
+    /// By the clock of the wheels \[s\].
+    pub to_s: f64,
+    /// Why.
+    pub why: String,
+}
+
+/// How the clocks of wheels and poses go together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockUnderstood {
+    /// How late the poses are: their time less that of the wheels \[s\].
+    pub late_s: f64,
+    /// Its standard error \[s\]; zero if both were taken for one clock.
+    pub sigma_s: f64,
+    /// Runs had offsets of their own, or clocks of different rates.
+    pub differs_by_run: bool,
+}
+
+/// Fewer samples are no log.
+const SAMPLES_MIN: usize = 10;
+/// Both in one bag, and apart by less: one clock, and the delay of a camera, which is left to `explain` \[s\].
+const DELAY_MAX_S: f64 = 0.25;
+/// Fewer poses in a run show nothing.
+const POSES_MIN: usize = 2;
+
+/// Understands two logs. `same_clock`: both are of one recorder, whose stamps should agree.
+pub fn understand(
+    mut wheels: WheelLog,
+    poses: &PoseLog,
+    hints: &Hints,
+    same_clock: bool,
+) -> Result<Understood, CampaignError> {
+    for (file, what, count) in [
+        (&wheels.file, &wheels.what, wheels.t_s.len()),
+        (&poses.file, &poses.what, poses.poses.len()),
+    ] {
+        if count < SAMPLES_MIN {
+            let problem = format!("{what} has only {count} samples");
+            return Err(error(
+                file,
+                problem,
+                "choose another topic or column, or record for longer",
+            ));
+        }
+    }
+    let mut notes: Vec<Note> =
+        turns::unwrap(&mut wheels).into_iter().map(|said| Note::new(&wheels.file, said)).collect();
+    let counts_per_rev = in_radians(&mut wheels, hints)?;
+    let mut flat = flat(poses);
+    notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
+    let speeds = speeds(&wheels.t_s, &wheels.turned, &flat.poses)
+        .ok_or_else(|| error(&wheels.file, "it has no duration", "record for longer"))?;
+    let alignment = align(&speeds).map_err(|why| not_aligned(&wheels, poses, why))?;
+    let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
+    let late_s = if are_related { 0.0 } else { alignment.late_s };
+    flat.poses.iter_mut().for_each(|pose| pose.t_s -= late_s);
+    let (robot, is_estimated) = robot(&wheels, poses, hints, counts_per_rev, &alignment)?;
+    let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, hints.cut);
+    if pieces.is_empty() {
+        let hint = "a run begins and ends at standstill; give a log in which the robot drives";
+        return Err(error(&wheels.file, "the robot drives nowhere in this log", hint));
+    }
+    let mut understood = Understood {
+        robot,
+        is_estimated,
+        runs: Vec::new(),
+        left_out: Vec::new(),
+        clock: ClockUnderstood { late_s, sigma_s: 0.0, differs_by_run: false },
+        notes,
+        speeds: Some((speeds, alignment)),
+    };
+    understood.take_runs(&wheels, &flat.poses, &pieces);
+    understood.finish(&wheels.file, &poses.file, are_related)?;
+    Ok(understood)
+}
+
+fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignError {
+    let (of_wheels, of_poses) = (&wheels.what, &poses.what);
+    match why {
+        AlignError::NoMotion { of_wheels: true } => error(
+            &wheels.file,
+            format!("the wheels ({of_wheels}) never turn"),
+            "choose others with --wheels or --map",
+        ),
+        AlignError::NoMotion { of_wheels: false } => error(
+            &poses.file,
+            format!("the poses ({of_poses}) never move"),
+            "choose others with --pose or --map",
+        ),
+        AlignError::NothingInCommon { misfit } => error(
+            &poses.file,
+            format!(
+                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best",
+                100.0 * misfit
+            ),
+            "check that both are of the same robot and drive, and which joint is left and which right",
+        ),
+        AlignError::Ambiguous { lags_s: [a, b] } => error(
+            &poses.file,
+            format!(
+                "the clocks of wheels and poses may differ by {a:.2} s or by {b:.2} s: the motion repeats itself"
+            ),
+            "record a longer log, with stops of different lengths",
+        ),
+    }
+}
+
+impl Understood {
+    /// When the first run began, or what was left out before it, by the clock of the wheels \[s\].
+    pub fn begin_s(&self) -> f64 {
+        let runs = self.runs.iter().map(|run| run.started_s);
+        let left_out = self.left_out.iter().map(|left| left.from_s);
+        runs.chain(left_out).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Takes the pieces of the log as runs; those without poses are left out.
+    fn take_runs(&mut self, wheels: &WheelLog, poses: &[FlatPose], pieces: &[Piece]) {
+        for (number, piece) in pieces.iter().enumerate() {
+            let times = &wheels.t_s[piece.from..=piece.to];
+            let (from_s, to_s) = (times[0], times[times.len() - 1]);
+            let from = poses.partition_point(|pose| pose.t_s < from_s);
+            let to = poses.partition_point(|pose| pose.t_s <= to_s).max(from);
+            if to - from < POSES_MIN {
+                let why = "no pose was measured in it".into();
+                self.left_out.push(LeftOut { from_s, to_s, why });
+                continue;
+            }
+            let samples = times.iter().zip(&wheels.turned[piece.from..=piece.to]);
+            let recording = Recording {
+                // A name for now: the order in the log.
+                name: number.to_string(),
+                started_s: Some(from_s),
+                wheels: samples
+                    .map(|(t_s, [left, right])| WheelSample {
+                        t_s: t_s - from_s,
+                        phi_rad: WheelPair::new(*left, *right),
+                    })
+                    .collect(),
+                measured_poses: poses[from..to]
+                    .iter()
+                    .map(|pose| PoseMeasurement {
+                        t_s: pose.t_s - from_s,
+                        position_m: Some(pose.position_m),
+                        heading_rad: pose.heading_rad,
+                    })
+                    .collect(),
+                ..Recording::default()
+            };
+            let kind = RunKind::Rest;
+            self.runs.push(RunUnderstood {
+                name: String::new(),
+                kind,
+                begins: piece.begins,
+                started_s: from_s,
+                recording,
+            });
+        }
+    }
+
+    /// Mends the axes, brings the clocks together exactly, leaves out what contradicts itself, and names what is left.
+    fn finish(
+        &mut self,
+        wheels: &Path,
+        poses: &Path,
+        are_related: bool,
+    ) -> Result<(), CampaignError> {
+        if self.runs.is_empty() {
+            let problem = format!("none of {} runs has measured poses", self.left_out.len());
+            return Err(error(
+                poses,
+                problem,
+                "the poses must cover the drive; check that both logs are of the same time",
+            ));
+        }
+        let robot = self.robot.to_model();
+        let mut campaign =
+            Campaign { robot, runs: self.runs.iter().map(|run| run.recording.clone()).collect() };
+        let (said, of_runs) = mend(&mut campaign)
+            .map_err(|undecided| error(wheels, undecided.problem, undecided.hint))?;
+        self.notes.extend(said.into_iter().map(|said| Note::new(poses, said)));
+        let faulty: HashSet<&str> = of_runs
+            .iter()
+            .filter(|found| !found.what.is_minor())
+            .filter_map(|found| found.run.as_deref())
+            .collect();
+        if faulty.len() == campaign.runs.len() {
+            let problem = format!("in all {} runs the poses contradict the wheels", faulty.len());
+            return Err(error(poses, problem, "check that wheels and poses are of the same robot"));
+        }
+        for run in campaign.runs.iter().filter(|run| faulty.contains(run.name.as_str())) {
+            let found = of_runs.iter().find(|found| found.run.as_ref() == Some(&run.name));
+            let why = found.map_or_else(String::new, |found| words(&found.what));
+            let from_s = run.started_s.unwrap_or(0.0);
+            self.left_out.push(LeftOut { from_s, to_s: from_s + run.duration_s(), why });
+        }
+        campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
+        let aligned =
+            if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
+        let (campaign, clocks) =
+            aligned.map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+        self.clock.add(&clocks, campaign.runs.len());
+        let begun: Vec<(String, Begins)> =
+            self.runs.iter().map(|run| (run.recording.name.clone(), run.begins)).collect();
+        self.runs.clear();
+        for mut recording in campaign.runs {
+            let kind = RunKind::of(&robot, &recording)
+                .map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+            let begins = begun
+                .iter()
+                .find(|(name, _)| *name == recording.name)
+                .map_or(Begins::SetOff, |(_, begins)| *begins);
+            let name = name(kind, &recording);
+            recording.name.clone_from(&name);
+            let started_s = recording.started_s.unwrap_or(0.0);
+            self.runs.push(RunUnderstood { name, kind, begins, started_s, recording });
+        }
+        self.left_out.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+        Ok(())
+    }
+}
+
+impl ClockUnderstood {
+    /// Adds what was found run by run.
+    fn add(&mut self, clocks: &[ClockFound], runs: usize) {
+        let mut offsets: Vec<f64> = clocks.iter().map(|clock| clock.offset_s).collect();
+        offsets.sort_by(f64::total_cmp);
+        // Runs that are not named have none.
+        offsets.resize(runs.max(offsets.len()), 0.0);
+        offsets.sort_by(f64::total_cmp);
+        let Some(middle_s) = offsets.get(offsets.len() / 2) else { return };
+        self.late_s += middle_s;
+        self.sigma_s = clocks.iter().map(|clock| clock.offset_sigma_s).fold(0.0, f64::max);
+        self.differs_by_run = clocks
+            .iter()
+            .any(|clock| clock.rate != 0.0 || (clock.offset_s - middle_s).abs() > 1e-9)
+            || clocks.len() < runs && !clocks.is_empty();
+    }
+}
+
+/// The name of a run by its kind, and by which way it turned.
+fn name(kind: RunKind, recording: &Recording) -> String {
+    let (first, last) =
+        (&recording.wheels[0].phi_rad, &recording.wheels[recording.wheels.len() - 1].phi_rad);
+    let turned = (last.right - first.right) - (last.left - first.left);
+    let side = if turned >= 0.0 { "left" } else { "right" };
+    match kind {
+        RunKind::Spin | RunKind::Arc | RunKind::Square => format!("{}_{side}", kind.name()),
+        kind => kind.name().replace('-', "_"),
+    }
+}

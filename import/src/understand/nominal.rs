@@ -1,0 +1,104 @@
+//! The nominal robot: its numbers as the user gives them, else from how far the robot went and turned.
+
+use std::f64::consts::TAU;
+
+use campaign::{CampaignError, RobotFile};
+
+use super::Hints;
+use crate::alignment::Alignment;
+use crate::log::{PoseLog, WheelLog, WheelUnit, error};
+
+/// Of a wheel, if it was estimated \[m\].
+const RADII_M: std::ops::RangeInclusive<f64> = 0.005..=1.0;
+
+/// Turns the wheels' numbers into radians; how many counts a revolution has in the campaign.
+pub(super) fn in_radians(wheels: &mut WheelLog, hints: &Hints) -> Result<f64, CampaignError> {
+    let gear = hints.gear_reduction.unwrap_or(1.0);
+    let (rad_per_unit, counts_per_rev) = match wheels.unit {
+        // Any number of counts would do; a campaign that exists has one.
+        WheelUnit::Radians => (1.0, hints.counts_per_rev.unwrap_or(TAU / gear)),
+        WheelUnit::Counts => {
+            let Some(counts) = hints.counts_per_rev else {
+                let problem = format!(
+                    "the wheels ({}) are in counts, and how many make a turn is unknown",
+                    wheels.what
+                );
+                let hint = "add --counts-per-rev N, and --gear-reduction N if the encoder is on the motor; or map angles: --map left_rad=...,right_rad=...";
+                return Err(error(&wheels.file, problem, hint));
+            };
+            (TAU / (counts * gear), counts)
+        }
+        WheelUnit::Metres => {
+            let Some(radius_m) = hints.wheel_radius_m else {
+                let problem = format!(
+                    "the wheels ({}) are in metres rolled, and their radius is unknown",
+                    wheels.what
+                );
+                return Err(error(
+                    &wheels.file,
+                    problem,
+                    "add --wheel-radius, the one that the logger used",
+                ));
+            };
+            (1.0 / radius_m, hints.counts_per_rev.unwrap_or(TAU / gear))
+        }
+    };
+    for turned in &mut wheels.turned {
+        *turned = turned.map(|number| number * rad_per_unit);
+    }
+    wheels.unit = WheelUnit::Radians;
+    Ok(counts_per_rev)
+}
+
+/// The nominal robot: as the user says, else from how far it went.
+pub(super) fn robot(
+    wheels: &WheelLog,
+    poses: &PoseLog,
+    hints: &Hints,
+    counts_per_rev: f64,
+    alignment: &Alignment,
+) -> Result<(RobotFile, [bool; 2]), CampaignError> {
+    let estimated_m = alignment.travel_per_unit;
+    let wheel_radius_m = match hints.wheel_radius_m {
+        Some(radius_m) => radius_m,
+        None if RADII_M.contains(&estimated_m) => rounded(estimated_m),
+        None => {
+            let problem =
+                format!("by the poses, the wheels would have a radius of {estimated_m:.4} m");
+            let hint = "give the unit of the poses, as in --map x_m=COLUMN:mm,y_m=COLUMN:mm, or --wheel-radius";
+            return Err(error(&poses.file, problem, hint));
+        }
+    };
+    // theta = R (phi_r - phi_l) / b
+    let width_m = alignment.turn_per_unit.filter(|turn| *turn > 0.0).map(|turn| estimated_m / turn);
+    let track_width_m = match (hints.track_width_m, width_m) {
+        (Some(width_m), _) => width_m,
+        (None, Some(width_m)) => rounded(width_m * wheel_radius_m / estimated_m),
+        (None, None) => {
+            let problem = "the track width is unknown, and no turn of the robot was measured";
+            return Err(error(&wheels.file, problem, "add --track-width"));
+        }
+    };
+    let name = hints.name.clone().unwrap_or_else(|| "imported robot".into());
+    let robot = RobotFile {
+        name,
+        wheel_radius_m,
+        track_width_m,
+        counts_per_rev,
+        gear_reduction: hints.gear_reduction.unwrap_or(1.0),
+        position_sigma_m: None,
+        heading_sigma_rad: None,
+        supply_v: None,
+        uid: None,
+        simulated: None,
+        runs: Vec::new(),
+    };
+    Ok((robot, [hints.wheel_radius_m.is_none(), hints.track_width_m.is_none()]))
+}
+
+/// Four digits: more are not known.
+fn rounded(value: f64) -> f64 {
+    let digits = 3 - value.abs().log10().floor() as i32;
+    let power = 10_f64.powi(digits);
+    (value * power).round() / power
+}

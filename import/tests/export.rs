@@ -1,0 +1,138 @@
+//! What is exported says of a robot what is true of it, and other programs can do with it what they would.
+
+use std::path::Path;
+
+use campaign::RobotFile;
+use campaign::model::ModelFile;
+use import::bag::{PosePlace, inventory, poses, wheels};
+use import::export::{Controller, Trajectory, bag, table};
+use import::text;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use robot_model::kinematics::WheelPair;
+use robot_model::recording::{Campaign, PoseMeasurement, Recording, WheelSample};
+
+/// What the robot is, and its data sheet does not say: both radii and the track width \[m\].
+const RADII_M: [f64; 2] = [0.0363, 0.0357];
+const TRACK_M: f64 = 0.380;
+const SEED: u64 = 4;
+
+fn nominal() -> RobotFile {
+    RobotFile::parse(
+        Path::new("robot.toml"),
+        "name = \"a robot\"\nwheel_radius_m = 0.036\ntrack_width_m = 0.372\ncounts_per_rev = 900\n",
+    )
+    .unwrap()
+}
+
+/// Out and back, spins, arcs: speeds of both wheels \[rad/s\], for ten seconds. The last two are held out.
+fn campaign() -> Campaign {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let speeds =
+        [[6.0, 6.0], [-5.0, 5.0], [5.0, -5.0], [3.0, 6.0], [6.0, 3.0], [4.0, 4.0], [5.0, 2.0]];
+    let runs = speeds.into_iter().enumerate().map(|(number, speeds)| {
+        let (mut phi, mut pose) = ([0.0; 2], [0.0_f64; 3]);
+        let mut run = Recording {
+            name: format!("run_{number}"),
+            started_s: Some(100.0 * number as f64),
+            held_out: number >= 5,
+            ..Recording::default()
+        };
+        for k in 0..200 {
+            let t_s = f64::from(k) * 0.05;
+            run.wheels.push(WheelSample { t_s, phi_rad: WheelPair::new(phi[0], phi[1]) });
+            let mut noise =
+                |size: f64| size * (rng.random_range(-1.0..1.0) + rng.random_range(-1.0..1.0));
+            run.measured_poses.push(PoseMeasurement {
+                t_s,
+                position_m: Some([pose[0] + noise(1e-3), pose[1] + noise(1e-3)]),
+                heading_rad: Some(pose[2] + noise(2e-3)),
+            });
+            // Spins and the runs held out go on; all else comes back, half as fast.
+            let goes_on = k < 100 || speeds[0] == -speeds[1] || run.held_out;
+            let back = if goes_on { 1.0 } else { -0.5 };
+            let turned = speeds.map(|speed| 0.05 * speed * back);
+            let rolled = [RADII_M[0] * turned[0], RADII_M[1] * turned[1]];
+            let (travel, turn) = ((rolled[0] + rolled[1]) / 2.0, (rolled[1] - rolled[0]) / TRACK_M);
+            let (sin, cos) = (pose[2] + turn / 2.0).sin_cos();
+            pose = [pose[0] + travel * cos, pose[1] + travel * sin, pose[2] + turn];
+            phi = [phi[0] + turned[0], phi[1] + turned[1]];
+        }
+        run
+    });
+    Campaign { robot: nominal().to_model(), runs: runs.collect() }
+}
+
+/// How far the odometry ends from the last measured pose, in the mean over these runs \[m\].
+fn off_m(trajectories: &[Trajectory]) -> f64 {
+    let off = trajectories.iter().map(|one| {
+        let (_, [x, y, _]) = one.odometry[one.odometry.len() - 1];
+        let (_, [measured_x, measured_y], _) = one.measured[one.measured.len() - 1];
+        (x - measured_x).hypot(y - measured_y)
+    });
+    off.sum::<f64>() / trajectories.len() as f64
+}
+
+#[test]
+fn a_controller_gets_the_radii_and_the_track_width_that_the_robot_has() {
+    let campaign = campaign();
+    let controller =
+        Controller::of(Path::new("a"), &nominal(), &campaign, &ModelFile::default()).unwrap();
+    for (found, is) in controller.radii_m().into_iter().zip(RADII_M) {
+        assert!((found / is - 1.0).abs() < 1e-3, "{controller:?}");
+    }
+    assert!((controller.track_width_m() / TRACK_M - 1.0).abs() < 2e-3, "{controller:?}");
+    assert_eq!(controller.cost, None);
+    // On the runs that nothing was fitted to.
+    let held_out = |radii_m, track_m| off_m(&Trajectory::all(&campaign, radii_m, track_m)[5..]);
+    let before_m = held_out([0.036; 2], 0.372);
+    let after_m = held_out(controller.radii_m(), controller.track_width_m());
+    assert!(before_m > 0.02 && after_m < 0.005, "{before_m} {after_m}");
+    let yaml = controller.to_yaml("a robot\nwheel_radius: 7");
+    for line in [
+        "    wheel_separation: 0.372000",
+        "    wheel_radius: 0.036000",
+        "diff_drive_controller:",
+        "  ros__parameters:",
+    ] {
+        assert!(yaml.lines().any(|own| own == line), "{line}: {yaml}");
+    }
+    for key in [
+        "wheel_separation_multiplier",
+        "left_wheel_radius_multiplier",
+        "right_wheel_radius_multiplier",
+        "pose_covariance_diagonal",
+        "twist_covariance_diagonal",
+    ] {
+        assert_eq!(yaml.matches(key).count(), 1, "{key}: {yaml}");
+    }
+    let radii = yaml.lines().filter(|line| line.trim_start().starts_with("wheel_radius:"));
+    assert_eq!(radii.count(), 1, "a name cannot add a parameter: {yaml}");
+}
+
+#[test]
+fn trajectories_tables_and_bags_are_read_again() {
+    let campaign = campaign();
+    let trajectories = Trajectory::all(&campaign, RADII_M, TRACK_M);
+    let read =
+        text::parse(Path::new("a.tum"), trajectories[1].measured_tum().as_bytes(), &[]).unwrap();
+    let track = read.poses.unwrap().poses;
+    assert_eq!(track.len(), 200);
+    assert!((track[199].t_s - 109.95).abs() < 1e-6);
+    // One table holds all runs, so only its first one is looked at.
+    let rows = table(&trajectories[..1]);
+    let read = text::parse(Path::new("a.csv"), rows.as_bytes(), &[]).unwrap();
+    assert_eq!(read.wheels.unwrap().t_s.len(), 200);
+    assert_eq!(read.poses.unwrap().poses.len(), 200);
+    let file = tempfile::Builder::new().suffix(".mcap").tempfile().unwrap();
+    std::fs::write(file.path(), bag(&trajectories).unwrap()).unwrap();
+    let found = inventory(file.path()).unwrap();
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    let (log, _) =
+        wheels(&[file.path()], "/joint_states", ["left_wheel_joint", "right_wheel_joint"]).unwrap();
+    assert_eq!(log.t_s.len(), 1400);
+    for topic in ["/measured", "/odom"] {
+        let (log, _) = poses(&[file.path()], &PosePlace::Topic(topic.into())).unwrap();
+        assert_eq!(log.poses.len(), 1400, "{topic}");
+    }
+}

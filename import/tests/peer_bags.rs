@@ -1,0 +1,75 @@
+//! Bags that another program wrote: the Python package `rosbags` 0.11.9, with the types of Humble (no compression) and of
+//! Jazzy (chunks in zstd). Both hold the same twenty poses of everything that is read.
+
+use std::path::{Path, PathBuf};
+
+use import::bag::{PosePlace, inventory, poses, wheels};
+
+const STAMP_S: f64 = 1_732_473_042.25;
+
+fn bags() -> [PathBuf; 2] {
+    ["humble_plain.mcap", "jazzy_zstd.mcap"]
+        .map(|name| Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bags")).join(name))
+}
+
+#[test]
+fn every_type_is_read_as_it_was_written() {
+    let places = [
+        PosePlace::Topic("/pose".into()),
+        PosePlace::Topic("/amcl".into()),
+        PosePlace::Topic("/odom".into()),
+        PosePlace::Topic("/vicon".into()),
+        PosePlace::Transform {
+            topic: "/tf".into(),
+            parent: "map".into(),
+            child: "odom_frame_longer_name".into(),
+        },
+    ];
+    for bag in bags() {
+        let (log, notes) =
+            wheels(&[&bag], "/joint_states", ["wheel_left_joint", "wheel_right_joint"]).unwrap();
+        assert!(notes.is_empty(), "{notes:?}");
+        assert_eq!(log.t_s.len(), 20);
+        for (k, (t_s, turned)) in log.t_s.iter().zip(&log.turned).enumerate() {
+            let k = k as f64;
+            assert!(
+                (t_s - STAMP_S - 0.05 * k).abs() < 1e-6,
+                "the stamp of the header, not of the recorder"
+            );
+            assert_eq!(*turned, [0.25 * k, -0.3 * k]);
+        }
+        for place in &places {
+            let (log, notes) = poses(&[&bag], place).unwrap();
+            assert!(notes.is_empty(), "{notes:?}");
+            assert_eq!(log.poses.len(), 20, "{place}");
+            for (k, pose) in log.poses.iter().enumerate() {
+                let k = k as f64;
+                assert!((pose.t_s - STAMP_S - 0.05 * k).abs() < 1e-6);
+                assert_eq!(pose.position_m, [0.1 * k, -0.2 * k, 0.5]);
+                let [x, y, z, w] = pose.orientation.unwrap();
+                assert!(
+                    x == 0.0
+                        && y == 0.0
+                        && (z - (0.01 * k).sin()).abs() < 1e-15
+                        && (w - (0.01 * k).cos()).abs() < 1e-15
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_list_has_all_topics_and_says_which_are_read() {
+    for bag in bags() {
+        let found = inventory(&bag).unwrap();
+        let topics: Vec<(&str, usize, bool)> = found
+            .topics
+            .iter()
+            .map(|(name, topic)| (name.as_str(), topic.messages, topic.kind().is_some()))
+            .collect();
+        let all = ["/amcl", "/joint_states", "/odom", "/pose", "/tf", "/vicon"];
+        assert_eq!(topics, all.map(|name| (name, 20, true)));
+        assert_eq!(found.topics["/tf"].transforms.len(), 2);
+        assert!(found.topics.values().all(|topic| topic.unread.is_none()), "{found:?}");
+    }
+}

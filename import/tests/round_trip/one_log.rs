@@ -1,0 +1,159 @@
+//! A campaign as one long log: the robot stands and is carried between its runs, while everything is recorded on.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::path::Path;
+
+use campaign::{Campaign, Column};
+use import::log::Pose3;
+use import::mcap::BagWriter;
+use import::message::{encode_joints, encode_pose};
+
+/// A campaign as one log, by the clocks of a robot and of a tracker.
+pub struct OneLog {
+    /// Time \[s\] and counts.
+    pub wheels: Vec<(f64, [f64; 2])>,
+    /// Poses in the tracker's frame.
+    pub poses: Vec<Pose3>,
+    pub counts_per_rev: f64,
+}
+
+/// When the log began \[s\].
+const EPOCH_S: f64 = 1_732_473_042.25;
+/// Between two samples while the robot stands \[s\].
+const IDLE_S: f64 = 0.05;
+
+/// A pose on the floor as the tracker sees it: its axes are turned and elsewhere, and the marker sits turned.
+pub fn view(t_s: f64, [x_m, y_m]: [f64; 2], heading_rad: f64) -> Pose3 {
+    const TURNED_RAD: f64 = 0.7;
+    const MARKER_RAD: f64 = -1.5;
+    let (sin, cos) = TURNED_RAD.sin_cos();
+    let position_m = [5.0 + cos * x_m - sin * y_m, -2.0 + sin * x_m + cos * y_m, 0.31];
+    let (sin, cos) = ((heading_rad + TURNED_RAD + MARKER_RAD) / 2.0).sin_cos();
+    Pose3 { t_s, position_m, orientation: Some([0.0, 0.0, sin, cos]) }
+}
+
+impl OneLog {
+    pub fn of(folder: &Path, late_s: f64) -> Self {
+        Self::of_runs(folder, late_s, 0..usize::MAX)
+    }
+
+    /// Only some of the runs.
+    pub fn of_runs(folder: &Path, late_s: f64, which: Range<usize>) -> Self {
+        let campaign = Campaign::read(folder).unwrap();
+        let mut log = Self {
+            wheels: Vec::new(),
+            poses: Vec::new(),
+            counts_per_rev: campaign.robot.counts_per_rev,
+        };
+        let mut counted = [0.0; 2];
+        for run in
+            campaign.runs.iter().enumerate().filter(|(k, _)| which.contains(k)).map(|(_, run)| run)
+        {
+            let start_s = EPOCH_S + run.facts.started_s.unwrap();
+            log.stand_until(
+                start_s,
+                late_s,
+                &run.rows
+                    .iter()
+                    .find_map(|row| {
+                        Some((
+                            [row.get(Column::X)?, row.get(Column::Y)?],
+                            row.get(Column::Heading)?,
+                        ))
+                    })
+                    .unwrap(),
+            );
+            let mut first = None;
+            for row in &run.rows {
+                let t_s = start_s + row.t_s;
+                if let (Some(left), Some(right)) = (row.counts.left, row.counts.right) {
+                    let first = *first.get_or_insert([left, right]);
+                    let counts = [counted[0] + left - first[0], counted[1] + right - first[1]];
+                    log.wheels.push((t_s, counts));
+                }
+                if let (Some(x), Some(y), Some(heading)) =
+                    (row.get(Column::X), row.get(Column::Y), row.get(Column::Heading))
+                {
+                    log.poses.push(view(t_s + late_s, [x, y], heading));
+                }
+            }
+            counted = log.wheels[log.wheels.len() - 1].1;
+        }
+        // The tracker began earlier, at no time that anything else has.
+        let first = log.poses[0];
+        log.poses.insert(0, Pose3 { t_s: first.t_s - 0.0271, ..first });
+        log
+    }
+
+    /// The robot stands where it is, is carried in the middle of the time, and stands at its next mark.
+    fn stand_until(
+        &mut self,
+        until_s: f64,
+        late_s: f64,
+        (position_m, heading_rad): &([f64; 2], f64),
+    ) {
+        let (Some((from_s, counts)), Some(here)) =
+            (self.wheels.last().copied(), self.poses.last().copied())
+        else {
+            return;
+        };
+        let steps = ((until_s - from_s) / IDLE_S).floor() as usize;
+        for step in 1..steps {
+            let t_s = from_s + step as f64 * IDLE_S;
+            self.wheels.push((t_s, counts));
+            if step % 2 == 0 && t_s + late_s > here.t_s && t_s < until_s - 0.2 {
+                let there = view(t_s + late_s, *position_m, *heading_rad);
+                self.poses.push(if 2 * step < steps {
+                    Pose3 { t_s: t_s + late_s, ..here }
+                } else {
+                    there
+                });
+            }
+        }
+    }
+
+    /// As a ROS 2 bag: angles of joints in radians, poses, and something else.
+    pub fn bag(&self) -> Vec<u8> {
+        let mut bag = BagWriter::new(Vec::new()).unwrap();
+        let joints = bag.channel("/joint_states", "sensor_msgs/msg/JointState", "");
+        let poses = bag.channel("/tracker/pose", "geometry_msgs/msg/PoseStamped", "");
+        let other = bag.channel("/rosout", "rcl_interfaces/msg/Log", "");
+        bag.message(other, EPOCH_S, b"hello").unwrap();
+        let rad = TAU / self.counts_per_rev;
+        for (t_s, [left, right]) in &self.wheels {
+            let joint = [
+                ("wheel_left_joint", left * rad),
+                ("camera_pan", 0.1),
+                ("wheel_right_joint", right * rad),
+            ];
+            // Received some time after it was measured.
+            bag.message(joints, t_s + 0.013, &encode_joints(*t_s, &joint)).unwrap();
+        }
+        for pose in &self.poses {
+            bag.message(poses, pose.t_s + 0.2, &encode_pose("mocap", pose)).unwrap();
+        }
+        bag.finish().unwrap()
+    }
+
+    /// The wheels as a table in nanoseconds.
+    pub fn table(&self) -> String {
+        let mut text = "stamp,battery,enc_l,enc_r\n".to_owned();
+        for (t_s, [left, right]) in &self.wheels {
+            let nanoseconds = ((t_s - EPOCH_S) * 1e9).round() as i64 + (EPOCH_S * 1e9) as i64;
+            let _ = writeln!(text, "{nanoseconds},12.1,{left},{right}");
+        }
+        text
+    }
+
+    /// The poses as a TUM trajectory.
+    pub fn trajectory(&self) -> String {
+        let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
+        for Pose3 { t_s, position_m: [x, y, z], orientation } in &self.poses {
+            let [qx, qy, qz, qw] = orientation.unwrap();
+            let _ = writeln!(text, "{t_s:.6} {x:.7} {y:.7} {z} {qx} {qy} {qz:.9} {qw:.9}");
+        }
+        text
+    }
+}

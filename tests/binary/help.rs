@@ -48,7 +48,11 @@ fn every_example_in_the_help_is_a_command() {
 #[test]
 fn every_example_that_needs_no_hardware_runs() {
     let temp = TempFolder::new();
-    let elsewhere = ["/dev/", "tcp:", "--listen", "sim:"];
+    // Ports, and logs with names that only their own robot has.
+    let elsewhere = ["/dev/", "tcp:", "--listen", "sim:", "/tf:", "encoders.csv"];
+    let mystery = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/mystery-robot");
+    temp.run_with(&["export", mystery, "--to", "mcap", "-o", "drive.mcap"], "").ok();
+    temp.run("tune --record my-motors").ok();
     let here: Vec<_> = examples()
         .into_iter()
         .filter(|example| !elsewhere.iter().any(|port| example.contains(port)))

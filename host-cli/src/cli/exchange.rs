@@ -19,9 +19,9 @@ heading_rad, qx, qy, qz, qw. Units: s ms us ns, m cm mm in ft, rad deg rev.
 
 Examples:
   beeline import drive.mcap                      lists what is in it, and proposes the command
-  beeline import drive.mcap -o my-robot --wheel-radius 33mm --track-width 16cm
-  beeline import drive.mcap -o my-robot --wheels wheel_left,wheel_right --pose /tf:map.base_link
-  beeline import encoders.csv track.tum -o my-robot --counts-per-rev 1920 \\
+  beeline import drive.mcap -o my-logs --wheel-radius 36mm --track-width 37.2cm
+  beeline import drive.mcap -o my-logs --wheels wheel_left,wheel_right --pose /tf:map.base_link
+  beeline import encoders.csv track.tum -o my-logs --counts-per-rev 1920 \\
       --map left_counts=enc_l,right_counts=enc_r,t_s=stamp:ns")]
 pub struct ImportArgs {
     /// The files, or folders of bags.

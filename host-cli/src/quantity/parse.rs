@@ -69,6 +69,18 @@ parse_ground_or_wheel!(
     "0.101rev/s^2 or 0.02m/s^2"
 );
 
+/// A number in SI units. For a unit that is a power of ten the decimal point moves in the text, so that 37.2 cm are the
+/// double next to 0.372; 37.2 times 0.01 is not.
+fn in_si(number: &str, value: f64, scale: f64) -> f64 {
+    let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let power = scale.log10().round();
+    if format!("1e{power}").parse() != Ok(scale) {
+        return value * scale;
+    }
+    let exponent = exponent.parse::<i32>().unwrap_or_default().saturating_add(power as i32);
+    format!("{digits}e{exponent}").parse().unwrap_or(value * scale)
+}
+
 /// The quantity that is parsed.
 struct Kind {
     what: &'static str,
@@ -99,7 +111,7 @@ impl Kind {
         }
         for (list, units) in self.units.iter().enumerate() {
             if let Some((_, scale)) = units.iter().find(|(name, _)| *name == unit) {
-                let si = value * scale;
+                let si = in_si(number, value, *scale);
                 return if si.is_finite() { Ok((si, list)) } else { Err(fail(Problem::NotFinite)) };
             }
         }

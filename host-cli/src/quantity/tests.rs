@@ -23,6 +23,14 @@ fn lengths_are_read_in_every_unit_with_or_without_a_space() {
 }
 
 #[test]
+fn a_decimal_length_is_the_nearest_double() {
+    // 36 times 0.001 is 0.036000000000000004.
+    for (text, m) in [("36mm", 0.036), ("37.2cm", 0.372), ("33 mm", 0.033), ("0.7um", 7e-7)] {
+        assert_eq!(text.parse::<Length>().unwrap().m, m, "{text}");
+    }
+}
+
+#[test]
 fn wheel_and_ground_are_kept_apart_and_convert_by_the_radius() {
     let turns: Distance = "8rev".parse().unwrap();
     assert_eq!(turns, Distance::Wheel(8.0 * TAU));

@@ -111,7 +111,7 @@ fn a_rotor_comes_to_rest_in_a_slot() {
 #[test]
 fn a_winding_that_holds_a_wheel_warms_and_its_current_falls_as_copper_has_it() {
     let mut parameters = both(MotorDefectParameters {
-        heat_resistance_k_per_w: 10.0,
+        heat_resistance_k_per_w: 30.0,
         heat_capacity_j_per_k: 0.2,
         ..MotorDefectParameters::default()
     });
@@ -125,7 +125,7 @@ fn a_winding_that_holds_a_wheel_warms_and_its_current_falls_as_copper_has_it() {
     let warm_a = plant.currents_a().left;
     // U I = dT / R_th and I = I_0 / (1 + 0.0039 dT), at rest in temperature.
     let volts = 0.3 * plant.bus_v();
-    let warmer_k = 10.0 * volts * warm_a;
+    let warmer_k = 30.0 * volts * warm_a;
     let expected_a = cold_a / (1.0 + 0.0039 * warmer_k);
     assert!((warm_a / expected_a - 1.0).abs() < 0.01, "{warm_a} {expected_a}");
     assert!(warm_a < 0.9 * cold_a, "{warm_a} {cold_a}");

@@ -61,6 +61,12 @@ fn every_example_that_needs_no_hardware_runs() {
     for example in here {
         let outcome = temp.run(&example);
         assert_eq!(outcome.code, Some(0), "beeline {example}: {outcome:#?}");
+        // A line break within what should be one line is printed as its code.
+        let texts = [&outcome.stdout, &outcome.stderr];
+        assert!(
+            !texts.iter().any(|text| text.contains("\\u000a")),
+            "beeline {example}: {outcome:#?}"
+        );
     }
 }
 

@@ -123,11 +123,11 @@ fn print_push(push: Push) {
     let (way, other) =
         if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
     say(format_args!(
-        "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.\n\
-         The feedforward takes the mean. A level floor gives better constants.",
+        "{} both wheels need {:.2} V less {way} than {other}: the floor slopes, or a cable pulls.",
         paint(WARN, "pushed:"),
         2.0 * push.volts.abs()
     ));
+    say("The feedforward takes the mean. A level floor gives better constants.");
 }
 
 fn print(tuned: &Tuned, forgets: bool) {

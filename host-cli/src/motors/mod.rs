@@ -18,10 +18,15 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
     let BaselineErrors { errors, each_m, resolution_m, .. } = found;
     let times = errors.cross_validated_m / resolution_m;
     say(format_args!(
-        "The model of the motors, kS, kV and kA alike for both, is off by {}: each experiment is predicted by\n\
-         the voltages and the other {}. What counts hide is {}{}.",
-        paint(BOLD, millimetres(errors.cross_validated_m)),
-        names.len().saturating_sub(1),
+        "The model of the motors, kS, kV and kA alike for both, is off by {}.",
+        paint(BOLD, millimetres(errors.cross_validated_m))
+    ));
+    say(format_args!(
+        "Each experiment is predicted by its voltages and by what the other {} gave.",
+        names.len().saturating_sub(1)
+    ));
+    say(format_args!(
+        "The resolution of the counts hides {}{}.",
         millimetres(*resolution_m),
         if times > words::WORTH_A_WORD {
             format!(": the error is {times:.1} times that")
@@ -104,7 +109,7 @@ fn show_step(number: usize, step: &MotorStep) {
     }
     say(format_args!("   positive: {}", facts.sign));
     say(format_args!(
-        "   the error falls to {}; chance gives as much in one of {:.0} exchanges of experiments",
+        "   the error falls to {}; chance alone does that in one of {:.0} campaigns",
         millimetres(step.errors.cross_validated_m),
         1.0 / step.p_value
     ));

@@ -19,6 +19,9 @@
 //! - The time to program a word of flash; an erasure takes the data sheet's time.
 //! - External interrupts of pins (EXTI); the firmware polls its inputs.
 //! - The debug probe: logs go nowhere.
+//!
+//! Without the feature `emulator` this crate is empty.
+#![cfg(feature = "emulator")]
 
 mod board;
 mod bug;

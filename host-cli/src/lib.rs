@@ -18,6 +18,7 @@
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
+//! | [`model_page`] | the page on which effects are switched on and off |
 //! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`motors`] | what the motors lack, in words |
@@ -44,6 +45,7 @@ pub mod import_page;
 pub mod interrupt;
 pub mod json;
 pub mod limits;
+pub mod model_page;
 pub mod motors;
 pub mod port;
 pub mod pose_source;

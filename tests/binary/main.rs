@@ -19,6 +19,7 @@ mod help;
 mod key;
 mod libraries;
 mod memory;
+mod model_page;
 mod outcome;
 mod outside_text;
 mod page_code;

@@ -48,17 +48,10 @@ impl Rules {
     }
 }
 
-/// The workspace.
-pub const WORKSPACE: &str = "Cargo.toml";
-
-/// What is outside of the workspace, and has a lock file of its own.
-const EMULATED_BOARD: &str = "emulated-board/Cargo.toml";
-
-/// Everything in the lock file beside a manifest, with all features, for all systems.
-pub fn metadata(manifest: &str) -> Result<Metadata, String> {
+/// Everything in the lock file, with all features, for all systems.
+pub fn metadata() -> Result<Metadata, String> {
     MetadataCommand::new()
         .current_dir(root())
-        .manifest_path(root().join(manifest))
         .features(cargo_metadata::CargoOpt::AllFeatures)
         .other_options(["--locked".to_owned()])
         .exec()
@@ -69,18 +62,13 @@ pub fn metadata(manifest: &str) -> Result<Metadata, String> {
 pub fn check() -> Outcome {
     let rules = Rules::read()?;
     let mut findings = Vec::new();
-    for manifest in [WORKSPACE, EMULATED_BOARD] {
-        let metadata = metadata(manifest)?;
-        let foreign: Vec<&Package> =
-            metadata.packages.iter().filter(|package| package.source.is_some()).collect();
-        println!("    {manifest}: {} packages", foreign.len());
-        findings.extend(licences(&rules, &foreign));
-        findings.extend(sources(&foreign));
-        // What the emulator needs twice is compiled for tests alone.
-        if manifest == WORKSPACE {
-            findings.extend(duplicates(&rules, &foreign));
-        }
-    }
+    let metadata = metadata()?;
+    let foreign: Vec<&Package> =
+        metadata.packages.iter().filter(|package| package.source.is_some()).collect();
+    println!("    {} packages", foreign.len());
+    findings.extend(licences(&rules, &foreign));
+    findings.extend(sources(&foreign));
+    findings.extend(duplicates(&rules, &foreign));
     let layers = layers::findings()?;
     let groups = [("of deny.toml", findings), ("in xtask/src/dependencies/layers.rs", layers)];
     let failures: Vec<String> = groups

@@ -20,7 +20,8 @@ impl Steps {
         Self { begun: Instant::now(), done: Vec::new() }
     }
 
-    fn took(&mut self, name: &'static str, took: Duration, outcome: Outcome) -> Outcome {
+    /// Notes a step that took so long, beside another one.
+    pub fn took(&mut self, name: &'static str, took: Duration, outcome: Outcome) -> Outcome {
         self.done.push((name, took, outcome.is_ok()));
         println!("==> {name}: {} in {:.1} s", verdict(outcome.is_ok()), took.as_secs_f64());
         outcome.map_err(|message| format!("{name} failed: {message}"))
@@ -49,13 +50,6 @@ impl Steps {
 fn verdict(good: bool) -> &'static str {
     if good { "ok" } else { "FAILED" }
 }
-
-/// Variables with which clippy compiles the crates of a workspace: one pass checks them and builds them, and
-/// what they depend on is not compiled a second time for the check. `cargo clippy -- -D warnings` sets the same.
-pub const LINTING: [(&str, &str); 2] = [
-    ("RUSTC_WORKSPACE_WRAPPER", "clippy-driver"),
-    ("CLIPPY_ARGS", "-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__"),
-];
 
 /// Cargo in the root.
 pub fn cargo_command<S: AsRef<OsStr>>(args: &[S]) -> Command {

@@ -4,9 +4,12 @@
 //! the firmware's fixed-point arithmetic has to pass.
 
 use std::process::Command;
+use std::time::Instant;
 
+use crate::emulated::EMULATOR;
 use crate::repository::root;
 use crate::steps::{Outcome, Steps, cargo, run as command};
+use crate::test_binaries::TestBinary;
 use crate::{
     arrows, boards, circles, dependencies, documents, emulated, firmware, forbidden_words, lengths,
     prerequisites, side_effects, test_binaries, third_party,
@@ -50,35 +53,51 @@ fn all(steps: &mut Steps) -> Outcome {
     steps.run("needs", prerequisites::meet)?;
     quick(steps)?;
     steps.run("dependencies", dependencies::check)?;
+    let with_emulator = |line: &[&'static str]| [line, &EMULATOR].concat();
     steps.run("clippy", || {
+        let line = with_emulator(&["clippy", "--workspace", "--all-targets"]);
         cargo(
-            &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],
+            &[&line[..], &["--", "-D", "warnings"]].concat(),
             &[],
             "fix what clippy says; `cargo clippy --fix` does some of it",
         )
     })?;
     steps.run("doc", || {
         cargo(
-            &["doc", "--workspace", "--no-deps"],
+            &with_emulator(&["doc", "--workspace", "--no-deps"]),
             &[("RUSTDOCFLAGS", "-D warnings")],
             "fix the documentation comments",
         )
     })?;
     // What is compiled for them and what they take are two figures: only one is the tests' own.
-    let mut binaries = Vec::new();
-    steps.run("build tests", || {
-        binaries = test_binaries::build()?;
-        Ok(())
-    })?;
-    steps.run("test", || test_binaries::run(&binaries, REAL_TIME))?;
+    let binaries = build(steps)?;
+    steps.run("images clippy", firmware::clippy)?;
+    let image = emulated::image()?;
+    steps.run("test", || test_binaries::run(&binaries, REAL_TIME, &image))?;
     // They wait more than they compute: more of them run at once than there are cores, and nothing beside them.
     let wait = ["--test-threads", REAL_TIME_THREADS];
     let arguments = [&[REAL_TIME], &wait[..]].concat();
-    steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))?;
-    steps.run("images", || firmware::run(&[]))?;
-    steps.run("images clippy", firmware::clippy)?;
-    steps.run("build emulated", emulated::build_tests)?;
-    steps.run("emulated", emulated::test)
+    steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))
+}
+
+/// Builds the tests, and the images beside them: of an image the last and longest part, its optimisation as a whole,
+/// keeps one core busy. The two have build folders of their own.
+fn build(steps: &mut Steps) -> Result<Vec<TestBinary>, String> {
+    let mut binaries = Vec::new();
+    std::thread::scope(|scope| {
+        let images = scope.spawn(|| {
+            let begun = Instant::now();
+            (firmware::run(&[]), begun.elapsed())
+        });
+        let built = steps.run("build tests", || {
+            binaries = test_binaries::build()?;
+            Ok(())
+        });
+        let (outcome, took) = images.join().expect("the chore does not panic");
+        let images = steps.took("images", took, outcome);
+        built.and(images)
+    })?;
+    Ok(binaries)
 }
 
 /// The tests of the executable on robots that move in real time.

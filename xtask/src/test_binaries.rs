@@ -11,14 +11,16 @@ use std::time::Instant;
 
 use cargo_metadata::Message;
 
+use crate::emulated::{EMULATOR, IMAGE};
 use crate::steps::{Outcome, cargo_command, run as command};
 
 /// So many run at once.
 const AT_ONCE: usize = 2;
 
 /// Those that take longest begin first, in this order: what begins last should not be what ends last.
-const LONGEST: [&str; 8] = [
+const LONGEST: [&str; 9] = [
     "robot_model",
+    EMULATED,
     "binary",
     "scenarios",
     "closed_loop",
@@ -27,6 +29,9 @@ const LONGEST: [&str; 8] = [
     "optiodom",
     "campaign",
 ];
+
+/// The tests of the flashed image on the emulated board. What they print is worth reading when they pass.
+const EMULATED: &str = "board";
 
 /// A test binary.
 pub struct TestBinary {
@@ -38,12 +43,8 @@ pub struct TestBinary {
 
 /// Builds all test binaries of the workspace.
 pub fn build() -> Result<Vec<TestBinary>, String> {
-    let mut command = cargo_command(&[
-        "test",
-        "--workspace",
-        "--no-run",
-        "--message-format=json-render-diagnostics",
-    ]);
+    let line = ["test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"];
+    let mut command = cargo_command(&[&line, &EMULATOR[..]].concat());
     command.stdout(Stdio::piped()).stderr(Stdio::inherit());
     println!("    cargo test --workspace --no-run");
     let output = command.output().map_err(|error| format!("cannot run cargo: {error}"))?;
@@ -67,8 +68,8 @@ pub fn build() -> Result<Vec<TestBinary>, String> {
 }
 
 /// Runs them all, whatever becomes of each, without the tests whose names contain `skip`; then the examples in the
-/// documentation.
-pub fn run(binaries: &[TestBinary], skip: &str) -> Outcome {
+/// documentation. `image` is the path of the reference board's image.
+pub fn run(binaries: &[TestBinary], skip: &str, image: &str) -> Outcome {
     let waiting: Mutex<VecDeque<&TestBinary>> = Mutex::new(binaries.iter().collect());
     let failed = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
@@ -76,7 +77,10 @@ pub fn run(binaries: &[TestBinary], skip: &str) -> Outcome {
             scope.spawn(|| {
                 while let Some(binary) = next(&waiting) {
                     let begun = Instant::now();
-                    let outcome = binary.run(&["--skip", skip]);
+                    let visible = (binary.name == EMULATED).then_some("--nocapture");
+                    let arguments: Vec<&str> =
+                        ["--skip", skip].into_iter().chain(visible).collect();
+                    let outcome = binary.run(&arguments, &[(IMAGE, image)]);
                     let seconds = begun.elapsed().as_secs_f64();
                     let mut failed = failed.lock().expect("no holder has panicked");
                     if !print(binary, &outcome, seconds) {
@@ -87,7 +91,8 @@ pub fn run(binaries: &[TestBinary], skip: &str) -> Outcome {
         }
     });
     let failed = failed.into_inner().expect("no holder has panicked");
-    let documentation = command(&mut cargo_command(&["test", "--workspace", "--doc"]), ADVICE);
+    let documentation = [&["test", "--workspace", "--doc"], &EMULATOR[..]].concat();
+    let documentation = command(&mut cargo_command(&documentation), ADVICE);
     match failed.is_empty() {
         true => documentation,
         false => Err(format!("{}\n       {ADVICE}", failed.join("\n"))),
@@ -99,7 +104,7 @@ pub fn run_one(binaries: &[TestBinary], name: &str, arguments: &[&str]) -> Outco
     let binary = binaries.iter().find(|binary| binary.name == name);
     let binary = binary.ok_or_else(|| format!("there is no test binary `{name}`"))?;
     let begun = Instant::now();
-    let outcome = binary.run(arguments);
+    let outcome = binary.run(arguments, &[]);
     match print(binary, &outcome, begun.elapsed().as_secs_f64()) {
         true => Ok(()),
         false => Err(format!("{}\n       {ADVICE}", binary.executable.display())),
@@ -129,12 +134,13 @@ fn print(binary: &TestBinary, outcome: &std::io::Result<Output>, seconds: f64) -
 }
 
 impl TestBinary {
-    fn run(&self, arguments: &[&str]) -> std::io::Result<Output> {
+    fn run(&self, arguments: &[&str], variables: &[(&str, &str)]) -> std::io::Result<Output> {
         Command::new(&self.executable)
             .args(arguments)
             .current_dir(&self.folder)
             // As cargo sets it; this chore has its own.
             .env("CARGO_MANIFEST_DIR", &self.folder)
+            .envs(variables.iter().copied())
             .stdin(Stdio::null())
             .output()
     }
@@ -152,11 +158,11 @@ mod tests {
     #[test]
     fn a_binary_that_fails_or_cannot_be_run_is_told_and_one_that_passes_is_not() {
         let pass = binary("pass", "true");
-        let outcome = pass.run(&[]);
+        let outcome = pass.run(&[], &[]);
         assert!(print(&pass, &outcome, 0.0));
         for broken in ["false", "/no/such/program"] {
             let broken = binary("broken", broken);
-            let outcome = broken.run(&[]);
+            let outcome = broken.run(&[], &[]);
             assert!(!print(&broken, &outcome, 0.0));
         }
     }

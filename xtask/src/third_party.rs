@@ -6,7 +6,7 @@ use std::fs;
 
 use cargo_metadata::{DependencyKind, Metadata, Package, PackageId};
 
-use crate::dependencies::{WORKSPACE, metadata};
+use crate::dependencies::metadata;
 use crate::repository::root;
 use crate::steps::Outcome;
 
@@ -31,7 +31,7 @@ Lines below a package are its copyright notices.
 
 /// Writes the notice.
 pub fn run() -> Outcome {
-    let text = notice(&metadata(WORKSPACE)?);
+    let text = notice(&metadata()?);
     fs::write(root().join(NOTICE), text).map_err(|error| format!("{NOTICE}: {error}"))
 }
 

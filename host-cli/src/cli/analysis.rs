@@ -1,5 +1,6 @@
 //! The commands that compare a campaign with a model, and explain it.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -159,13 +160,39 @@ pub struct RemoveArgs {
 
 /// `beeline report`
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  beeline report my-robot -o report.html")]
+#[command(after_help = "\
+Examples:
+  beeline report my-robot -o report.html
+  beeline report my-robot --interactive -o try.html     the page of `beeline serve`, to send to somebody")]
 pub struct ReportArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
     /// Where to write the page, one self-contained file. FILE.svg: only its main picture.
     #[arg(long, short, value_name = "FILE", default_value = "report.html")]
     pub output: PathBuf,
+    /// Write the page of `beeline serve` with its answers in it: effects can be switched without a server.
+    #[arg(long)]
+    pub interactive: bool,
+}
+
+/// `beeline serve`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+The page fits any effects of the catalogue, and equations of your own, and shows at once what that leaves:
+cross-validated and held-out error, paths, residuals. It changes nothing but model.toml, if you save.
+
+Example:
+  beeline serve my-robot")]
+pub struct ServeArgs {
+    /// The campaign folder.
+    pub campaign: PathBuf,
+    /// Where the page is served. Beyond this machine only whoever has the printed link may open it
+    /// [default: 127.0.0.1:7780, or another port if that is taken].
+    #[arg(long, value_name = "IP:PORT")]
+    pub listen: Option<SocketAddr>,
+    /// Do not open a browser.
+    #[arg(long)]
+    pub no_open: bool,
 }
 
 fn per(text: &str) -> Result<Per, String> {

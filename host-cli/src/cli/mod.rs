@@ -15,7 +15,7 @@ pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use analysis::{
-    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
+    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs, ServeArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
@@ -154,6 +154,8 @@ pub enum Command {
     Model(ModelCommand),
     /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
+    /// Open a page on which effects are switched on and off, and watch the error fall.
+    Serve(ServeArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),
     /// Identify the motors, compute feedforward and gains, and keep them if the robot follows better.

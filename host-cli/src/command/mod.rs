@@ -19,6 +19,7 @@ mod ports;
 mod pose_source;
 mod record;
 mod report;
+mod serve;
 mod sim;
 mod tune;
 mod umbmark;
@@ -37,72 +38,58 @@ use crate::ui::say_text;
 /// Carries out the command line.
 pub fn run(cli: &Cli) -> Result<()> {
     let common = &cli.common;
-    match &cli.command {
-        None => match Cli::parse_from(["beeline", "calibrate"]).command {
-            Some(Command::Calibrate(args)) => {
-                interrupt::listen();
-                calibrate::run(common, &args)
-            }
-            _ => unreachable!("`beeline calibrate` is a calibration"),
-        },
-        Some(command) => match command {
-            Command::Ports => ports::run(common),
-            Command::Identify => identify::run(common),
-            Command::Config(args) => config::run(common, args),
-            Command::Key(args) => key::run(common, args),
-            Command::Drive(args) => {
-                interrupt::listen();
-                match args {
-                    DriveArgs::Motion(motion) => drive::run(common, motion),
-                    DriveArgs::Velocity { forward, turn, duration, acceleration } => {
-                        velocity::run(common, *forward, *turn, *duration, *acceleration)
-                    }
-                }
-            }
-            Command::Stop { now } => drive::stop(common, *now),
-            Command::Clear => drive::clear(common),
-            Command::Watch(args) => {
-                interrupt::listen();
-                watch::run(common, args)
-            }
-            Command::Record(args) => {
-                interrupt::listen();
-                record::run(common, args)
-            }
-            Command::Campaign(args) => {
-                if !matches!(args, CampaignCommand::Plan(_)) {
-                    interrupt::listen();
-                }
-                campaign::run(common, args)
-            }
-            Command::Calibrate(args) => {
-                interrupt::listen();
-                calibrate::run(common, args)
-            }
-            Command::Tune(args) => {
-                interrupt::listen();
-                tune::run(common, args)
-            }
-            Command::Apply(args) => {
-                interrupt::listen();
-                apply::run(common, args)
-            }
-            Command::Compare(args) => compare::run(common, args),
-            Command::Explain(args) => explain::run(common, args),
-            Command::Import(args) => import::run(common, args),
-            Command::Export(args) => export::run(common, args),
-            Command::Model(args) => model::run(common, args),
-            Command::Report(args) => report::run(common, args),
-            Command::WheelWeight(args) => wheel_weight::run(common, args),
-            Command::Sim(args) => {
-                interrupt::listen();
-                sim::run(common, args)
-            }
-            Command::Completions { shell } => {
-                say_completions(*shell);
-                Ok(())
-            }
-        },
+    let Some(command) = &cli.command else {
+        let calibrate = Cli::parse_from(["beeline", "calibrate"]);
+        return run(&Cli { common: common.clone(), ..calibrate });
+    };
+    if ends_in_good_order(command) {
+        interrupt::listen();
+    }
+    match command {
+        Command::Ports => ports::run(common),
+        Command::Identify => identify::run(common),
+        Command::Config(args) => config::run(common, args),
+        Command::Key(args) => key::run(common, args),
+        Command::Drive(DriveArgs::Motion(motion)) => drive::run(common, motion),
+        Command::Drive(DriveArgs::Velocity { forward, turn, duration, acceleration }) => {
+            velocity::run(common, *forward, *turn, *duration, *acceleration)
+        }
+        Command::Stop { now } => drive::stop(common, *now),
+        Command::Clear => drive::clear(common),
+        Command::Watch(args) => watch::run(common, args),
+        Command::Record(args) => record::run(common, args),
+        Command::Campaign(args) => campaign::run(common, args),
+        Command::Calibrate(args) => calibrate::run(common, args),
+        Command::Tune(args) => tune::run(common, args),
+        Command::Apply(args) => apply::run(common, args),
+        Command::Compare(args) => compare::run(common, args),
+        Command::Explain(args) => explain::run(common, args),
+        Command::Import(args) => import::run(common, args),
+        Command::Export(args) => export::run(common, args),
+        Command::Model(args) => model::run(common, args),
+        Command::Report(args) => report::run(common, args),
+        Command::Serve(args) => serve::run(common, args),
+        Command::WheelWeight(args) => wheel_weight::run(common, args),
+        Command::Sim(args) => sim::run(common, args),
+        Command::Completions { shell } => {
+            say_completions(*shell);
+            Ok(())
+        }
+    }
+}
+
+/// Whether Ctrl-C asks a command to end in good order, as one does that moves a robot. The others it ends at once.
+fn ends_in_good_order(command: &Command) -> bool {
+    match command {
+        Command::Campaign(args) => !matches!(args, CampaignCommand::Plan(_)),
+        Command::Drive(_)
+        | Command::Watch(_)
+        | Command::Record(_)
+        | Command::Calibrate(_)
+        | Command::Tune(_)
+        | Command::Apply(_)
+        | Command::Sim(_) => true,
+        _ => false,
     }
 }
 

@@ -10,7 +10,10 @@ use super::compare::{read, warn_if_single_run};
 use super::explain::answer_context;
 use crate::cli::{Common, ReportArgs};
 use crate::error::{Error, Result};
-use crate::explain::{AnswerContext, effects_with_values, explained, net_changes};
+use crate::explain::{
+    AnswerContext, effects_with_values, explained, net_changes, next_run_options,
+};
+use crate::model_page::{Workbench, offline_page};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
 use campaign::file::{check_writable, write_whole};
@@ -27,6 +30,10 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
         ))
         .hint("a browser prints the page, to PDF as well"));
     }
+    if is_drawing && args.interactive {
+        return Err(Error::new("a page on which effects are switched is .html")
+            .hint("leave --interactive out for a drawing"));
+    }
     let (read, campaign) = read(&args.campaign)?;
     warn_if_single_run(&campaign);
     let output = args.output.display();
@@ -36,6 +43,14 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     };
     // Before the work: a file that cannot be written must not cost the time.
     check_writable(&args.output).map_err(|error| cannot(&error))?;
+    if args.interactive {
+        let options = next_run_options(common, &read);
+        let workbench = Workbench::new(&args.campaign, (read, campaign), options)?;
+        let page = offline_page(&workbench, common.json);
+        write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
+        tell(common.json, json!({"report": args.output}), format_args!("{output} written"));
+        return Ok(());
+    }
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     // Explained from the robot as recorded, whatever effects its model has been given since.

@@ -26,6 +26,7 @@ pub(crate) use self::headline::{effect_names, number_word};
 pub use self::next_run::{flash_option, next_run_command, next_run_options, robot_options};
 pub(crate) use self::next_run::{gyro_words, no_next_run};
 pub use self::progress::explained;
+pub(crate) use self::progress::progress_line;
 
 /// Width of the longest bar.
 const BAR: usize = 24;

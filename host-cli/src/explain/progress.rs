@@ -16,12 +16,8 @@ pub fn explained(
     let steps = Steps::new(quiet);
     steps.found(&format!("data of {} checked", runs(campaign.runs.len())));
     steps.now("bringing clocks together");
-    let name = |id: &str| {
-        let effect = catalogue.iter().find(|effect| effect.facts().id == id);
-        effect.map_or_else(|| id.to_owned(), |effect| effect.facts().name.to_string())
-    };
     let mut observer = |progress: Progress<'_>| {
-        steps.found(&line(&progress, &name));
+        steps.found(&progress_line(&progress, catalogue));
         steps.now(match progress {
             Progress::Clocks(_) => "fitting radii and track width",
             Progress::Geometry { .. } => "searching for effects",
@@ -34,7 +30,11 @@ pub fn explained(
 }
 
 /// What was found, in a line.
-fn line(progress: &Progress<'_>, name: &dyn Fn(&str) -> String) -> String {
+pub(crate) fn progress_line(progress: &Progress<'_>, catalogue: &[&dyn Effect]) -> String {
+    let name = |id: &str| {
+        let effect = catalogue.iter().find(|effect| effect.facts().id == id);
+        effect.map_or_else(|| id.to_owned(), |effect| effect.facts().name.to_string())
+    };
     match progress {
         Progress::Clocks([]) => "clocks of poses and wheels agree".to_owned(),
         Progress::Clocks(clocks) => format!("clocks of {} corrected", runs(clocks.len())),
@@ -64,7 +64,7 @@ mod tests {
             (Progress::Clocks(&[]), "clocks of poses and wheels agree"),
             (geometry, "radius, ratio, track: 35.1 \u{2192} 8.0 mm"),
         ] {
-            assert_eq!(line(&progress, &str::to_owned), text);
+            assert_eq!(progress_line(&progress, &[]), text);
         }
     }
 }

@@ -83,37 +83,55 @@ impl Verdict {
 
 /// Fits these effects to a campaign.
 pub fn fit(campaign: &Campaign, effects: &[&dyn Effect]) -> Result<Model, RecordingError> {
-    let prepared = clocks::prepare(campaign)?.0;
-    let fitted = fit_from_best_starts(&prepared, effects);
-    let screening = Screening::new(&prepared, &fitted, &CATALOGUE);
-    let (kept, spoils) = (screening.kept(), screening.spoils_tracks(&prepared));
-    let effects = effects
-        .iter()
-        .map(|effect| {
-            let id = effect.facts().id;
-            let at = fitted.terms.iter().position(|term| term.effect.facts().id == id);
-            let index = at.expect("every effect given is in the model");
-            let test = &kept[index];
-            ModelEffect {
-                effect: id.to_owned(),
-                parameters: parameters(&prepared, &fitted, index, test.dispersion),
-                verdict: Verdict {
-                    p_value: test.p_value,
-                    cross_validated_gain: test.cross_validated_gain,
-                    dispersion: test.dispersion,
-                    implausible: test.implausible,
-                    worse_kind: test.worse_kind.map(|(kind, _)| kind),
-                    spoils_tracks: spoils[index],
-                    one_run_alone: test.one_run_alone,
-                    lacking: lacking(&prepared, &effect.facts()),
-                },
-            }
-        })
-        .collect();
-    let nominal = errors(&prepared, &fitted.noise, &[]);
-    let errors = errors_as_fitted(&prepared, &fitted.noise, &fitted.terms);
-    let held_out = held_out::errors(&prepared, &[], &fitted.terms, &fitted.noise);
-    Ok(Model { effects, nominal, errors, held_out, noise: fitted.noise })
+    Ok(ModelFitter::new(campaign)?.fit(effects))
+}
+
+/// A campaign that many models are fitted to: its clocks are brought together once.
+#[derive(Debug)]
+pub struct ModelFitter {
+    prepared: Prepared,
+}
+
+impl ModelFitter {
+    /// Of the runs that are not held out.
+    pub fn new(campaign: &Campaign) -> Result<Self, RecordingError> {
+        Ok(Self { prepared: clocks::prepare(campaign)?.0 })
+    }
+
+    /// Fits these effects.
+    pub fn fit(&self, effects: &[&dyn Effect]) -> Model {
+        let prepared = &self.prepared;
+        let fitted = fit_from_best_starts(prepared, effects);
+        let screening = Screening::new(prepared, &fitted, &CATALOGUE);
+        let (kept, spoils) = (screening.kept(), screening.spoils_tracks(prepared));
+        let effects = effects
+            .iter()
+            .map(|effect| {
+                let id = effect.facts().id;
+                let at = fitted.terms.iter().position(|term| term.effect.facts().id == id);
+                let index = at.expect("every effect given is in the model");
+                let test = &kept[index];
+                ModelEffect {
+                    effect: id.to_owned(),
+                    parameters: parameters(prepared, &fitted, index, test.dispersion),
+                    verdict: Verdict {
+                        p_value: test.p_value,
+                        cross_validated_gain: test.cross_validated_gain,
+                        dispersion: test.dispersion,
+                        implausible: test.implausible,
+                        worse_kind: test.worse_kind.map(|(kind, _)| kind),
+                        spoils_tracks: spoils[index],
+                        one_run_alone: test.one_run_alone,
+                        lacking: lacking(prepared, &effect.facts()),
+                    },
+                }
+            })
+            .collect();
+        let nominal = errors(prepared, &fitted.noise, &[]);
+        let errors = errors_as_fitted(prepared, &fitted.noise, &fitted.terms);
+        let held_out = held_out::errors(prepared, &[], &fitted.terms, &fitted.noise);
+        Model { effects, nominal, errors, held_out, noise: fitted.noise }
+    }
 }
 
 /// Fits effects without shapes first. Those with shapes join one by one, each at the start that gains

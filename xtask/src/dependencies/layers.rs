@@ -5,13 +5,10 @@
 
 use std::process::Stdio;
 
-use super::{EMULATED_BOARD, WORKSPACE};
 use crate::steps::cargo_command;
 
 /// One crate, and what must not be below it.
 struct Rule {
-    /// The manifest of its workspace.
-    manifest: &'static str,
     package: &'static str,
     forbidden: &'static [&'static [&'static str]],
     /// What a reader is told.
@@ -45,37 +42,31 @@ const TERMINAL: &[&str] = &[
 
 const RULES: [Rule; 6] = [
     Rule {
-        manifest: WORKSPACE,
         package: "robot-model",
         forbidden: &[FILES, COMMAND_LINE, TERMINAL, &["shared-proto", "campaign", "sim-target"]],
         why: "the estimator's model reads and writes nothing, and needs no other crate of ours",
     },
     Rule {
-        manifest: WORKSPACE,
         package: "sim-target",
         forbidden: &[&["robot-model"]],
         why: "the simulator must not share a mistake with the model that is tested on it",
     },
     Rule {
-        manifest: WORKSPACE,
         package: "campaign",
         forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
         why: "campaigns are read by any program, with or without a terminal, a robot or a simulator",
     },
     Rule {
-        manifest: WORKSPACE,
         package: "import",
         forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
         why: "logs are imported by any program, and no robot is needed for it",
     },
     Rule {
-        manifest: WORKSPACE,
         package: "host-link",
         forbidden: &[COMMAND_LINE, TERMINAL, &["robot-model", "sim-target", "host-cli"]],
         why: "the link to a robot is for any program, which has a terminal and a model of its own, or none",
     },
     Rule {
-        manifest: EMULATED_BOARD,
         package: "emulated-board",
         forbidden: &[&["host-cli"]],
         why: "only its tests use the command",
@@ -95,7 +86,7 @@ pub fn findings() -> Result<Vec<String>, String> {
 fn tree(rule: &Rule) -> Result<String, String> {
     let graph = ["--edges", "normal", "--all-features", "--target", "all", "--locked"];
     let lines = ["--prefix", "depth", "--format", " {p}"];
-    let package = ["tree", "--quiet", "--manifest-path", rule.manifest, "--package", rule.package];
+    let package = ["tree", "--quiet", "--package", rule.package];
     let output = cargo_command(&[&package[..], &graph, &lines].concat())
         .stderr(Stdio::inherit())
         .output()
@@ -183,7 +174,8 @@ mod tests {
 
     #[test]
     fn what_only_tests_need_is_not_in_the_tree() {
-        let manifest = std::fs::read_to_string(crate::repository::root().join(EMULATED_BOARD));
+        let manifest = crate::repository::root().join("emulated-board/Cargo.toml");
+        let manifest = std::fs::read_to_string(manifest);
         let (_, for_tests) = manifest.as_ref().unwrap().split_once("[dev-dependencies]").unwrap();
         assert!(for_tests.contains("host-cli"));
         assert!(!tree(rule("emulated-board")).unwrap().contains("host-cli"));

@@ -3,6 +3,7 @@
 mod arrows;
 mod bench;
 mod boards;
+mod browser;
 mod circles;
 mod dependencies;
 mod documents;

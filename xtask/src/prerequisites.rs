@@ -43,6 +43,24 @@ const NEEDS: &[Need] = &[
         check: &["cargo", "clippy", "--version"],
         install: Install::Yourself("rustup component add clippy"),
     },
+    Need {
+        name: "node",
+        why: "drives the browser in tests of `beeline serve`",
+        check: &["node", "--version"],
+        install: Install::Debian(&["nodejs", "npm"]),
+    },
+    Need {
+        name: "npm",
+        why: "fetches what drives the browser",
+        check: &["npm", "--version"],
+        install: Install::Debian(&["npm"]),
+    },
+    Need {
+        name: "chromium",
+        why: "is the browser",
+        check: &["chromium", "--version"],
+        install: Install::Debian(&["chromium"]),
+    },
 ];
 
 /// What `cargo xtask fuzz` needs besides.

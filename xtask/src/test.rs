@@ -11,8 +11,8 @@ use crate::repository::root;
 use crate::steps::{Outcome, Steps, cargo, run as command};
 use crate::test_binaries::TestBinary;
 use crate::{
-    arrows, boards, circles, dependencies, documents, emulated, firmware, forbidden_words, lengths,
-    prerequisites, side_effects, test_binaries, third_party,
+    arrows, boards, browser, circles, dependencies, documents, emulated, firmware, forbidden_words,
+    lengths, prerequisites, side_effects, test_binaries, third_party,
 };
 
 pub fn run() -> Outcome {
@@ -73,7 +73,11 @@ fn all(steps: &mut Steps) -> Outcome {
     let binaries = build(steps)?;
     steps.run("images clippy", firmware::clippy)?;
     let image = emulated::image()?;
-    steps.run("test", || test_binaries::run(&binaries, REAL_TIME, &image))?;
+    beside(
+        steps,
+        ("test", || test_binaries::run(&binaries, REAL_TIME, &image)),
+        ("browser", browser::test),
+    )?;
     // They wait more than they compute: more of them run at once than there are cores, and nothing beside them.
     let wait = ["--test-threads", REAL_TIME_THREADS];
     let arguments = [&[REAL_TIME], &wait[..]].concat();
@@ -84,20 +88,30 @@ fn all(steps: &mut Steps) -> Outcome {
 /// keeps one core busy. The two have build folders of their own.
 fn build(steps: &mut Steps) -> Result<Vec<TestBinary>, String> {
     let mut binaries = Vec::new();
-    std::thread::scope(|scope| {
-        let images = scope.spawn(|| {
-            let begun = Instant::now();
-            (firmware::run(&[]), begun.elapsed())
-        });
-        let built = steps.run("build tests", || {
-            binaries = test_binaries::build()?;
-            Ok(())
-        });
-        let (outcome, took) = images.join().expect("the chore does not panic");
-        let images = steps.took("images", took, outcome);
-        built.and(images)
-    })?;
+    let tests = || {
+        binaries = test_binaries::build()?;
+        Ok(())
+    };
+    beside(steps, ("build tests", tests), ("images", || firmware::run(&[])))?;
     Ok(binaries)
+}
+
+/// Runs a step, and another one beside it. Both end, whatever becomes of either.
+fn beside(
+    steps: &mut Steps,
+    (name, step): (&'static str, impl FnOnce() -> Outcome),
+    (other_name, other): (&'static str, impl FnOnce() -> Outcome + Send),
+) -> Outcome {
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| {
+            let begun = Instant::now();
+            (other(), begun.elapsed())
+        });
+        let outcome = steps.run(name, step);
+        let (other, took) = other.join().expect("a chore does not panic");
+        let other = steps.took(other_name, took, other);
+        outcome.and(other)
+    })
 }
 
 /// The tests of the executable on robots that move in real time.

@@ -99,18 +99,27 @@ function bars() {
   find('note').textContent = floor === undefined ? '' : `Root mean square distance over all runs. Upright mark: ${text.milli(floor, 'mm')}, the error floor that any model reaches on runs that it was not fitted to.`;
 }
 
+// What a model has more or less than the one before it.
+function label(before, { on, hand }, words) {
+  if (hand) return 'by hand';
+  const more = on.filter((id) => !before?.on.includes(id));
+  const less = before?.on.filter((id) => !on.includes(id)) ?? [];
+  if (before && on.length && more.length + less.length === 1) return more.length ? `+ ${Effects.name(more[0])}` : `\u2212 ${Effects.name(less[0])}`;
+  return on.length > 1 ? `${on.length} effects` : words;
+}
+
 // Every model tried, as a column; a click goes back to it.
 function remember(wanted) {
   const words = wanted.on.length ? wanted.on.map(Effects.name).join(' + ') : 'nominal robot';
-  const entry = { ...wanted, words, error: answer.errors.cross_validated?.position_rms_m ?? answer.errors.fitted.position_rms_m };
+  const entry = { ...wanted, words, label: label(past.at(-1), wanted, words), error: answer.errors.cross_validated?.position_rms_m ?? answer.errors.fitted.position_rms_m };
   const last = past.at(-1);
   if (last?.hand && entry.hand && link({ ...last, hand: null }) === link({ ...entry, hand: null })) past.pop();
   if (link(past.at(-1) ?? { on: ['?'], hand: null }) !== link(entry)) past.push(entry);
   const most = Math.max(...past.map((one) => one.error));
   find('history').replaceChildren(...past.slice(-12).map((one) => {
     const column = element('i');
-    column.style.height = `${Math.max(3, (46 * one.error) / most)}px`;
-    const button = element('button', { type: 'button', title: one.words }, column, element('span', { textContent: text.milli(one.error, 'mm') }), element('small', { textContent: one.hand ? `${one.words}, by hand` : one.words }));
+    column.style.height = `${Math.max(3, (34 * one.error) / most)}px`;
+    const button = element('button', { type: 'button', title: one.words }, column, element('span', { textContent: text.milli(one.error, 'mm') }), element('small', { textContent: one.label }));
     button.addEventListener('click', () => go(one));
     return element('li', {}, button);
   }));

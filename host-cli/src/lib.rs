@@ -19,6 +19,8 @@
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
 //! | [`model_page`] | the page on which effects are switched on and off |
+//! | [`robot_page`] | the page on which a robot is watched and driven |
+//! | [`page_server`] | serves a page on this machine |
 //! | [`config_text`] | the robot's configuration as text |
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`motors`] | what the motors lack, in words |
@@ -47,10 +49,12 @@ pub mod json;
 pub mod limits;
 pub mod model_page;
 pub mod motors;
+pub mod page_server;
 pub mod port;
 pub mod pose_source;
 pub mod quantity;
 pub mod report;
+pub mod robot_page;
 pub mod table;
 pub mod tune;
 pub mod ui;

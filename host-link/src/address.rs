@@ -8,6 +8,7 @@ use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::str::FromStr;
 use std::time::Duration;
 
+use crate::announcement::owner_of;
 use crate::clock::Clock;
 use crate::error::{Error, Result};
 use crate::session::Session;
@@ -116,18 +117,27 @@ fn session_number() -> u32 {
     (now.as_micros() as u32).rotate_left(7) ^ std::process::id()
 }
 
+fn over(stream: TcpStream) -> io::Result<ThreadedWire> {
+    // Renewals are small and must not wait for more bytes.
+    stream.set_nodelay(true)?;
+    let reader = stream.try_clone()?;
+    Ok(ThreadedWire::new(reader, stream))
+}
+
 fn open(address: &Address) -> Result<ThreadedWire> {
     match address {
         Address::Tcp(address) => {
             let failed = |cause| Error::Connect { address: address.clone(), cause };
             let resolved = address.to_socket_addrs().map_err(failed)?;
             let stream = connect_any(resolved).map_err(failed)?;
-            // Renewals are small and must not wait for more bytes.
-            stream.set_nodelay(true).map_err(failed)?;
-            let reader = stream.try_clone().map_err(failed)?;
-            Ok(ThreadedWire::new(reader, stream))
+            over(stream).map_err(failed)
         }
         Address::Serial { path, baud } => {
+            // A program that has the port may share it.
+            if let Some(stream) = owner_of(path) {
+                return over(stream)
+                    .map_err(|cause| Error::Connect { address: path.clone(), cause });
+            }
             let failed = |cause| Error::OpenSerial { path: path.clone(), cause };
             let writer = serialport::new(path, *baud)
                 .timeout(Duration::from_millis(100))

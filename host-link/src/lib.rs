@@ -21,6 +21,7 @@
 //! | [`limits`] | whether the robot would refuse a motion |
 //! | [`address`] | serial ports and TCP addresses |
 //! | [`listen`] | the other end, on TCP for several clients or on a pseudo-terminal |
+//! | [`share`] | a serial port that several hosts use at once |
 //! | [`wire`], [`clock`] | bytes and time of a session |
 //! | [`cancel`] | a request to end a procedure in good order |
 //! | [`key_file`] | the file of a pre-shared key |
@@ -32,6 +33,7 @@
 //! [`Wire`] and [`clock::TimeSource`] are implemented elsewhere.
 
 pub mod address;
+mod announcement;
 pub mod cancel;
 pub mod clock;
 pub mod error;
@@ -42,6 +44,7 @@ pub mod listen;
 pub mod motion;
 mod robot_clock;
 pub mod session;
+pub mod share;
 mod statistics;
 pub mod stream;
 mod validate;

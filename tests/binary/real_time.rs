@@ -5,6 +5,8 @@
 
 mod key;
 mod network;
+#[cfg(unix)]
+mod robot_page;
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::Child;

@@ -9,7 +9,7 @@ import assert from 'node:assert/strict';
 import { chromium } from 'playwright-core';
 
 const root = resolve(import.meta.dirname, '../..');
-const beeline = process.env.BEELINE ?? join(root, 'target/debug/beeline');
+export const beeline = process.env.BEELINE ?? join(root, 'target/debug/beeline');
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
 /** Where pictures go; the tests remake those in docs/ if BEELINE_PICTURES=write. */
@@ -50,7 +50,7 @@ export const launch = () =>
   });
 
 /** A tab of this width and colour scheme, open at a link; what goes wrong in it fails the test. */
-export async function open(browser, link, { width = 1280, scheme = 'light', ...more } = {}) {
+export async function openPage(browser, link, { width = 1280, scheme = 'light', ...more } = {}) {
   const page = await browser.newPage({ viewport: { width, height: 1000 }, colorScheme: scheme, reducedMotion: 'reduce', ...more });
   // Other tests may keep the machine busy.
   page.setDefaultTimeout(180_000);
@@ -60,7 +60,6 @@ export async function open(browser, link, { width = 1280, scheme = 'light', ...m
   page.on('pageerror', (error) => problems.push(error.message));
   page.on('request', (request) => requests.push(request.url()));
   await page.goto(link);
-  await page.waitForFunction(() => document.querySelector('#headline').textContent.includes('missing'));
   return {
     page,
     requests,
@@ -76,6 +75,13 @@ export async function open(browser, link, { width = 1280, scheme = 'light', ...m
     /** Waits until all that was asked is answered and shown. */
     settled: () => page.waitForFunction(() => !document.body.hasAttribute('aria-busy')),
   };
+}
+
+/** The page of a campaign, explained. */
+export async function open(browser, link, options) {
+  const tab = await openPage(browser, link, options);
+  await tab.page.waitForFunction(() => document.querySelector('#headline').textContent.includes('missing'));
+  return tab;
 }
 
 /** An error as the page writes it. */

@@ -7,17 +7,26 @@ use crate::steps::{Outcome, run};
 
 const FOLDER: &str = "tests/browser";
 
-/// Runs them on the command that the tests were built with.
+/// The pages that compute, on the command that the tests were built with.
 pub fn test() -> Outcome {
-    let folder = root().join(FOLDER);
     let npm = ["ci", "--no-audit", "--no-fund", "--loglevel=error"];
     run(
-        Command::new("npm").args(npm).current_dir(&folder),
+        Command::new("npm").args(npm).current_dir(root().join(FOLDER)),
         "npm could not install what tests/browser/package-lock.json names: is there a network?",
     )?;
+    node("model_page.test.mjs")
+}
+
+/// The page of a robot that moves in real time, once [`test`] has fetched what drives the browser.
+pub fn real_time() -> Outcome {
+    node("robot_page.test.mjs")
+}
+
+fn node(tests: &str) -> Outcome {
     let beeline = target_folder().join("debug").join("beeline");
     let mut node = Command::new("node");
-    node.args(["--test", "--test-reporter=spec"]).current_dir(&folder).env("BEELINE", beeline);
+    node.args(["--test", "--test-reporter=spec", tests]);
+    node.current_dir(root().join(FOLDER)).env("BEELINE", beeline);
     run(
         &mut node,
         "what failed in the browser stands above; pictures of the page are in target/browser",

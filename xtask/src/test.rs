@@ -81,7 +81,8 @@ fn all(steps: &mut Steps) -> Outcome {
     // They wait more than they compute: more of them run at once than there are cores, and nothing beside them.
     let wait = ["--test-threads", REAL_TIME_THREADS];
     let arguments = [&[REAL_TIME], &wait[..]].concat();
-    steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))
+    steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))?;
+    steps.run("robot's page", browser::real_time)
 }
 
 /// Builds the tests, and the images beside them: of an image the last and longest part, its optimisation as a whole,

@@ -178,14 +178,19 @@ pub struct ReportArgs {
 /// `beeline serve`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-The page fits any effects of the catalogue, and equations of your own, and shows at once what that leaves:
-cross-validated and held-out error, paths, residuals. It changes nothing but model.toml, if you save.
+With a campaign: any effects of the catalogue are switched on and off, and what that leaves is shown at once:
+cross-validated and held-out error, paths, residuals. Nothing is changed but model.toml, if you save.
 
-Example:
-  beeline serve my-robot")]
+Without one: the robot at --port is watched live, and drives while you hold a button. This program then owns a
+serial port; other beeline commands with the same --port go through it.
+
+Examples:
+  beeline serve my-robot
+  beeline serve --port /dev/ttyACM0
+  beeline serve                          a simulated robot")]
 pub struct ServeArgs {
-    /// The campaign folder.
-    pub campaign: PathBuf,
+    /// The campaign folder; without it, the page is that of the robot.
+    pub campaign: Option<PathBuf>,
     /// Where the page is served. Beyond this machine only whoever has the printed link may open it
     /// [default: 127.0.0.1:7780, or another port if that is taken].
     #[arg(long, value_name = "IP:PORT")]

@@ -154,7 +154,7 @@ pub enum Command {
     Model(ModelCommand),
     /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
-    /// Open a page on which effects are switched on and off, and watch the error fall.
+    /// Open a page: of a campaign, to switch effects on and watch the error fall; or of a robot, to watch and drive it.
     Serve(ServeArgs),
     /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
     Calibrate(CalibrateArgs),

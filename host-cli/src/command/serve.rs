@@ -1,39 +1,138 @@
-//! `beeline serve`: the page on which effects are switched on and off.
+//! `beeline serve`: a campaign's model on a page, or a robot.
 //!
-//! The page and its answers are made by [`crate::model_page`].
+//! The pages and their answers are made by [`crate::model_page`] and [`crate::robot_page`].
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+use std::time::Duration;
 
+use host_link::address::Address;
+use host_link::listen::{Line, Listen};
+use host_link::share::SharedPort;
 use serde_json::json;
+use sim_link::{ServeEvent, ServeOptions};
 
 use super::compare::{read, warn_if_single_run};
 use crate::cli::{Common, ServeArgs};
 use crate::error::{Error, Result};
 use crate::explain::next_run_options;
-use crate::model_page::{Server, Workbench};
+use crate::interrupt;
+use crate::page_server::Server;
+use crate::port::Port;
 use crate::ui::{note, tell};
+use crate::{model_page, robot_page};
 
 /// Where the page is, if nothing else was said.
-const USUAL: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 7780);
+const USUAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 7780);
+
+/// A robot that the page's own program serves is reached at any free port of this machine.
+const ANY: &str = "127.0.0.1:0";
 
 pub(super) fn run(common: &Common, args: &ServeArgs) -> Result<()> {
-    let (read, campaign) = read(&args.campaign)?;
+    match &args.campaign {
+        Some(campaign) if common.port.is_sim() => model(common, args, campaign),
+        Some(_) => Err(Error::new("a page shows a campaign or a robot")
+            .hint("leave --port out for the campaign, or the folder out for the robot")),
+        None => robot(common, args),
+    }
+}
+
+/// The page on which effects are switched.
+fn model(common: &Common, args: &ServeArgs, folder: &Path) -> Result<()> {
+    let (read, campaign) = read(folder)?;
     warn_if_single_run(&campaign);
     let server = bind(args.listen)?;
     let options = next_run_options(common, &read);
-    let workbench = Arc::new(Workbench::new(&args.campaign, (read, campaign), options)?);
+    let workbench = model_page::Workbench::new(folder, (read, campaign), options)?;
+    let workbench = Arc::new(workbench);
     let beside = Arc::clone(&workbench);
     std::thread::spawn(move || beside.explain());
+    open_page(common, args, &server, None);
+    model_page::serve(server, workbench)
+}
+
+/// The page on which a robot is watched and driven.
+fn robot(common: &Common, args: &ServeArgs) -> Result<()> {
+    let server = bind(args.listen)?;
+    let key = common.sim().key()?;
+    let address = match &common.port {
+        Port::Sim(_) => simulated(common)?,
+        Port::At(Address::Serial { path, baud }) => shared(path, *baud)?,
+        Port::At(address) => address.clone(),
+    };
+    let robot = Arc::new(robot_page::Robot::default());
+    let (beside, at) = (Arc::clone(&robot), address.clone());
+    std::thread::spawn(move || robot_page::attend(&at, key.as_ref(), &beside));
+    open_page(common, args, &server, Some(&address));
+    robot_page::serve(server, robot)
+}
+
+/// A simulated robot in real time, in a thread of its own.
+fn simulated(common: &Common) -> Result<Address> {
+    let options = common.sim();
+    let scenario = options.scenario(&common.port)?;
+    let (sender, listening) = sync_channel(1);
+    std::thread::spawn(move || {
+        let failed = |error: Error| {
+            let _ = sender.send(Err(error));
+        };
+        let mut target = match options.served(&scenario, true) {
+            Ok(target) => target,
+            Err(error) => return failed(error),
+        };
+        let mut news = |event| {
+            if let ServeEvent::Listening(address) = event {
+                let _ = sender.send(Ok(address));
+            }
+        };
+        let listen = Listen::Tcp(ANY.to_owned());
+        let options = ServeOptions::default();
+        if let Err(error) =
+            sim_link::serve(&mut target, &listen, &options, &interrupt::cancel(), &mut news)
+        {
+            failed(error.into());
+        }
+    });
+    let address = listening.recv().map_err(|_| Error::new("the simulated robot has ended"))??;
+    address.parse().map_err(Error::new)
+}
+
+/// A serial port that this program owns from now on, and shares.
+fn shared(path: &str, baud: u32) -> Result<Address> {
+    /// A device that is gone is looked for this often.
+    const AGAIN_AFTER: Duration = Duration::from_secs(1);
+    let mut line = Line::open(&Listen::Tcp(ANY.to_owned()))?;
+    let address = line.address().parse().map_err(Error::new)?;
+    // Before the page: a port that does not exist is an error at once.
+    let mut port = Some(SharedPort::open(path, baud, &line)?);
+    let path = path.to_owned();
+    std::thread::spawn(move || {
+        loop {
+            if let Some(mut port) = port.take() {
+                let _ = port.pass_on(&mut line, &interrupt::cancel(), &mut |_| {});
+            }
+            std::thread::sleep(AGAIN_AFTER);
+            port = SharedPort::open(&path, baud, &line).ok();
+        }
+    });
+    Ok(address)
+}
+
+fn open_page(common: &Common, args: &ServeArgs, server: &Server, robot: Option<&Address>) {
     let link = server.link();
-    tell(common.json, json!({"link": link}), format_args!("{link}"));
+    let port = robot.map(Address::to_string);
+    tell(common.json, json!({"link": link, "port": port}), format_args!("{link}"));
+    if let Some(port) = port.filter(|_| !common.json) {
+        note(format_args!("other commands reach the robot too: --port {port}"));
+    }
     if !common.json {
         note("Ctrl-C ends it");
     }
     if !args.no_open && open::that_detached(&link).is_err() {
         note("no browser could be started: open the link yourself");
     }
-    server.run(workbench)
 }
 
 fn bind(asked: Option<SocketAddr>) -> Result<Server> {

@@ -5,21 +5,18 @@
 //! | `workbench.rs` | [`Workbench`]: a campaign, and what the page may ask of it |
 //! | `request.rs` | what it asks: effects, each fitted or at values set by hand |
 //! | `answer.rs` | what it is answered, as JSON |
-//! | `access.rs` | who may ask: hosts, origins, the key in the link |
-//! | `server.rs` | the page and its questions over HTTP |
+//! | `server.rs` | its questions over HTTP |
 //! | `offline.rs` | the page as one file, with its answers in it |
 //! | `assets/` | the page itself |
 //!
 //! The figures are those of `beeline model add`, `compare`, `explain` and `report`: the same functions compute them.
 
-mod access;
 mod answer;
 mod offline;
 mod request;
 mod server;
 mod workbench;
 
-pub use access::Access;
 pub use offline::offline_page;
-pub use server::Server;
+pub use server::serve;
 pub use workbench::Workbench;

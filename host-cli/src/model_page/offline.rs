@@ -9,25 +9,22 @@ use serde_json::{Value, json};
 
 use super::request::ModelRequest;
 use super::workbench::Workbench;
-use crate::calibration_page::drawing::COLOURS;
+use crate::page_server::Page;
 use crate::ui::Progress;
 
 /// The page.
-pub(super) const PAGE: &str = include_str!("assets/page.html");
-/// Its style sheet, in the colours of all pages.
-pub(super) fn style() -> String {
-    format!("{COLOURS}\n{}", include_str!("assets/page.css"))
-}
-
-/// Its scripts, in the order in which they are read.
-pub(super) const SCRIPTS: [(&str, &str); 6] = [
-    ("source.js", include_str!("assets/source.js")),
-    ("numbers.js", include_str!("assets/numbers.js")),
-    ("paths.js", include_str!("assets/paths.js")),
-    ("curves.js", include_str!("assets/curves.js")),
-    ("effects.js", include_str!("assets/effects.js")),
-    ("page.js", include_str!("assets/page.js")),
-];
+pub(super) const PAGE: Page = Page {
+    html: include_str!("assets/page.html"),
+    css: include_str!("assets/page.css"),
+    scripts: &[
+        ("source.js", include_str!("assets/source.js")),
+        ("numbers.js", include_str!("assets/numbers.js")),
+        ("paths.js", include_str!("assets/paths.js")),
+        ("curves.js", include_str!("assets/curves.js")),
+        ("effects.js", include_str!("assets/effects.js")),
+        ("page.js", include_str!("assets/page.js")),
+    ],
+};
 
 /// What a file may do: run its own scripts, and ask nobody.
 const POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" \
@@ -42,10 +39,10 @@ pub fn offline_page(workbench: &Workbench, quiet: bool) -> String {
     let recorded = json!({"campaign": campaign, "explanation": explanation, "models": models});
     // `</script>` in a name would end the script.
     let recorded = recorded.to_string().replace('<', "\\u003c");
-    let mut page = PAGE.replace("<head>\n", &format!("<head>\n{POLICY}"));
+    let mut page = PAGE.html.replace("<head>\n", &format!("<head>\n{POLICY}"));
     let link = "<link rel=\"stylesheet\" href=\"page.css\">";
-    page = page.replace(link, &format!("<style>\n{}</style>", style()));
-    for (name, text) in SCRIPTS {
+    page = page.replace(link, &format!("<style>\n{}</style>", PAGE.style()));
+    for (name, text) in PAGE.scripts {
         let tag = format!("<script defer src=\"{name}\"></script>\n");
         debug_assert!(page.contains(&tag), "{name}");
         page = page.replace(&tag, "");

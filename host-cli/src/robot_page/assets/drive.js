@@ -1,0 +1,71 @@
+// What keeps the robot moving: a message every 60 ms, as long as somebody wants it and sees this page.
+'use strict';
+
+const Drive = (() => {
+  const key = new URLSearchParams(location.search).get('key');
+  // Numbers rise, also from one page to the next.
+  let number = Date.now();
+  let motion = null;
+  let heard = 0;
+  let waiting = 0;
+  let failed = () => {};
+
+  async function post(path, question = {}) {
+    const headers = { 'Content-Type': 'application/json' };
+    if (key) headers['X-Beeline-Key'] = key;
+    try {
+      const response = await fetch(path, { method: 'POST', headers, body: JSON.stringify(question) });
+      if (!response.ok) failed((await response.json()).error);
+    } catch {
+      failed('beeline serve does not answer');
+    }
+  }
+
+  async function beat() {
+    // A line that is held up must not get a queue.
+    if (!motion || document.hidden || waiting > 2) return;
+    waiting += 1;
+    await post('api/hold', { number, motion, heard_ms: heard });
+    waiting -= 1;
+  }
+  setInterval(beat, 60);
+
+  function begin(wanted) {
+    number += 1;
+    motion = wanted;
+    beat();
+  }
+
+  function release() {
+    if (!motion) return;
+    motion = null;
+    post('api/stop');
+  }
+
+  addEventListener('visibilitychange', () => document.hidden && release());
+  addEventListener('pagehide', release);
+  addEventListener('blur', release);
+
+  return {
+    begin,
+    release,
+    // A velocity that changes while it is held is the same motion.
+    change: (wanted) => (motion ? (motion = wanted) : begin(wanted)),
+    isMoving: () => Boolean(motion),
+    hear(now, ended) {
+      heard = now;
+      if (motion && ended >= number) motion = null;
+    },
+    stop() {
+      motion = null;
+      return post('api/stop');
+    },
+    cut() {
+      motion = null;
+      return post('api/cut');
+    },
+    clear: () => post('api/clear'),
+    telemetry: () => new EventSource(`api/telemetry${location.search}`),
+    onFailure: (told) => (failed = told),
+  };
+})();

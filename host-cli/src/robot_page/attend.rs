@@ -1,0 +1,277 @@
+//! The session with the robot: passes telemetry to the page, and the page's wishes to the robot.
+
+use std::time::{Duration, Instant};
+
+use host_link::address::Address;
+use host_link::error::FaultInWords;
+use host_link::motion::Motion;
+use host_link::session::LEASE;
+use host_link::{Error, Session, key_file};
+use serde_json::{Value, json};
+use shared_proto::{
+    Answer, Command, Config, Event, FaultReport, Identity, Key, MotionId, Refusal, State,
+    TravelUnit, Velocity, WheelPair,
+};
+
+use super::robot::{HeldMotion, Hold, Robot, Wish};
+use crate::advice;
+
+/// Time between two frames of telemetry \[ms\].
+const PERIOD_MS: u16 = 10;
+
+/// The page's wishes are looked at this often.
+const EVERY: Duration = Duration::from_millis(8);
+
+/// The robot's condition is asked this often.
+const CONDITION_EVERY: Duration = Duration::from_millis(400);
+
+/// A robot that does not answer is tried again after this long.
+const AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// Ramps of motions from the page, as a share of the largest acceleration.
+const ACCELERATION_SHARE: f64 = 0.5;
+
+/// Attends to the robot at this address for ever; if it is lost, it is looked for again.
+pub fn attend(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
+    loop {
+        let attended = host_link::connect(address).and_then(|mut session| {
+            if let Some(key) = key {
+                session.use_key(key.clone(), key_file::random()?);
+            }
+            host_link::block_on(Attendance::run(&mut session, robot))
+        });
+        if let Err(error) = attended {
+            robot.tell(json!({
+                "problem": error.to_string(),
+                "advice": advice::on_link(&error),
+                "port": address.to_string(),
+            }));
+        }
+        // A wish of before must not move a robot that comes back.
+        std::thread::sleep(AGAIN_AFTER);
+        robot.take_wishes();
+    }
+}
+
+/// An open session.
+struct Attendance<'a> {
+    session: &'a mut Session,
+    robot: &'a Robot,
+    identity: Identity,
+    config: Config,
+    /// The motion under way.
+    driving: Option<Driving>,
+    /// Motions up to this number have ended.
+    ended: u64,
+    /// The motors are on because of the page.
+    armed: bool,
+    state: State,
+    fault: Option<FaultReport>,
+    /// What was refused.
+    message: Option<String>,
+}
+
+struct Driving {
+    number: u64,
+    id: MotionId,
+    held: Instant,
+}
+
+impl<'a> Attendance<'a> {
+    async fn run(session: &'a mut Session, robot: &'a Robot) -> host_link::Result<()> {
+        session.open().await?;
+        let identity = session.identify().await?;
+        let config = session.read_config().await?;
+        let mut attendance = Self {
+            session,
+            robot,
+            identity,
+            config,
+            driving: None,
+            ended: 0,
+            armed: false,
+            state: State::Boot,
+            fault: None,
+            message: None,
+        };
+        let mut asked: Option<Instant> = None;
+        loop {
+            if asked.is_none_or(|asked| asked.elapsed() > CONDITION_EVERY) {
+                attendance.ask_condition().await?;
+                asked = Some(Instant::now());
+            }
+            for wish in robot.take_wishes() {
+                attendance.carry_out(wish).await?;
+            }
+            attendance.session.listen(EVERY).await?;
+            attendance.take_what_came();
+            attendance.leave_off().await?;
+        }
+    }
+
+    /// State, fault and telemetry; a robot that another host drives is watched.
+    async fn ask_condition(&mut self) -> host_link::Result<()> {
+        let status = self.session.status().await?;
+        (self.state, self.fault) = (status.state, status.fault);
+        match self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await? {
+            Err(Refusal::Driven) => self.session.overhear(),
+            Err(refusal) => return Err(Error::Refused { request: "send telemetry", refusal }),
+            Ok(_) => {}
+        }
+        self.tell();
+        Ok(())
+    }
+
+    fn take_what_came(&mut self) {
+        let mut last = None;
+        let frames: Vec<_> = self.session.take_telemetry().collect();
+        if let Some(frame) = frames.last() {
+            last = Some(frame.state);
+        }
+        self.robot.push(frames.into_iter());
+        let events: Vec<Event> = self.session.take_events().collect();
+        for event in events {
+            match event {
+                Event::Fault(report) => self.fault = Some(report),
+                Event::MotionEnded { motion, .. } => self.end(|driving| driving.id == motion),
+                Event::State { state, .. } => last = Some(state),
+            }
+        }
+        if let Some(state) = last.filter(|state| *state != self.state) {
+            self.state = state;
+            self.tell();
+        }
+    }
+
+    fn end(&mut self, which: impl Fn(&Driving) -> bool) {
+        if let Some(driving) = self.driving.take_if(|driving| which(driving)) {
+            self.ended = driving.number;
+        }
+    }
+
+    /// What nobody holds any more has ended; a robot that then stands still gets its motors switched off.
+    async fn leave_off(&mut self) -> host_link::Result<()> {
+        self.end(|driving| driving.held.elapsed() > 2 * LEASE);
+        if self.armed && self.driving.is_none() && self.state == State::Armed {
+            self.armed = false;
+            // Refused by a robot that somebody else drives by now.
+            let _ = self.session.ask(Command::Disarm).await?;
+        }
+        Ok(())
+    }
+
+    async fn carry_out(&mut self, wish: Wish) -> host_link::Result<()> {
+        let outcome = match wish {
+            Wish::Hold(hold) => return self.hold(hold).await,
+            Wish::Stop => {
+                self.end(|_| true);
+                self.session.ask(Command::Stop).await?
+            }
+            Wish::CutMotors => {
+                self.end(|_| true);
+                self.session.ask(Command::EmergencyStop).await?
+            }
+            Wish::Clear => match self.fault {
+                Some(report) => {
+                    self.session.ask(Command::ClearFault { number: report.number }).await?
+                }
+                None => return Ok(()),
+            },
+        };
+        self.note("do that", outcome);
+        self.ask_condition().await
+    }
+
+    /// Begins a motion, or gives it another lease.
+    async fn hold(&mut self, hold: Hold) -> host_link::Result<()> {
+        if hold.number <= self.ended {
+            return Ok(());
+        }
+        if let Some(driving) = self.driving.as_mut().filter(|one| one.number == hold.number) {
+            driving.held = Instant::now();
+            let motion = driving.id;
+            let command = match hold.motion {
+                HeldMotion::Velocity { .. } => self.command(hold.motion, motion),
+                _ => Command::Renew { motion },
+            };
+            return self.session.post(command).await;
+        }
+        let armed = self.session.ask(Command::Arm { take: false }).await?;
+        self.armed |= armed.is_ok();
+        let id = self.session.new_motion();
+        let begun = match armed {
+            Ok(_) => {
+                let command = self.command(hold.motion, id);
+                self.session.ask(command).await?
+            }
+            refused => refused,
+        };
+        match begun.is_ok() {
+            true => {
+                self.driving = Some(Driving { number: hold.number, id, held: Instant::now() });
+                self.message = None;
+            }
+            // It is asked once: the page counts on for the next.
+            false => self.ended = hold.number,
+        }
+        self.note("drive", begun);
+        Ok(())
+    }
+
+    fn command(&self, wanted: HeldMotion, motion: MotionId) -> Command {
+        let acceleration = ACCELERATION_SHARE * self.config.limits.acceleration_mps2_max;
+        let drive = |distance: WheelPair<f64>, cruise: f64| {
+            let profile = Motion { unit: TravelUnit::Meter, distance, cruise, acceleration };
+            Command::Drive(profile.drive_now(motion))
+        };
+        match wanted {
+            HeldMotion::Velocity { forward_mps, turn_rad_s } => Command::Velocity(Velocity {
+                motion,
+                forward_mps,
+                turn_rad_s,
+                acceleration_mps2: acceleration,
+            }),
+            HeldMotion::Straight { distance_m, speed_mps } => {
+                drive(WheelPair::both(distance_m), speed_mps)
+            }
+            HeldMotion::Spin { angle_rad, speed_mps } => {
+                let travel_m = angle_rad * self.config.geometry.track_width_m / 2.0;
+                drive(WheelPair::new(-travel_m, travel_m), speed_mps)
+            }
+        }
+    }
+
+    /// Says on the page why the robot refuses something.
+    fn note(&mut self, request: &'static str, outcome: Result<Answer, Refusal>) {
+        if let Err(refusal) = outcome {
+            let error = Error::Refused { request, refusal };
+            let advice =
+                advice::on_link(&error).map_or_else(String::new, |words| format!("; {words}"));
+            self.message = Some(format!("{error}{advice}"));
+            self.tell();
+        }
+    }
+
+    fn tell(&self) {
+        let Identity { name, board, firmware, limits, .. } = &self.identity;
+        let fault = self.fault.as_ref().map(|report| {
+            json!({"words": FaultInWords(report).to_string(), "remedy": report.fault.remedy()})
+        });
+        let [major, minor, patch] = firmware;
+        self.robot.tell(json!({
+            "problem": Value::Null,
+            "name": name.as_str(),
+            "board": board.as_str(),
+            "firmware": format!("{major}.{minor}.{patch}"),
+            "state": self.state.name(),
+            "fault": fault,
+            "message": self.message,
+            "driven_by_another": self.session.overhears(),
+            "ended": self.ended,
+            "track_width_m": self.config.geometry.track_width_m,
+            "speed_mps_max": limits.speed_mps_max,
+            "acceleration_mps2": ACCELERATION_SHARE * limits.acceleration_mps2_max,
+            "frames_lost": self.session.statistics().telemetry_lost,
+        }));
+    }
+}

@@ -1,0 +1,229 @@
+//! What the robot said last, and what the page wishes: shared between the session's thread and the server's.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use shared_proto::{Telemetry, WheelTelemetry};
+
+/// So many frames are kept for those who come later: at 100 Hz, ten seconds.
+const KEPT: usize = 1000;
+
+/// A page that has heard nothing for longer moves nothing: what it sends may have waited on its way.
+const STALE_MS: u64 = 200;
+
+/// More wishes than this do not wait: the oldest go.
+const WISHES_MAX: usize = 64;
+
+/// A robot, as the page sees it.
+pub struct Robot {
+    begun: Instant,
+    said: Mutex<Said>,
+    wishes: Mutex<VecDeque<Wish>>,
+}
+
+/// What the robot said.
+#[derive(Default)]
+struct Said {
+    condition: Value,
+    /// The latest frames, as the page takes them.
+    rows: VecDeque<[i64; 15]>,
+    /// How many frames there have been.
+    count: u64,
+}
+
+/// What the page wishes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wish {
+    /// To move, or to go on moving.
+    Hold(Hold),
+    /// Brake along a ramp.
+    Stop,
+    /// Zero duty at once, latched as a fault.
+    CutMotors,
+    /// Clear the latched fault.
+    Clear,
+}
+
+/// A button is held: the motion of this number goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hold {
+    /// The page counts its motions; after its end, a number does not come back.
+    pub number: u64,
+    /// What is wanted.
+    pub motion: HeldMotion,
+    /// `now_ms` of the news that the page has heard last: how old this message may be.
+    pub heard_ms: u64,
+}
+
+/// A motion that the page can ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum HeldMotion {
+    /// A velocity, which may change from message to message.
+    Velocity {
+        /// Forward positive \[m/s\].
+        forward_mps: f64,
+        /// To the left positive \[rad/s\].
+        turn_rad_s: f64,
+    },
+    /// Straight ahead by so much, backwards if negative.
+    Straight {
+        /// \[m\]
+        distance_m: f64,
+        /// Cruise speed \[m/s\].
+        speed_mps: f64,
+    },
+    /// On the spot by so much, to the left positive.
+    Spin {
+        /// \[rad\]
+        angle_rad: f64,
+        /// Cruise speed of the wheels \[m/s\].
+        speed_mps: f64,
+    },
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self { begun: Instant::now(), said: Mutex::default(), wishes: Mutex::default() }
+    }
+}
+
+impl Robot {
+    /// The server's clock \[ms\].
+    fn now_ms(&self) -> u64 {
+        self.begun.elapsed().as_millis() as u64
+    }
+
+    /// Adds frames of telemetry.
+    pub fn push(&self, frames: impl Iterator<Item = Telemetry>) {
+        let mut said = locked(&self.said);
+        for frame in frames {
+            said.rows.push_back(row(&frame));
+            said.count += 1;
+            if said.rows.len() > KEPT {
+                said.rows.pop_front();
+            }
+        }
+    }
+
+    /// What holds from now on.
+    pub fn tell(&self, condition: Value) {
+        locked(&self.said).condition = condition;
+    }
+
+    /// The condition, the frames after the first `seen`, and how many there have been.
+    pub fn news(&self, seen: u64) -> (Value, u64) {
+        let said = locked(&self.said);
+        let fresh = said.count.saturating_sub(seen).min(said.rows.len() as u64) as usize;
+        let rows: Vec<&[i64; 15]> = said.rows.iter().skip(said.rows.len() - fresh).collect();
+        let now_ms = self.now_ms();
+        (json!({"condition": said.condition, "rows": rows, "now_ms": now_ms}), said.count)
+    }
+
+    /// Takes a wish; of too many, the oldest go.
+    pub fn wish(&self, wish: Wish) {
+        let mut wishes = locked(&self.wishes);
+        if wishes.len() >= WISHES_MAX {
+            wishes.pop_front();
+        }
+        wishes.push_back(wish);
+    }
+
+    /// What is to be done now: a stop overtakes what was wished before it, and of what is held only the latest counts.
+    pub(super) fn take_wishes(&self) -> Vec<Wish> {
+        let taken = std::mem::take(&mut *locked(&self.wishes));
+        let stops = |wish: &Wish| matches!(wish, Wish::Stop | Wish::CutMotors);
+        let last_stop = taken.iter().rposition(stops);
+        let now_ms = self.now_ms();
+        let mut due: Vec<Wish> = Vec::new();
+        for (index, wish) in taken.into_iter().enumerate() {
+            match wish {
+                Wish::Hold(_) if last_stop.is_some_and(|stop| index < stop) => {}
+                Wish::Hold(hold) if now_ms.saturating_sub(hold.heard_ms) > STALE_MS => {}
+                Wish::Hold(_) => {
+                    due.retain(|other| !matches!(other, Wish::Hold(_)));
+                    due.push(wish);
+                }
+                _ if due.contains(&wish) => {}
+                Wish::CutMotors => due.insert(0, wish),
+                _ => due.push(wish),
+            }
+        }
+        due
+    }
+}
+
+/// A frame for the page: time \[us\], state, whether it probes, x and y \[um\], heading \[urad\], supply \[mV\]; of each wheel
+/// setpoint and error \[um\], speed \[um/s\] and duty \[1/32767\].
+fn row(frame: &Telemetry) -> [i64; 15] {
+    let wheel = |wheel: WheelTelemetry| {
+        let (error, speed) = (i64::from(wheel.error_um), i64::from(wheel.speed_um_s));
+        [wheel.setpoint_um, error, speed, i64::from(wheel.duty)]
+    };
+    let [a, b, c, d] = wheel(frame.wheels.left);
+    let [e, f, g, h] = wheel(frame.wheels.right);
+    let (t_us, pose) = (frame.t_us as i64, frame.pose);
+    let of_robot = (frame.state as i64, i64::from(frame.probing), i64::from(frame.supply_mv));
+    let (state, probing, supply) = of_robot;
+    [t_us, state, probing, pose.x_um, pose.y_um, pose.heading_urad, supply, a, b, c, d, e, f, g, h]
+}
+
+/// A lock whose holder panicked guards whole values all the same.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hold(number: u64) -> Wish {
+        let motion = HeldMotion::Velocity { forward_mps: 0.1, turn_rad_s: 0.0 };
+        Wish::Hold(Hold { number, motion, heard_ms: 0 })
+    }
+
+    #[test]
+    fn a_stop_overtakes_what_was_held_before_it_and_nothing_that_is_held_waits_in_a_queue() {
+        let robot = Robot::default();
+        for number in 1..=200 {
+            robot.wish(hold(number));
+        }
+        assert_eq!(robot.take_wishes(), [hold(200)]);
+        for wish in [hold(1), Wish::Stop, Wish::Stop, Wish::CutMotors] {
+            robot.wish(wish);
+        }
+        assert_eq!(robot.take_wishes(), [Wish::CutMotors, Wish::Stop]);
+        for wish in [Wish::Stop, hold(2)] {
+            robot.wish(wish);
+        }
+        assert_eq!(robot.take_wishes(), [Wish::Stop, hold(2)]);
+        robot.wish(hold(3));
+        std::thread::sleep(std::time::Duration::from_millis(STALE_MS + 20));
+        assert_eq!(robot.take_wishes(), [], "what has waited is stale");
+    }
+
+    #[test]
+    fn whoever_comes_late_gets_what_is_kept_and_each_frame_once() {
+        let robot = Robot::default();
+        let frame = |number: u32| Telemetry {
+            number,
+            t_us: u64::from(number),
+            state: shared_proto::State::Idle,
+            probing: false,
+            wheels: shared_proto::WheelPair::both(WheelTelemetry::default()),
+            supply_mv: 12_000,
+            pose: shared_proto::Pose::default(),
+        };
+        robot.push((0..3 * KEPT as u32).map(frame));
+        let (news, seen) = robot.news(0);
+        assert_eq!(news["rows"].as_array().unwrap().len(), KEPT);
+        robot.push((0..2).map(frame));
+        let (news, seen) = robot.news(seen);
+        assert_eq!(news["rows"].as_array().unwrap().len(), 2);
+        assert_eq!(robot.news(seen).0["rows"], json!([]));
+    }
+}

@@ -1,0 +1,189 @@
+// The page on which a robot is watched and driven, in a real browser. In real time: nothing else should run beside it.
+import assert from 'node:assert/strict';
+import { execFileSync, spawn } from 'node:child_process';
+import { after, before, test } from 'node:test';
+import { createInterface } from 'node:readline';
+import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
+import { join } from 'node:path';
+import { tmpdir } from 'node:os';
+import { beeline, launch, openPage, pictures } from './page.mjs';
+
+// Whatever hangs must not hang for ever.
+const LIMIT = { timeout: 120_000 };
+
+let folder;
+let browser;
+let robot;
+
+/** A command, and the first line that it prints, as JSON. */
+async function started(...args) {
+  const child = spawn(beeline, [...args, '--json'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  const lines = createInterface(child.stdout);
+  const [first] = await new Promise((found) => lines.once('line', (...line) => found(line)));
+  const value = JSON.parse(first);
+  assert.equal(value.error, undefined);
+  return { child, lines, first: value };
+}
+
+const serve = (port) => started('serve', '--port', port, '--no-open', '--listen', '127.0.0.1:0');
+
+/** Another program that watches: the robot's states as they come, in the robot's own words. */
+async function watch(port) {
+  const { child, lines, first } = await started('watch', '--port', port, '--rate', '100');
+  const seen = { last: first };
+  let told = () => {};
+  lines.on('line', (line) => {
+    const frame = JSON.parse(line);
+    if (frame.wheels) seen.last = frame;
+    told();
+  });
+  return {
+    frame: () => seen.last,
+    stop: () => child.kill(),
+    // When this first holds; null if it does not in this time.
+    until: (holds, ms = 10_000) => new Promise((found) => {
+      setTimeout(() => found(null), ms);
+      told = () => holds(seen.last) && found(performance.now());
+      told();
+    }),
+  };
+}
+
+before(async () => {
+  folder = mkdtempSync(join(tmpdir(), 'beeline-'));
+  browser = await launch();
+  // A robot of its own process: what becomes of the page's server does not touch it.
+  robot = await started('sim', '--listen', 'tcp:127.0.0.1:0');
+});
+
+after(async () => {
+  await browser.close();
+  robot.child.kill();
+  rmSync(folder, { recursive: true });
+});
+
+const port = () => robot.first.listening;
+const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states);
+
+for (const width of [1280, 390]) {
+  for (const scheme of ['light', 'dark']) {
+    test(`a robot is driven by the keyboard, stopped, cut and cleared: ${width} wide, ${scheme}`, LIMIT, async () => {
+      const { child, first } = await serve(port());
+      const tab = await openPage(browser, first.link, { width, scheme });
+      const { page } = tab;
+      await isState(page, 'idle');
+      const x = async () => Number.parseFloat((await page.textContent('#pose')).replace('\u2212', '-').replace(/.*x /, ''));
+      await page.keyboard.down('ArrowUp');
+      await isState(page, 'driving');
+      await page.waitForTimeout(1200);
+      await page.keyboard.down('ArrowLeft');
+      await page.waitForTimeout(900);
+      assert.equal(await page.textContent('#state'), 'driving');
+      if (scheme === 'light' || pictures.endsWith('browser')) await page.screenshot({ path: join(pictures, `robot-${width}${scheme === 'dark' ? '-dark' : ''}.png`) });
+      await page.keyboard.up('ArrowLeft');
+      await page.keyboard.up('ArrowUp');
+      await isState(page, 'idle');
+      const before = await x();
+      await page.waitForTimeout(300);
+      assert.equal(await x(), before, 'it stands');
+      // The space bar brakes whatever has the focus.
+      await page.fill('#distance', '2');
+      await page.press('#distance', 'Enter');
+      await isState(page, 'driving');
+      await page.focus('#straight button');
+      await page.keyboard.press('Space');
+      await isState(page, 'idle');
+      await page.click('#spin button');
+      await isState(page, 'driving');
+      await page.click('#cut');
+      await isState(page, 'faulted');
+      assert.match(await page.textContent('#words'), /^emergency_stop/);
+      await tab.accessible();
+      await page.focus('#clear');
+      await page.keyboard.press('Enter');
+      await isState(page, 'idle');
+      const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(overflow <= 0, `the page is ${overflow} px too wide`);
+      tab.sound();
+      await page.close();
+      child.kill();
+    });
+  }
+}
+
+/** The processes that run pages. */
+const renderers = () => readdirSync('/proc').filter((pid) => {
+  try {
+    return readFileSync(`/proc/${pid}/cmdline`, 'utf8').includes('--type=renderer');
+  } catch {
+    return false;
+  }
+}).map(Number);
+
+// The robot drives; then the page is gone in one way or another. How long until it brakes, as another program sees it?
+async function deadMan(name, gone, times = 5) {
+  const found = [];
+  for (let time = 0; time < times; time += 1) {
+    const { child, first } = await serve(port());
+    const others = renderers();
+    const own = await launch();
+    const { page } = await openPage(own, first.link);
+    await isState(page, 'idle');
+    const seen = await watch(port());
+    // A machine that is busy may hold the page up, and the robot brakes: the key is pressed again.
+    for (let fast = null; fast === null; ) {
+      await page.keyboard.up('ArrowUp');
+      await page.keyboard.down('ArrowUp');
+      fast = await seen.until((frame) => frame.state === 'driving' && frame.wheels.left.speed_um_s > 80_000, 3000);
+    }
+    const begun = performance.now();
+    const undo = await gone({ child, page, renderers: renderers().filter((pid) => !others.includes(pid)) });
+    const braked = await seen.until((frame) => frame.state !== 'driving');
+    assert.notEqual(braked, null, `${name}: the robot goes on`);
+    found.push(braked - begun);
+    await seen.until((frame) => frame.state === 'idle' || frame.state === 'armed');
+    seen.stop();
+    undo?.();
+    await own.close();
+    child.kill();
+    execFileSync(beeline, ['stop', '--port', port()], { stdio: 'ignore' });
+  }
+  found.sort((a, b) => a - b);
+  console.log(`${name}: the robot brakes after ${found.map((ms) => ms.toFixed(0)).join(', ')} ms`);
+  // Within the lease of 200 ms, a message's way and a frame of telemetry; one that the machine held up may be later.
+  assert.ok(found[Math.floor(times / 2)] < 250 && found.at(-1) < 400, `${name}: ${found.join(', ')} ms`);
+}
+
+test('a tab that is closed stops the robot', LIMIT, () => deadMan('tab closed', ({ page }) => void page.close()));
+
+test('a server that is killed stops the robot', LIMIT, () => deadMan('server killed', ({ child }) => void child.kill('SIGKILL')));
+
+test('a page that is frozen stops the robot', LIMIT, () =>
+  deadMan('page frozen', ({ renderers }) => {
+    renderers.forEach((pid) => process.kill(pid, 'SIGSTOP'));
+    return () => renderers.forEach((pid) => process.kill(pid, 'SIGKILL'));
+  }));
+
+test('two pages and another program watch one drive; only one drives', LIMIT, async () => {
+  const { child, first } = await serve(port());
+  const driver = await openPage(browser, first.link);
+  const other = await serve(port());
+  const watcher = await openPage(browser, other.first.link);
+  await Promise.all([driver, watcher].map(({ page }) => isState(page, 'idle')));
+  await driver.page.bringToFront();
+  await driver.page.fill('#distance', '0.6');
+  await driver.page.press('#distance', 'Enter');
+  await isState(watcher.page, 'driving');
+  await watcher.page.waitForFunction(() => document.querySelector('#message').textContent.includes('Another program drives'));
+  await isState(driver.page, 'idle');
+  await isState(watcher.page, 'idle');
+  const poses = await Promise.all([driver, watcher].map(({ page }) => page.textContent('#pose')));
+  assert.equal(poses[0], poses[1]);
+  for (const tab of [driver, watcher]) {
+    assert.doesNotMatch(await tab.page.textContent('#about'), /lost/);
+    tab.sound();
+    await tab.page.close();
+  }
+  child.kill();
+  other.child.kill();
+});

@@ -9,7 +9,7 @@ use campaign::CampaignError;
 
 use crate::log::{Note, Pose3, PoseLog, WheelLog, error, ordered};
 use crate::mcap::{Damage, ReadError, Received, read};
-use crate::message::{JointState, Message, MessageType};
+use crate::message::{FramedPose, JointState, Message, MessageType};
 
 /// What a bag has to offer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -193,8 +193,27 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
     notes
 }
 
+/// Gives every message of a topic that can be read to `each`, with the recorder's time \[s\].
+pub(crate) fn of_topic(
+    files: &[&Path],
+    topic: &str,
+    mut each: impl FnMut(Message<'_>, f64),
+) -> Result<Vec<Note>, CampaignError> {
+    let mut notes = Vec::new();
+    for file in files {
+        notes.extend(each_message(file, |received| {
+            if received.channel.topic == topic
+                && let Some(Ok(message)) = decode(received)
+            {
+                each(message, received.log_time_s);
+            }
+        })?);
+    }
+    Ok(notes)
+}
+
 /// The stamp of a message \[s\]: that of its header, and the recorder's time where nobody set it.
-fn stamp_s(header_s: f64, log_time_s: f64) -> (f64, bool) {
+pub(crate) fn stamp_s(header_s: f64, log_time_s: f64) -> (f64, bool) {
     if header_s == 0.0 { (log_time_s, true) } else { (header_s, false) }
 }
 
@@ -207,22 +226,16 @@ pub fn wheels(
     let mut samples: Vec<(f64, [f64; 2])> = Vec::new();
     let mut speeds: Vec<(f64, [f64; 2])> = Vec::new();
     let mut unstamped = 0;
-    let mut notes = Vec::new();
-    for file in files {
-        notes.extend(each_message(file, |received| {
-            if received.channel.topic != topic {
-                return;
-            }
-            let Some(Ok(Message::Joints(state))) = decode(received) else { return };
-            let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, received.log_time_s);
-            unstamped += usize::from(is_unstamped);
-            if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
-                samples.push((t_s, angles));
-            } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
-                speeds.push((t_s, rates));
-            }
-        })?);
-    }
+    let mut notes = of_topic(files, topic, |message, log_time_s| {
+        let Message::Joints(state) = message else { return };
+        let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, log_time_s);
+        unstamped += usize::from(is_unstamped);
+        if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
+            samples.push((t_s, angles));
+        } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
+            speeds.push((t_s, rates));
+        }
+    })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
     let is_of_speeds = samples.is_empty() && !speeds.is_empty();
     let mut samples = if is_of_speeds { speeds } else { samples };
@@ -268,7 +281,7 @@ fn integrate(samples: &mut [(f64, [f64; 2])]) {
     }
 }
 
-fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
+pub(crate) fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
     let text = format!(
         "{topic}: {unstamped} messages have no stamp in their header; the recorder's time was taken, which is less exact"
     );
@@ -283,25 +296,17 @@ pub fn poses(files: &[&Path], place: &PosePlace) -> Result<(PoseLog, Vec<Note>),
     };
     let mut poses: Vec<Pose3> = Vec::new();
     let mut unstamped = 0;
-    let mut notes = Vec::new();
-    for file in files {
-        notes.extend(each_message(file, |received| {
-            if received.channel.topic != *topic {
-                return;
-            }
-            let Some(Ok(Message::Poses(framed))) = decode(received) else { return };
-            for framed in framed {
-                if frames.is_some_and(|(parent, child)| {
-                    framed.parent != *parent || framed.child != *child
-                }) {
-                    continue;
-                }
-                let (t_s, is_unstamped) = stamp_s(framed.pose.t_s, received.log_time_s);
-                unstamped += usize::from(is_unstamped);
-                poses.push(Pose3 { t_s, ..framed.pose });
-            }
-        })?);
-    }
+    let is_meant = |framed: &FramedPose<'_>| {
+        frames.is_none_or(|(parent, child)| framed.parent == *parent && framed.child == *child)
+    };
+    let mut notes = of_topic(files, topic, |message, log_time_s| {
+        let Message::Poses(framed) = message else { return };
+        for framed in framed.into_iter().filter(is_meant) {
+            let (t_s, is_unstamped) = stamp_s(framed.pose.t_s, log_time_s);
+            unstamped += usize::from(is_unstamped);
+            poses.push(Pose3 { t_s, ..framed.pose });
+        }
+    })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
     let finite = |pose: &Pose3| {
         let orientation = pose.orientation.unwrap_or_default();

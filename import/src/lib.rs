@@ -26,6 +26,7 @@
 //! | --- | --- |
 //! | [`source`] | which files there are, and what of them is wheels and poses |
 //! | [`bag`], [`mcap`], [`message`], [`cdr`] | ROS 2 bags: topics, records, messages, their encoding |
+//! | [`odometry`], [`geometry`], [`controller_file`] | wheels of odometry; the numbers that it used, and where they are written |
 //! | [`text`] | tables and trajectories |
 //! | [`log`] | what every source becomes |
 //! | [`understand`] | the whole of the way from two logs to runs |
@@ -37,12 +38,15 @@
 pub mod alignment;
 pub mod bag;
 pub mod cdr;
+pub mod controller_file;
 pub mod cut;
 pub mod export;
+pub mod geometry;
 pub mod log;
 pub mod mcap;
 pub mod mend;
 pub mod message;
+pub mod odometry;
 pub mod plane;
 pub mod source;
 pub mod text;

@@ -78,15 +78,15 @@ fn a_controller_gets_the_radii_and_the_track_width_that_the_robot_has() {
     let campaign = campaign();
     let controller =
         Controller::of(Path::new("a"), &nominal(), &campaign, &ModelFile::default()).unwrap();
-    for (found, is) in controller.radii_m().into_iter().zip(RADII_M) {
+    for (found, is) in controller.geometry.radii_m().into_iter().zip(RADII_M) {
         assert!((found / is - 1.0).abs() < 1e-3, "{controller:?}");
     }
-    assert!((controller.track_width_m() / TRACK_M - 1.0).abs() < 2e-3, "{controller:?}");
+    assert!((controller.geometry.track_width_m() / TRACK_M - 1.0).abs() < 2e-3, "{controller:?}");
     assert_eq!(controller.cost, None);
     // On the runs that nothing was fitted to.
     let held_out = |radii_m, track_m| off_m(&Trajectory::all(&campaign, radii_m, track_m)[5..]);
     let before_m = held_out([0.036; 2], 0.372);
-    let after_m = held_out(controller.radii_m(), controller.track_width_m());
+    let after_m = held_out(controller.geometry.radii_m(), controller.geometry.track_width_m());
     assert!(before_m > 0.02 && after_m < 0.005, "{before_m} {after_m}");
     let yaml = controller.to_yaml("a robot\nwheel_radius: 7");
     for line in [

@@ -21,6 +21,7 @@ Examples:
   beeline import drive.mcap                      lists what is in it, and proposes the command
   beeline import drive.mcap -o my-logs --wheel-radius 36mm --track-width 37.2cm
   beeline import drive.mcap -o my-logs --wheels wheel_left,wheel_right --pose /tf:map.base_link
+  beeline import drive.mcap -o by-odometry --odometry /odom --wheel-radius 36mm --track-width 37.2cm
   beeline import encoders.csv track.tum -o my-logs --counts-per-rev 1920 \\
       --map left_counts=enc_l,right_counts=enc_r,t_s=stamp:ns")]
 pub struct ImportArgs {
@@ -33,6 +34,13 @@ pub struct ImportArgs {
     /// The joints of the left and the right wheel.
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = wheels)]
     pub wheels: Option<[String; 2]>,
+    /// Odometry that is computed from the wheels, to be turned back into them: with --controller, or the --wheel-radius and
+    /// --track-width that it used.
+    #[arg(long, value_name = "TOPIC", conflicts_with = "wheels")]
+    pub odometry: Option<String>,
+    /// The parameters of the controller that computed it, for radius and track width: ROS 2's diff_drive_controller, TurtleBot3.
+    #[arg(long, value_name = "FILE.yaml")]
+    pub controller: Option<PathBuf>,
     /// The measured poses: a topic, or /tf:PARENT.CHILD.
     #[arg(long, value_name = "TOPIC")]
     pub pose: Option<String>,

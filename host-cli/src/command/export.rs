@@ -32,8 +32,13 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
             three - whole
         ));
     }
-    let trajectories =
-        || Trajectory::all(&campaign, controller.radii_m(), controller.track_width_m());
+    let trajectories = || {
+        Trajectory::all(
+            &campaign,
+            controller.geometry.radii_m(),
+            controller.geometry.track_width_m(),
+        )
+    };
     match args.to {
         ExportFormat::Ros2 => text(common, args, &controller.to_yaml(&read.robot.name)),
         ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
@@ -100,22 +105,22 @@ fn write_new(file: &Path, bytes: &[u8], force: bool) -> Result<()> {
 }
 
 fn to_json(controller: &Controller) -> Value {
-    let [left, right] = controller.radius_multipliers;
-    let [left_m, right_m] = controller.radii_m();
+    let [left, right] = controller.geometry.radius_multipliers;
+    let [left_m, right_m] = controller.geometry.radii_m();
     let [nominal, errors] = controller.errors;
     let cost = controller.cost.as_ref().map(|cost| {
         json!({ "effects": cost.effects, "position_m": cost.position_m[0], "model_position_m": cost.position_m[1] })
     });
     json!({
         "schema": 1,
-        "wheel_radius_m": controller.wheel_radius_m,
+        "wheel_radius_m": controller.geometry.wheel_radius_m,
         "left_wheel_radius_multiplier": left,
         "right_wheel_radius_multiplier": right,
         "left_wheel_radius_m": left_m,
         "right_wheel_radius_m": right_m,
-        "wheel_separation_m": controller.wheel_separation_m,
-        "wheel_separation_multiplier": controller.separation_multiplier,
-        "effective_wheel_separation_m": controller.track_width_m(),
+        "wheel_separation_m": controller.geometry.wheel_separation_m,
+        "wheel_separation_multiplier": controller.geometry.separation_multiplier,
+        "effective_wheel_separation_m": controller.geometry.track_width_m(),
         "pose_variances": controller.pose_variances,
         "twist_variances": controller.twist_variances,
         "nominal_error_m": nominal.fitted.position_rms_m,

@@ -1,11 +1,6 @@
 //! The parameters of ROS 2's `diff_drive_controller`, from a campaign.
 //!
-//! ```text
-//! v = (r_l w_l + r_r w_r) / 2,   omega = (r_r w_r - r_l w_l) / b                     (1)
-//! r_l = wheel_radius * left_wheel_radius_multiplier, r_r likewise, b = wheel_separation * wheel_separation_multiplier
-//! ```
-//!
-//! The controller knows three numbers: scale and ratio of the radii, and the track width. They are fitted to the campaign by
+//! The controller computes odometry by equation (1) of [`geometry`](crate::geometry). It knows three numbers: scale and ratio of the radii, and the track width. They are fitted to the campaign by
 //! themselves, whatever else its model has: without the rest of the model, its own three numbers would not be the best. What
 //! that costs against the model is a [`Cost`].
 
@@ -20,9 +15,10 @@ use robot_model::explain::model::{Model, fit};
 use robot_model::recording::Campaign;
 use std::path::Path;
 
+use crate::geometry::Geometry;
 use crate::log::error;
 
-/// The effects that (1) can express.
+/// The effects that equation (1) can express.
 const EFFECTS: [&str; 3] = ["wheel_radius_scale", "wheel_radius_ratio", "track_width"];
 /// How often the controller publishes by default \[Hz\].
 const PUBLISH_HZ: f64 = 50.0;
@@ -32,14 +28,8 @@ const UNKNOWN: f64 = 1e6;
 /// What a controller is told.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
-    /// Nominal radius of both wheels \[m\].
-    pub wheel_radius_m: f64,
-    /// What makes the left and the right radius of it.
-    pub radius_multipliers: [f64; 2],
-    /// Nominal track width \[m\].
-    pub wheel_separation_m: f64,
-    /// What makes the effective one of it.
-    pub separation_multiplier: f64,
+    /// Radii and track width.
+    pub geometry: Geometry,
     /// Variances of x, y and heading by odometry, within a run like these \[m^2, rad^2\].
     pub pose_variances: [f64; 2],
     /// Variances of speed and turn rate in one message \[m^2/s^2, rad^2/s^2\].
@@ -80,13 +70,12 @@ impl Controller {
         let within = fitted.errors.fitted;
         let cost = cost(campaign, model, &fitted).map_err(|why| cannot(&why))?;
         Ok(Self {
-            wheel_radius_m: robot.wheel_radius_m,
-            radius_multipliers: [
-                (1.0 + scale) * (1.0 - ratio / 2.0),
-                (1.0 + scale) * (1.0 + ratio / 2.0),
-            ],
-            wheel_separation_m: robot.track_width_m,
-            separation_multiplier: 1.0 + track,
+            geometry: Geometry {
+                wheel_radius_m: robot.wheel_radius_m,
+                radius_multipliers: [-0.5, 0.5].map(|half| (1.0 + scale) * (1.0 + half * ratio)),
+                wheel_separation_m: robot.track_width_m,
+                separation_multiplier: 1.0 + track,
+            },
             pose_variances: [within.position_rms_m.powi(2) / 2.0, within.heading_rms_rad.powi(2)],
             twist_variances: [
                 per_message(fitted.noise.travel_walk),
@@ -95,16 +84,6 @@ impl Controller {
             errors: [fitted.nominal, fitted.errors],
             cost,
         })
-    }
-
-    /// Radius of the left and of the right wheel \[m\].
-    pub fn radii_m(&self) -> [f64; 2] {
-        self.radius_multipliers.map(|multiplier| self.wheel_radius_m * multiplier)
-    }
-
-    /// The effective track width \[m\].
-    pub fn track_width_m(&self) -> f64 {
-        self.wheel_separation_m * self.separation_multiplier
     }
 
     /// The parameters as YAML, for a controller of this name.
@@ -127,7 +106,8 @@ impl Controller {
                 mm(cost.position_m[1])
             );
         }
-        let [left, right] = self.radius_multipliers;
+        let Geometry { wheel_radius_m, radius_multipliers: [left, right], .. } = self.geometry;
+        let Geometry { wheel_separation_m, separation_multiplier, .. } = self.geometry;
         let [pose, heading] = self.pose_variances;
         let [speed, rate] = self.twist_variances;
         let unknown = "1000000.0, 1000000.0, 1000000.0";
@@ -135,12 +115,11 @@ impl Controller {
         let _ = write!(
             yaml,
             "diff_drive_controller:\n  ros__parameters:\n    \
-             wheel_separation: {:.6}\n    wheel_separation_multiplier: {:.6}\n    \
-             wheel_radius: {:.6}\n    left_wheel_radius_multiplier: {left:.6}\n    right_wheel_radius_multiplier: {right:.6}\n    \
+             wheel_separation: {wheel_separation_m:.6}\n    wheel_separation_multiplier: {separation_multiplier:.6}\n    \
+             wheel_radius: {wheel_radius_m:.6}\n    left_wheel_radius_multiplier: {left:.6}\n    right_wheel_radius_multiplier: {right:.6}\n    \
              # x, y, z, roll, pitch, yaw: of the pose within a run like those of the campaign, and of one message at {PUBLISH_HZ:.0} Hz\n    \
              pose_covariance_diagonal: [{pose:.3e}, {pose:.3e}, {unknown}, {heading:.3e}]\n    \
-             twist_covariance_diagonal: [{speed:.3e}, {speed:.3e}, {unknown}, {rate:.3e}]\n",
-            self.wheel_separation_m, self.separation_multiplier, self.wheel_radius_m
+             twist_covariance_diagonal: [{speed:.3e}, {speed:.3e}, {unknown}, {rate:.3e}]\n"
         );
         yaml
     }

@@ -101,7 +101,7 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
     }
     for place in of_poses(name, topic) {
         let remark = if topic.kind() == Some(MessageType::Odometry) {
-            "may be computed from the wheels"
+            "unless it is computed from the wheels"
         } else {
             ""
         };
@@ -112,6 +112,11 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
             PosePlace::Topic(_) => topic.messages,
         };
         offers.push(offer(Some(format!("--pose {place}")), name, count, remark.into()));
+    }
+    if topic.kind() == Some(MessageType::Odometry) && topic.unread.is_none() {
+        let remark = "if it is computed from the wheels";
+        let option = Some(format!("--odometry {name}"));
+        offers.push(offer(option, name, topic.messages, remark.into()));
     }
     if let Some((count, reason)) = &topic.unread {
         offers.push(offer(None, name, *count, format!("cannot be read: {reason}")));

@@ -185,6 +185,22 @@ fn thousands_of_mangled_bags_neither_panic_nor_fill_the_memory() {
 }
 
 #[test]
+fn mangled_parameters_of_controllers_are_errors_or_numbers_and_no_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let text = b"a: &x [1, {b: c}]\n/**:\n  base: !!map\n    ros__parameters:\n      names: [\"l\", 'r']\n      wheel_radius: 0.036 # m\n      wheel_separation: 0.372\n      note: |\n        two\n        lines\n      other: *x\n";
+    let mut read = 0;
+    for _ in 0..20_000 {
+        let text = mangled(text, &mut rng);
+        let Ok(text) = str::from_utf8(&text) else { continue };
+        if let Ok(file) = import::controller_file::parse(Path::new("c.yaml"), text) {
+            assert!(file.geometry.radii_m().iter().all(|m| *m > 0.0 && m.is_finite()));
+            read += 1;
+        }
+    }
+    assert!(read > 100, "some changes change nothing that matters: {read}");
+}
+
+#[test]
 fn a_chunk_that_promises_more_than_it_can_hold_is_not_unpacked() {
     // Zeros compress to next to nothing.
     let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());

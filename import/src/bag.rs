@@ -163,14 +163,19 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
     let record =
         |damage: &Damage| if let Damage::Record { at } = damage { Some(*at) } else { None };
     if let Some((at, count)) = first_of(chunk) {
-        let text = format!(
-            "{count} chunks are corrupt, the first at byte {at}: their messages are missing"
-        );
+        let text = match count {
+            1 => format!("a chunk is corrupt, at byte {at}: its messages are missing"),
+            _ => format!(
+                "{count} chunks are corrupt, the first at byte {at}: their messages are missing"
+            ),
+        };
         notes.push(Note::new(file, text));
     }
     if let Some((at, count)) = first_of(record) {
-        let text =
-            format!("{count} records are corrupt, the first at byte {at}: they were left out");
+        let text = match count {
+            1 => format!("a record is corrupt, at byte {at}: it was left out"),
+            _ => format!("{count} records are corrupt, the first at byte {at}: they were left out"),
+        };
         notes.push(Note::new(file, text));
     }
     for damage in damage {

@@ -16,9 +16,12 @@ mod files;
 mod first_run;
 mod gyro;
 mod help;
+mod import;
 mod key;
 mod libraries;
 mod memory;
+#[path = "../../import/tests/round_trip/one_log.rs"]
+mod one_log;
 mod outcome;
 mod outside_text;
 mod page_code;

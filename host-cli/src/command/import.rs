@@ -15,6 +15,7 @@ use crate::escape::{shell, shell_path};
 use crate::import_page;
 use crate::table::{Cell, Table};
 use crate::ui::{BOLD, note, runs, say, warn};
+use campaign::CampaignError;
 use campaign::file::write_whole;
 
 /// The page that shows what was understood, in the campaign folder.
@@ -51,7 +52,9 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
         gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
         cut: ::import::cut::CutOptions { rest_s: args.rest.s },
     };
-    let chosen = sources.choose(&choice)?;
+    // What is missing of a bag may be why something is not found.
+    let warned = |_: &CampaignError| sources.notes().iter().for_each(warn);
+    let chosen = sources.choose(&choice).inspect_err(warned)?;
     let (wheels, poses) = (chosen.wheels.what.clone(), chosen.poses.what.clone());
     let mut understood = understand(chosen.wheels, &chosen.poses, &hints, chosen.same_clock)?;
     understood.notes.splice(0..0, chosen.notes);

@@ -170,8 +170,9 @@ fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignE
         AlignError::NothingInCommon { misfit } => error(
             &poses.file,
             format!(
-                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best",
-                100.0 * misfit
+                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best{}",
+                100.0 * misfit,
+                not_overlapping(wheels, poses)
             ),
             "check that both are of the same robot and drive, and which joint is left and which right",
         ),
@@ -182,6 +183,25 @@ fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignE
             ),
             "record a longer log, with stops of different lengths",
         ),
+    }
+}
+
+/// How far apart both logs are by their stamps, in words that follow others, if they do not overlap.
+fn not_overlapping(wheels: &WheelLog, poses: &PoseLog) -> String {
+    let (Some([from_s, to_s]), Some([first_s, last_s])) = (
+        wheels.t_s.first().zip(wheels.t_s.last()).map(|(from, to)| [*from, *to]),
+        poses.poses.first().zip(poses.poses.last()).map(|(from, to)| [from.t_s, to.t_s]),
+    ) else {
+        return String::new();
+    };
+    match (first_s - to_s, from_s - last_s) {
+        (after_s, _) if after_s > 0.0 => {
+            format!(", and the poses begin {after_s:.1} s after the wheels end")
+        }
+        (_, before_s) if before_s > 0.0 => {
+            format!(", and the poses end {before_s:.1} s before the wheels begin")
+        }
+        _ => String::new(),
     }
 }
 

@@ -8,6 +8,7 @@ use ::import::geometry::Geometry;
 use ::import::mcap::BagWriter;
 use ::import::message::{encode_joints, encode_pose};
 
+use crate::example::runs_of;
 use crate::one_log::OneLog;
 use crate::temp_folder::TempFolder;
 
@@ -224,6 +225,25 @@ fn a_bag_that_a_crash_cut_off_gives_the_runs_before_that() {
     assert!(outcome.stderr.contains("the bag is cut off at byte"), "{}", outcome.stderr);
     let runs = outcome.json()["runs"].as_array().unwrap().len();
     assert!((4..RUNS).contains(&runs), "{runs}");
+}
+
+/// The mystery's radius grows with speed, which no program can be told: each says so, with its cost.
+#[test]
+fn each_program_says_what_it_cannot_be_told() {
+    let temp = TempFolder::new();
+    runs_of(&temp, "mystery-robot", &[""], "robot");
+    temp.run("explain robot --save robot/model.toml").ok();
+    let names = ["diff_drive_controller", "turtlebot3_node", "linorobot2", "WPILib"];
+    for (format, name) in ["ros2", "turtlebot3", "linorobot2", "wpilib"].into_iter().zip(names) {
+        let outcome = temp.run(&format!("export robot --to {format}")).ok();
+        let said = outcome.stderr;
+        let starts = format!("warning: {name} cannot be told: wheel radius grows with speed");
+        assert!(said.contains(&starts), "{said}");
+        let cost_mm = said.split("this costs ").nth(1).and_then(|rest| rest.split(' ').next());
+        let cost_mm: f64 = cost_mm.unwrap().parse().unwrap();
+        assert!((1.0..20.0).contains(&cost_mm), "{said}");
+        assert!(outcome.stdout.contains("not expressible: wheel radius grows with speed"));
+    }
 }
 
 /// What `export` writes is read again, and says the same.

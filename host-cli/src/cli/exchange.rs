@@ -85,6 +85,7 @@ impl Mappings {
 #[command(after_help = "\
 Examples:
   beeline export my-robot --to ros2 -o diff_drive.yaml    parameters of ROS 2's diff_drive_controller
+  beeline export my-robot --to turtlebot3                 parameters of TurtleBot3; also linorobot2, wpilib
   beeline export my-robot --to json                       the same numbers for other programs
   beeline export my-robot --to tum -o tracks              trajectories, for example for evo
   beeline export my-robot --to mcap -o my-robot.mcap      for Foxglove, PlotJuggler, Rerun")]
@@ -107,7 +108,13 @@ pub struct ExportArgs {
 pub enum ExportFormat {
     /// Parameters of diff_drive_controller, as YAML.
     Ros2,
-    /// The same numbers as JSON.
+    /// Parameters of TurtleBot3's turtlebot3_node, as YAML.
+    Turtlebot3,
+    /// Lines of linorobot2's configuration header.
+    Linorobot2,
+    /// Constants for WPILib, in Java.
+    Wpilib,
+    /// The numbers of diff_drive_controller as JSON.
     Json,
     /// Two trajectories a run: as measured, and by odometry with these numbers.
     Tum,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ::import::export::{Controller, Trajectory, bag, table};
+use ::import::export::{Controller, Target, Trajectory, bag, table};
 use serde_json::{Value, json};
 
 use super::compare::read;
@@ -23,13 +23,20 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
     }
     let (read, campaign) = read(&args.campaign)?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
-    let controller = Controller::of(&args.campaign, &read.robot, &campaign, &model)?;
+    let target = match args.to {
+        ExportFormat::Turtlebot3 => Target::TurtleBot3,
+        ExportFormat::Linorobot2 => Target::Linorobot2,
+        ExportFormat::Wpilib => Target::Wpilib,
+        _ => Target::DiffDrive,
+    };
+    let controller = Controller::of(&args.campaign, &read.robot, &campaign, &model, target)?;
     if let Some(cost) = &controller.cost {
-        let [three, whole] = cost.position_m.map(|m| m * 1e3);
+        let [own, whole] = cost.position_m.map(|m| m * 1e3);
         warn(format_args!(
-            "radii and track width alone cannot express: {}; this costs {:.1} mm ({three:.1} mm instead of {whole:.1} mm)",
+            "{} cannot be told: {}; this costs {:.1} mm ({own:.1} mm instead of {whole:.1} mm)",
+            target.name(),
             cost.effects.join(", "),
-            three - whole
+            own - whole
         ));
     }
     let trajectories = || {
@@ -40,7 +47,10 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         )
     };
     match args.to {
-        ExportFormat::Ros2 => text(common, args, &controller.to_yaml(&read.robot.name)),
+        ExportFormat::Ros2
+        | ExportFormat::Turtlebot3
+        | ExportFormat::Linorobot2
+        | ExportFormat::Wpilib => text(common, args, &controller.file(&read.robot)),
         ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
         ExportFormat::Csv => text(common, args, &table(&trajectories())),
         ExportFormat::Mcap => {

@@ -2,14 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::io::{BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
 
 use crate::log::{Note, Pose3, PoseLog, WheelLog, error, ordered};
-use crate::mcap::{Damage, ReadError, Received, read};
+use crate::mcap;
 use crate::message::{FramedPose, JointState, Message, MessageType};
+use crate::received::{Damage, Received};
+use crate::sqlite;
 
 /// What a bag has to offer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -130,25 +132,50 @@ fn each_message(file: &Path, each: impl FnMut(Received<'_>)) -> Result<Vec<Note>
     if !there.is_file() {
         return Err(error(file, "this is no file", "name a bag, FILE.mcap"));
     }
-    let open = File::open(file).map_err(|cause| CampaignError::io(file, "read it", cause))?;
-    read_bag(file, BufReader::with_capacity(1 << 18, open), each)
+    let cannot = |cause| CampaignError::io(file, "read it", cause);
+    let mut open = File::open(file).map_err(cannot)?;
+    let mut first = Vec::new();
+    (&mut open).take(sqlite::MAGIC.len() as u64).read_to_end(&mut first).map_err(cannot)?;
+    open.rewind().map_err(cannot)?;
+    if first == sqlite::MAGIC {
+        return each_row(file, open, each);
+    }
+    match mcap::read(BufReader::with_capacity(1 << 18, open), each) {
+        Ok(damage) => Ok(notes(file, &damage)),
+        Err(mcap::ReadError::Io(cause)) => Err(cannot(cause)),
+        Err(mcap::ReadError::NotMcap) => {
+            Err(error(file, "this is no MCAP and no SQLite file", "give a bag of ROS 2"))
+        }
+    }
 }
 
-/// The messages of a bag from its content; notes and errors call it `file`.
-pub(crate) fn read_bag(
+/// The messages of a bag in SQLite.
+fn each_row(
     file: &Path,
-    content: impl Read,
+    open: File,
     each: impl FnMut(Received<'_>),
 ) -> Result<Vec<Note>, CampaignError> {
-    match read(content, each) {
-        Ok(damage) => Ok(notes(file, &damage)),
-        Err(ReadError::Io(cause)) => Err(CampaignError::io(file, "read it", cause)),
-        Err(ReadError::NotMcap) => Err(error(
+    let damage = sqlite::read(open, each).map_err(|why| match why {
+        sqlite::ReadError::Io(cause) => CampaignError::io(file, "read it", cause),
+        sqlite::ReadError::NotSqlite => {
+            error(file, "the head of this SQLite file is corrupt", "give another bag of ROS 2")
+        }
+        sqlite::ReadError::NoBag => error(
             file,
-            "this is no MCAP file",
-            "give a ROS 2 bag in MCAP; `ros2 bag convert` makes one of a bag in sqlite3 (.db3)",
-        )),
+            "this SQLite file is no bag of ROS 2: it has no tables `topics` and `messages`",
+            "give a bag of ROS 2",
+        ),
+    })?;
+    let mut notes = notes(file, &damage);
+    let beside = PathBuf::from(format!("{}-wal", file.display()));
+    if std::fs::metadata(&beside).is_ok_and(|beside| beside.len() > 0) {
+        let text = format!(
+            "{} has messages that its recorder has not put into the bag: they are missing; `ros2 bag info` or any SQLite program puts them there",
+            beside.display()
+        );
+        notes.push(Note::new(file, text));
     }
+    Ok(notes)
 }
 
 /// What is damaged, in words: each kind once.
@@ -184,6 +211,10 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
                 let text = format!(
                     "the bag is cut off at byte {at}, as by a crash: what was recorded after that is missing"
                 );
+                notes.push(Note::new(file, text));
+            }
+            Damage::Rows { count } => {
+                let text = format!("{count} rows contradict themselves: they were left out");
                 notes.push(Note::new(file, text));
             }
             Damage::Compression { name } => {

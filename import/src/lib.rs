@@ -25,7 +25,8 @@
 //! | module | what it is |
 //! | --- | --- |
 //! | [`source`] | which files there are, and what of them is wheels and poses |
-//! | [`bag`], [`mcap`], [`message`], [`cdr`] | ROS 2 bags: topics, records, messages, their encoding |
+//! | [`bag`], [`mcap`], [`sqlite`], [`received`] | ROS 2 bags: topics; the two formats of files; what both give |
+//! | [`message`], [`cdr`] | messages, and their encoding |
 //! | [`odometry`], [`geometry`], [`controller_file`] | wheels of odometry; the numbers that it used, and where they are written |
 //! | [`text`] | tables and trajectories |
 //! | [`log`] | what every source becomes |
@@ -48,7 +49,9 @@ pub mod mend;
 pub mod message;
 pub mod odometry;
 pub mod plane;
+pub mod received;
 pub mod source;
+pub mod sqlite;
 pub mod text;
 pub mod turns;
 pub mod understand;

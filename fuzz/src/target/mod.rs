@@ -81,7 +81,7 @@ targets! {
     "quantity" 128 Some("quantity"), typed_input::quantity,
         "any word of the command line: numbers finite; addresses and ports are read the same again";
     "bag" 49152 None, logs::bag,
-        "a ROS 2 bag in MCAP: numbers finite, times that increase; what is imported is read again";
+        "a ROS 2 bag in MCAP or SQLite: numbers finite, times that increase; what is imported is read again";
     "log_table" 4096 Some("table"), logs::log_table,
         "a table or a trajectory of another program: numbers finite, times that increase";
     "controller_yaml" 4096 None, logs::controller_yaml,

@@ -11,7 +11,7 @@ use crate::quantity::{Length, Time};
 /// `beeline import`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Sources: a ROS 2 bag in MCAP or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
+Sources: a ROS 2 bag (MCAP, sqlite3) or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
 Wheels and poses may be in files of their own, each on a clock of its own.
 
 Names in --map: t_s, left_counts, right_counts, left_rad, right_rad, left_m, right_m, x_m, y_m, z_m,

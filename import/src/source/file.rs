@@ -17,28 +17,27 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, CampaignError> {
         fs::read_dir(path).map_err(cannot)?.collect::<Result<Vec<_>, _>>().map_err(cannot)?;
     let mut all: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
     all.sort();
-    let ends = |file: &Path, ending: &str| {
-        file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
+    let ending = |ending: &str| -> Vec<PathBuf> {
+        all.iter().filter(|file| ending_of(file).as_deref() == Some(ending)).cloned().collect()
     };
-    let bags: Vec<PathBuf> = all.iter().filter(|file| ends(file, "mcap")).cloned().collect();
-    if bags.is_empty() {
-        let hint = match all.iter().any(|file| ends(file, "db3")) {
-            true => "this bag is in sqlite3: make one in MCAP with `ros2 bag convert`",
-            false => "name the files, or the folder of a ROS 2 bag",
-        };
-        return Err(error(path, "no .mcap file is in this folder", hint));
-    }
-    Ok(bags)
+    // A folder with both has one bag in both formats.
+    let bags = [ending("mcap"), ending("db3")].into_iter().find(|bags| !bags.is_empty());
+    bags.ok_or_else(|| {
+        let hint = "name the files, or the folder of a ROS 2 bag";
+        error(path, "no .mcap and no .db3 file is in this folder", hint)
+    })
 }
 
-/// Whether a file is a bag, by its name or its first byte.
+fn ending_of(file: &Path) -> Option<String> {
+    file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase())
+}
+
+/// Whether a file is a bag, by its name.
 pub(super) fn is_bag(file: &Path) -> Result<bool, CampaignError> {
-    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    match ending.as_deref() {
-        Some("mcap") => Ok(true),
-        Some("db3") => {
-            let hint = "make a bag in MCAP of it with `ros2 bag convert`";
-            Err(error(file, "this bag is in sqlite3, which is not read", hint))
+    match ending_of(file).as_deref() {
+        Some("mcap" | "db3") => Ok(true),
+        Some("zstd" | "zst") => {
+            Err(error(file, "this file is compressed as a whole", "unpack it with `zstd -d`"))
         }
         Some("bag") => {
             let hint = "make a ROS 2 bag in MCAP of it, for example with `rosbags-convert`";

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use import::log::{PoseLog, WheelLog, WheelUnit};
-use import::mcap::{BagWriter, Damage, read};
+use import::mcap::{BagWriter, read};
 use import::message::{Message, MessageType};
+use import::received::Damage;
 use import::source::{Choice, Sources};
 use import::text;
 use import::understand::{Hints, understand};
@@ -58,11 +59,15 @@ fn what_cannot_be_imported_is_one_error_with_its_file_and_what_to_do() {
     let track = small().trajectory();
     type Case<'a> = (&'a [(&'a str, &'a [u8])], &'a Choice, &'a str);
     let cases: [Case<'_>; 10] = [
-        (&[("a.mcap", b"no bag")], &choice, "this is no MCAP file; give a ROS 2 bag"),
         (
-            &[("a.db3", b"")],
+            &[("a.mcap", b"no bag")],
             &choice,
-            "this bag is in sqlite3, which is not read; make a bag in MCAP",
+            "this is no MCAP and no SQLite file; give a bag of ROS 2",
+        ),
+        (
+            &[("a.db3.zstd", b"")],
+            &choice,
+            "this file is compressed as a whole; unpack it with `zstd -d`",
         ),
         (&[("a.bag", b"")], &choice, "ROS 1"),
         (

@@ -227,6 +227,38 @@ fn a_bag_that_a_crash_cut_off_gives_the_runs_before_that() {
     assert!((4..RUNS).contains(&runs), "{runs}");
 }
 
+/// What nobody gave is estimated, near what it is, and one line says so.
+#[test]
+fn what_is_assumed_of_the_robot_is_said_in_one_line_with_the_options_that_give_it() {
+    let temp = TempFolder::new();
+    put(&temp, "drive.mcap", mystery().bag());
+    let said = |arguments: &str, folder: &str| {
+        let outcome = temp.run(&format!("import drive.mcap -o {folder} {arguments}")).ok();
+        let line =
+            outcome.stdout.lines().find(|line| line.starts_with("robot ")).map(str::to_owned);
+        line.unwrap()
+    };
+    let line = said("", "none");
+    assert!(
+        line.contains("both are estimated")
+            && line.contains("give --wheel-radius and --track-width"),
+        "{line}"
+    );
+    let robot = String::from_utf8(temp.read("none/robot.toml")).unwrap();
+    let robot: toml::Value = toml::from_str(&robot).unwrap();
+    for (key, is_m) in [("wheel_radius_m", 0.036), ("track_width_m", 0.372)] {
+        let off = robot[key].as_float().unwrap() / is_m - 1.0;
+        assert!(off.abs() < 0.02, "{key} is off by {off}");
+    }
+    let line = said("--wheel-radius 36mm", "radius");
+    assert!(
+        line.contains("the track width is estimated") && !line.contains("--wheel-radius"),
+        "{line}"
+    );
+    let line = said("--wheel-radius 36mm --track-width 37.2cm", "both");
+    assert!(line.ends_with("track width 0.372 m"), "{line}");
+}
+
 /// The mystery's radius grows with speed, which no program can be told: each says so, with its cost.
 #[test]
 fn each_program_says_what_it_cannot_be_told() {

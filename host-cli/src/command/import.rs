@@ -116,19 +116,22 @@ fn odometry(
     Ok(Some((topic.clone(), geometry)))
 }
 
+/// The nominal numbers, and what was assumed of them.
 fn robot(understood: &Understood) -> String {
     let robot = &understood.robot;
-    let [radius, track] = understood.is_estimated;
     let text = format!(
         "{}: wheel radius {} m, track width {} m",
         robot.name, robot.wheel_radius_m, robot.track_width_m
     );
-    match (radius, track) {
-        (false, false) => text,
-        _ => format!(
-            "{text} (estimated from this log: give --wheel-radius and --track-width to judge the robot by its data sheet)"
-        ),
-    }
+    let (what, options) = match understood.is_estimated {
+        [false, false] => return text,
+        [true, true] => ("both are", "--wheel-radius and --track-width"),
+        [true, false] => ("the radius is", "--wheel-radius"),
+        [false, true] => ("the track width is", "--track-width"),
+    };
+    format!(
+        "{text}; {what} estimated from this log, so that what `explain` says of it corrects the estimate: give {options} of the data sheet to judge the robot"
+    )
 }
 
 /// The runs, and what was left out.

@@ -94,6 +94,7 @@ impl Topic {
                     }
                 }
             }
+            Some(Ok(Message::TurnRates { .. } | Message::Supply { .. })) => {}
             Some(Ok(Message::Poses(poses))) => {
                 for pose in poses {
                     let pair = (pose.parent.to_owned(), pose.child.to_owned());

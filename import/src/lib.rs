@@ -31,7 +31,7 @@
 //! | [`text`] | tables and trajectories |
 //! | [`log`] | what every source becomes |
 //! | [`understand`] | the whole of the way from two logs to runs |
-//! | [`turns`], [`plane`] | wheels without wraps; poses on the floor |
+//! | [`turns`], [`plane`], `gyro` | wheels without wraps; poses on the floor; which axis of a gyro is up |
 //! | [`alignment`], [`cut`], [`mend`] | one clock; runs; axes and signs |
 //! | [`mod@write`] | a campaign folder |
 //! | [`export`] | what goes back |
@@ -43,6 +43,7 @@ pub mod controller_file;
 pub mod cut;
 pub mod export;
 pub mod geometry;
+mod gyro;
 pub mod log;
 pub mod mcap;
 pub mod mend;

@@ -5,6 +5,8 @@
 //! | `sensor_msgs/msg/JointState` | angles of joints, or their speeds |
 //! | `nav_msgs/msg/Odometry` | a pose, and how fast it changes |
 //! | `geometry_msgs/msg/PoseStamped`, `PoseWithCovarianceStamped`, `TransformStamped` | a pose |
+//! | `sensor_msgs/msg/Imu` | rates of a gyro |
+//! | `sensor_msgs/msg/BatteryState` | a voltage |
 //! | `tf2_msgs/msg/TFMessage` | poses, each of a child frame in its parent |
 
 use crate::cdr::{CdrError, CdrReader, CdrWriter};
@@ -25,17 +27,23 @@ pub enum MessageType {
     TransformStamped,
     /// Any number of them.
     TFMessage,
+    /// A gyro; accelerations and orientation are not used.
+    Imu,
+    /// A battery.
+    BatteryState,
 }
 
 impl MessageType {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::JointState,
         Self::Odometry,
         Self::PoseStamped,
         Self::PoseWithCovarianceStamped,
         Self::TransformStamped,
         Self::TFMessage,
+        Self::Imu,
+        Self::BatteryState,
     ];
 
     /// Its name, as a bag has it.
@@ -47,6 +55,8 @@ impl MessageType {
             Self::PoseWithCovarianceStamped => "geometry_msgs/msg/PoseWithCovarianceStamped",
             Self::TransformStamped => "geometry_msgs/msg/TransformStamped",
             Self::TFMessage => "tf2_msgs/msg/TFMessage",
+            Self::Imu => "sensor_msgs/msg/Imu",
+            Self::BatteryState => "sensor_msgs/msg/BatteryState",
         }
     }
 
@@ -98,6 +108,20 @@ pub enum Message<'a> {
     Joints(JointState<'a>),
     /// Poses.
     Poses(Vec<FramedPose<'a>>),
+    /// Rates about the axes of a gyro.
+    TurnRates {
+        /// When \[s\].
+        stamp: f64,
+        /// About x, y and z \[rad/s\].
+        rad_s: [f64; 3],
+    },
+    /// The voltage of a battery.
+    Supply {
+        /// When \[s\].
+        stamp: f64,
+        /// \[V\]
+        volts: f64,
+    },
 }
 
 /// The bytes of the shortest transform in a sequence: a stamp, two empty strings, seven numbers.
@@ -120,6 +144,15 @@ impl<'a> Message<'a> {
         let header = header(&mut cdr)?;
         if kind == MessageType::JointState {
             return joints(header, &mut cdr).map(Message::Joints);
+        }
+        if kind == MessageType::Imu {
+            // An orientation and its covariance.
+            cdr.f64s::<13>()?;
+            return Ok(Message::TurnRates { stamp: header.stamp_s, rad_s: cdr.f64s()? });
+        }
+        if kind == MessageType::BatteryState {
+            let volts = f64::from(cdr.f32()?);
+            return Ok(Message::Supply { stamp: header.stamp_s, volts });
         }
         let child = if kind == MessageType::Odometry { cdr.string()? } else { "" };
         let pose = pose(header.stamp_s, &mut cdr)?;
@@ -183,6 +216,27 @@ pub fn encode_joints(t_s: f64, joints: &[(&str, f64)]) -> Vec<u8> {
     cdr.f64_sequence(&angles);
     cdr.f64_sequence(&[]);
     cdr.f64_sequence(&[]);
+    cdr.finish()
+}
+
+/// The bytes of an Imu with rates alone.
+pub fn encode_imu(t_s: f64, rad_s: [f64; 3]) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, "imu_link");
+    (0..13).for_each(|_| cdr.f64(0.0));
+    rad_s.iter().for_each(|rate| cdr.f64(*rate));
+    (0..9 + 3 + 9).for_each(|_| cdr.f64(0.0));
+    cdr.finish()
+}
+
+/// The bytes of a BatteryState with a voltage alone.
+pub fn encode_battery(t_s: f64, volts: f64) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, "");
+    cdr.f32(volts as f32);
+    // Temperature, current, charge, capacities, percentage; status, health, kind and presence; cells and texts.
+    (0..6).for_each(|_| cdr.f32(f32::NAN));
+    (0..5).for_each(|_| cdr.u32(0));
     cdr.finish()
 }
 

@@ -227,6 +227,35 @@ fn a_bag_that_a_crash_cut_off_gives_the_runs_before_that() {
     assert!((4..RUNS).contains(&runs), "{runs}");
 }
 
+/// The gyro sits upside down: left is positive all the same.
+#[test]
+fn a_gyro_and_a_battery_become_columns_of_every_run() {
+    let temp = TempFolder::new();
+    let mut log = OneLog::of_runs(Path::new(MYSTERY), LATE_S, 4..8);
+    log.has_gyro_and_battery = true;
+    put(&temp, "drive.mcap", log.bag());
+    let line = [&["import", "drive.mcap", "-o", "my-robot"], &SHEET[..]].concat();
+    let outcome = temp.run_with(&line, "").ok();
+    assert!(outcome.stderr.contains("the z axis of the gyro points down"), "{}", outcome.stderr);
+    for (run, sign) in [("02_spin_left", 1.0), ("03_spin_right", -1.0)] {
+        let text = String::from_utf8(temp.read(&format!("my-robot/runs/{run}.csv"))).unwrap();
+        let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let numbers = |name: &str| -> Vec<f64> {
+            let index = header.iter().position(|own| *own == name).unwrap();
+            let cells = text.lines().skip(1).map(|line| line.split(',').nth(index).unwrap());
+            cells.filter_map(|cell| cell.parse().ok()).collect()
+        };
+        let (rates, volts) = (numbers("gyro_z_rad_s"), numbers("bus_v"));
+        assert!(rates.len() > 100 && volts.len() > 100, "{} {}", rates.len(), volts.len());
+        assert!(volts.iter().all(|volts| *volts == 12.25));
+        // They turn one way all the time.
+        let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+        assert!(sign * mean > 0.5, "{run}: {mean}");
+    }
+    let refused = temp.run("import drive.mcap -o other --imu /gyro").refused();
+    assert!(refused.contains("no gyro is called `/gyro`") && refused.contains("/imu"), "{refused}");
+}
+
 /// What nobody gave is estimated, near what it is, and one line says so.
 #[test]
 fn what_is_assumed_of_the_robot_is_said_in_one_line_with_the_options_that_give_it() {

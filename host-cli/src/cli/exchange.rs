@@ -44,6 +44,9 @@ pub struct ImportArgs {
     /// The measured poses: a topic, or /tf:PARENT.CHILD.
     #[arg(long, value_name = "TOPIC")]
     pub pose: Option<String>,
+    /// The gyro, if the bag has several: a topic of sensor_msgs/msg/Imu.
+    #[arg(long, value_name = "TOPIC")]
+    pub imu: Option<String>,
     /// What columns of a table are: NAME=COLUMN, or NAME=COLUMN:UNIT.
     #[arg(long = "map", value_name = "NAME=COLUMN,...", value_parser = Mappings::parse)]
     pub mappings: Vec<Mappings>,

@@ -29,6 +29,7 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
         wheels: args.wheels.clone(),
         odometry: odometry(args, controller.as_ref())?,
         pose: args.pose.clone(),
+        imu: args.imu.clone(),
         mappings,
     };
     let Some(folder) = &args.output else {

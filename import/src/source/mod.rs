@@ -2,6 +2,7 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
+mod beside;
 mod file;
 mod offer;
 
@@ -29,6 +30,8 @@ pub struct Choice {
     pub odometry: Option<(String, Geometry)>,
     /// A topic, or `/tf:parent.child`.
     pub pose: Option<String>,
+    /// A topic of a gyro, if there are several.
+    pub imu: Option<String>,
     /// Columns of text files.
     pub mappings: Vec<Mapping>,
 }
@@ -156,13 +159,19 @@ impl Sources {
 
     /// Chooses and reads wheels and poses.
     pub fn choose(&self, choice: &Choice) -> Result<Chosen, CampaignError> {
-        let (wheels, mut notes) = self.wheels(choice)?;
+        let (mut wheels, mut notes) = self.wheels(choice)?;
         let (poses, of_poses) = self.poses(choice)?;
         if choice.odometry.as_ref().is_some_and(|(topic, _)| is_same(topic, &poses.what)) {
             let problem = format!("{} was chosen for both wheels and poses", poses.what);
             let hint =
                 "poses must be measured by something else than the wheels: a tracker, a camera";
             return Err(error(&poses.file, problem, hint));
+        }
+        // A gyro in another file than the wheels is on a clock of its own.
+        if self.bags().any(|(bag, _)| bag == wheels.file) {
+            let (beside, of_beside) = self.beside(choice)?;
+            wheels.beside = beside;
+            notes.extend(of_beside);
         }
         notes.extend(of_poses);
         notes.extend(self.notes());
@@ -177,24 +186,12 @@ impl Sources {
         Ok(Chosen { wheels, poses, notes: told, same_clock })
     }
 
-    /// Topics of odometry.
-    fn odometries(&self) -> Vec<&str> {
-        let topics = self.bags().flat_map(|(_, inventory)| &inventory.topics);
-        let mut names: Vec<&str> = topics
-            .filter(|(_, topic)| topic.kind() == Some(MessageType::Odometry))
-            .map(|(name, _)| name.as_str())
-            .collect();
-        names.sort_unstable();
-        names.dedup();
-        names
-    }
-
     fn of_odometry(
         &self,
         wanted: &str,
         geometry: &Geometry,
     ) -> Result<(WheelLog, Vec<Note>), CampaignError> {
-        let there = self.odometries();
+        let there = self.topics_of(MessageType::Odometry);
         let Some(topic) = there.iter().find(|topic| is_same(topic, wanted)) else {
             let hint = match there.is_empty() {
                 true => format!("no topic is nav_msgs/msg/Odometry; {}", self.what_there_is()),
@@ -241,7 +238,7 @@ impl Sources {
             }
             [] if texts.is_empty() => {
                 let problem = "nothing in it is known to be the wheels";
-                let hint = match self.odometries().first() {
+                let hint = match self.topics_of(MessageType::Odometry).first() {
                     Some(topic) => format!(
                         "if {topic} is computed from the wheels, they can be computed back: add --odometry {topic}, and the numbers that it used by --controller FILE.yaml or --wheel-radius and --track-width"
                     ),

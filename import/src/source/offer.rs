@@ -59,7 +59,9 @@ pub(super) fn of_poses(name: &str, topic: &Topic) -> Vec<PosePlace> {
                 child: child.clone(),
             })
             .collect(),
-        Some(MessageType::JointState) | None => Vec::new(),
+        Some(MessageType::JointState | MessageType::Imu | MessageType::BatteryState) | None => {
+            Vec::new()
+        }
         Some(_) if topic.transforms.is_empty() => Vec::new(),
         Some(_) => vec![PosePlace::Topic(name.into())],
     }
@@ -117,6 +119,13 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
         let remark = "if it is computed from the wheels";
         let option = Some(format!("--odometry {name}"));
         offers.push(offer(option, name, topic.messages, remark.into()));
+    }
+    if topic.kind() == Some(MessageType::Imu) && topic.unread.is_none() {
+        let option = Some(format!("--imu {name}"));
+        offers.push(offer(option, name, topic.messages, "taken if it is the only one".into()));
+    }
+    if topic.kind() == Some(MessageType::BatteryState) && topic.unread.is_none() {
+        offers.push(offer(None, name, topic.messages, "taken if it is the only one".into()));
     }
     if let Some((count, reason)) = &topic.unread {
         offers.push(offer(None, name, *count, format!("cannot be read: {reason}")));

@@ -9,7 +9,7 @@ use campaign::{Campaign, Column};
 use import::geometry::Geometry;
 use import::log::Pose3;
 use import::mcap::{BagWriter, ChannelId};
-use import::message::{encode_joints, encode_odometry, encode_pose};
+use import::message::{encode_battery, encode_imu, encode_joints, encode_odometry, encode_pose};
 
 /// A campaign as one log, by the clocks of a robot and of a tracker.
 pub struct OneLog {
@@ -18,6 +18,8 @@ pub struct OneLog {
     /// Poses in the tracker's frame.
     pub poses: Vec<Pose3>,
     pub counts_per_rev: f64,
+    /// The bag has a gyro that sits upside down, and a battery of 12.25 V.
+    pub has_gyro_and_battery: bool,
 }
 
 /// A message: the recorder's time \[s\], its channel, its bytes.
@@ -61,6 +63,7 @@ impl OneLog {
             wheels: Vec::new(),
             poses: Vec::new(),
             counts_per_rev: campaign.robot.counts_per_rev,
+            has_gyro_and_battery: false,
         };
         let mut counted = [0.0; 2];
         for run in
@@ -231,6 +234,19 @@ impl OneLog {
             ];
             // Received some time after it was measured.
             messages.push((t_s + 0.013, joints, encode_joints(*t_s, &joint)));
+        }
+        if self.has_gyro_and_battery {
+            let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");
+            let battery = bag.channel("/battery", "sensor_msgs/msg/BatteryState", "");
+            for pair in self.wheels.windows(2) {
+                let ((from_s, from), (t_s, to)) = (pair[0], pair[1]);
+                let turned_rad = [0, 1].map(|side| rad * (to[side] - from[side]));
+                let rolled_m = NOMINAL.wheel_radius_m * (turned_rad[1] - turned_rad[0]);
+                let rate_rad_s = rolled_m / NOMINAL.wheel_separation_m / (t_s - from_s);
+                let middle_s = (t_s + from_s) / 2.0;
+                messages.push((t_s, imu, encode_imu(middle_s, [0.1, 0.0, -rate_rad_s])));
+                messages.push((t_s, battery, encode_battery(t_s, 12.25)));
+            }
         }
         self.finish(bag, poses, messages)
     }

@@ -13,9 +13,17 @@ use rand_chacha::ChaCha8Rng;
 
 const SEED: u64 = 16;
 
-/// Changed inputs for each target. Those that simulate a robot take a thousand times as long as the others.
+/// Changed inputs for each target, unless `BEELINE_FUZZ_CHANGES` says how many. Those that simulate a robot take a thousand
+/// times as long as the others, and bags ten times.
 fn changed(target: &Target) -> usize {
-    if matches!(target.name, "robot" | "scenario") { 40 } else { 4000 }
+    let by_hand = std::env::var("BEELINE_FUZZ_CHANGES").ok().map(|count| count.parse());
+    match by_hand {
+        Some(count) => count.expect("BEELINE_FUZZ_CHANGES is a number"),
+        None if matches!(target.name, "robot" | "scenario") => 40,
+        // Each is written to a file, and may become a campaign.
+        None if target.name == "bag" => 2000,
+        None => 4000,
+    }
 }
 
 /// The inputs of a corpus, in the order of their names.
@@ -119,5 +127,5 @@ macro_rules! replay {
 
 replay! {
     frames messages robot robot_toml run_csv model_toml plan_toml expression scenario track gyro config_set config_file
-    quantity
+    quantity bag log_table controller_yaml
 }

@@ -29,8 +29,11 @@ const NEIGHBOUR_S: f64 = 2.0;
 const OVERLAP_MIN: f64 = 0.3;
 /// A gap between two samples in which nothing is known of the motion \[s\].
 const GAP_S: f64 = 1.0;
-/// So many places on a grid at most: 50 hours at 20 Hz.
+/// So many places on a grid at most: 50 hours at 20 Hz; and so many for each sample, and for a log of few, as a wrong stamp makes
+/// a log of years.
 const GRID_MAX: f64 = 4e6;
+const GRID_PER_SAMPLE: f64 = 64.0;
+const GRID_OF_FEW: f64 = 1e5;
 
 /// How both clocks go together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +93,9 @@ pub fn speeds(t_s: &[f64], turned: &[[f64; 2]], poses: &[FlatPose]) -> Option<[S
     let span_s = |first: f64, last: f64| last - first;
     let longest_s =
         span_s(t_s[0], t_s[t_s.len() - 1]).max(span_s(poses[0].t_s, poses[poses.len() - 1].t_s));
-    let step_s = (half_s / STEPS).max(longest_s / GRID_MAX);
+    let samples = (t_s.len() + poses.len()) as f64;
+    let places_max = GRID_MAX.min(GRID_OF_FEW + GRID_PER_SAMPLE * samples);
+    let step_s = (half_s / STEPS).max(longest_s / places_max);
     let wheels = sampled(
         t_s,
         step_s,

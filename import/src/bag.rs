@@ -2,14 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::io::{BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
 
 use crate::log::{Note, Pose3, PoseLog, WheelLog, error, ordered};
-use crate::mcap::{Damage, ReadError, Received, read};
-use crate::message::{JointState, Message, MessageType};
+use crate::mcap;
+use crate::message::{FramedPose, JointState, Message, MessageType};
+use crate::received::{Damage, Received};
+use crate::sqlite;
 
 /// What a bag has to offer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -92,6 +94,7 @@ impl Topic {
                     }
                 }
             }
+            Some(Ok(Message::TurnRates { .. } | Message::Supply { .. })) => {}
             Some(Ok(Message::Poses(poses))) => {
                 for pose in poses {
                     let pair = (pose.parent.to_owned(), pose.child.to_owned());
@@ -130,25 +133,50 @@ fn each_message(file: &Path, each: impl FnMut(Received<'_>)) -> Result<Vec<Note>
     if !there.is_file() {
         return Err(error(file, "this is no file", "name a bag, FILE.mcap"));
     }
-    let open = File::open(file).map_err(|cause| CampaignError::io(file, "read it", cause))?;
-    read_bag(file, BufReader::with_capacity(1 << 18, open), each)
+    let cannot = |cause| CampaignError::io(file, "read it", cause);
+    let mut open = File::open(file).map_err(cannot)?;
+    let mut first = Vec::new();
+    (&mut open).take(sqlite::MAGIC.len() as u64).read_to_end(&mut first).map_err(cannot)?;
+    open.rewind().map_err(cannot)?;
+    if first == sqlite::MAGIC {
+        return each_row(file, open, each);
+    }
+    match mcap::read(BufReader::with_capacity(1 << 18, open), each) {
+        Ok(damage) => Ok(notes(file, &damage)),
+        Err(mcap::ReadError::Io(cause)) => Err(cannot(cause)),
+        Err(mcap::ReadError::NotMcap) => {
+            Err(error(file, "this is no MCAP and no SQLite file", "give a bag of ROS 2"))
+        }
+    }
 }
 
-/// The messages of a bag from its content; notes and errors call it `file`.
-pub(crate) fn read_bag(
+/// The messages of a bag in SQLite.
+fn each_row(
     file: &Path,
-    content: impl Read,
+    open: File,
     each: impl FnMut(Received<'_>),
 ) -> Result<Vec<Note>, CampaignError> {
-    match read(content, each) {
-        Ok(damage) => Ok(notes(file, &damage)),
-        Err(ReadError::Io(cause)) => Err(CampaignError::io(file, "read it", cause)),
-        Err(ReadError::NotMcap) => Err(error(
+    let damage = sqlite::read(open, each).map_err(|why| match why {
+        sqlite::ReadError::Io(cause) => CampaignError::io(file, "read it", cause),
+        sqlite::ReadError::NotSqlite => {
+            error(file, "the head of this SQLite file is corrupt", "give another bag of ROS 2")
+        }
+        sqlite::ReadError::NoBag => error(
             file,
-            "this is no MCAP file",
-            "give a ROS 2 bag in MCAP; `ros2 bag convert` makes one of a bag in sqlite3 (.db3)",
-        )),
+            "this SQLite file is no bag of ROS 2: it has no tables `topics` and `messages`",
+            "give a bag of ROS 2",
+        ),
+    })?;
+    let mut notes = notes(file, &damage);
+    let beside = PathBuf::from(format!("{}-wal", file.display()));
+    if std::fs::metadata(&beside).is_ok_and(|beside| beside.len() > 0) {
+        let text = format!(
+            "{} has messages that its recorder has not put into the bag: they are missing; `ros2 bag info` or any SQLite program puts them there",
+            beside.display()
+        );
+        notes.push(Note::new(file, text));
     }
+    Ok(notes)
 }
 
 /// What is damaged, in words: each kind once.
@@ -163,14 +191,19 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
     let record =
         |damage: &Damage| if let Damage::Record { at } = damage { Some(*at) } else { None };
     if let Some((at, count)) = first_of(chunk) {
-        let text = format!(
-            "{count} chunks are corrupt, the first at byte {at}: their messages are missing"
-        );
+        let text = match count {
+            1 => format!("a chunk is corrupt, at byte {at}: its messages are missing"),
+            _ => format!(
+                "{count} chunks are corrupt, the first at byte {at}: their messages are missing"
+            ),
+        };
         notes.push(Note::new(file, text));
     }
     if let Some((at, count)) = first_of(record) {
-        let text =
-            format!("{count} records are corrupt, the first at byte {at}: they were left out");
+        let text = match count {
+            1 => format!("a record is corrupt, at byte {at}: it was left out"),
+            _ => format!("{count} records are corrupt, the first at byte {at}: they were left out"),
+        };
         notes.push(Note::new(file, text));
     }
     for damage in damage {
@@ -179,6 +212,10 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
                 let text = format!(
                     "the bag is cut off at byte {at}, as by a crash: what was recorded after that is missing"
                 );
+                notes.push(Note::new(file, text));
+            }
+            Damage::Rows { count } => {
+                let text = format!("{count} rows contradict themselves: they were left out");
                 notes.push(Note::new(file, text));
             }
             Damage::Compression { name } => {
@@ -193,8 +230,27 @@ fn notes(file: &Path, damage: &[Damage]) -> Vec<Note> {
     notes
 }
 
+/// Gives every message of a topic that can be read to `each`, with the recorder's time \[s\].
+pub(crate) fn of_topic(
+    files: &[&Path],
+    topic: &str,
+    mut each: impl FnMut(Message<'_>, f64),
+) -> Result<Vec<Note>, CampaignError> {
+    let mut notes = Vec::new();
+    for file in files {
+        notes.extend(each_message(file, |received| {
+            if received.channel.topic == topic
+                && let Some(Ok(message)) = decode(received)
+            {
+                each(message, received.log_time_s);
+            }
+        })?);
+    }
+    Ok(notes)
+}
+
 /// The stamp of a message \[s\]: that of its header, and the recorder's time where nobody set it.
-fn stamp_s(header_s: f64, log_time_s: f64) -> (f64, bool) {
+pub(crate) fn stamp_s(header_s: f64, log_time_s: f64) -> (f64, bool) {
     if header_s == 0.0 { (log_time_s, true) } else { (header_s, false) }
 }
 
@@ -207,22 +263,16 @@ pub fn wheels(
     let mut samples: Vec<(f64, [f64; 2])> = Vec::new();
     let mut speeds: Vec<(f64, [f64; 2])> = Vec::new();
     let mut unstamped = 0;
-    let mut notes = Vec::new();
-    for file in files {
-        notes.extend(each_message(file, |received| {
-            if received.channel.topic != topic {
-                return;
-            }
-            let Some(Ok(Message::Joints(state))) = decode(received) else { return };
-            let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, received.log_time_s);
-            unstamped += usize::from(is_unstamped);
-            if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
-                samples.push((t_s, angles));
-            } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
-                speeds.push((t_s, rates));
-            }
-        })?);
-    }
+    let mut notes = of_topic(files, topic, |message, log_time_s| {
+        let Message::Joints(state) = message else { return };
+        let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, log_time_s);
+        unstamped += usize::from(is_unstamped);
+        if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
+            samples.push((t_s, angles));
+        } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
+            speeds.push((t_s, rates));
+        }
+    })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
     let is_of_speeds = samples.is_empty() && !speeds.is_empty();
     let mut samples = if is_of_speeds { speeds } else { samples };
@@ -268,7 +318,7 @@ fn integrate(samples: &mut [(f64, [f64; 2])]) {
     }
 }
 
-fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
+pub(crate) fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
     let text = format!(
         "{topic}: {unstamped} messages have no stamp in their header; the recorder's time was taken, which is less exact"
     );
@@ -283,25 +333,17 @@ pub fn poses(files: &[&Path], place: &PosePlace) -> Result<(PoseLog, Vec<Note>),
     };
     let mut poses: Vec<Pose3> = Vec::new();
     let mut unstamped = 0;
-    let mut notes = Vec::new();
-    for file in files {
-        notes.extend(each_message(file, |received| {
-            if received.channel.topic != *topic {
-                return;
-            }
-            let Some(Ok(Message::Poses(framed))) = decode(received) else { return };
-            for framed in framed {
-                if frames.is_some_and(|(parent, child)| {
-                    framed.parent != *parent || framed.child != *child
-                }) {
-                    continue;
-                }
-                let (t_s, is_unstamped) = stamp_s(framed.pose.t_s, received.log_time_s);
-                unstamped += usize::from(is_unstamped);
-                poses.push(Pose3 { t_s, ..framed.pose });
-            }
-        })?);
-    }
+    let is_meant = |framed: &FramedPose<'_>| {
+        frames.is_none_or(|(parent, child)| framed.parent == *parent && framed.child == *child)
+    };
+    let mut notes = of_topic(files, topic, |message, log_time_s| {
+        let Message::Poses(framed) = message else { return };
+        for framed in framed.into_iter().filter(is_meant) {
+            let (t_s, is_unstamped) = stamp_s(framed.pose.t_s, log_time_s);
+            unstamped += usize::from(is_unstamped);
+            poses.push(Pose3 { t_s, ..framed.pose });
+        }
+    })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
     let finite = |pose: &Pose3| {
         let orientation = pose.orientation.unwrap_or_default();

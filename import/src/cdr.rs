@@ -76,6 +76,11 @@ impl<'a> CdrReader<'a> {
         self.number().map(i32::from_le_bytes)
     }
 
+    /// A floating point number of 32 bits.
+    pub fn f32(&mut self) -> Result<f32, CdrError> {
+        self.number().map(f32::from_le_bytes)
+    }
+
     /// A floating point number of 64 bits.
     pub fn f64(&mut self) -> Result<f64, CdrError> {
         self.number().map(f64::from_le_bytes)
@@ -136,6 +141,11 @@ impl CdrWriter {
 
     /// A number of 32 bits without a sign, as lengths are.
     pub fn u32(&mut self, value: u32) {
+        self.number(&value.to_le_bytes());
+    }
+
+    /// A floating point number of 32 bits.
+    pub fn f32(&mut self, value: f32) {
         self.number(&value.to_le_bytes());
     }
 

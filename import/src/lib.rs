@@ -25,11 +25,13 @@
 //! | module | what it is |
 //! | --- | --- |
 //! | [`source`] | which files there are, and what of them is wheels and poses |
-//! | [`bag`], [`mcap`], [`message`], [`cdr`] | ROS 2 bags: topics, records, messages, their encoding |
+//! | [`bag`], [`mcap`], [`sqlite`], [`received`] | ROS 2 bags: topics; the two formats of files; what both give |
+//! | [`message`], [`cdr`] | messages, and their encoding |
+//! | [`odometry`], [`geometry`], [`controller_file`] | wheels of odometry; the numbers that it used, and where they are written |
 //! | [`text`] | tables and trajectories |
 //! | [`log`] | what every source becomes |
 //! | [`understand`] | the whole of the way from two logs to runs |
-//! | [`turns`], [`plane`] | wheels without wraps; poses on the floor |
+//! | [`turns`], [`plane`], `gyro` | wheels without wraps; poses on the floor; which axis of a gyro is up |
 //! | [`alignment`], [`cut`], [`mend`] | one clock; runs; axes and signs |
 //! | [`mod@write`] | a campaign folder |
 //! | [`export`] | what goes back |
@@ -37,14 +39,20 @@
 pub mod alignment;
 pub mod bag;
 pub mod cdr;
+pub mod controller_file;
 pub mod cut;
 pub mod export;
+pub mod geometry;
+mod gyro;
 pub mod log;
 pub mod mcap;
 pub mod mend;
 pub mod message;
+pub mod odometry;
 pub mod plane;
+pub mod received;
 pub mod source;
+pub mod sqlite;
 pub mod text;
 pub mod turns;
 pub mod understand;

@@ -16,6 +16,17 @@ pub struct WheelLog {
     pub turned: Vec<[f64; 2]>,
     /// Of the angles.
     pub unit: WheelUnit,
+    /// What else the robot measured.
+    pub beside: Beside,
+}
+
+/// What else a robot measured, by the clock of its wheels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// Rates of a gyro about its own axes \[s, rad/s\].
+    pub turn_rates: Vec<(f64, [f64; 3])>,
+    /// Voltages of the battery \[s, V\].
+    pub supply_v: Vec<(f64, f64)>,
 }
 
 /// In what wheels are counted.

@@ -3,8 +3,10 @@
 //! | type | gives |
 //! | --- | --- |
 //! | `sensor_msgs/msg/JointState` | angles of joints, or their speeds |
-//! | `nav_msgs/msg/Odometry` | a pose |
+//! | `nav_msgs/msg/Odometry` | a pose, and how fast it changes |
 //! | `geometry_msgs/msg/PoseStamped`, `PoseWithCovarianceStamped`, `TransformStamped` | a pose |
+//! | `sensor_msgs/msg/Imu` | rates of a gyro |
+//! | `sensor_msgs/msg/BatteryState` | a voltage |
 //! | `tf2_msgs/msg/TFMessage` | poses, each of a child frame in its parent |
 
 use crate::cdr::{CdrError, CdrReader, CdrWriter};
@@ -25,17 +27,23 @@ pub enum MessageType {
     TransformStamped,
     /// Any number of them.
     TFMessage,
+    /// A gyro; accelerations and orientation are not used.
+    Imu,
+    /// A battery.
+    BatteryState,
 }
 
 impl MessageType {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::JointState,
         Self::Odometry,
         Self::PoseStamped,
         Self::PoseWithCovarianceStamped,
         Self::TransformStamped,
         Self::TFMessage,
+        Self::Imu,
+        Self::BatteryState,
     ];
 
     /// Its name, as a bag has it.
@@ -47,6 +55,8 @@ impl MessageType {
             Self::PoseWithCovarianceStamped => "geometry_msgs/msg/PoseWithCovarianceStamped",
             Self::TransformStamped => "geometry_msgs/msg/TransformStamped",
             Self::TFMessage => "tf2_msgs/msg/TFMessage",
+            Self::Imu => "sensor_msgs/msg/Imu",
+            Self::BatteryState => "sensor_msgs/msg/BatteryState",
         }
     }
 
@@ -87,6 +97,8 @@ pub struct FramedPose<'a> {
     pub child: &'a str,
     /// The pose.
     pub pose: Pose3,
+    /// How fast the child goes forwards, and turns to the left, if the message says \[m/s, rad/s\].
+    pub speeds: Option<[f64; 2]>,
 }
 
 /// What a message says.
@@ -96,10 +108,26 @@ pub enum Message<'a> {
     Joints(JointState<'a>),
     /// Poses.
     Poses(Vec<FramedPose<'a>>),
+    /// Rates about the axes of a gyro.
+    TurnRates {
+        /// When \[s\].
+        stamp: f64,
+        /// About x, y and z \[rad/s\].
+        rad_s: [f64; 3],
+    },
+    /// The voltage of a battery.
+    Supply {
+        /// When \[s\].
+        stamp: f64,
+        /// \[V\]
+        volts: f64,
+    },
 }
 
 /// The bytes of the shortest transform in a sequence: a stamp, two empty strings, seven numbers.
 const TRANSFORM_BYTES_MIN: usize = 64;
+/// The numbers of a covariance.
+const COVARIANCE: usize = 36;
 
 impl<'a> Message<'a> {
     /// Decodes a message.
@@ -117,9 +145,22 @@ impl<'a> Message<'a> {
         if kind == MessageType::JointState {
             return joints(header, &mut cdr).map(Message::Joints);
         }
+        if kind == MessageType::Imu {
+            // An orientation and its covariance.
+            cdr.f64s::<13>()?;
+            return Ok(Message::TurnRates { stamp: header.stamp_s, rad_s: cdr.f64s()? });
+        }
+        if kind == MessageType::BatteryState {
+            let volts = f64::from(cdr.f32()?);
+            return Ok(Message::Supply { stamp: header.stamp_s, volts });
+        }
         let child = if kind == MessageType::Odometry { cdr.string()? } else { "" };
         let pose = pose(header.stamp_s, &mut cdr)?;
-        Ok(Message::Poses(vec![FramedPose { parent: header.frame, child, pose }]))
+        let speeds = match kind {
+            MessageType::Odometry => Some(speeds(&mut cdr)?),
+            _ => None,
+        };
+        Ok(Message::Poses(vec![FramedPose { parent: header.frame, child, pose, speeds }]))
     }
 }
 
@@ -142,10 +183,18 @@ fn pose(t_s: f64, cdr: &mut CdrReader<'_>) -> Result<Pose3, CdrError> {
     Ok(Pose3 { t_s, position_m, orientation: Some(cdr.f64s()?) })
 }
 
+/// The speeds of an odometry, after the covariance of its pose.
+fn speeds(cdr: &mut CdrReader<'_>) -> Result<[f64; 2], CdrError> {
+    cdr.f64s::<COVARIANCE>()?;
+    let [forwards_mps, _, _, _, _, turn_rad_s] = cdr.f64s()?;
+    Ok([forwards_mps, turn_rad_s])
+}
+
 fn transform<'a>(cdr: &mut CdrReader<'a>) -> Result<FramedPose<'a>, CdrError> {
     let header = header(cdr)?;
     let child = cdr.string()?;
-    Ok(FramedPose { parent: header.frame, child, pose: pose(header.stamp_s, cdr)? })
+    let pose = pose(header.stamp_s, cdr)?;
+    Ok(FramedPose { parent: header.frame, child, pose, speeds: None })
 }
 
 /// A header, to be written.
@@ -170,6 +219,27 @@ pub fn encode_joints(t_s: f64, joints: &[(&str, f64)]) -> Vec<u8> {
     cdr.finish()
 }
 
+/// The bytes of an Imu with rates alone.
+pub fn encode_imu(t_s: f64, rad_s: [f64; 3]) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, "imu_link");
+    (0..13).for_each(|_| cdr.f64(0.0));
+    rad_s.iter().for_each(|rate| cdr.f64(*rate));
+    (0..9 + 3 + 9).for_each(|_| cdr.f64(0.0));
+    cdr.finish()
+}
+
+/// The bytes of a BatteryState with a voltage alone.
+pub fn encode_battery(t_s: f64, volts: f64) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, "");
+    cdr.f32(volts as f32);
+    // Temperature, current, charge, capacities, percentage; status, health, kind and presence; cells and texts.
+    (0..6).for_each(|_| cdr.f32(f32::NAN));
+    (0..5).for_each(|_| cdr.u32(0));
+    cdr.finish()
+}
+
 /// The bytes of a PoseStamped.
 pub fn encode_pose(frame: &str, pose: &Pose3) -> Vec<u8> {
     let mut cdr = CdrWriter::default();
@@ -179,16 +249,20 @@ pub fn encode_pose(frame: &str, pose: &Pose3) -> Vec<u8> {
     cdr.finish()
 }
 
-/// The bytes of an Odometry without covariances and speeds.
-pub fn encode_odometry([frame, child]: [&str; 2], pose: &Pose3) -> Vec<u8> {
-    /// Numbers of a covariance, of a twist, and of its covariance.
-    const ZEROS: usize = 36 + 6 + 36;
+/// The bytes of an Odometry without covariances: a pose, and speeds as [`FramedPose::speeds`].
+pub fn encode_odometry(
+    [frame, child]: [&str; 2],
+    pose: &Pose3,
+    [forwards_mps, turn_rad_s]: [f64; 2],
+) -> Vec<u8> {
     let mut cdr = CdrWriter::default();
     write_header(&mut cdr, pose.t_s, frame);
     cdr.string(child);
     let orientation = pose.orientation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
     pose.position_m.iter().chain(&orientation).for_each(|number| cdr.f64(*number));
-    (0..ZEROS).for_each(|_| cdr.f64(0.0));
+    (0..COVARIANCE).for_each(|_| cdr.f64(0.0));
+    [forwards_mps, 0.0, 0.0, 0.0, 0.0, turn_rad_s].iter().for_each(|number| cdr.f64(*number));
+    (0..COVARIANCE).for_each(|_| cdr.f64(0.0));
     cdr.finish()
 }
 
@@ -211,13 +285,13 @@ mod tests {
         };
         let bytes = encode_pose("map", &pose);
         let read = Message::decode(MessageType::PoseStamped, &bytes).unwrap();
-        assert_eq!(read, Message::Poses(vec![FramedPose { parent: "map", child: "", pose }]));
-        let bytes = encode_odometry(["odom", "base_link"], &pose);
+        let framed = FramedPose { parent: "map", child: "", pose, speeds: None };
+        assert_eq!(read, Message::Poses(vec![framed]));
+        let bytes = encode_odometry(["odom", "base_link"], &pose, [0.25, -1.5]);
         let read = Message::decode(MessageType::Odometry, &bytes).unwrap();
-        assert_eq!(
-            read,
-            Message::Poses(vec![FramedPose { parent: "odom", child: "base_link", pose }])
-        );
+        let speeds = Some([0.25, -1.5]);
+        let framed = FramedPose { parent: "odom", child: "base_link", pose, speeds };
+        assert_eq!(read, Message::Poses(vec![framed]));
     }
 
     #[test]

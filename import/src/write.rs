@@ -4,10 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
-use robot_model::recording::Recording;
 
 use crate::log::error;
-use crate::understand::Understood;
+use crate::understand::{RunUnderstood, Understood};
 
 /// Writes a campaign; the names of its runs.
 ///
@@ -43,8 +42,11 @@ fn into(understood: &Understood, folder: &Path) -> Result<Vec<String>, CampaignE
     let rad_per_count = understood.robot.to_model().rad_per_count;
     let mut names = Vec::new();
     for run in &understood.runs {
-        let mut file = writer.start_run(&run.name, &[Column::X, Column::Y, Column::Heading])?;
-        for row in rows(&run.recording, rad_per_count) {
+        let mut columns = vec![Column::X, Column::Y, Column::Heading];
+        columns.extend((!run.recording.gyro.is_empty()).then_some(Column::GyroZ));
+        columns.extend((!run.supply_v.is_empty()).then_some(Column::BusV));
+        let mut file = writer.start_run(&run.name, &columns)?;
+        for row in rows(run, rad_per_count) {
             file.push(&row)?;
         }
         let facts = RunFacts { started_s: Some(run.started_s), ..RunFacts::default() };
@@ -72,7 +74,8 @@ pub fn robot_of(folder: &Path) -> Result<Option<RobotFile>, CampaignError> {
 const SAME_S: f64 = 2e-6;
 
 /// The rows of a run: those of the wheels, and poses between them in rows of their own.
-fn rows(recording: &Recording, rad_per_count: f64) -> Vec<Row> {
+fn rows(run: &RunUnderstood, rad_per_count: f64) -> Vec<Row> {
+    let recording = &run.recording;
     let counts = |phi_rad: f64| {
         let counts = phi_rad / rad_per_count;
         // Whole counts stay whole.
@@ -96,6 +99,16 @@ fn rows(recording: &Recording, rad_per_count: f64) -> Vec<Row> {
         row.set(Column::Y, pose.position_m.map(|[_, y_m]| y_m));
         row.set(Column::Heading, pose.heading_rad);
         rows.push(row);
+    }
+    let gyro = recording.gyro.iter().map(|s| (s.t_s, Column::GyroZ, s.rate_rad_s));
+    let supply = run.supply_v.iter().map(|(t_s, volts)| (*t_s, Column::BusV, *volts));
+    for (t_s, column, value) in gyro.chain(supply) {
+        // A wild value is no measurement.
+        if column.range().contains(value) {
+            let mut row = Row { t_s, ..Row::default() };
+            row.set(column, Some(value));
+            rows.push(row);
+        }
     }
     rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     rows.dedup_by(|later, first| {

@@ -1,5 +1,6 @@
-//! Bags that another program wrote: the Python package `rosbags` 0.11.9, with the types of Humble (no compression) and of
-//! Jazzy (chunks in zstd). Both hold the same twenty poses of everything that is read.
+//! Bags that other programs wrote: the Python package `rosbags` 0.11.9, in MCAP with the types of Humble (no compression) and of
+//! Jazzy (chunks in zstd), and in SQLite; and SQLite itself, with pages so small that most messages go on elsewhere. All hold
+//! the same twenty poses of everything that is read.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +8,8 @@ use import::bag::{PosePlace, inventory, poses, wheels};
 
 const STAMP_S: f64 = 1_732_473_042.25;
 
-fn bags() -> [PathBuf; 2] {
-    ["humble_plain.mcap", "jazzy_zstd.mcap"]
+fn bags() -> [PathBuf; 4] {
+    ["humble_plain.mcap", "jazzy_zstd.mcap", "humble_sqlite.db3", "small_pages.db3"]
         .map(|name| Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bags")).join(name))
 }
 
@@ -72,4 +73,40 @@ fn a_list_has_all_topics_and_says_which_are_read() {
         assert_eq!(found.topics["/tf"].transforms.len(), 2);
         assert!(found.topics.values().all(|topic| topic.unread.is_none()), "{found:?}");
     }
+}
+
+/// A crash cuts a file off, or leaves messages beside it.
+#[test]
+fn of_a_bag_in_sqlite_what_is_whole_is_read_and_the_rest_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("crashed.db3");
+    let [_, _, whole, _] = bags().map(|bag| std::fs::read(bag).unwrap());
+    let said = |bytes: &[u8]| {
+        std::fs::write(&file, bytes).unwrap();
+        let found = inventory(&file).map_err(|error| error.to_string())?;
+        let messages: usize = found.topics.values().map(|topic| topic.messages).sum();
+        Ok::<_, String>((
+            messages,
+            found.notes.into_iter().map(|note| note.text).collect::<Vec<_>>(),
+        ))
+    };
+    assert_eq!(said(&whole), Ok((120, vec![])));
+    let (messages, notes) = said(&whole[..whole.len() * 2 / 3]).unwrap();
+    assert!((20..100).contains(&messages), "{messages}");
+    assert!(notes[0].contains("the bag is cut off at byte 51882"), "{notes:?}");
+    // The page of the topics is none.
+    let place = whole.windows(14).position(|bytes| bytes == b"/vicongeometry").unwrap();
+    let mut corrupt = whole.clone();
+    corrupt[place / 4096 * 4096] = 0x77;
+    let (messages, notes) = said(&corrupt).unwrap();
+    assert_eq!(messages, 0);
+    assert!(notes.iter().any(|note| note.contains("120 rows contradict themselves")), "{notes:?}");
+    // The first page is none, or is of something else.
+    corrupt[100] = 0x77;
+    assert!(said(&corrupt).unwrap_err().contains("no bag of ROS 2"));
+    corrupt[16..18].copy_from_slice(&[0, 3]);
+    assert!(said(&corrupt).unwrap_err().contains("the head of this SQLite file is corrupt"));
+    std::fs::write(folder.path().join("crashed.db3-wal"), b"more").unwrap();
+    let (_, notes) = said(&whole).unwrap();
+    assert!(notes[0].contains("crashed.db3-wal has messages"), "{notes:?}");
 }

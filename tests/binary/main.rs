@@ -16,10 +16,13 @@ mod files;
 mod first_run;
 mod gyro;
 mod help;
+mod import;
 mod key;
 mod libraries;
 mod memory;
 mod model_page;
+#[path = "../../import/tests/round_trip/one_log.rs"]
+mod one_log;
 mod outcome;
 mod outside_text;
 mod page_code;

@@ -131,11 +131,14 @@ fn unknown_key(code: &Code) -> Option<String> {
     let is_key = key.contains('.')
         && parts.all(|part| !part.is_empty() && part.chars().all(is_plain))
         && key.starts_with(|c: char| c.is_ascii_lowercase());
-    let is_file =
-        [".rs", ".md", ".toml", ".csv", ".svg", ".html", ".json", ".txt", ".py", ".sealed"]
-            .iter()
-            .any(|end| key.ends_with(end));
-    if !is_key || is_file || is_config_key(key) || is_scenario_key(key) {
+    let is_file = [
+        ".rs", ".md", ".toml", ".csv", ".svg", ".html", ".json", ".txt", ".py", ".sealed", ".yaml",
+        ".h",
+    ]
+    .iter()
+    .any(|end| key.ends_with(end));
+    let is_known = FOREIGN.contains(&key) || is_config_key(key) || is_scenario_key(key);
+    if !is_key || is_file || is_known {
         return None;
     }
     Some(format!("`{key}`: no key of the configuration, nor of a scenario"))
@@ -145,8 +148,9 @@ fn is_plain(c: char) -> bool {
     c.is_ascii_lowercase() || c.is_ascii_digit() || "_*".contains(c)
 }
 
-/// Names that are not ours: the controller of ROS.
-const FOREIGN: [&str; 1] = ["diff_drive_controller"];
+/// Names that are not ours: the controllers of ROS.
+const FOREIGN: [&str; 4] =
+    ["diff_drive_controller", "wheels.radius", "wheels.separation", "odometry.use_imu"];
 
 /// A name without a dot that no source has: one with `_` or before ` = `, and each part of the keys in a block of TOML.
 fn unknown_word(code: &Code, known: &BTreeSet<String>) -> Option<String> {

@@ -15,6 +15,7 @@ mod forbidden_words;
 mod fuzz;
 mod help;
 mod lengths;
+mod peers;
 mod prerequisites;
 mod repository;
 mod side_effects;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         ["dependencies"] => dependencies::check(),
         ["third-party"] => third_party::run(),
         ["arrows"] => arrows::run(),
+        ["peers"] => peers::check(),
         ["boards"] => boards::write(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),

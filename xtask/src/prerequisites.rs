@@ -71,6 +71,14 @@ const FUZZ: &[Need] = &[Need {
     install: Install::Debian(&["g++"]),
 }];
 
+/// What `cargo xtask peers` needs besides.
+const PEERS: &[Need] = &[Need {
+    name: "python3",
+    why: "runs the programs that bags are exchanged with",
+    check: &["python3", "-c", "import venv, ensurepip"],
+    install: Install::Debian(&["python3", "python3-venv"]),
+}];
+
 /// Looks for each need of the tests, and installs what is missing.
 pub fn meet() -> Outcome {
     meet_all(NEEDS)
@@ -79,6 +87,11 @@ pub fn meet() -> Outcome {
 /// The same for the coverage-guided search.
 pub fn meet_for_fuzzing() -> Outcome {
     meet_all(FUZZ)
+}
+
+/// The same for the exchange with other programs.
+pub fn meet_for_peers() -> Outcome {
+    meet_all(PEERS)
 }
 
 fn meet_all(needs: &[Need]) -> Outcome {

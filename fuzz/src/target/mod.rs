@@ -3,6 +3,7 @@
 mod campaign_files;
 mod equations_and_scenarios;
 mod frames;
+mod logs;
 mod robot;
 mod tables;
 mod typed_input;
@@ -79,4 +80,10 @@ targets! {
         "in its ranges; written and read the same";
     "quantity" 128 Some("quantity"), typed_input::quantity,
         "any word of the command line: numbers finite; addresses and ports are read the same again";
+    "bag" 49152 None, logs::bag,
+        "a ROS 2 bag in MCAP or SQLite: numbers finite, times that increase; what is imported is read again";
+    "log_table" 4096 Some("table"), logs::log_table,
+        "a table or a trajectory of another program: numbers finite, times that increase";
+    "controller_yaml" 4096 None, logs::controller_yaml,
+        "numbers above zero";
 }

@@ -11,7 +11,7 @@ use crate::quantity::{Length, Time};
 /// `beeline import`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Sources: a ROS 2 bag in MCAP or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
+Sources: a ROS 2 bag (MCAP, sqlite3) or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
 Wheels and poses may be in files of their own, each on a clock of its own.
 
 Names in --map: t_s, left_counts, right_counts, left_rad, right_rad, left_m, right_m, x_m, y_m, z_m,
@@ -21,6 +21,7 @@ Examples:
   beeline import drive.mcap                      lists what is in it, and proposes the command
   beeline import drive.mcap -o my-logs --wheel-radius 36mm --track-width 37.2cm
   beeline import drive.mcap -o my-logs --wheels wheel_left,wheel_right --pose /tf:map.base_link
+  beeline import drive.mcap -o by-odometry --odometry /odom --wheel-radius 36mm --track-width 37.2cm
   beeline import encoders.csv track.tum -o my-logs --counts-per-rev 1920 \\
       --map left_counts=enc_l,right_counts=enc_r,t_s=stamp:ns")]
 pub struct ImportArgs {
@@ -33,9 +34,19 @@ pub struct ImportArgs {
     /// The joints of the left and the right wheel.
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = wheels)]
     pub wheels: Option<[String; 2]>,
+    /// Odometry that is computed from the wheels, to be turned back into them: with --controller, or the --wheel-radius and
+    /// --track-width that it used.
+    #[arg(long, value_name = "TOPIC", conflicts_with = "wheels")]
+    pub odometry: Option<String>,
+    /// The parameters of the controller that computed it, for radius and track width: ROS 2's diff_drive_controller, TurtleBot3.
+    #[arg(long, value_name = "FILE.yaml")]
+    pub controller: Option<PathBuf>,
     /// The measured poses: a topic, or /tf:PARENT.CHILD.
     #[arg(long, value_name = "TOPIC")]
     pub pose: Option<String>,
+    /// The gyro, if the bag has several: a topic of sensor_msgs/msg/Imu.
+    #[arg(long, value_name = "TOPIC")]
+    pub imu: Option<String>,
     /// What columns of a table are: NAME=COLUMN, or NAME=COLUMN:UNIT.
     #[arg(long = "map", value_name = "NAME=COLUMN,...", value_parser = Mappings::parse)]
     pub mappings: Vec<Mappings>,
@@ -77,6 +88,7 @@ impl Mappings {
 #[command(after_help = "\
 Examples:
   beeline export my-robot --to ros2 -o diff_drive.yaml    parameters of ROS 2's diff_drive_controller
+  beeline export my-robot --to turtlebot3                 parameters of TurtleBot3; also linorobot2, wpilib
   beeline export my-robot --to json                       the same numbers for other programs
   beeline export my-robot --to tum -o tracks              trajectories, for example for evo
   beeline export my-robot --to mcap -o my-robot.mcap      for Foxglove, PlotJuggler, Rerun")]
@@ -99,7 +111,13 @@ pub struct ExportArgs {
 pub enum ExportFormat {
     /// Parameters of diff_drive_controller, as YAML.
     Ros2,
-    /// The same numbers as JSON.
+    /// Parameters of TurtleBot3's turtlebot3_node, as YAML.
+    Turtlebot3,
+    /// Lines of linorobot2's configuration header.
+    Linorobot2,
+    /// Constants for WPILib, in Java.
+    Wpilib,
+    /// The numbers of diff_drive_controller as JSON.
     Json,
     /// Two trajectories a run: as measured, and by odometry with these numbers.
     Tum,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ::import::export::{Controller, Trajectory, bag, table};
+use ::import::export::{Controller, Target, Trajectory, bag, table};
 use serde_json::{Value, json};
 
 use super::compare::read;
@@ -23,19 +23,34 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
     }
     let (read, campaign) = read(&args.campaign)?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
-    let controller = Controller::of(&args.campaign, &read.robot, &campaign, &model)?;
+    let target = match args.to {
+        ExportFormat::Turtlebot3 => Target::TurtleBot3,
+        ExportFormat::Linorobot2 => Target::Linorobot2,
+        ExportFormat::Wpilib => Target::Wpilib,
+        _ => Target::DiffDrive,
+    };
+    let controller = Controller::of(&args.campaign, &read.robot, &campaign, &model, target)?;
     if let Some(cost) = &controller.cost {
-        let [three, whole] = cost.position_m.map(|m| m * 1e3);
+        let [own, whole] = cost.position_m.map(|m| m * 1e3);
         warn(format_args!(
-            "radii and track width alone cannot express: {}; this costs {:.1} mm ({three:.1} mm instead of {whole:.1} mm)",
+            "{} cannot be told: {}; this costs {:.1} mm ({own:.1} mm instead of {whole:.1} mm)",
+            target.name(),
             cost.effects.join(", "),
-            three - whole
+            own - whole
         ));
     }
-    let trajectories =
-        || Trajectory::all(&campaign, controller.radii_m(), controller.track_width_m());
+    let trajectories = || {
+        Trajectory::all(
+            &campaign,
+            controller.geometry.radii_m(),
+            controller.geometry.track_width_m(),
+        )
+    };
     match args.to {
-        ExportFormat::Ros2 => text(common, args, &controller.to_yaml(&read.robot.name)),
+        ExportFormat::Ros2
+        | ExportFormat::Turtlebot3
+        | ExportFormat::Linorobot2
+        | ExportFormat::Wpilib => text(common, args, &controller.file(&read.robot)),
         ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
         ExportFormat::Csv => text(common, args, &table(&trajectories())),
         ExportFormat::Mcap => {
@@ -100,22 +115,22 @@ fn write_new(file: &Path, bytes: &[u8], force: bool) -> Result<()> {
 }
 
 fn to_json(controller: &Controller) -> Value {
-    let [left, right] = controller.radius_multipliers;
-    let [left_m, right_m] = controller.radii_m();
+    let [left, right] = controller.geometry.radius_multipliers;
+    let [left_m, right_m] = controller.geometry.radii_m();
     let [nominal, errors] = controller.errors;
     let cost = controller.cost.as_ref().map(|cost| {
         json!({ "effects": cost.effects, "position_m": cost.position_m[0], "model_position_m": cost.position_m[1] })
     });
     json!({
         "schema": 1,
-        "wheel_radius_m": controller.wheel_radius_m,
+        "wheel_radius_m": controller.geometry.wheel_radius_m,
         "left_wheel_radius_multiplier": left,
         "right_wheel_radius_multiplier": right,
         "left_wheel_radius_m": left_m,
         "right_wheel_radius_m": right_m,
-        "wheel_separation_m": controller.wheel_separation_m,
-        "wheel_separation_multiplier": controller.separation_multiplier,
-        "effective_wheel_separation_m": controller.track_width_m(),
+        "wheel_separation_m": controller.geometry.wheel_separation_m,
+        "wheel_separation_multiplier": controller.geometry.separation_multiplier,
+        "effective_wheel_separation_m": controller.geometry.track_width_m(),
         "pose_variances": controller.pose_variances,
         "twist_variances": controller.twist_variances,
         "nominal_error_m": nominal.fitted.position_rms_m,

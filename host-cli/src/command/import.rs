@@ -2,6 +2,8 @@
 //!
 //! Reading and understanding them is left to the crate `import`.
 
+use ::import::controller_file::{self, ControllerFile};
+use ::import::geometry::Geometry;
 use ::import::source::{Choice, Offer, Sources};
 use ::import::understand::{Hints, Understood, understand};
 use ::import::write::{robot_of, write};
@@ -13,6 +15,7 @@ use crate::escape::{shell, shell_path};
 use crate::import_page;
 use crate::table::{Cell, Table};
 use crate::ui::{BOLD, note, runs, say, warn};
+use campaign::CampaignError;
 use campaign::file::write_whole;
 
 /// The page that shows what was understood, in the campaign folder.
@@ -21,7 +24,14 @@ const PAGE: &str = "import.html";
 pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     let mappings: Vec<_> = args.mappings.iter().flat_map(|one| one.0.clone()).collect();
     let sources = Sources::open(&args.sources, &mappings)?;
-    let choice = Choice { wheels: args.wheels.clone(), pose: args.pose.clone(), mappings };
+    let controller = args.controller.as_deref().map(controller_file::read).transpose()?;
+    let choice = Choice {
+        wheels: args.wheels.clone(),
+        odometry: odometry(args, controller.as_ref())?,
+        pose: args.pose.clone(),
+        imu: args.imu.clone(),
+        mappings,
+    };
     let Some(folder) = &args.output else {
         return list(common, args, &sources, &choice);
     };
@@ -32,16 +42,20 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
         wheel_radius_m: args
             .wheel_radius
             .map(|length| length.m)
+            .or(controller.map(|controller| controller.geometry.wheel_radius_m))
             .or(there.map(|robot| robot.wheel_radius_m)),
         track_width_m: args
             .track_width
             .map(|length| length.m)
+            .or(controller.map(|controller| controller.geometry.wheel_separation_m))
             .or(there.map(|robot| robot.track_width_m)),
         counts_per_rev: args.counts_per_rev.or(there.map(|robot| robot.counts_per_rev)),
         gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
         cut: ::import::cut::CutOptions { rest_s: args.rest.s },
     };
-    let chosen = sources.choose(&choice)?;
+    // What is missing of a bag may be why something is not found.
+    let warned = |_: &CampaignError| sources.notes().iter().for_each(warn);
+    let chosen = sources.choose(&choice).inspect_err(warned)?;
     let (wheels, poses) = (chosen.wheels.what.clone(), chosen.poses.what.clone());
     let mut understood = understand(chosen.wheels, &chosen.poses, &hints, chosen.same_clock)?;
     understood.notes.splice(0..0, chosen.notes);
@@ -72,19 +86,53 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     Ok(())
 }
 
+/// The topic of odometry that is to be turned back into wheels, and the numbers that it used.
+fn odometry(
+    args: &ImportArgs,
+    controller: Option<&ControllerFile>,
+) -> Result<Option<(String, Geometry)>> {
+    let Some(topic) = &args.odometry else { return Ok(None) };
+    let by_hand = args.wheel_radius.zip(args.track_width);
+    let by_hand = by_hand.map(|(radius, width)| Geometry::nominal(radius.m, width.m));
+    let Some(geometry) = controller.map(|controller| controller.geometry).or(by_hand) else {
+        return Err(Error::new(format_args!(
+            "the radius and the track width that {topic} was computed with are unknown"
+        ))
+        .hint("add --controller FILE.yaml with the controller's parameters, or its --wheel-radius and --track-width"));
+    };
+    if let (Some(controller), Some(file)) = (controller, &args.controller) {
+        let file = file.display();
+        if controller.is_open_loop {
+            return Err(Error::new(format_args!(
+                "{file}: by open_loop, {topic} is what was commanded, and not what the wheels did"
+            ))
+            .hint("choose the joints with --wheels, or record a bag with open_loop: false"));
+        }
+        if controller.uses_gyro {
+            warn(format_args!(
+                "{file}: by odometry.use_imu, {topic} turns by the gyro: what both wheels did together is in it, but not which of them; choose the joints with --wheels if the bag has any"
+            ));
+        }
+    }
+    Ok(Some((topic.clone(), geometry)))
+}
+
+/// The nominal numbers, and what was assumed of them.
 fn robot(understood: &Understood) -> String {
     let robot = &understood.robot;
-    let [radius, track] = understood.is_estimated;
     let text = format!(
         "{}: wheel radius {} m, track width {} m",
         robot.name, robot.wheel_radius_m, robot.track_width_m
     );
-    match (radius, track) {
-        (false, false) => text,
-        _ => format!(
-            "{text} (estimated from this log: give --wheel-radius and --track-width to judge the robot by its data sheet)"
-        ),
-    }
+    let (what, options) = match understood.is_estimated {
+        [false, false] => return text,
+        [true, true] => ("both are", "--wheel-radius and --track-width"),
+        [true, false] => ("the radius is", "--wheel-radius"),
+        [false, true] => ("the track width is", "--track-width"),
+    };
+    format!(
+        "{text}; {what} estimated from this log, so that what `explain` says of it corrects the estimate: give {options} of the data sheet to judge the robot"
+    )
 }
 
 /// The runs, and what was left out.
@@ -200,6 +248,9 @@ fn proposed(args: &ImportArgs, offers: &[Offer], unit: ::import::log::WheelUnit)
         .wheels
         .as_ref()
         .map(|[left, right]| format!("--wheels {}", shell(&format!("{left},{right}"))));
+    let odometry = args.odometry.as_ref().map(|topic| format!("--odometry {}", shell(topic)));
+    let controller =
+        args.controller.as_ref().map(|file| format!("--controller {}", shell_path(file)));
     let pose = args.pose.as_ref().map(|pose| format!("--pose {}", shell(pose)));
     let only = |option: &str| {
         let fits = |offer: &&Offer| {
@@ -210,9 +261,9 @@ fn proposed(args: &ImportArgs, offers: &[Offer], unit: ::import::log::WheelUnit)
         let (name, value) = found.split_once(' ')?;
         Some(format!("{name} {}", shell(value)))
     };
-    words.extend(wheels.or_else(|| only("--wheels ")));
+    words.extend(odometry.or(wheels).or_else(|| only("--wheels ")));
     words.extend(pose.or_else(|| only("--pose ")));
-    words.push("--wheel-radius RADIUS --track-width WIDTH".into());
+    words.push(controller.unwrap_or("--wheel-radius RADIUS --track-width WIDTH".into()));
     if unit == ::import::log::WheelUnit::Counts && args.counts_per_rev.is_none() {
         words.push("--counts-per-rev N".into());
     }

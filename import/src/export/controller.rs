@@ -1,15 +1,10 @@
-//! The parameters of ROS 2's `diff_drive_controller`, from a campaign.
+//! The numbers of a controller, from a campaign: for each program those that it knows.
 //!
-//! ```text
-//! v = (r_l w_l + r_r w_r) / 2,   omega = (r_r w_r - r_l w_l) / b                     (1)
-//! r_l = wheel_radius * left_wheel_radius_multiplier, r_r likewise, b = wheel_separation * wheel_separation_multiplier
-//! ```
-//!
-//! The controller knows three numbers: scale and ratio of the radii, and the track width. They are fitted to the campaign by
-//! themselves, whatever else its model has: without the rest of the model, its own three numbers would not be the best. What
-//! that costs against the model is a [`Cost`].
+//! A controller computes odometry by equation (1) of [`geometry`](crate::geometry). It knows scale and ratio of the radii, and
+//! the track width, or fewer. They are fitted to the campaign by themselves, whatever else its model has: without the rest of
+//! the model, its own numbers would not be the best. What that costs against the model is a [`Cost`].
 
-use std::fmt::Write as _;
+use std::path::Path;
 
 use campaign::model::ModelFile;
 use campaign::{CampaignError, RobotFile};
@@ -17,133 +12,108 @@ use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, find};
 use robot_model::estimation::ErrorPair;
 use robot_model::explain::model::{Model, fit};
-use robot_model::recording::Campaign;
-use std::path::Path;
+use robot_model::recording::{Campaign, RecordingError};
 
+use super::target::{EFFECTS, Target};
+use crate::geometry::Geometry;
 use crate::log::error;
 
-/// The effects that (1) can express.
-const EFFECTS: [&str; 3] = ["wheel_radius_scale", "wheel_radius_ratio", "track_width"];
-/// How often the controller publishes by default \[Hz\].
-const PUBLISH_HZ: f64 = 50.0;
-/// The variance of what is not measured.
-const UNKNOWN: f64 = 1e6;
+/// How often `diff_drive_controller` publishes by default \[Hz\].
+pub(super) const PUBLISH_HZ: f64 = 50.0;
 
 /// What a controller is told.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
-    /// Nominal radius of both wheels \[m\].
-    pub wheel_radius_m: f64,
-    /// What makes the left and the right radius of it.
-    pub radius_multipliers: [f64; 2],
-    /// Nominal track width \[m\].
-    pub wheel_separation_m: f64,
-    /// What makes the effective one of it.
-    pub separation_multiplier: f64,
+    /// The program.
+    pub target: Target,
+    /// Radii and track width, as the program can have them.
+    pub geometry: Geometry,
+    /// Without its rounding.
+    pub(super) exact: Geometry,
     /// Variances of x, y and heading by odometry, within a run like these \[m^2, rad^2\].
     pub pose_variances: [f64; 2],
     /// Variances of speed and turn rate in one message \[m^2/s^2, rad^2/s^2\].
     pub twist_variances: [f64; 2],
     /// Errors of the nominal robot and of these numbers.
     pub errors: [ErrorPair; 2],
-    /// What the model says beyond them.
+    /// What the program cannot be told.
     pub cost: Option<Cost>,
 }
 
-/// Effects of a model that the controller cannot express.
+/// What a program cannot be told.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// Their names.
+    /// Effects by their names, and fractions that it rounds.
     pub effects: Vec<String>,
-    /// Position errors (rms) on this campaign: of the three numbers, and of the model \[m\].
+    /// Position errors (rms) on this campaign: of the program's numbers, and of the model, or of radii and track width if it has
+    /// no other effect \[m\].
     pub position_m: [f64; 2],
 }
 
 impl Controller {
-    /// Fits the controller's numbers to a campaign. `folder` is only named in errors.
+    /// Fits the numbers of a program to a campaign. `folder` is only named in errors.
     pub fn of(
         folder: &Path,
         robot: &RobotFile,
         campaign: &Campaign,
         model: &ModelFile,
+        target: Target,
     ) -> Result<Self, CampaignError> {
         let cannot = |why: &dyn std::fmt::Display| {
             error(folder, why.to_string(), "`beeline compare` says more")
         };
-        let effects: Vec<&dyn Effect> = EFFECTS.iter().filter_map(|id| find(id)).collect();
-        let fitted = fit(campaign, &effects).map_err(|why| cannot(&why))?;
-        let value = |id: &str| value(&fitted, id);
-        let (scale, ratio, track) = (value(EFFECTS[0]), value(EFFECTS[1]), value(EFFECTS[2]));
+        let fitted = fitted(campaign, target.effects()).map_err(|why| cannot(&why))?;
+        let exact = geometry(robot, &fitted);
+        let rounded = target.rounded(&exact, robot);
         let speed_mps = mean_speed_mps(campaign);
         // A random walk over the time of one message: var(v) = k_s^2 v dt / dt^2.
         let per_message = |walk: f64| walk * walk * speed_mps * PUBLISH_HZ;
         let within = fitted.errors.fitted;
-        let cost = cost(campaign, model, &fitted).map_err(|why| cannot(&why))?;
+        let cost = cost(robot, campaign, model, target, (&exact, &rounded));
         Ok(Self {
-            wheel_radius_m: robot.wheel_radius_m,
-            radius_multipliers: [
-                (1.0 + scale) * (1.0 - ratio / 2.0),
-                (1.0 + scale) * (1.0 + ratio / 2.0),
-            ],
-            wheel_separation_m: robot.track_width_m,
-            separation_multiplier: 1.0 + track,
+            target,
+            geometry: rounded,
+            exact,
             pose_variances: [within.position_rms_m.powi(2) / 2.0, within.heading_rms_rad.powi(2)],
             twist_variances: [
                 per_message(fitted.noise.travel_walk),
                 per_message(fitted.noise.heading_walk),
             ],
             errors: [fitted.nominal, fitted.errors],
-            cost,
+            cost: cost.map_err(|why| cannot(&why))?,
         })
     }
+}
 
-    /// Radius of the left and of the right wheel \[m\].
-    pub fn radii_m(&self) -> [f64; 2] {
-        self.radius_multipliers.map(|multiplier| self.wheel_radius_m * multiplier)
-    }
+/// These effects, fitted.
+fn fitted(campaign: &Campaign, ids: &[&str]) -> Result<Model, RecordingError> {
+    let effects: Vec<&dyn Effect> = ids.iter().filter_map(|id| find(id)).collect();
+    fit(campaign, &effects)
+}
 
-    /// The effective track width \[m\].
-    pub fn track_width_m(&self) -> f64 {
-        self.wheel_separation_m * self.separation_multiplier
+/// The numbers that fitted effects say.
+fn geometry(robot: &RobotFile, fitted: &Model) -> Geometry {
+    let [scale, ratio, track] = EFFECTS.map(|id| value(fitted, id));
+    Geometry {
+        wheel_radius_m: robot.wheel_radius_m,
+        radius_multipliers: [-0.5, 0.5].map(|half| (1.0 + scale) * (1.0 + half * ratio)),
+        wheel_separation_m: robot.track_width_m,
+        separation_multiplier: 1.0 + track,
     }
+}
 
-    /// The parameters as YAML, for a controller of this name.
-    pub fn to_yaml(&self, robot: &str) -> String {
-        let [nominal, errors] = self.errors;
-        let mm = |m: f64| m * 1e3;
-        // A comment ends with its line, and a name is a text from outside.
-        let robot: String = robot.chars().filter(|c| !c.is_control()).collect();
-        let mut yaml = format!(
-            "# diff_drive_controller, from a campaign of: {robot}\n\
-             # error of the odometry, root mean square: {:.1} mm with the nominal numbers, {:.1} mm with these\n",
-            mm(nominal.fitted.position_rms_m),
-            mm(errors.fitted.position_rms_m)
-        );
-        if let Some(cost) = &self.cost {
-            let _ = writeln!(
-                yaml,
-                "# not expressible: {}; with the whole model {:.1} mm",
-                cost.effects.join(", "),
-                mm(cost.position_m[1])
-            );
-        }
-        let [left, right] = self.radius_multipliers;
-        let [pose, heading] = self.pose_variances;
-        let [speed, rate] = self.twist_variances;
-        let unknown = "1000000.0, 1000000.0, 1000000.0";
-        debug_assert_eq!(UNKNOWN, 1_000_000.0);
-        let _ = write!(
-            yaml,
-            "diff_drive_controller:\n  ros__parameters:\n    \
-             wheel_separation: {:.6}\n    wheel_separation_multiplier: {:.6}\n    \
-             wheel_radius: {:.6}\n    left_wheel_radius_multiplier: {left:.6}\n    right_wheel_radius_multiplier: {right:.6}\n    \
-             # x, y, z, roll, pitch, yaw: of the pose within a run like those of the campaign, and of one message at {PUBLISH_HZ:.0} Hz\n    \
-             pose_covariance_diagonal: [{pose:.3e}, {pose:.3e}, {unknown}, {heading:.3e}]\n    \
-             twist_covariance_diagonal: [{speed:.3e}, {speed:.3e}, {unknown}, {rate:.3e}]\n",
-            self.wheel_separation_m, self.separation_multiplier, self.wheel_radius_m
-        );
-        yaml
-    }
+/// The effects that numbers are.
+fn effects_of(geometry: &Geometry) -> Vec<EffectWithValues<'static>> {
+    let [left, right] = geometry.radius_multipliers;
+    let values = [
+        (left + right) / 2.0 - 1.0,
+        2.0 * (right - left) / (right + left),
+        geometry.separation_multiplier - 1.0,
+    ];
+    let with_value = |(id, value): (&str, f64)| {
+        Some(EffectWithValues { effect: find(id)?, values: vec![value], up_to_mps: None })
+    };
+    EFFECTS.into_iter().zip(values).filter_map(with_value).collect()
 }
 
 fn value(model: &Model, id: &str) -> f64 {
@@ -165,34 +135,34 @@ fn mean_speed_mps(campaign: &Campaign) -> f64 {
     if moving_s > 0.0 { rolled_m / moving_s } else { 0.0 }
 }
 
-/// What a model says beyond the three numbers, if it has values.
+/// What a program cannot be told of a campaign, if there is anything: its numbers are given exact and as it rounds them.
 fn cost(
+    robot: &RobotFile,
     campaign: &Campaign,
     model: &ModelFile,
-    fitted: &Model,
-) -> Result<Option<Cost>, robot_model::recording::RecordingError> {
-    let Ok(effects) = model.effects_with_values() else { return Ok(None) };
-    let beyond: Vec<String> = effects
-        .iter()
-        .map(|effect| effect.effect.facts())
-        .filter(|facts| !EFFECTS.contains(&facts.id))
-        .map(|facts| facts.name.to_owned())
-        .collect();
-    if beyond.is_empty() {
+    target: Target,
+    (exact, rounded): (&Geometry, &Geometry),
+) -> Result<Option<Cost>, RecordingError> {
+    let accepted = model.effects_with_values().unwrap_or_default();
+    let facts = accepted.iter().map(|effect| effect.effect.facts());
+    let beyond = facts.filter(|facts| !EFFECTS.contains(&facts.id));
+    let mut names: Vec<String> = beyond.map(|facts| facts.name.to_owned()).collect();
+    let is_whole_model = !names.is_empty();
+    let missing = EFFECTS.into_iter().filter(|id| !target.effects().contains(id));
+    names.extend(missing.filter_map(|id| Some(find(id)?.facts().name.to_owned())));
+    if rounded != exact {
+        names.push("fractions of a count".to_owned());
+    }
+    if names.is_empty() {
         return Ok(None);
     }
     let own: Vec<&dyn Effect> = model.own().collect();
     let comparer = Comparer::new(campaign, &own)?;
-    let three: Vec<EffectWithValues<'_>> = EFFECTS
-        .iter()
-        .filter_map(|id| {
-            Some(EffectWithValues {
-                effect: find(id)?,
-                values: vec![value(fitted, id)],
-                up_to_mps: None,
-            })
-        })
-        .collect();
     let error_m = |effects: &[EffectWithValues<'_>]| comparer.compare(effects).position_m.rms;
-    Ok(Some(Cost { effects: beyond, position_m: [error_m(&three), error_m(&effects)] }))
+    let whole_m = if is_whole_model {
+        error_m(&accepted)
+    } else {
+        error_m(&effects_of(&geometry(robot, &fitted(campaign, &EFFECTS)?)))
+    };
+    Ok(Some(Cost { effects: names, position_m: [error_m(&effects_of(rounded)), whole_m] }))
 }

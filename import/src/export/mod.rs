@@ -1,14 +1,19 @@
-//! What a campaign says, for other programs: parameters of a ROS 2 controller, trajectories, tables, bags.
+//! What a campaign says, for other programs: parameters of controllers, trajectories, tables, bags.
 //!
 //! | file | what it is |
 //! | --- | --- |
-//! | `controller.rs` | [`Controller`]: the numbers that `diff_drive_controller` can have, and what they cannot say |
+//! | `controller.rs` | [`Controller`]: the numbers that a program can have, and what they cannot say |
+//! | `target.rs` | [`Target`]: which program, and what it can be told |
+//! | `parameters.rs` | the files of the programs |
 //! | `trajectory.rs` | [`Trajectory`]: wheels, measured poses and odometry of each run; as TUM, CSV and MCAP |
 //! | `definitions.rs` | the definitions of the messages that bags have |
 
 mod controller;
 mod definitions;
+mod parameters;
+mod target;
 mod trajectory;
 
 pub use controller::{Controller, Cost};
+pub use target::Target;
 pub use trajectory::{Trajectory, bag, table};

@@ -26,6 +26,8 @@ pub struct Trajectory {
     pub measured: Vec<(f64, [f64; 2], Option<f64>)>,
     /// By odometry, from the first measured pose on.
     pub odometry: Vec<Timed>,
+    /// Travel and turn per second before each sample of the odometry \[m/s, rad/s\].
+    pub speeds: Vec<[f64; 2]>,
 }
 
 /// Between two runs, where nobody knows when they began \[s\].
@@ -60,8 +62,10 @@ impl Trajectory {
         let start = measured
             .first()
             .map_or([0.0; 3], |(_, [x, y], heading)| [*x, *y, heading.unwrap_or(0.0)]);
-        let odometry = odometry(&wheels, start, radii_m, track_width_m);
-        Self { run: run.name.clone(), started_s, wheels, measured, odometry }
+        let steps = steps(&wheels, radii_m, track_width_m);
+        let odometry = odometry(&wheels, &steps, start);
+        let speeds = speeds(&wheels, &steps);
+        Self { run: run.name.clone(), started_s, wheels, measured, odometry, speeds }
     }
 
     /// The measured poses as a TUM trajectory, for example for `evo`.
@@ -79,29 +83,41 @@ impl Trajectory {
     }
 }
 
-/// Where wheels lead: each step is an arc.
-fn odometry(
-    wheels: &[(f64, [f64; 2])],
-    start: [f64; 3],
-    radii_m: [f64; 2],
-    track_width_m: f64,
-) -> Vec<Timed> {
-    let mut pose = start;
+/// How far the robot went and turned before each sample; nothing before the first.
+fn steps(wheels: &[(f64, [f64; 2])], radii_m: [f64; 2], track_width_m: f64) -> Vec<[f64; 2]> {
     let mut before: Option<[f64; 2]> = None;
+    let step = |(_, phi_rad): &(f64, [f64; 2])| {
+        let from = before.replace(*phi_rad).unwrap_or(*phi_rad);
+        let rolled = [0, 1].map(|side| radii_m[side] * (phi_rad[side] - from[side]));
+        [(rolled[0] + rolled[1]) / 2.0, (rolled[1] - rolled[0]) / track_width_m]
+    };
+    wheels.iter().map(step).collect()
+}
+
+/// Where steps lead: each is an arc.
+fn odometry(wheels: &[(f64, [f64; 2])], steps: &[[f64; 2]], start: [f64; 3]) -> Vec<Timed> {
+    let mut pose = start;
     wheels
         .iter()
-        .map(|(t_s, phi_rad)| {
-            let from = before.replace(*phi_rad).unwrap_or(*phi_rad);
-            let rolled = [0, 1].map(|side| radii_m[side] * (phi_rad[side] - from[side]));
-            let (travel, turn) =
-                ((rolled[0] + rolled[1]) / 2.0, (rolled[1] - rolled[0]) / track_width_m);
+        .zip(steps)
+        .map(|((t_s, _), [travel, turn])| {
             let half = turn / 2.0;
-            let chord = if half.abs() < 1e-9 { travel } else { travel * half.sin() / half };
+            let chord = if half.abs() < 1e-9 { *travel } else { travel * half.sin() / half };
             let (sin, cos) = (pose[2] + half).sin_cos();
             pose = [pose[0] + chord * cos, pose[1] + chord * sin, pose[2] + turn];
             (*t_s, pose)
         })
         .collect()
+}
+
+/// How fast the steps were.
+fn speeds(wheels: &[(f64, [f64; 2])], steps: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut before_s: Option<f64> = None;
+    let speeds = wheels.iter().zip(steps).map(|((t_s, _), step)| {
+        let dt_s = before_s.replace(*t_s).map_or(0.0, |before_s| t_s - before_s);
+        step.map(|part| if dt_s > 0.0 { part / dt_s } else { 0.0 })
+    });
+    speeds.collect()
 }
 
 fn tum(started_s: f64, poses: impl Iterator<Item = Timed>) -> String {
@@ -159,9 +175,10 @@ pub fn bag(trajectories: &[Trajectory]) -> io::Result<Vec<u8>> {
                 encode_joints(t_s, &[("left_wheel_joint", *left), ("right_wheel_joint", *right)]),
             ));
         }
-        for (t_s, at) in &one.odometry {
+        for ((t_s, at), speeds) in one.odometry.iter().zip(&one.speeds) {
             let t_s = one.started_s + t_s;
-            messages.push((t_s, odometry, encode_odometry(["odom", "base_link"], &pose(t_s, *at))));
+            let bytes = encode_odometry(["odom", "base_link"], &pose(t_s, *at), *speeds);
+            messages.push((t_s, odometry, bytes));
         }
         for (t_s, [x, y], heading) in &one.measured {
             let t_s = one.started_s + t_s;
@@ -186,11 +203,14 @@ mod tests {
         let quarter = std::f64::consts::FRAC_PI_2;
         let wheels = [0.0, 0.5, 1.0]
             .map(|share| (share, [share * 0.75 * quarter / 0.1, share * 1.25 * quarter / 0.2]));
-        let poses = odometry(&wheels, [1.0, 2.0, 0.0], [0.1, 0.2], 0.5);
+        let steps = steps(&wheels, [0.1, 0.2], 0.5);
+        let poses = odometry(&wheels, &steps, [1.0, 2.0, 0.0]);
         let (_, [x, y, heading]) = poses[2];
         assert!(
             (x - 2.0).abs() < 1e-12 && (y - 3.0).abs() < 1e-12 && (heading - quarter).abs() < 1e-12,
             "{poses:?}"
         );
+        let [_, [travel_mps, turn_rad_s], _] = speeds(&wheels, &steps)[..] else { panic!("three") };
+        assert!((travel_mps - quarter).abs() < 1e-12 && (turn_rad_s - quarter).abs() < 1e-12);
     }
 }

@@ -18,7 +18,7 @@ mod fields;
 mod read;
 mod write;
 
-pub use read::{Channel, Damage, ReadError, Received, read};
+pub use read::{ReadError, read};
 pub use write::{BagWriter, ChannelId};
 
 /// What a bag begins and ends with.

@@ -2,19 +2,23 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
+mod beside;
+mod file;
 mod offer;
 
 pub use offer::Offer;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
 
 use crate::bag::{self, Inventory, PosePlace};
+use crate::geometry::Geometry;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::message::MessageType;
+use crate::odometry;
 use crate::text::{self, Mapping};
+use file::{files, is_bag};
 use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
 
 /// Which parts of the sources are meant.
@@ -22,8 +26,12 @@ use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
 pub struct Choice {
     /// The joints of the left and the right wheel, if they are in a bag.
     pub wheels: Option<[String; 2]>,
+    /// A topic of odometry to be turned back into wheels, with the numbers that it used.
+    pub odometry: Option<(String, Geometry)>,
     /// A topic, or `/tf:parent.child`.
     pub pose: Option<String>,
+    /// A topic of a gyro, if there are several.
+    pub imu: Option<String>,
     /// Columns of text files.
     pub mappings: Vec<Mapping>,
 }
@@ -151,8 +159,20 @@ impl Sources {
 
     /// Chooses and reads wheels and poses.
     pub fn choose(&self, choice: &Choice) -> Result<Chosen, CampaignError> {
-        let (wheels, mut notes) = self.wheels(choice)?;
+        let (mut wheels, mut notes) = self.wheels(choice)?;
         let (poses, of_poses) = self.poses(choice)?;
+        if choice.odometry.as_ref().is_some_and(|(topic, _)| is_same(topic, &poses.what)) {
+            let problem = format!("{} was chosen for both wheels and poses", poses.what);
+            let hint =
+                "poses must be measured by something else than the wheels: a tracker, a camera";
+            return Err(error(&poses.file, problem, hint));
+        }
+        // A gyro in another file than the wheels is on a clock of its own.
+        if self.bags().any(|(bag, _)| bag == wheels.file) {
+            let (beside, of_beside) = self.beside(choice)?;
+            wheels.beside = beside;
+            notes.extend(of_beside);
+        }
         notes.extend(of_poses);
         notes.extend(self.notes());
         let mut told: Vec<Note> = Vec::new();
@@ -166,7 +186,26 @@ impl Sources {
         Ok(Chosen { wheels, poses, notes: told, same_clock })
     }
 
+    fn of_odometry(
+        &self,
+        wanted: &str,
+        geometry: &Geometry,
+    ) -> Result<(WheelLog, Vec<Note>), CampaignError> {
+        let there = self.topics_of(MessageType::Odometry);
+        let Some(topic) = there.iter().find(|topic| is_same(topic, wanted)) else {
+            let hint = match there.is_empty() {
+                true => format!("no topic is nav_msgs/msg/Odometry; {}", self.what_there_is()),
+                false => format!("choose one of {}", there.join(", ")),
+            };
+            return Err(error(self.first(), format!("no odometry is called `{wanted}`"), hint));
+        };
+        odometry::wheels(&self.with_topic(topic), topic, geometry)
+    }
+
     fn wheels(&self, choice: &Choice) -> Result<(WheelLog, Vec<Note>), CampaignError> {
+        if let Some((topic, geometry)) = &choice.odometry {
+            return self.of_odometry(topic, geometry);
+        }
         let texts: Vec<&WheelLog> = self.each.iter().filter_map(Source::wheels).collect();
         if let (None, [log]) = (&choice.wheels, texts.as_slice()) {
             return Ok(((*log).clone(), Vec::new()));
@@ -199,10 +238,15 @@ impl Sources {
             }
             [] if texts.is_empty() => {
                 let problem = "nothing in it is known to be the wheels";
-                let hint = format!(
-                    "choose two joints with --wheels LEFT,RIGHT, or columns with --map; {}",
-                    self.what_there_is()
-                );
+                let hint = match self.topics_of(MessageType::Odometry).first() {
+                    Some(topic) => format!(
+                        "if {topic} is computed from the wheels, they can be computed back: add --odometry {topic}, and the numbers that it used by --controller FILE.yaml or --wheel-radius and --track-width"
+                    ),
+                    None => format!(
+                        "choose two joints with --wheels LEFT,RIGHT, or columns with --map; {}",
+                        self.what_there_is()
+                    ),
+                };
                 Err(error(self.first(), problem, hint))
             }
             _ => {
@@ -219,9 +263,9 @@ impl Sources {
     fn poses(&self, choice: &Choice) -> Result<(PoseLog, Vec<Note>), CampaignError> {
         let places = self.pose_places();
         if let Some(wanted) = &choice.pose {
-            let place = places
-                .iter()
-                .find(|(place, _)| place.to_string() == *wanted || is_loosely(place, wanted));
+            let place = places.iter().find(|(place, _)| {
+                place.to_string() == *wanted || is_same(&place.to_string(), wanted)
+            });
             let Some((place, _)) = place else {
                 let all: Vec<String> = places.iter().map(|(place, _)| place.to_string()).collect();
                 let hint = match all.is_empty() {
@@ -297,55 +341,14 @@ impl Source {
     }
 }
 
-/// The files of a path: itself, or the bags of a folder, as ROS 2 splits them.
-fn files(path: &Path) -> Result<Vec<PathBuf>, CampaignError> {
-    let cannot = |cause| CampaignError::io(path, "read it", cause);
-    if !fs::metadata(path).map_err(cannot)?.is_dir() {
-        return Ok(vec![path.into()]);
-    }
-    let entries =
-        fs::read_dir(path).map_err(cannot)?.collect::<Result<Vec<_>, _>>().map_err(cannot)?;
-    let mut all: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
-    all.sort();
-    let ends = |file: &Path, ending: &str| {
-        file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
-    };
-    let bags: Vec<PathBuf> = all.iter().filter(|file| ends(file, "mcap")).cloned().collect();
-    if bags.is_empty() {
-        let hint = match all.iter().any(|file| ends(file, "db3")) {
-            true => "this bag is in sqlite3: make one in MCAP with `ros2 bag convert`",
-            false => "name the files, or the folder of a ROS 2 bag",
-        };
-        return Err(error(path, "no .mcap file is in this folder", hint));
-    }
-    Ok(bags)
-}
-
-/// Whether a file is a bag, by its name or its first byte.
-fn is_bag(file: &Path) -> Result<bool, CampaignError> {
-    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    match ending.as_deref() {
-        Some("mcap") => Ok(true),
-        Some("db3") => {
-            let hint = "make a bag in MCAP of it with `ros2 bag convert`";
-            Err(error(file, "this bag is in sqlite3, which is not read", hint))
-        }
-        Some("bag") => {
-            let hint = "make a ROS 2 bag in MCAP of it, for example with `rosbags-convert`";
-            Err(error(file, "this is a bag of ROS 1, which is not read", hint))
-        }
-        _ => Ok(false),
-    }
-}
-
 fn topic_of(place: &PosePlace) -> &str {
     match place {
         PosePlace::Topic(topic) | PosePlace::Transform { topic, .. } => topic,
     }
 }
 
-/// Whether a place is meant by a text without slashes before its names.
-fn is_loosely(place: &PosePlace, wanted: &str) -> bool {
+/// Whether two names of topics mean the same, with slashes before their parts or without.
+fn is_same(a: &str, b: &str) -> bool {
     let plain = |text: &str| text.replace('/', "");
-    plain(&place.to_string()) == plain(wanted)
+    plain(a) == plain(b)
 }

@@ -59,7 +59,9 @@ pub(super) fn of_poses(name: &str, topic: &Topic) -> Vec<PosePlace> {
                 child: child.clone(),
             })
             .collect(),
-        Some(MessageType::JointState) | None => Vec::new(),
+        Some(MessageType::JointState | MessageType::Imu | MessageType::BatteryState) | None => {
+            Vec::new()
+        }
         Some(_) if topic.transforms.is_empty() => Vec::new(),
         Some(_) => vec![PosePlace::Topic(name.into())],
     }
@@ -101,7 +103,7 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
     }
     for place in of_poses(name, topic) {
         let remark = if topic.kind() == Some(MessageType::Odometry) {
-            "may be computed from the wheels"
+            "unless it is computed from the wheels"
         } else {
             ""
         };
@@ -112,6 +114,18 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
             PosePlace::Topic(_) => topic.messages,
         };
         offers.push(offer(Some(format!("--pose {place}")), name, count, remark.into()));
+    }
+    if topic.kind() == Some(MessageType::Odometry) && topic.unread.is_none() {
+        let remark = "if it is computed from the wheels";
+        let option = Some(format!("--odometry {name}"));
+        offers.push(offer(option, name, topic.messages, remark.into()));
+    }
+    if topic.kind() == Some(MessageType::Imu) && topic.unread.is_none() {
+        let option = Some(format!("--imu {name}"));
+        offers.push(offer(option, name, topic.messages, "taken if it is the only one".into()));
+    }
+    if topic.kind() == Some(MessageType::BatteryState) && topic.unread.is_none() {
+        offers.push(offer(None, name, topic.messages, "taken if it is the only one".into()));
     }
     if let Some((count, reason)) = &topic.unread {
         offers.push(offer(None, name, *count, format!("cannot be read: {reason}")));

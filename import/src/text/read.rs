@@ -339,7 +339,14 @@ impl<'a> Table<'a> {
         notes.extend(said.into_iter().map(|said| Note::new(self.file, said)));
         let what = format!("{}, {}", left.name, right.name);
         let (t_s, turned) = samples.into_iter().unzip();
-        Some(WheelLog { file: self.file.into(), what, t_s, turned, unit: *unit })
+        Some(WheelLog {
+            file: self.file.into(),
+            what,
+            t_s,
+            turned,
+            unit: *unit,
+            ..WheelLog::default()
+        })
     }
 
     fn poses(&self, notes: &mut Vec<Note>) -> Option<PoseLog> {

@@ -13,10 +13,13 @@ use std::path::Path;
 use campaign::{CampaignError, RobotFile};
 use robot_model::clocks::{self, ClockFound};
 use robot_model::kinematics::WheelPair;
-use robot_model::recording::{Campaign, PoseMeasurement, Recording, RunKind, WheelSample};
+use robot_model::recording::{
+    Campaign, GyroSample, PoseMeasurement, Recording, RunKind, WheelSample,
+};
 
 use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
 use crate::cut::{Begins, CutOptions, Piece, cut};
+use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
@@ -70,8 +73,10 @@ pub struct RunUnderstood {
     pub begins: Begins,
     /// When it began, by the clock of the wheels \[s\].
     pub started_s: f64,
-    /// Wheels and poses on one clock, which begins with the run.
+    /// Wheels, poses and gyro on one clock, which begins with the run.
     pub recording: Recording,
+    /// Voltages of the battery on the same clock \[s, V\].
+    pub supply_v: Vec<(f64, f64)>,
 }
 
 /// A part of the log that is no run.
@@ -126,6 +131,8 @@ pub fn understand(
     let mut notes: Vec<Note> =
         turns::unwrap(&mut wheels).into_iter().map(|said| Note::new(&wheels.file, said)).collect();
     let counts_per_rev = in_radians(&mut wheels, hints)?;
+    let (yaw_rates, said) = yaw_rates(&wheels);
+    notes.extend(said.map(|said| Note::new(&wheels.file, said)));
     let mut flat = flat(poses);
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
     let speeds = speeds(&wheels.t_s, &wheels.turned, &flat.poses)
@@ -150,7 +157,9 @@ pub fn understand(
         speeds: Some((speeds, alignment)),
     };
     understood.take_runs(&wheels, &flat.poses, &pieces);
+    understood.take_yaw_rates(&yaw_rates);
     understood.finish(&wheels.file, &poses.file, are_related)?;
+    understood.take_supply(&wheels.beside.supply_v);
     Ok(understood)
 }
 
@@ -170,8 +179,9 @@ fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignE
         AlignError::NothingInCommon { misfit } => error(
             &poses.file,
             format!(
-                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best",
-                100.0 * misfit
+                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best{}",
+                100.0 * misfit,
+                not_overlapping(wheels, poses)
             ),
             "check that both are of the same robot and drive, and which joint is left and which right",
         ),
@@ -182,6 +192,25 @@ fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignE
             ),
             "record a longer log, with stops of different lengths",
         ),
+    }
+}
+
+/// How far apart both logs are by their stamps, in words that follow others, if they do not overlap.
+fn not_overlapping(wheels: &WheelLog, poses: &PoseLog) -> String {
+    let (Some([from_s, to_s]), Some([first_s, last_s])) = (
+        wheels.t_s.first().zip(wheels.t_s.last()).map(|(from, to)| [*from, *to]),
+        poses.poses.first().zip(poses.poses.last()).map(|(from, to)| [from.t_s, to.t_s]),
+    ) else {
+        return String::new();
+    };
+    match (first_s - to_s, from_s - last_s) {
+        (after_s, _) if after_s > 0.0 => {
+            format!(", and the poses begin {after_s:.1} s after the wheels end")
+        }
+        (_, before_s) if before_s > 0.0 => {
+            format!(", and the poses end {before_s:.1} s before the wheels begin")
+        }
+        _ => String::new(),
     }
 }
 
@@ -233,7 +262,25 @@ impl Understood {
                 begins: piece.begins,
                 started_s: from_s,
                 recording,
+                supply_v: Vec::new(),
             });
+        }
+    }
+
+    /// Gives each run its yaw rates.
+    fn take_yaw_rates(&mut self, yaw_rates: &[GyroSample]) {
+        for run in &mut self.runs {
+            let own = within(yaw_rates, run.started_s, &run.recording, |sample| sample.t_s);
+            let shifted = own.iter().map(|s| GyroSample { t_s: s.t_s - run.started_s, ..*s });
+            run.recording.gyro = shifted.collect();
+        }
+    }
+
+    /// Gives each run its voltages.
+    fn take_supply(&mut self, supply_v: &[(f64, f64)]) {
+        for run in &mut self.runs {
+            let own = within(supply_v, run.started_s, &run.recording, |sample| sample.0);
+            run.supply_v = own.iter().map(|(t_s, volts)| (t_s - run.started_s, *volts)).collect();
         }
     }
 
@@ -292,7 +339,8 @@ impl Understood {
             let name = name(kind, &recording);
             recording.name.clone_from(&name);
             let started_s = recording.started_s.unwrap_or(0.0);
-            self.runs.push(RunUnderstood { name, kind, begins, started_s, recording });
+            let supply_v = Vec::new();
+            self.runs.push(RunUnderstood { name, kind, begins, started_s, recording, supply_v });
         }
         self.left_out.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
         Ok(())
@@ -315,6 +363,19 @@ impl ClockUnderstood {
             .any(|clock| clock.rate != 0.0 || (clock.offset_s - middle_s).abs() > 1e-9)
             || clocks.len() < runs && !clocks.is_empty();
     }
+}
+
+/// The samples of a run.
+fn within<'a, T>(
+    samples: &'a [T],
+    started_s: f64,
+    recording: &Recording,
+    time_s: impl Fn(&T) -> f64,
+) -> &'a [T] {
+    let from = samples.partition_point(|sample| time_s(sample) < started_s);
+    let ends_s = started_s + recording.duration_s();
+    let to = samples.partition_point(|sample| time_s(sample) <= ends_s);
+    &samples[from..to.max(from)]
 }
 
 /// The name of a run by its kind, and by which way it turned.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use import::log::{PoseLog, WheelLog, WheelUnit};
-use import::mcap::{BagWriter, Damage, read};
+use import::mcap::{BagWriter, read};
 use import::message::{Message, MessageType};
+use import::received::Damage;
 use import::source::{Choice, Sources};
 use import::text;
 use import::understand::{Hints, understand};
@@ -58,11 +59,15 @@ fn what_cannot_be_imported_is_one_error_with_its_file_and_what_to_do() {
     let track = small().trajectory();
     type Case<'a> = (&'a [(&'a str, &'a [u8])], &'a Choice, &'a str);
     let cases: [Case<'_>; 10] = [
-        (&[("a.mcap", b"no bag")], &choice, "this is no MCAP file; give a ROS 2 bag"),
         (
-            &[("a.db3", b"")],
+            &[("a.mcap", b"no bag")],
             &choice,
-            "this bag is in sqlite3, which is not read; make a bag in MCAP",
+            "this is no MCAP and no SQLite file; give a bag of ROS 2",
+        ),
+        (
+            &[("a.db3.zstd", b"")],
+            &choice,
+            "this file is compressed as a whole; unpack it with `zstd -d`",
         ),
         (&[("a.bag", b"")], &choice, "ROS 1"),
         (
@@ -182,6 +187,22 @@ fn thousands_of_mangled_bags_neither_panic_nor_fill_the_memory() {
         });
     }
     assert!(messages > 10_000, "most of a mangled bag is whole: {messages}");
+}
+
+#[test]
+fn mangled_parameters_of_controllers_are_errors_or_numbers_and_no_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let text = b"a: &x [1, {b: c}]\n/**:\n  base: !!map\n    ros__parameters:\n      names: [\"l\", 'r']\n      wheel_radius: 0.036 # m\n      wheel_separation: 0.372\n      note: |\n        two\n        lines\n      other: *x\n";
+    let mut read = 0;
+    for _ in 0..20_000 {
+        let text = mangled(text, &mut rng);
+        let Ok(text) = str::from_utf8(&text) else { continue };
+        if let Ok(file) = import::controller_file::parse(Path::new("c.yaml"), text) {
+            assert!(file.geometry.radii_m().iter().all(|m| *m > 0.0 && m.is_finite()));
+            read += 1;
+        }
+    }
+    assert!(read > 100, "some changes change nothing that matters: {read}");
 }
 
 #[test]

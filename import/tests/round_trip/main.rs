@@ -2,6 +2,7 @@
 //! clock found.
 
 mod bad_input;
+#[expect(dead_code, reason = "the tests of the executable use the rest")]
 mod one_log;
 
 use std::path::{Path, PathBuf};

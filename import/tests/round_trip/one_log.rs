@@ -6,9 +6,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use campaign::{Campaign, Column};
+use import::geometry::Geometry;
 use import::log::Pose3;
-use import::mcap::BagWriter;
-use import::message::{encode_joints, encode_pose};
+use import::mcap::{BagWriter, ChannelId};
+use import::message::{encode_battery, encode_imu, encode_joints, encode_odometry, encode_pose};
 
 /// A campaign as one log, by the clocks of a robot and of a tracker.
 pub struct OneLog {
@@ -17,17 +18,33 @@ pub struct OneLog {
     /// Poses in the tracker's frame.
     pub poses: Vec<Pose3>,
     pub counts_per_rev: f64,
+    /// The bag has a gyro that sits upside down, and a battery of 12.25 V.
+    pub has_gyro_and_battery: bool,
 }
+
+/// A message: the recorder's time \[s\], its channel, its bytes.
+type Recorded = (f64, ChannelId, Vec<u8>);
 
 /// When the log began \[s\].
 const EPOCH_S: f64 = 1_732_473_042.25;
 /// Between two samples while the robot stands \[s\].
 const IDLE_S: f64 = 0.05;
 
+/// How the tracker's axes are turned, and how the marker sits.
+const TURNED_RAD: f64 = 0.7;
+const MARKER_RAD: f64 = -1.5;
+
+/// The nominal robot of the mystery, and how the radius of its wheels grows with their speed.
+const NOMINAL: Geometry = Geometry {
+    wheel_radius_m: 0.036,
+    radius_multipliers: [1.0; 2],
+    wheel_separation_m: 0.372,
+    separation_multiplier: 1.0,
+};
+const GROWTH_S2_PER_M2: f64 = 0.0554;
+
 /// A pose on the floor as the tracker sees it: its axes are turned and elsewhere, and the marker sits turned.
 pub fn view(t_s: f64, [x_m, y_m]: [f64; 2], heading_rad: f64) -> Pose3 {
-    const TURNED_RAD: f64 = 0.7;
-    const MARKER_RAD: f64 = -1.5;
     let (sin, cos) = TURNED_RAD.sin_cos();
     let position_m = [5.0 + cos * x_m - sin * y_m, -2.0 + sin * x_m + cos * y_m, 0.31];
     let (sin, cos) = ((heading_rad + TURNED_RAD + MARKER_RAD) / 2.0).sin_cos();
@@ -46,6 +63,7 @@ impl OneLog {
             wheels: Vec::new(),
             poses: Vec::new(),
             counts_per_rev: campaign.robot.counts_per_rev,
+            has_gyro_and_battery: false,
         };
         let mut counted = [0.0; 2];
         for run in
@@ -114,6 +132,91 @@ impl OneLog {
         }
     }
 
+    /// Somebody pushes the robot backwards by hand, unevenly and not quite straight, for so long.
+    pub fn push_backwards(&mut self, late_s: f64, for_s: f64) {
+        const STEP_S: f64 = 0.05;
+        let (from_s, mut counts) = self.wheels[self.wheels.len() - 1];
+        let Pose3 { position_m: [mut x_m, mut y_m, z_m], orientation, .. } =
+            self.poses[self.poses.len() - 1];
+        let [_, _, z, w] = orientation.unwrap();
+        let mut seen_rad = 2.0 * z.atan2(w);
+        // It stands for a while, before and after.
+        let steps = ((for_s + 8.0) / STEP_S) as usize;
+        for step in 1..steps {
+            let t_s = from_s + step as f64 * STEP_S;
+            let pushed_s = t_s - from_s - 4.0;
+            let speeds = match (0.0..for_s).contains(&pushed_s) {
+                true => [-0.15 - 0.1 * (2.3 * pushed_s).sin(), 0.3 * (1.1 * pushed_s).sin()],
+                false => [0.0; 2],
+            };
+            let turned_rad = NOMINAL.wheels_turned_rad(STEP_S * speeds[0], STEP_S * speeds[1]);
+            counts = [0, 1].map(|side| counts[side] + turned_rad[side] * self.counts_per_rev / TAU);
+            let rolled_m = turned_rad.map(|rad| {
+                let step_m = rad * NOMINAL.wheel_radius_m;
+                step_m * (1.0 + GROWTH_S2_PER_M2 * (step_m / STEP_S).powi(2))
+            });
+            let turn_rad = (rolled_m[1] - rolled_m[0]) / NOMINAL.wheel_separation_m;
+            let (sin, cos) = (seen_rad - MARKER_RAD + turn_rad / 2.0).sin_cos();
+            let travel_m = (rolled_m[0] + rolled_m[1]) / 2.0;
+            (x_m, y_m) = (x_m + travel_m * cos, y_m + travel_m * sin);
+            seen_rad += turn_rad;
+            self.wheels.push((t_s, counts));
+            if step % 2 == 0 {
+                let (sin, cos) = (seen_rad / 2.0).sin_cos();
+                let orientation = Some([0.0, 0.0, sin, cos]);
+                let position_m = [x_m, y_m, z_m];
+                self.poses.push(Pose3 { t_s: t_s + late_s, position_m, orientation });
+            }
+        }
+    }
+
+    /// Adds the poses to these messages, and writes all as a recorder gets them.
+    fn finish(
+        &self,
+        mut bag: BagWriter<Vec<u8>>,
+        poses: ChannelId,
+        mut messages: Vec<Recorded>,
+    ) -> Vec<u8> {
+        // Nearly at once by the recorder's clock, whatever the tracker's is.
+        let late_s = self.poses[0].t_s - self.wheels[0].0;
+        let recorded = |pose: &Pose3| (pose.t_s - late_s + 0.2, poses, encode_pose("mocap", pose));
+        messages.extend(self.poses.iter().map(recorded));
+        messages.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (t_s, channel, bytes) in messages {
+            bag.message(channel, t_s, &bytes).unwrap();
+        }
+        bag.finish().unwrap()
+    }
+
+    /// As a ROS 2 bag without joints: odometry by these numbers, and poses.
+    pub fn odometry_bag(&self, geometry: &Geometry) -> Vec<u8> {
+        let mut bag = BagWriter::new(Vec::new()).unwrap();
+        let odometry = bag.channel("/odom", "nav_msgs/msg/Odometry", "");
+        let poses = bag.channel("/tracker/pose", "geometry_msgs/msg/PoseStamped", "");
+        let ([left_m, right_m], rad) = (geometry.radii_m(), TAU / self.counts_per_rev);
+        let ([mut x_m, mut y_m], mut heading_rad) = ([1.0, 2.0], 0.3_f64);
+        let mut before = self.wheels[0];
+        let mut messages: Vec<Recorded> = Vec::new();
+        for (t_s, counts) in &self.wheels {
+            let rolled_m = [left_m, right_m];
+            let rolled_m =
+                [0, 1].map(|side| rolled_m[side] * rad * (counts[side] - before.1[side]));
+            let travel_m = (rolled_m[0] + rolled_m[1]) / 2.0;
+            let turn_rad = (rolled_m[1] - rolled_m[0]) / geometry.track_width_m();
+            let (sin, cos) = (heading_rad + turn_rad / 2.0).sin_cos();
+            (x_m, y_m) = (x_m + travel_m * cos, y_m + travel_m * sin);
+            heading_rad += turn_rad;
+            let dt_s = (t_s - before.0).max(1e-3);
+            before = (*t_s, *counts);
+            let (sin, cos) = (heading_rad / 2.0).sin_cos();
+            let orientation = Some([0.0, 0.0, sin, cos]);
+            let pose = Pose3 { t_s: *t_s, position_m: [x_m, y_m, 0.0], orientation };
+            let speeds = [travel_m / dt_s, turn_rad / dt_s];
+            messages.push((*t_s, odometry, encode_odometry(["odom", "base"], &pose, speeds)));
+        }
+        self.finish(bag, poses, messages)
+    }
+
     /// As a ROS 2 bag: angles of joints in radians, poses, and something else.
     pub fn bag(&self) -> Vec<u8> {
         let mut bag = BagWriter::new(Vec::new()).unwrap();
@@ -122,6 +225,7 @@ impl OneLog {
         let other = bag.channel("/rosout", "rcl_interfaces/msg/Log", "");
         bag.message(other, EPOCH_S, b"hello").unwrap();
         let rad = TAU / self.counts_per_rev;
+        let mut messages: Vec<Recorded> = Vec::new();
         for (t_s, [left, right]) in &self.wheels {
             let joint = [
                 ("wheel_left_joint", left * rad),
@@ -129,12 +233,22 @@ impl OneLog {
                 ("wheel_right_joint", right * rad),
             ];
             // Received some time after it was measured.
-            bag.message(joints, t_s + 0.013, &encode_joints(*t_s, &joint)).unwrap();
+            messages.push((t_s + 0.013, joints, encode_joints(*t_s, &joint)));
         }
-        for pose in &self.poses {
-            bag.message(poses, pose.t_s + 0.2, &encode_pose("mocap", pose)).unwrap();
+        if self.has_gyro_and_battery {
+            let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");
+            let battery = bag.channel("/battery", "sensor_msgs/msg/BatteryState", "");
+            for pair in self.wheels.windows(2) {
+                let ((from_s, from), (t_s, to)) = (pair[0], pair[1]);
+                let turned_rad = [0, 1].map(|side| rad * (to[side] - from[side]));
+                let rolled_m = NOMINAL.wheel_radius_m * (turned_rad[1] - turned_rad[0]);
+                let rate_rad_s = rolled_m / NOMINAL.wheel_separation_m / (t_s - from_s);
+                let middle_s = (t_s + from_s) / 2.0;
+                messages.push((t_s, imu, encode_imu(middle_s, [0.1, 0.0, -rate_rad_s])));
+                messages.push((t_s, battery, encode_battery(t_s, 12.25)));
+            }
         }
-        bag.finish().unwrap()
+        self.finish(bag, poses, messages)
     }
 
     /// The wheels as a table in nanoseconds.

@@ -1,0 +1,213 @@
+"""Do other programs read what Beeline writes, and Beeline what they write?
+
+`cargo xtask peers` installs what it needs, and runs it with the place of `beeline`. Each check prints a line. The exit code is 1 if one fails.
+"""
+
+import csv
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import yaml
+from evo.core import metrics, sync
+from evo.tools import file_interface
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+MYSTERY = pathlib.Path(__file__).parents[3] / "examples" / "mystery-robot"
+# https://control.ros.org/jazzy/doc/ros2_controllers/diff_drive_controller/doc/userdoc.html
+DIFF_DRIVE = {
+    "wheel_separation",
+    "wheel_separation_multiplier",
+    "wheel_radius",
+    "left_wheel_radius_multiplier",
+    "right_wheel_radius_multiplier",
+    "pose_covariance_diagonal",
+    "twist_covariance_diagonal",
+}
+
+beeline = pathlib.Path(sys.argv[1]).resolve()
+folder = pathlib.Path(tempfile.mkdtemp(prefix="beeline-peers-"))
+failures = 0
+
+
+def run(*arguments):
+    """What a command of Beeline prints."""
+    done = subprocess.run([beeline, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"beeline {arguments}: {done.stderr}")
+    return done.stdout
+
+
+def check(what, holds, detail=""):
+    global failures
+    failures += not holds
+    print(f"{'ok  ' if holds else 'FAIL'}  {what}  {detail}")
+
+
+def speed_growth(campaign):
+    """What `explain` finds, which must be all: value and standard error."""
+    steps = json.loads(run("explain", campaign, "--format", "json"))["steps"]
+    if [step["effect"] for step in steps] != ["speed_growth"]:
+        return math.nan, math.nan
+    found = steps[0]["parameters"][0]
+    return found["value"], found["sigma"]
+
+
+def exported():
+    """The runs of the mystery from the table that Beeline writes."""
+    runs = {}
+    with open(folder / "table.csv") as file:
+        for row in csv.DictReader(file):
+            run = runs.setdefault(row["run"], {"wheels": [], "odometry": [], "poses": []})
+            t_s = float(row["t_s"])
+            if row["left_rad"]:
+                run["wheels"].append((t_s, float(row["left_rad"]), float(row["right_rad"])))
+                odometry = [f"odometry_{name}" for name in ("x_m", "y_m", "heading_rad")]
+                run["odometry"].append((t_s, *(float(row[name]) for name in odometry)))
+            else:
+                run["poses"].append((t_s, float(row["x_m"]), float(row["y_m"]), float(row["heading_rad"])))
+    return runs
+
+
+def bag_is_read_by_others(runs):
+    wheels = np.array([row[1:] for run in runs.values() for row in run["wheels"]])
+    with open(folder / "drive.mcap", "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        messages = [(channel.topic, message) for _, channel, _, message in reader.iter_decoded_messages()]
+    by_mcap = np.array([list(message.position) for topic, message in messages if topic == "/joint_states"])
+    check("mcap reads our bag", by_mcap.shape == wheels.shape and np.allclose(by_mcap, wheels, atol=1e-6), by_mcap.shape)
+    with AnyReader([folder / "drive.mcap"]) as reader:
+        read = [
+            (connection.topic, reader.deserialize(data, connection.msgtype))
+            for connection, _, data in reader.messages()
+        ]
+    by_rosbags = np.array([message.position for topic, message in read if topic == "/joint_states"])
+    check("rosbags reads our bag", by_rosbags.shape == wheels.shape and np.allclose(by_rosbags, wheels, atol=1e-6))
+    odometry = np.array([row[1:3] for run in runs.values() for row in run["odometry"]])
+    of_bag = np.array(
+        [(m.pose.pose.position.x, m.pose.pose.position.y) for topic, m in read if topic == "/odom"]
+    )
+    check("and its odometry is that of the table", np.allclose(of_bag, odometry, atol=1e-6))
+
+
+def bags_of_others_are_read(runs):
+    expected, sigma = speed_growth(MYSTERY)
+    for store in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY):
+        for plugin in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
+            name = f"{store.value}_{plugin.name}".lower()
+            write(folder / name, get_typestore(store), plugin, runs)
+            sheet = ("--wheel-radius", "36mm", "--track-width", "37.2cm")
+            told = json.loads(run("import", folder / name, "-o", f"of_{name}", "--json", *sheet))
+            value, _ = speed_growth(f"of_{name}")
+            holds = len(told["runs"]) == 20 and abs(value - expected) < sigma
+            columns = next(csv.reader(open(next((folder / f"of_{name}" / "runs").glob("*spin_left*.csv")))))
+            holds = holds and {"gyro_z_rad_s", "bus_v"} <= set(columns)
+            check(f"we read a bag of rosbags, {name}", holds, f"{value:.5f}, not {expected:.5f} ± {sigma:.5f}")
+
+
+def write(place, store, plugin, runs):
+    kinds = store.types
+    joint_state, pose_stamped = kinds["sensor_msgs/msg/JointState"], kinds["geometry_msgs/msg/PoseStamped"]
+    time, head = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
+    pose, point = kinds["geometry_msgs/msg/Pose"], kinds["geometry_msgs/msg/Point"]
+    quaternion, vector = kinds["geometry_msgs/msg/Quaternion"], kinds["geometry_msgs/msg/Vector3"]
+    imu, battery = kinds["sensor_msgs/msg/Imu"], kinds["sensor_msgs/msg/BatteryState"]
+    with Writer(place, version=9, storage_plugin=plugin) as bag:
+        joints = bag.add_connection("/joints", joint_state.__msgtype__, typestore=store)
+        poses = bag.add_connection("/vicon", pose_stamped.__msgtype__, typestore=store)
+        rates = bag.add_connection("/imu", imu.__msgtype__, typestore=store)
+        volts = bag.add_connection("/battery", battery.__msgtype__, typestore=store)
+        for number, one in enumerate(runs.values()):
+            start_ns = 1_700_000_000_000_000_000 + number * 100_000_000_000
+
+            def stamped(t_s):
+                ns = start_ns + round(t_s * 1e9)
+                return ns, head(time(ns // 10**9, ns % 10**9), "map")
+
+            for t_s, left, right in one["wheels"]:
+                ns, header = stamped(t_s)
+                numbers = np.array([left, right]), np.array([]), np.array([])
+                message = joint_state(header, ["left_wheel", "right_wheel"], *numbers)
+                bag.write(joints, ns, store.serialize_cdr(message, joint_state.__msgtype__))
+                numbers = [12.25, 20.0, *[math.nan] * 5]
+                message = battery(header, *numbers, 0, 0, 0, True, np.array([], np.float32), np.array([], np.float32), "", "")
+                bag.write(volts, ns, store.serialize_cdr(message, battery.__msgtype__))
+            for before, after in zip(one["odometry"], one["odometry"][1:]):
+                ns, header = stamped((before[0] + after[0]) / 2)
+                rate = vector(0.0, 0.0, (after[3] - before[3]) / (after[0] - before[0]))
+                still, none = vector(0.0, 0.0, 9.8), np.zeros(9)
+                message = imu(header, quaternion(0.0, 0.0, 0.0, 1.0), none, rate, none, still, none)
+                bag.write(rates, ns, store.serialize_cdr(message, imu.__msgtype__))
+            for t_s, x, y, heading in one["poses"]:
+                ns, header = stamped(t_s)
+                turned = quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2))
+                message = pose_stamped(header, pose(point(x, y, 0.0), turned))
+                bag.write(poses, ns, store.serialize_cdr(message, pose_stamped.__msgtype__))
+
+
+def trajectories_are_read_by_evo(runs):
+    worst = 0.0
+    for name, one in runs.items():
+        files = [folder / "tracks" / f"{name}_{what}.tum" for what in ("measured", "odometry")]
+        measured, odometry = map(file_interface.read_tum_trajectory_file, map(str, files))
+        measured, odometry = sync.associate_trajectories(measured, odometry, max_diff=0.002)
+        error = metrics.APE(metrics.PoseRelation.translation_part)
+        error.process_data((measured, odometry))
+        by_evo = error.get_statistic(metrics.StatisticsType.rmse)
+        # The same from the table.
+        at = {round(row[0], 3): row for row in one["odometry"]}
+        pairs = [(row, at[round(row[0], 3)]) for row in one["poses"] if round(row[0], 3) in at]
+        squares = [(a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2 for a, b in pairs]
+        worst = max(worst, abs(by_evo - math.sqrt(sum(squares) / len(squares))))
+        if len(pairs) != measured.num_poses:
+            worst = math.nan
+    check("evo computes the error of our table from our trajectories", worst < 1e-6, f"{worst:.1e} m")
+
+
+def parameters_are_those_of_the_controller(runs):
+    told = yaml.safe_load(run("export", MYSTERY, "--to", "ros2"))["diff_drive_controller"]["ros__parameters"]
+    check("PyYAML reads our parameters, and each is documented", set(told) == DIFF_DRIVE)
+    turtlebot3 = yaml.safe_load(run("export", MYSTERY, "--to", "turtlebot3"))["turtlebot3_node"]["ros__parameters"]
+    check("and those of TurtleBot3", set(turtlebot3["wheels"]) == {"radius", "separation"})
+    # Odometry as the controller computes it, from the angles.
+    radius = told["wheel_radius"]
+    left_m = radius * told["left_wheel_radius_multiplier"]
+    right_m = radius * told["right_wheel_radius_multiplier"]
+    width_m = told["wheel_separation"] * told["wheel_separation_multiplier"]
+    worst = 0.0
+    for one in runs.values():
+        _, x, y, heading = one["odometry"][0]
+        _, before_left, before_right = one["wheels"][0]
+        for (_, left, right), (_, our_x, our_y, _) in zip(one["wheels"], one["odometry"]):
+            rolled_left, rolled_right = left_m * (left - before_left), right_m * (right - before_right)
+            before_left, before_right = left, right
+            travel, turn = (rolled_left + rolled_right) / 2, (rolled_right - rolled_left) / width_m
+            if abs(turn) < 1e-6:
+                x += travel * math.cos(heading + turn / 2)
+                y += travel * math.sin(heading + turn / 2)
+            else:
+                x += travel / turn * (math.sin(heading + turn) - math.sin(heading))
+                y -= travel / turn * (math.cos(heading + turn) - math.cos(heading))
+            heading += turn
+            worst = max(worst, math.hypot(x - our_x, y - our_y))
+    check("an odometry of these parameters is ours", worst < 1e-4, f"{worst:.1e} m")
+
+
+run("export", MYSTERY, "--to", "mcap", "-o", "drive.mcap")
+run("export", MYSTERY, "--to", "csv", "-o", "table.csv")
+run("export", MYSTERY, "--to", "tum", "-o", "tracks")
+table = exported()
+bag_is_read_by_others(table)
+trajectories_are_read_by_evo(table)
+parameters_are_those_of_the_controller(table)
+# The robot rests in one run, which is none for an import.
+bags_of_others_are_read(table)
+sys.exit(min(failures, 1))

@@ -9,6 +9,8 @@
 //!
 //! To be recorded, there are as many again: other levels, creeping, and the first ones once more. They tell which effect the
 //! motors have besides.
+//!
+//! Longer than 400 lines because all experiments share one state: where the robot is, and what is known of its motors so far.
 
 use host_link::motion::{VoltageRun, VoltageStep, apply_voltages};
 use host_link::session::Session;

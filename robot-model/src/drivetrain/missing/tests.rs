@@ -90,9 +90,8 @@ impl Motors {
                         applied_vs: WheelPair::new(vs[0], vs[1]),
                     });
                 }
-                let volts = [left, right];
                 vs = [vs[0] + H * left, vs[1] + H * right];
-                queue.push(volts);
+                queue.push([left, right]);
                 let acting = queue.remove(0);
                 let warm = 1.0 + self.warms_per_s * (started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
@@ -119,10 +118,9 @@ impl Motors {
                         push[i] - held[i] * v[i].signum()
                     }
                 };
-                let (a, b) = (net(0), net(1));
+                let (a, b, kc) = (net(0), net(1), KC * warm);
                 let (left, right) =
                     ((KA + self.heavier_left) * warm, (KA - self.heavier_left) * warm);
-                let kc = KC * warm;
                 let det = left * right - kc * kc;
                 let accelerates = [(right * a - kc * b) / det, (left * b - kc * a) / det];
                 for i in 0..2 {

@@ -39,6 +39,7 @@ impl Campaign {
         let per_turn = robot.counts_per_rev * robot.gear_reduction;
         let known = KnownRobot {
             wheel_radius_m: robot.wheel_radius_m,
+            track_width_m: robot.track_width_m,
             gear_reduction: robot.gear_reduction,
             meters_per_count: TAU * robot.wheel_radius_m / per_turn,
         };
@@ -46,6 +47,7 @@ impl Campaign {
         let first_s =
             self.runs.iter().filter_map(|run| run.facts.started_s).fold(f64::MAX, f64::min);
         let (mut runs, mut left_out) = (Vec::new(), Vec::new());
+        let mut first_m: Option<WheelPair<f64>> = None;
         for run in &self.runs {
             let samples = samples(run, known.meters_per_count, robot.supply_v);
             let moves = samples.iter().any(|sample| {
@@ -54,13 +56,16 @@ impl Campaign {
             });
             match VoltageRecording::new(samples) {
                 Some(recording) if moves => {
+                    let begins_m = recording.samples()[0].travel_m;
+                    let since_m = begins_m.since(*first_m.get_or_insert(begins_m));
+                    let heading_rad = (since_m.right - since_m.left) / known.track_width_m;
                     let started_s = if has_times {
                         run.facts.started_s.unwrap_or(first_s) - first_s
                     } else {
                         0.0
                     };
                     let held_out = run.facts.held_out;
-                    let experiment = Experiment { recording, started_s, held_out };
+                    let experiment = Experiment { recording, started_s, heading_rad, held_out };
                     runs.push(MotorRun { name: run.name.clone(), experiment });
                 }
                 _ => left_out.push(run.name.clone()),

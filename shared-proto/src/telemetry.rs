@@ -61,8 +61,9 @@ pub struct WheelTelemetry {
     pub terms: PidTerms,
     /// Duty as applied to the motor, forward positive \[1/32767\].
     pub duty: i16,
-    /// The motor's voltage, duty times supply, summed over time since power-on, this tick included \[uV s\]. The mean
-    /// voltage between two frames is the difference over their time, whatever frames between them were lost.
+    /// The motor's voltage, duty times supply, summed over time since power-on, up to the instant of the counts \[uV s\]: this
+    /// tick's duty begins then. The mean voltage between two frames is the difference over their time, whatever frames between
+    /// them were lost.
     pub applied_uvs: i64,
 }
 

@@ -99,6 +99,16 @@ impl Case {
         &self.scenario.plant
     }
 
+    /// Changes a part of the plant; the configuration knows the encoders that come of it.
+    pub fn change(&mut self, change: impl FnOnce(&mut sim_target::plant::PlantParameters)) {
+        change(&mut self.scenario.plant);
+        self.config.encoder = self.scenario.plant.encoder.map(|encoder| EncoderConfig {
+            counts_per_rev: encoder.counts_per_rev,
+            gear_reduction: encoder.gear_reduction,
+            reversed: false,
+        });
+    }
+
     /// Records it into a folder, and reads it back.
     pub fn record(&self, folder: &Path) -> Result<Experiments, String> {
         let options = Options { config: Some(self.config.clone()), ..Options::default() };

@@ -40,6 +40,8 @@ pub async fn run<M: RawMutex>(
         let supply_mv = supply.millivolts();
         shared.snapshot.with(|tick| {
             tick.supply_mv = supply_mv;
+            // What was on the motors until now, at the supply under that load: the sum is one up to this tick's counts.
+            tick.applied.add(tick.duty, control.supply_mv.known(supply_mv));
             let output = control.step(shared, tick);
             // Disable before writing zero, enable after writing the duty: neither order can jerk a wheel.
             if !output.enabled {
@@ -50,8 +52,6 @@ pub async fn run<M: RawMutex>(
                 motors.enable(true);
             }
             tick.duty = output.duty;
-            let supply_mv = control.supply_mv.known(supply_mv);
-            tick.applied.add(output.duty, supply_mv);
             tick.probing = output.probing;
             let period = shared.telemetry_period.get();
             if period != 0 && tick.measured.tick.is_multiple_of(period) {

@@ -57,7 +57,7 @@ fn in_words(error: MissingError) -> Error {
         MissingError::TooFew { experiments } => Error::new(format_args!(
             "{experiments} experiments are too few to tell an effect from chance; {EXPERIMENTS_MIN} are the least"
         ))
-        .hint("`beeline tune --record FOLDER` drives about thirty"),
+        .hint("`beeline tune --record FOLDER` drives about fifty"),
         MissingError::NoMotion => Error::new("the wheels hardly turn in these runs")
             .hint("are left_v and right_v volts, and of the same wheels as the counts?"),
     }

@@ -40,6 +40,7 @@ pub fn regressor_in_words(by: Regressor) -> &'static str {
         Regressor::Voltage => "the voltage",
         Regressor::Load => "what the motors work against",
         Regressor::Angle => "the wheel's angle",
+        Regressor::Counts => "the encoder's angle: its lines may be uneven",
         Regressor::Time => "the time",
     }
 }
@@ -52,6 +53,7 @@ pub fn regressor_id(by: Regressor) -> &'static str {
         Regressor::Voltage => "voltage",
         Regressor::Load => "load",
         Regressor::Angle => "angle",
+        Regressor::Counts => "counts",
         Regressor::Time => "time",
     }
 }

@@ -9,6 +9,8 @@
 //!
 //! To be recorded, there are as many again: other levels, creeping, and the first ones once more. They tell which effect the
 //! motors have besides.
+//!
+//! Longer than 400 lines because all experiments share one state: where the robot is, and what is known of its motors so far.
 
 use host_link::motion::{VoltageRun, VoltageStep, apply_voltages};
 use host_link::session::Session;
@@ -30,8 +32,11 @@ const BREAK_AWAY_S: f64 = 8.0;
 /// It ends after this travel \[m\], or so many counts, if that is longer.
 const BREAK_AWAY_M: f64 = 0.012;
 const BREAK_AWAY_COUNTS: f64 = 8.0;
-/// A step changes the voltage over this time from zero to the supply \[s\].
+/// A step changes the voltage over this time from zero to the supply \[s\], where that keeps to the next constant.
 const STEP_RISE_S: f64 = 0.03;
+/// Faster, tyres may slide, and counts no longer tell how far the robot went \[m/s^2\]: half of the weight on the driven wheels,
+/// times 0.5, the grip of rubber on a dusty floor, times g.
+const ACCELERATION_MPS2_MAX: f64 = 2.5;
 /// Shares of the top speed that is tuned for.
 const LEVELS: [f64; 3] = [0.25, 0.55, 0.95];
 /// A step takes this long, unless it would need too much floor \[s\].
@@ -40,14 +45,20 @@ const STEP_S_MIN: f64 = 0.15;
 /// Below this share of the top speed a step is longer, as long as this \[s\].
 const CREEPING: f64 = 0.2;
 const CREEP_S: f64 = 3.0;
-/// Other levels: none twice, and the middle one once more at the end.
-const MORE_LEVELS: [(&str, f64); 5] = [
-    ("creeping", 0.08),
-    ("more steps", 0.15),
-    ("more steps", 0.4),
-    ("more fast steps", 0.75),
-    ("the first steps again", LEVELS[1]),
+/// Other levels.
+const MORE_LEVELS: [(&str, f64); 4] =
+    [("creeping", 0.08), ("more steps", 0.15), ("more steps", 0.4), ("more fast steps", 0.75)];
+/// The first levels once more, with warm motors.
+const AGAIN_LEVELS: [(&str, f64); 5] = [
+    ("steps again", LEVELS[1]),
+    ("slow steps again", LEVELS[0]),
+    ("creeping again", 0.08),
+    ("more steps again", 0.15),
+    ("more steps again", 0.4),
 ];
+/// To warm the motors: so many turns to and fro on the spot, each so long \[s\]. Nothing takes more current, and it takes no floor.
+const WARMING_TURNS: usize = 40;
+const WARMING_S: f64 = 0.4;
 /// Friction that the encoder check reckons with, one try after the other \[V\]. A dead encoder lets its wheel roll some
 /// centimetres in the last one, and is then named.
 pub const CHECK_KS_V: [f64; 4] = [0.5, 1.2, 2.5, 5.0];
@@ -58,8 +69,10 @@ const SUPPLY_SHARE: f64 = 0.9;
 #[derive(Clone, Copy)]
 struct Cruise {
     speed_mps: f64,
-    /// How far it rolls when the voltage goes to zero, braked by its motors alone \[m\].
+    /// How far it rolls while the voltage goes to zero and the motors brake it \[m\].
     roll_m: f64,
+    /// How fast the voltage may change \[V/s\].
+    ramp_v_per_s: f64,
 }
 
 /// What the experiments begin from, and what they have learnt.
@@ -129,11 +142,7 @@ impl<'a> Experiments<'a> {
         }
         for (what, share) in MORE_LEVELS {
             doing(what);
-            let (volts, cruise) = self.level(&model, share);
-            for sign in [1.0, -1.0] {
-                self.steps(session, floor, &[(sign, sign)], volts, cruise).await?;
-            }
-            self.go_back(session, floor, back_v).await?;
+            self.both_ways(session, floor, self.level(&model, share), back_v).await?;
         }
         doing("reversals and turns again");
         for (first, share) in [(1.0, 0.4), (-1.0, 0.7)] {
@@ -147,6 +156,53 @@ impl<'a> Experiments<'a> {
             self.steps(session, floor, &[(first, -first)], volts, cruise).await?;
             self.go_back(session, floor, back_v).await?;
         }
+        doing("warming the motors");
+        self.warm_up(session, floor, &model).await?;
+        self.go_back(session, floor, back_v).await?;
+        for (what, share) in AGAIN_LEVELS {
+            doing(what);
+            self.both_ways(session, floor, self.level(&model, share), back_v).await?;
+        }
+        Ok(())
+    }
+
+    /// One level forwards and backwards, and back.
+    async fn both_ways(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        (volts, cruise): (f64, Option<Cruise>),
+        back_v: f64,
+    ) -> Result<()> {
+        for sign in [1.0, -1.0] {
+            self.steps(session, floor, &[(sign, sign)], volts, cruise).await?;
+        }
+        self.go_back(session, floor, back_v).await
+    }
+
+    /// Turns to and fro on the spot. It is no experiment: it is long, and tells nothing that a spin does not.
+    async fn warm_up(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        model: &Drivetrain,
+    ) -> Result<()> {
+        let (volts, _) = self.level(model, LEVELS[2]);
+        let step = |turn: usize| {
+            let volts = if turn.is_multiple_of(2) { volts } else { -volts };
+            VoltageStep { volts: WheelPair::new(-volts, volts), duration_s: WARMING_S }
+        };
+        let run = VoltageRun {
+            steps: (0..WARMING_TURNS).map(step).collect(),
+            ramp_v_per_s: self.supply_v / STEP_RISE_S,
+            travel_m_max: 1.0,
+            speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
+            period_ms: PERIOD_MS,
+        };
+        let (recordings, driven) = (self.recordings.len(), self.driven.len());
+        self.apply(session, floor, "warm_up", &run).await?;
+        self.recordings.truncate(recordings);
+        self.driven.truncate(driven);
         Ok(())
     }
 
@@ -167,7 +223,19 @@ impl<'a> Experiments<'a> {
         let volts = wanted_v.min(reached_v);
         let speed_mps = ((volts - ks_v) / kv).max(1e-3);
         let constant_s = [left, right].map(|motor| motor.ka_v_s2_per_m / motor.kv_v_s_per_m);
-        (volts, Some(Cruise { speed_mps, roll_m: speed_mps * constant_s[0].max(constant_s[1]) }))
+        let constant_s = constant_s[0].max(constant_s[1]);
+        let ramp_v_per_s = self.ramp_v_per_s(kv, speed_mps / constant_s);
+        let roll_m = speed_mps * (constant_s + 0.5 * volts / ramp_v_per_s);
+        (volts, Some(Cruise { speed_mps, roll_m, ramp_v_per_s }))
+    }
+
+    /// How fast the voltage may change so that no tyre slides, if a sudden change accelerates the robot by this much \[V/s\].
+    fn ramp_v_per_s(&self, kv_v_s_per_m: f64, sudden_mps2: f64) -> f64 {
+        let steepest = self.supply_v / STEP_RISE_S;
+        if sudden_mps2 <= ACCELERATION_MPS2_MAX {
+            return steepest;
+        }
+        steepest.min(ACCELERATION_MPS2_MAX * kv_v_s_per_m)
     }
 
     /// A slow ramp until a wheel has turned a little; returns the voltage at which it did.
@@ -231,9 +299,12 @@ impl<'a> Experiments<'a> {
             volts: WheelPair::new(left * volts, right * volts),
             duration_s,
         };
+        let ramp_v_per_s = cruise.map_or(self.supply_v / STEP_RISE_S, |cruise| cruise.ramp_v_per_s);
+        // Down as slowly as up.
+        let down = VoltageStep { volts: WheelPair::both(0.0), duration_s: volts / ramp_v_per_s };
         let run = VoltageRun {
-            steps: signs.iter().map(step).collect(),
-            ramp_v_per_s: self.supply_v / STEP_RISE_S,
+            steps: signs.iter().map(step).chain([down]).collect(),
+            ramp_v_per_s,
             travel_m_max: room_m,
             speed_mps_max: 1.8 * self.config.limits.speed_mps_max,
             period_ms: PERIOD_MS,
@@ -321,7 +392,7 @@ fn is_of_check(fault: Fault) -> bool {
     matches!(fault, Fault::Stall(_) | Fault::EncoderDead(_) | Fault::EncodersExchanged(_))
 }
 
-/// One experiment as it was driven, from the last frame before the first voltage on.
+/// One experiment as it was driven, from the last frame at rest on: the encoder check is a part of it.
 #[derive(Clone, Debug)]
 pub struct DrivenExperiment {
     /// What it is, in a word.
@@ -336,9 +407,9 @@ impl DrivenExperiment {
     }
 }
 
-/// The last frame before the first voltage.
+/// The last frame before the first voltage, which is the encoder check's: a wheel may still turn when the check ends.
 fn begins(telemetry: &[Telemetry]) -> Option<usize> {
-    let begins = telemetry.iter().position(|frame| frame.state == State::Driving && !frame.probing);
+    let begins = telemetry.iter().position(|frame| frame.state == State::Driving);
     Some(begins?.saturating_sub(1))
 }
 

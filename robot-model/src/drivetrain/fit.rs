@@ -13,7 +13,7 @@ use crate::kinematics::WheelPair;
 use crate::numeric::parallel;
 
 /// How many constants there are.
-const LEN: usize = 10;
+const LEN: usize = 11;
 /// Rounds of the search.
 const ROUNDS_MAX: usize = 60;
 /// The search ends when a round removes less than this share of the cost: of thousands of samples, a hundredth of sigma
@@ -111,7 +111,10 @@ fn to_vector(model: &Drivetrain) -> DVector<f64> {
         [motor.ks_forward_v, motor.ks_backward_v, motor.kv_v_s_per_m, motor.ka_v_s2_per_m]
     };
     let both = of(left).into_iter().chain(of(right));
-    DVector::from_iterator(LEN, both.chain([model.kc_v_s2_per_m, model.delay_s]))
+    DVector::from_iterator(
+        LEN,
+        both.chain([model.kc_v_s2_per_m, model.delay_s, model.kw_v_s2_per_m2]),
+    )
 }
 
 fn from_vector(at: &DVector<f64>) -> Drivetrain {
@@ -121,7 +124,12 @@ fn from_vector(at: &DVector<f64>) -> Drivetrain {
         kv_v_s_per_m: at[first + 2],
         ka_v_s2_per_m: at[first + 3],
     };
-    Drivetrain { wheels: WheelPair::new(wheel(0), wheel(4)), kc_v_s2_per_m: at[8], delay_s: at[9] }
+    Drivetrain {
+        wheels: WheelPair::new(wheel(0), wheel(4)),
+        kc_v_s2_per_m: at[8],
+        delay_s: at[9],
+        kw_v_s2_per_m2: at[10],
+    }
 }
 
 /// Keeps the constants where a motor can have them.
@@ -216,7 +224,7 @@ impl<'a> Search<'a> {
         let (at, model) = (&self.at, from_vector(&self.at));
         let steps = DVector::from_fn(LEN, |i, _| match i {
             9 => 2e-4,
-            8 => 1e-3 * at[3].max(at[7]),
+            8 | 10 => 1e-3 * at[3].max(at[7]),
             0 | 1 | 4 | 5 => 1e-3 * at[i].max(0.02),
             _ => 1e-3 * at[i],
         });
@@ -252,10 +260,13 @@ impl<'a> Search<'a> {
             gram += &share.gram;
             gradient += &share.gradient;
         }
-        // Where nothing turns on the spot, kC is zero: as if one sample of 1 mm said so to half of kA.
-        let kc = 1e-3 / (0.5 * self.at[3].min(self.at[7]));
-        gram[(8, 8)] += kc * kc;
-        gradient[8] -= kc * kc * self.at[8];
+        // Where nothing turns on the spot, kC and kW are zero: as if one sample of 1 mm said so to half of kA, and to kA in 0.2 m.
+        let least = self.at[3].min(self.at[7]);
+        for (constant, usual) in [(8, 0.5 * least), (10, 5.0 * least)] {
+            let weight = (1e-3 / usual).powi(2);
+            gram[(constant, constant)] += weight;
+            gradient[constant] -= weight * self.at[constant];
+        }
         let weight = DELAY_WEIGHT * self.noise / (DELAY_S.1 * DELAY_S.1);
         gram[(9, 9)] += weight;
         gradient[9] -= weight * (self.at[9] - DELAY_S.0);

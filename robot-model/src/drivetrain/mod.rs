@@ -4,9 +4,19 @@
 //! wheels: what one pushes, the other feels.
 //!
 //! ```text
-//! V_L = kS sign(v_L) + kV v_L + kA a_L + kC a_R             V delayed by tau                  (1)
-//! V_R = kS sign(v_R) + kV v_R + kA a_R + kC a_L             kS by direction, all but kC, tau by wheel
+//! V_L = kS sign(v_L) + kV v_L + kA a_L + kC a_R + kW v_R (v_R - v_L)             V delayed by tau                  (1)
+//! V_R = kS sign(v_R) + kV v_R + kA a_R + kC a_L + kW v_L (v_L - v_R)             kS by direction, all but kC, kW, tau by wheel
 //! ```
+//!
+//! kW: a robot that turns pushes its centre of mass, which is behind the axle, outwards. With the mass M, the centre of mass d behind
+//! the axle, u and w the speed and the yaw rate, b the track width:
+//!
+//! ```text
+//! F = M (u' + d w^2),   T = I w' - M d u w                                                                        (2)
+//! kW = M d / b^2 in volts at one wheel                      negative with the centre of mass in front
+//! ```
+//!
+//! The two terms of (2) do no work together. Source: Fierro and Lewis, Journal of Robotic Systems 14 (1997), 149, eq. (2).
 //!
 //! A wheel at rest stays there while its friction can hold it. Straight on, a wheel has the inertia kA + kC; on the spot,
 //! kA - kC.

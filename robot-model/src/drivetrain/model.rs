@@ -30,6 +30,8 @@ pub struct Drivetrain {
     pub wheels: WheelPair<WheelMotor>,
     /// Voltage per acceleration of the other wheel, kC \[V s^2/m\].
     pub kc_v_s2_per_m: f64,
+    /// Voltage per product of speeds, kW: what turning takes with the centre of mass off the axle \[V s^2/m^2\].
+    pub kw_v_s2_per_m2: f64,
     /// From the voltage to its effect, tau \[s\].
     pub delay_s: f64,
 }
@@ -66,12 +68,26 @@ impl Drivetrain {
                 let next = recording.applied_vs_at(t_s - self.delay_s, &mut cursor);
                 let volts = next.zip(applied).map(|(next, before)| (next - before) / h_s);
                 applied = next;
+                let volts = turning(self.kw_v_s2_per_m2, wheels.speed_mps, volts);
                 scheme.step(&mut wheels, volts);
             }
             travel.push(wheels.travel_m);
         }
         travel
     }
+}
+
+/// The voltages that are left after what kW takes.
+pub(super) fn turning(
+    kw_v_s2_per_m2: f64,
+    speed_mps: WheelPair<f64>,
+    volts: WheelPair<f64>,
+) -> WheelPair<f64> {
+    let WheelPair { left, right } = speed_mps;
+    WheelPair::new(
+        volts.left - kw_v_s2_per_m2 * right * (right - left),
+        volts.right - kw_v_s2_per_m2 * left * (left - right),
+    )
 }
 
 /// Both wheels' state.

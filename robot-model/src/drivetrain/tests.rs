@@ -9,7 +9,7 @@ const MOTOR: WheelMotor =
 fn drivetrain() -> Drivetrain {
     let right = WheelMotor { ks_forward_v: 0.8, kv_v_s_per_m: 26.0, ..MOTOR };
     let wheels = WheelPair::new(MOTOR, right);
-    Drivetrain { wheels, kc_v_s2_per_m: 0.15, delay_s: 0.003 }
+    Drivetrain { wheels, kc_v_s2_per_m: 0.15, kw_v_s2_per_m2: 0.0, delay_s: 0.003 }
 }
 
 /// An experiment in which the voltages are these, each for a time \[s\]; travel is left zero.
@@ -159,8 +159,11 @@ fn the_gains_keep_their_margin_and_stay_stable_with_constants_30_percent_off() {
                 ka_v_s2_per_m: 24.0 * scale * constant_s,
                 ..MOTOR
             };
-            let model =
-                Drivetrain { wheels: WheelPair::both(motor), kc_v_s2_per_m: 0.0, delay_s: 0.002 };
+            let model = Drivetrain {
+                wheels: WheelPair::both(motor),
+                delay_s: 0.002,
+                ..Drivetrain::default()
+            };
             let facts = LoopFacts { meters_per_count: 2e-5, ..FACTS };
             let gains = design(&model, &facts).unwrap();
             println!("{constant_s} s: {gains:?}");

@@ -75,6 +75,30 @@ fn what_is_applied_is_what_was_commanded_on_any_supply_and_telemetry_sums_it_up(
     }
 }
 
+/// On a ramp the sum tells until when it goes: a tick later, and the voltage is a tick's change higher.
+#[test]
+fn the_voltage_of_a_frame_is_summed_up_to_the_instant_of_its_counts() {
+    let mut scenario = Scenario::default();
+    scenario.plant.supply.noise_sigma_v = 0.0;
+    scenario.plant.supply.resistance_ohm = 0.0;
+    on_robot(&scenario, async |robot| {
+        let ramp = VoltageRun { ramp_v_per_s: 4.0, period_ms: 10, ..run(&[(3.0, 3.0)], 0.8) };
+        let (_, telemetry) = apply(robot, &ramp).await;
+        let rises = telemetry.windows(2).filter(|pair| {
+            let drives = |frame: &Telemetry| frame.state == State::Driving && !frame.probing;
+            pair.iter().all(drives) && pair[1].wheels.left.duty > pair[0].wheels.left.duty
+        });
+        // The duty of a frame is on the motor from the frame on: 10 ticks at it and at the nine above, 4.5 changes on average.
+        let changes = rises.map(|pair| {
+            let duty_v = f64::from(pair[0].wheels.left.duty) / 32767.0 * 12.0;
+            (between(&pair[0], &pair[1]).0.left - duty_v) / (4.0 * 1e-3)
+        });
+        let changes: Vec<f64> = changes.collect();
+        let mean = changes.iter().sum::<f64>() / changes.len() as f64;
+        assert!(changes.len() > 50 && (mean - 4.5).abs() < 0.3, "{mean} of {}", changes.len());
+    });
+}
+
 #[test]
 fn a_limit_of_travel_or_speed_ends_it_at_once_and_is_named() {
     on_robot(&Scenario::default(), async |robot| {

@@ -25,7 +25,8 @@ fn every_effect_is_the_identity_at_zero() {
             assert_eq!(p.len(), effect.facts().parameters.len(), "{id}");
             for (speed, volts) in [(0.0, 0.2), (0.3, 3.0), (-0.2, -4.0), (0.1, -2.0)] {
                 let turns = WheelPair::new(0.3, 7.7);
-                let moments = moments(WheelPair::both(speed), WheelPair::both(volts), turns, 77.0);
+                let moments =
+                    moments(WheelPair::both(speed), WheelPair::both(volts), turns, (77.0, 0.4));
                 for moment in [moments.left, moments.right] {
                     let mut changed = acting();
                     effect.act(&p, &moment, &mut changed);
@@ -61,7 +62,7 @@ fn facts_are_complete_and_what_is_confounded_is_so_both_ways() {
 fn the_signs_are_those_of_the_facts() {
     let act = |id: &str, p: &[f64], speed: f64, volts: f64| {
         let pair = WheelPair::both(speed);
-        let moments = moments(pair, WheelPair::both(volts), WheelPair::both(0.0), 100.0);
+        let moments = moments(pair, WheelPair::both(volts), WheelPair::both(0.0), (100.0, 0.0));
         [moments.left, moments.right].map(|moment| {
             let mut changed = Acting { volts, ..acting() };
             find(id).unwrap().act(p, &moment, &mut changed);
@@ -74,9 +75,9 @@ fn the_signs_are_those_of_the_facts() {
     let [left, right] = act("direction_asymmetry", &[0.1, 0.02], 0.2, 3.0);
     assert!(left.volts < 3.0 && right.volts > 3.0);
     assert!(left.motor.kv_v_s_per_m > 24.0 && right.motor.kv_v_s_per_m < 24.0);
-    assert!(act("load_torque", &[0.1], 0.2, 3.0)[0].volts > 3.0);
-    let slow = act("stribeck", &[0.2, 0.05], 0.01, 3.0)[0].motor.ks_backward_v;
-    let fast = act("stribeck", &[0.2, 0.05], 0.3, 3.0)[0].motor.ks_backward_v;
+    assert!(act("load_torque", &[0.1, 0.0], 0.2, 3.0)[0].volts > 3.0);
+    let slow = act("stribeck", &[0.2, 0.05, 2.0], 0.01, 3.0)[0].motor.ks_backward_v;
+    let fast = act("stribeck", &[0.2, 0.05, 2.0], 0.3, 3.0)[0].motor.ks_backward_v;
     assert!(slow > 0.65 && fast < 0.51, "{slow} {fast}");
     assert_eq!(act("static_friction", &[0.2], 0.0, 3.0)[1].motor.ks_forward_v, 0.7);
     assert!((act("static_friction", &[0.2], 0.1, 3.0)[1].motor.ks_forward_v - 0.5).abs() < 1e-9);

@@ -3,6 +3,7 @@
 use super::classes::{Rival, rivals};
 use super::experiment::{Experiment, KnownRobot};
 use super::least_squares::{Fitted, Model, Problem};
+use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
 use super::remains::{Remains, remains};
 use super::selection::{Judged, gain, select};
@@ -65,7 +66,7 @@ pub struct Tried {
 pub struct MotorAnswer {
     /// The error without effects.
     pub baseline: MotorErrors,
-    /// kS, kV, kA, kC of the final model.
+    /// kS, kV, kA, kC, kD, kW of the final model.
     pub constants: Vec<Estimate>,
     /// The effects that are missing, in the order in which they were found.
     pub steps: Vec<MotorStep>,
@@ -103,19 +104,20 @@ pub fn missing(
 ) -> Result<MotorAnswer, MissingError> {
     let (problem, baseline) = fitted_baseline(robot, experiments)?;
     let selected = select(&problem, baseline);
+    let problem = &selected.problem;
     let last = &selected.steps[selected.steps.len() - 1];
     let rivals: Vec<(&'static str, Vec<Rival>)> = (0..last.fitted.model.effects.len())
         .map(|index| {
             let id = last.fitted.model.effects[index].facts().id;
-            (id, rivals(&problem, &selected, last, index))
+            (id, rivals(problem, &selected, last, index))
         })
         .collect();
-    let remains = remains(&problem, &selected, last);
-    let next = next_experiment(&problem, &last.fitted, &rivals, &remains);
+    let remains = remains(problem, &selected, last);
+    let next = next_experiment(problem, &last.fitted, &rivals, &remains);
     let half_widths = problem.half_widths_95(&last.fitted);
-    let errors = |judged: &Judged| errors(&problem, judged, experiments);
+    let errors = |judged: &Judged| errors(problem, judged, experiments);
     let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
-        let gain = gain(&problem, &pair[0].costs, &pair[1].costs);
+        let gain = gain(problem, &pair[0].costs, &pair[1].costs);
         let effect = last.fitted.model.effects[index];
         let first = last.fitted.model.first_of(index);
         let parameters = effect.facts().parameters.iter().enumerate();
@@ -163,7 +165,7 @@ pub fn baseline_errors(
     Ok(BaselineErrors {
         errors: errors(&problem, &judged, experiments),
         constants: constants(&judged.fitted.model, &half_widths),
-        each_m: each.map(|(index, cost)| (cost / problem.len(index) as f64).sqrt()).collect(),
+        each_m: each.map(|(index, cost)| (cost.sum() / problem.len(index) as f64).sqrt()).collect(),
         resolution_m: robot.resolution_m(),
     })
 }
@@ -173,7 +175,7 @@ pub fn baseline_errors(
 pub struct BaselineErrors {
     /// Over all experiments.
     pub errors: MotorErrors,
-    /// kS, kV, kA, kC.
+    /// kS, kV, kA, kC, kD, kW.
     pub constants: Vec<Estimate>,
     /// Of each experiment that is fitted, predicted by the others, in their order \[m\].
     pub each_m: Vec<f64>,
@@ -195,15 +197,22 @@ fn fitted_baseline<'a>(
     let ks = 0.5 * (left.ks_mean_v() + right.ks_mean_v());
     let kv = 0.5 * (left.kv_v_s_per_m + right.kv_v_s_per_m);
     let ka = 0.5 * (left.ka_v_s2_per_m + right.ka_v_s2_per_m);
-    let problem = Problem { robot, experiments: fitted };
-    let at = vec![ks, kv, 0.85 * ka, 0.0];
+    let problem = Problem { robot, experiments: fitted, weights: Modes::EQUAL };
+    let at = vec![ks, kv, 0.85 * ka, 0.0, 0.0, 0.0];
     debug_assert_eq!(at.len(), BASELINE);
     let baseline = problem.fit(Model { effects: Vec::new(), at });
     Ok((problem, baseline))
 }
 
 fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
-    let names = [("kS", "V"), ("kV", "V s/m"), ("kA", "V s^2/m"), ("kC", "V s^2/m")];
+    let names = [
+        ("kS", "V"),
+        ("kV", "V s/m"),
+        ("kA", "V s^2/m"),
+        ("kC", "V s^2/m"),
+        ("kD", "V s^2/m"),
+        ("kW", "V s^2/m^2"),
+    ];
     let values = model.at.iter().zip(half_widths);
     let both = names.into_iter().zip(values);
     both.map(|((name, unit), (value, half_width))| Estimate {
@@ -219,8 +228,8 @@ fn errors(problem: &Problem<'_>, judged: &Judged, experiments: &[Experiment]) ->
     let model = &judged.fitted.model;
     let (mut cost, mut samples) = (0.0, 0);
     for experiment in experiments.iter().filter(|experiment| experiment.held_out) {
-        let left = model.residuals(problem.robot, &model.at, experiment);
-        cost += left.norm_squared();
+        let left = problem.residuals(model, &model.at, experiment);
+        cost += problem.cost(&left).sum();
         samples += left.len();
     }
     MotorErrors {

@@ -1,15 +1,19 @@
 //! Is a gain more than chance? Whole experiments are exchanged, never samples.
 
+use super::modes::Modes;
 use crate::numeric::random::Random;
 
 /// So many exchanges.
 const EXCHANGES: usize = 4000;
 
-/// By how much each experiment is predicted better: half the logarithm of the costs' ratio, so that no experiment counts for more
-/// than the factor by which its error falls. Below the encoder's resolution nothing is gained.
-pub(super) fn gains(before: &[f64], after: &[f64], floors: &[f64]) -> Vec<f64> {
+/// By how much each experiment is predicted better: half the logarithm of the costs' ratio, of each mode, so that no experiment
+/// counts for more than the factor by which its error falls. Below the encoder's resolution nothing is gained.
+pub(super) fn gains(before: &[Modes], after: &[Modes], floors: &[f64]) -> Vec<f64> {
     let both = before.iter().zip(after).zip(floors);
-    both.map(|((before, after), floor)| 0.5 * ((before + floor) / (after + floor)).ln()).collect()
+    both.map(|((before, after), floor)| {
+        before.zip(*after, |before, after| 0.5 * ((before + floor) / (after + floor)).ln()).sum()
+    })
+    .collect()
 }
 
 /// How often gains whose signs chance decides sum up to as much.

@@ -3,7 +3,8 @@
 
 use super::chance::{gains, p_value};
 use super::least_squares::{Fitted, Problem};
-use super::screening::{screen, sum};
+use super::modes::Modes;
+use super::screening::screen;
 use super::selection::{Judged, Selected};
 use crate::drivetrain::effect::MOTOR_CATALOGUE;
 
@@ -31,10 +32,9 @@ pub(super) fn rivals(
 ) -> Vec<Rival> {
     let own = last.fitted.model.effects[index].facts().id;
     let without = Judged::new(problem, problem.fit(last.fitted.model.without(index)));
+    let sum = |costs: &[Modes]| problem.weighted(costs);
     let gained = sum(&without.costs) - sum(&last.costs);
-    let floor = problem.robot.resolution_m().powi(2);
-    let floors: Vec<f64> =
-        (0..last.costs.len()).map(|index| floor * problem.len(index) as f64).collect();
+    let floors = problem.floors();
     let as_good = |rival: &Judged| {
         let lost = sum(&rival.costs) - sum(&last.costs);
         let told = p_value(&gains(&rival.costs, &last.costs, &floors)) < P_MIN;

@@ -10,6 +10,8 @@ pub struct Experiment {
     pub recording: VoltageRecording,
     /// When it began, on the campaign's clock \[s\].
     pub started_s: f64,
+    /// Heading at its beginning, 0 as the campaign began, left positive; by the counters \[rad\].
+    pub heading_rad: f64,
     /// Nothing is fitted to it, and nothing chosen by it.
     pub held_out: bool,
 }
@@ -19,6 +21,8 @@ pub struct Experiment {
 pub struct KnownRobot {
     /// Radius of the wheels \[m\].
     pub wheel_radius_m: f64,
+    /// Distance between the wheels' contacts \[m\].
+    pub track_width_m: f64,
     /// Turns of the encoder per turn of its wheel.
     pub gear_reduction: f64,
     /// Travel per count \[m\].

@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::experiment::{Experiment, KnownRobot};
+use super::modes::Modes;
 use super::simulate::{BASELINE, Simulation};
 use crate::drivetrain::effect::{MotorEffect, MotorRole};
 use crate::drivetrain::intervals::{Intervals, Share};
@@ -20,9 +21,12 @@ const ALIKE: f64 = 50.0;
 const WIDE: f64 = 10.0;
 
 /// The experiments that a model is fitted to.
+#[derive(Clone)]
 pub(super) struct Problem<'a> {
     pub robot: &'a KnownRobot,
     pub experiments: Vec<&'a Experiment>,
+    /// How much each mode counts.
+    pub weights: Modes,
 }
 
 /// A model with its parameters.
@@ -36,9 +40,9 @@ pub(super) struct Model {
 #[derive(Clone)]
 pub(super) struct Fitted {
     pub model: Model,
-    /// Sum of the squares of what is left, by experiment \[m^2\].
-    pub costs: Vec<f64>,
-    /// What is left of each experiment, and how the travel changes with each parameter.
+    /// Sum of the squares of what is left, by experiment and mode, without weights \[m^2\].
+    pub costs: Vec<Modes>,
+    /// What is left of each experiment, and how the travel changes with each parameter: in modes, weighted.
     pub residuals: Vec<DVector<f64>>,
     pub columns: Vec<DMatrix<f64>>,
 }
@@ -77,7 +81,9 @@ impl Model {
         at[0] = at[0].max(0.0);
         at[1] = at[1].max(1e-6);
         at[2] = at[2].max(1e-3 * at[1]);
-        at[3] = at[3].clamp(-0.95 * at[2], 0.95 * at[2]);
+        at[4] = at[4].clamp(-0.5 * at[2], 0.5 * at[2]);
+        let least = at[2] - at[4].abs();
+        at[3] = at[3].clamp(-0.95 * least, 0.95 * least);
         for (value, parameter) in at[BASELINE..].iter_mut().zip(self.parameters()) {
             *value = value.clamp(parameter.low, parameter.high);
         }
@@ -92,22 +98,25 @@ impl Model {
                 MotorRole::Shape => 0.1 * value.abs().max(parameter.usual),
             }
         });
-        [ks.max(0.05), 0.1 * kv, 0.3 * ka, 0.3 * ka].into_iter().chain(of_effects).collect()
+        // kW is M d / b^2 and kA about M / 2 and more: kW per kA is 1/m, where d is a tenth of b and b is 0.2 m.
+        let baseline = [ks.max(0.05), 0.1 * kv, 0.3 * ka, 0.3 * ka, 0.1 * ka, ka];
+        baseline.into_iter().chain(of_effects).collect()
     }
 
-    /// Measured less modelled travel of one experiment, both wheels, sample by sample \[m\].
+    /// Measured less modelled travel of one experiment, both modes with their weights, sample by sample \[m\].
     pub fn residuals(
         &self,
         robot: &KnownRobot,
         at: &[f64],
         experiment: &Experiment,
+        weights: Modes,
     ) -> DVector<f64> {
         let travel_m = Simulation { robot, effects: &self.effects, at }.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;
         let left = samples.iter().zip(&travel_m).map(|(sample, modelled)| {
             let measured = sample.travel_m.since(start);
-            [measured.left - modelled.left, measured.right - modelled.right]
+            weights.weighted(measured.left - modelled.left, measured.right - modelled.right)
         });
         DVector::from_iterator(2 * samples.len(), left.flatten())
     }
@@ -124,35 +133,68 @@ impl Problem<'_> {
         (0..self.experiments.len()).map(|index| self.len(index)).sum()
     }
 
-    /// Root mean square of costs over all samples \[m\].
-    pub fn rms_m(&self, costs: &[f64]) -> f64 {
-        (costs.iter().sum::<f64>() / self.samples() as f64).sqrt()
+    /// What the counts hide of each experiment, in either mode \[m^2\].
+    pub fn floors(&self) -> Vec<f64> {
+        let floor = self.robot.resolution_m().powi(2);
+        (0..self.experiments.len()).map(|index| 0.5 * floor * self.len(index) as f64).collect()
     }
 
-    fn costs(&self, model: &Model, at: &[f64]) -> Vec<f64> {
+    /// Mean squares of costs over all samples, by mode \[m^2\].
+    pub fn mean_squares(&self, costs: &[Modes]) -> Modes {
+        let sum = costs.iter().fold(Modes::default(), |sum, cost| sum.zip(*cost, |a, b| a + b));
+        sum.zip(Modes::both(0.5 * self.samples() as f64), |sum, samples| sum / samples)
+    }
+
+    /// Root mean square of costs over all samples and wheels \[m\].
+    pub fn rms_m(&self, costs: &[Modes]) -> f64 {
+        (0.5 * self.mean_squares(costs).sum()).sqrt()
+    }
+
+    /// The sum of costs by their weights \[m^2\].
+    pub fn weighted(&self, costs: &[Modes]) -> f64 {
+        costs.iter().map(|cost| cost.zip(self.weights, |cost, weight| cost * weight).sum()).sum()
+    }
+
+    /// The same problem with each mode's weight by what a model leaves in it.
+    pub fn reweighted(&self, costs: &[Modes]) -> Self {
+        let weights = self.mean_squares(costs).inverse(self.robot.resolution_m().powi(2));
+        Self { weights, ..self.clone() }
+    }
+
+    /// What a weighted vector of residuals costs without weights \[m^2\].
+    pub fn cost(&self, residuals: &DVector<f64>) -> Modes {
+        let cost = Modes::squares(residuals).zip(self.weights, |square, weight| square / weight);
+        if cost.sum().is_finite() { cost } else { Modes::both(f64::INFINITY) }
+    }
+
+    /// What is left of one experiment by a model.
+    pub fn residuals(&self, model: &Model, at: &[f64], experiment: &Experiment) -> DVector<f64> {
+        model.residuals(self.robot, at, experiment, self.weights)
+    }
+
+    fn costs(&self, model: &Model, at: &[f64]) -> Vec<Modes> {
         parallel::map(&self.experiments, |experiment| {
-            let cost = model.residuals(self.robot, at, experiment).norm_squared();
-            if cost.is_finite() { cost } else { f64::INFINITY }
+            self.cost(&self.residuals(model, at, experiment))
         })
     }
 
     fn linearise(&self, model: Model) -> Fitted {
         let usual = model.usual();
         let parts = parallel::map(&self.experiments, |experiment| {
-            let base = model.residuals(self.robot, &model.at, experiment);
+            let base = self.residuals(&model, &model.at, experiment);
             let mut columns = DMatrix::zeros(base.len(), model.at.len());
             for (i, usual) in usual.iter().enumerate() {
                 let mut at = model.at.clone();
                 let step = 0.01 * usual;
                 at[i] += step;
-                let moved = model.residuals(self.robot, &at, experiment);
+                let moved = self.residuals(&model, &at, experiment);
                 // A residual falls as its travel rises.
                 columns.set_column(i, &((&base - moved) / step));
             }
             (base, columns)
         });
         let (residuals, columns): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-        let costs = residuals.iter().map(DVector::norm_squared).collect();
+        let costs = residuals.iter().map(|residuals| self.cost(residuals)).collect();
         Fitted { model, costs, residuals, columns }
     }
 
@@ -165,7 +207,7 @@ impl Problem<'_> {
         let mut best = self.linearise(model);
         let mut damping = 1e-3;
         for _ in 0..ROUNDS_MAX {
-            let cost: f64 = best.costs.iter().sum();
+            let cost = self.weighted(&best.costs);
             let (gram, gradient) = best.sums(self);
             let mut gained = 0.0;
             while damping < 1e7 {
@@ -178,7 +220,7 @@ impl Problem<'_> {
                     let mut at = best.model.at.clone();
                     at.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
                     best.model.admit(&mut at);
-                    let next: f64 = self.costs(&best.model, &at).iter().sum();
+                    let next = self.weighted(&self.costs(&best.model, &at));
                     if next < cost {
                         gained = 1.0 - next / cost;
                         best = self.linearise(Model { at, ..best.model });
@@ -196,21 +238,19 @@ impl Problem<'_> {
     }
 
     /// What is left of each experiment when the others predict it \[m^2\].
-    pub fn cross_validated(&self, fitted: &Fitted) -> Vec<f64> {
+    pub fn cross_validated(&self, fitted: &Fitted) -> Vec<Modes> {
         let shares = fitted.shares();
         let (gram, gradient) = fitted.sums(self);
         let indices: Vec<usize> = (0..self.experiments.len()).collect();
         parallel::map(&indices, |&index| {
             let share = &shares[index];
             let others = (&gram - &share.gram).cholesky();
-            let Some(others) = others else { return f64::INFINITY };
+            let Some(others) = others else { return Modes::both(f64::INFINITY) };
             let moved = others.solve(&(&gradient - &share.gradient));
             let mut at = fitted.model.at.clone();
             at.iter_mut().zip(moved.iter()).for_each(|(value, moved)| *value += moved);
             fitted.model.admit(&mut at);
-            let experiment = self.experiments[index];
-            let cost = fitted.model.residuals(self.robot, &at, experiment).norm_squared();
-            if cost.is_finite() { cost } else { f64::INFINITY }
+            self.cost(&self.residuals(&fitted.model, &at, self.experiments[index]))
         })
     }
 
@@ -250,7 +290,7 @@ impl Fitted {
             gram += share.gram;
             gradient += share.gradient;
         }
-        let noise = self.costs.iter().sum::<f64>() / problem.samples() as f64;
+        let noise = problem.weighted(&self.costs) / problem.samples() as f64;
         let noise = noise.max(problem.robot.resolution_m().powi(2)).max(1e-14);
         for (i, usual) in self.model.usual().into_iter().enumerate() {
             gram[(i, i)] += ALIKE * noise / (WIDE * usual).powi(2);

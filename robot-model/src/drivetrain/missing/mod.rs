@@ -8,6 +8,7 @@
 //! | `experiment.rs` | what was driven, and what is known about the robot? |
 //! | `simulate.rs` | which travel follows from the voltages, with effects? |
 //! | `least_squares.rs` | which constants explain it best, and how well do the others predict each experiment? |
+//! | `modes.rs` | what do both wheels share, and what sets them apart? |
 //! | `chance.rs` | is a gain more than chance? |
 //! | `screening.rs` | which effects are worth a fit? |
 //! | `selection.rs` | which does the model lack? |
@@ -21,6 +22,7 @@ mod chance;
 mod classes;
 mod experiment;
 mod least_squares;
+mod modes;
 mod next_experiment;
 mod remains;
 mod screening;

@@ -85,7 +85,7 @@ fn to_show(remains: &Remains) -> Option<NextExperiment> {
         Regressor::Speed | Regressor::Direction => ExperimentKind::Steps,
         Regressor::Voltage => ExperimentKind::RollOut,
         Regressor::Load => ExperimentKind::OneWheel,
-        Regressor::Angle => ExperimentKind::Creep,
+        Regressor::Angle | Regressor::Counts => ExperimentKind::Creep,
         Regressor::Time => ExperimentKind::FirstAgain,
     };
     Some(NextExperiment { kind, separates: Vec::new(), apart_m: remains.size_m })
@@ -148,5 +148,6 @@ fn driven(kind: ExperimentKind, found: &Fitted, problem: &Problem<'_>) -> Experi
     }
     let last = &problem.experiments[0].recording;
     let recording = VoltageRecording::new(samples).unwrap_or_else(|| last.clone());
-    Experiment { recording, started_s: started.fold(0.0, f64::max) + later_s, held_out: false }
+    let started_s = started.fold(0.0, f64::max) + later_s;
+    Experiment { recording, started_s, heading_rad: 0.0, held_out: false }
 }

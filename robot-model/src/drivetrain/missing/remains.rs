@@ -6,10 +6,12 @@
 
 use core::f64::consts::TAU;
 
-use super::chance::{gains, p_value};
+use nalgebra::DMatrix;
+
 use super::least_squares::{Model, Problem};
+use super::modes::Modes;
 use super::screening::{added_columns, linear_cross_validation};
-use super::selection::{Judged, SIZE_M, SIZE_SHARE, Selected};
+use super::selection::{Gain, Judged, SIZE_M, SIZE_SHARE, Selected, gain};
 use crate::drivetrain::effect::{Acting, Moment, MotorEffect, MotorFacts, MotorParameter};
 
 /// What a voltage that is missing depends on.
@@ -23,8 +25,10 @@ pub enum Regressor {
     Voltage,
     /// What the motor works against: voltage less back-EMF.
     Load,
-    /// The wheel's angle.
+    /// The wheel's angle: what holds or brakes it there.
     Angle,
+    /// The encoder's angle: lines that are not evenly spaced.
+    Counts,
     /// Time since the campaign began.
     Time,
 }
@@ -44,7 +48,7 @@ pub struct Remains {
     pub floor_m: f64,
 }
 
-/// Six groups are tried.
+/// Seven groups are tried.
 const P_MAX: f64 = 0.002;
 /// A group that explains less than this share of the error is not worth a word.
 const LESS: f64 = 0.05;
@@ -68,6 +72,8 @@ enum Function {
     Load(i32),
     /// A wave of the wheel's angle: waves per turn, sine or cosine, which side.
     Wave(f64, bool, f64),
+    /// The same, of its friction.
+    RubbingWave(f64, bool, f64),
     /// sgn v, or v, by time to this power.
     Time(i32, bool),
 }
@@ -95,7 +101,11 @@ impl MotorEffect for Function {
                 let (sin, cos) = (TAU * waves * moment.turns).sin_cos();
                 if sine { sin } else { cos }
             }
-            Self::Wave(..) => 0.0,
+            Self::RubbingWave(waves, sine, side) if side == moment.side => {
+                let (sin, cos) = (TAU * waves * moment.turns).sin_cos();
+                way * if sine { sin } else { cos }
+            }
+            Self::Wave(..) | Self::RubbingWave(..) => 0.0,
             Self::Time(power, by_speed) => {
                 let strength = (moment.t_s / scale).powi(power);
                 strength * if by_speed { 3.0 * v } else { way }
@@ -148,16 +158,57 @@ const LOAD: &[Function] = &[Function::Load(1), Function::Load(2)];
 const TIME: &[Function] =
     &[Function::Time(1, false), Function::Time(2, false), Function::Time(1, true)];
 
-const fn waves(n: f64) -> [Function; 4] {
+const fn waves(n: f64) -> [Function; 8] {
     [
         Function::Wave(n, false, 1.0),
         Function::Wave(n, true, 1.0),
         Function::Wave(n, false, -1.0),
         Function::Wave(n, true, -1.0),
+        Function::RubbingWave(n, false, 1.0),
+        Function::RubbingWave(n, true, 1.0),
+        Function::RubbingWave(n, false, -1.0),
+        Function::RubbingWave(n, true, -1.0),
     ]
 }
-static ANGLE: [[Function; 4]; 6] =
+static ANGLE: [[Function; 8]; 6] =
     [waves(1.0), waves(2.0), waves(3.0), waves(4.0), waves(5.0), waves(6.0)];
+
+/// Waves of the counts, per turn of the encoder or of its wheel \[m\].
+const USUAL_COUNTS_M: f64 = 1e-3;
+
+/// Travel that uneven lines add, per metre of amplitude: sine and cosine of each wheel, once and twice a turn of the encoder
+/// and, behind a gear, of the wheel.
+fn counts_columns(problem: &Problem<'_>) -> (Vec<DMatrix<f64>>, usize) {
+    let (gear, turn_m) = (problem.robot.gear_reduction, problem.robot.turn_m());
+    let mut waves = vec![gear, 2.0 * gear];
+    if (gear - 1.0).abs() > 1e-6 {
+        waves.extend([1.0, 2.0]);
+    }
+    let columns = problem.experiments.iter().map(|experiment| {
+        let samples = experiment.recording.samples();
+        let mut columns = DMatrix::zeros(2 * samples.len(), 4 * waves.len());
+        for (i, n) in waves.iter().enumerate() {
+            let of = |travel_m: f64| (TAU * n * travel_m / turn_m).sin_cos();
+            let (left_0, right_0) = (of(samples[0].travel_m.left), of(samples[0].travel_m.right));
+            for (row, sample) in samples.iter().enumerate() {
+                let (left, right) = (of(sample.travel_m.left), of(sample.travel_m.right));
+                let added = [
+                    (left.0 - left_0.0, 0.0),
+                    (left.1 - left_0.1, 0.0),
+                    (0.0, right.0 - right_0.0),
+                    (0.0, right.1 - right_0.1),
+                ];
+                for (column, (left, right)) in added.into_iter().enumerate() {
+                    let [common, differential] = problem.weights.weighted(left, right);
+                    columns[(2 * row, 4 * i + column)] = common;
+                    columns[(2 * row + 1, 4 * i + column)] = differential;
+                }
+            }
+        }
+        columns
+    });
+    (columns.collect(), 4 * waves.len())
+}
 
 /// One group's functions, with their scale.
 fn group(
@@ -177,29 +228,34 @@ fn group(
         Regressor::Load => with(LOAD, volts_max),
         Regressor::Angle => with(ANGLE.as_flattened(), 1.0),
         Regressor::Time => with(TIME, time_s),
+        Regressor::Counts => Vec::new(),
     }
 }
 
 /// What remains beside a model.
 pub(super) fn remains(problem: &Problem<'_>, selected: &Selected, last: &Judged) -> Remains {
-    const ALL: [Regressor; 6] = [
+    const ALL: [Regressor; 7] = [
         Regressor::Speed,
         Regressor::Direction,
         Regressor::Voltage,
         Regressor::Load,
         Regressor::Angle,
         Regressor::Time,
+        Regressor::Counts,
     ];
     let ends = problem.experiments.iter().map(|experiment| experiment.started_s);
     let time_s = ends.fold(1.0, f64::max);
     let volts_max = volts_max(problem);
-    let resolution = problem.robot.resolution_m().powi(2);
-    let floors: Vec<f64> =
-        (0..last.costs.len()).map(|index| resolution * problem.len(index) as f64).collect();
-    let before_m = problem.rms_m(&last.costs);
-    let mut found: Vec<(Regressor, f64, f64)> = ALL
+    let mut found: Vec<(Regressor, Vec<Modes>, Gain)> = ALL
         .into_iter()
         .filter_map(|by| {
+            if by == Regressor::Counts {
+                let (added, len) = counts_columns(problem);
+                let usual = vec![USUAL_COUNTS_M; len];
+                let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
+                let gain = gain(problem, &last.costs, &costs);
+                return Some((by, costs, gain));
+            }
             let functions = group(by, selected, volts_max, time_s);
             let grown: Vec<(Model, f64)> = functions
                 .iter()
@@ -210,26 +266,23 @@ pub(super) fn remains(problem: &Problem<'_>, selected: &Selected, last: &Judged)
             let added = added_columns(problem, &last.fitted, &grown);
             let usual = vec![USUAL_V; functions.len()];
             let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
-            let p = p_value(&gains(&last.costs, &costs, &floors));
-            Some((by, problem.rms_m(&costs), p))
+            let gain = gain(problem, &last.costs, &costs);
+            Some((by, costs, gain))
         })
         .collect();
-    found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let size_of = |after_m: f64| (before_m * before_m - after_m * after_m).max(0.0).sqrt();
-    let matters = |after_m: f64, p: f64| {
-        p < P_MAX
-            && after_m < (1.0 - LESS) * before_m
-            && size_of(after_m) > (2.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m())
-    };
+    found.sort_by(|a, b| problem.weighted(&a.1).total_cmp(&problem.weighted(&b.1)));
+    let least_m = (2.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m());
+    let matters = |gain: &Gain| gain.p_value < P_MAX && gain.less > LESS && gain.size_m > least_m;
     let depends_on: Vec<Regressor> =
-        found.iter().filter(|(_, after_m, p)| matters(*after_m, *p)).map(|found| found.0).collect();
-    let best = found.first().map_or((before_m, 1.0), |(_, after_m, p)| (*after_m, *p));
+        found.iter().filter(|(.., gain)| matters(gain)).map(|found| found.0).collect();
+    let before_m = problem.rms_m(&last.costs);
+    let best = found.first();
     Remains {
         structure: !depends_on.is_empty(),
         depends_on,
-        p_value: best.1,
-        size_m: size_of(best.0),
-        floor_m: best.0.min(before_m),
+        p_value: best.map_or(1.0, |(.., gain)| gain.p_value),
+        size_m: best.map_or(0.0, |(.., gain)| gain.size_m),
+        floor_m: best.map_or(before_m, |(_, costs, _)| problem.rms_m(costs).min(before_m)),
     }
 }
 

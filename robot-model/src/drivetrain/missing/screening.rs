@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::{Fitted, Model, Problem};
+use super::modes::Modes;
 use super::simulate::BASELINE;
 use crate::drivetrain::effect::{Excitation, MotorEffect, MotorRole};
 use crate::numeric::parallel;
@@ -15,8 +16,8 @@ pub(super) struct Candidate {
     pub effect: &'static dyn MotorEffect,
     /// Its parameters, to first order.
     pub p: Vec<f64>,
-    /// What would be left of each experiment, predicted by the others \[m^2\].
-    pub costs: Vec<f64>,
+    /// What would be left of each experiment, predicted by the others, by mode \[m^2\].
+    pub costs: Vec<Modes>,
 }
 
 /// A candidate for each effect of a catalogue that is not in the model, best first.
@@ -33,15 +34,11 @@ pub(super) fn screen(
     let of = |effect: &&'static dyn MotorEffect| {
         let starts = effect.starts(excitation);
         let tried = starts.iter().filter_map(|start| candidate(problem, fitted, *effect, start));
-        tried.min_by(|a, b| sum(&a.costs).total_cmp(&sum(&b.costs)))
+        tried.min_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)))
     };
     let mut found: Vec<Candidate> = missing.filter_map(of).collect();
-    found.sort_by(|a, b| sum(&a.costs).total_cmp(&sum(&b.costs)));
+    found.sort_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)));
     found
-}
-
-pub(super) fn sum(costs: &[f64]) -> f64 {
-    costs.iter().sum()
 }
 
 /// None if its amplitude would have the wrong sign.
@@ -87,7 +84,7 @@ pub(super) fn added_columns(
         let base = &fitted.residuals[index];
         let mut columns = DMatrix::zeros(base.len(), grown.len());
         for (i, (model, amplitude)) in grown.iter().enumerate() {
-            let moved = model.residuals(problem.robot, &model.at, problem.experiments[index]);
+            let moved = problem.residuals(model, &model.at, problem.experiments[index]);
             columns.set_column(i, &((base - moved) / *amplitude));
         }
         columns
@@ -101,7 +98,7 @@ pub(super) fn linear_cross_validation(
     fitted: &Fitted,
     added: &[DMatrix<f64>],
     usual: &[f64],
-) -> Option<(Vec<f64>, Vec<f64>)> {
+) -> Option<(Vec<f64>, Vec<Modes>)> {
     let (own, more) = (fitted.model.at.len(), usual.len());
     let len = own + more;
     let (own_gram, _) = fitted.sums(problem);
@@ -140,9 +137,9 @@ pub(super) fn linear_cross_validation(
         .zip(columns.iter().zip(&fitted.residuals))
         .map(|((share, towards), (columns, residuals))| {
             let others = (&gram - share).cholesky()?.solve(&(&gradient - towards));
-            Some((residuals - columns * others).norm_squared())
+            Some(problem.cost(&(residuals - columns * others)))
         })
-        .collect::<Option<Vec<f64>>>()?;
+        .collect::<Option<Vec<Modes>>>()?;
     debug_assert!(own >= BASELINE);
     Some((best.rows(own, more).iter().copied().collect(), costs))
 }

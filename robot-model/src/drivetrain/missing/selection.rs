@@ -3,7 +3,8 @@
 use super::chance::{gains, p_value};
 use super::experiment::excitation;
 use super::least_squares::{Fitted, Problem};
-use super::screening::{Candidate, screen, sum};
+use super::modes::Modes;
+use super::screening::{Candidate, screen};
 use crate::drivetrain::effect::{Excitation, MOTOR_CATALOGUE, MotorEffect};
 
 /// The most effects that are looked for.
@@ -23,8 +24,8 @@ const LESS: f64 = 0.03;
 #[derive(Clone)]
 pub(super) struct Judged {
     pub fitted: Fitted,
-    /// What is left of each experiment, predicted by the others \[m^2\].
-    pub costs: Vec<f64>,
+    /// What is left of each experiment, predicted by the others, by mode \[m^2\].
+    pub costs: Vec<Modes>,
 }
 
 /// What an effect gains.
@@ -33,8 +34,8 @@ pub(super) struct Gain {
     pub p_value: f64,
     /// Root mean square of what it explains \[m\].
     pub size_m: f64,
-    /// By which share it lowers the error.
-    less: f64,
+    /// By which share it lowers the error of one mode.
+    pub less: f64,
 }
 
 impl Gain {
@@ -45,15 +46,14 @@ impl Gain {
 }
 
 /// From one model to another.
-pub(super) fn gain(problem: &Problem<'_>, before: &[f64], after: &[f64]) -> Gain {
-    let floor = problem.robot.resolution_m().powi(2);
-    let floors: Vec<f64> =
-        (0..before.len()).map(|index| floor * problem.len(index) as f64).collect();
-    let (b, a) = (problem.rms_m(before), problem.rms_m(after));
+pub(super) fn gain(problem: &Problem<'_>, before: &[Modes], after: &[Modes]) -> Gain {
+    let (b, a) = (problem.mean_squares(before), problem.mean_squares(after));
+    let explained = b.zip(a, |before, after| (before - after).max(0.0));
+    let less = b.zip(a, |before, after| 1.0 - (after / before).sqrt());
     Gain {
-        p_value: p_value(&gains(before, after, &floors)),
-        size_m: (b * b - a * a).max(0.0).sqrt(),
-        less: 1.0 - a / b,
+        p_value: p_value(&gains(before, after, &problem.floors())),
+        size_m: (0.5 * explained.sum()).sqrt(),
+        less: less.common.max(less.differential),
     }
 }
 
@@ -61,6 +61,13 @@ impl Judged {
     pub fn new(problem: &Problem<'_>, fitted: Fitted) -> Self {
         let costs = problem.cross_validated(&fitted);
         Self { fitted, costs }
+    }
+
+    /// With the modes weighted by what the model itself leaves.
+    fn reweighted<'a>(problem: &Problem<'a>, fitted: Fitted) -> (Problem<'a>, Self) {
+        let problem = problem.reweighted(&fitted.costs);
+        let judged = Self::new(&problem, problem.fit(fitted.model));
+        (problem, judged)
     }
 
     /// With a candidate, fitted in full.
@@ -71,32 +78,39 @@ impl Judged {
 }
 
 /// What a selection went through: the model after each step, the baseline first.
-pub(super) struct Selected {
+pub(super) struct Selected<'a> {
+    /// With the modes' weights by the last model.
+    pub problem: Problem<'a>,
     pub steps: Vec<Judged>,
     /// Every effect, alone beside the baseline, to first order.
     pub alone: Vec<Candidate>,
     pub excitation: Excitation,
 }
 
-/// Selects effects, from a fitted baseline on.
-pub(super) fn select(problem: &Problem<'_>, baseline: Fitted) -> Selected {
+/// Selects effects, from a fitted baseline on. Each model's own errors weight the modes for the next.
+pub(super) fn select<'a>(problem: &Problem<'a>, baseline: Fitted) -> Selected<'a> {
     let excitation = excitation(problem.robot, &problem.experiments);
-    let mut steps = vec![Judged::new(problem, baseline)];
+    let (mut problem, baseline) = Judged::reweighted(problem, baseline);
+    let mut steps = vec![baseline];
     let mut alone = Vec::new();
     for round in 0..=EFFECTS_MAX {
         let now = &steps[steps.len() - 1];
-        let mut candidates = screen(problem, &now.fitted, &MOTOR_CATALOGUE, &excitation);
-        let next = if round < EFFECTS_MAX { best(problem, now, &candidates) } else { None };
+        let mut candidates = screen(&problem, &now.fitted, &MOTOR_CATALOGUE, &excitation);
+        let next = if round < EFFECTS_MAX { best(&problem, now, &candidates) } else { None };
         if round == 0 {
             alone.append(&mut candidates);
         }
         match next {
-            Some(next) => steps.push(next),
+            Some(next) => {
+                let (weighted, next) = Judged::reweighted(&problem, next.fitted);
+                problem = weighted;
+                steps.push(next);
+            }
             None => break,
         }
     }
-    let steps = without_needless(problem, steps);
-    Selected { steps, alone, excitation }
+    let steps = without_needless(&problem, steps);
+    Selected { problem, steps, alone, excitation }
 }
 
 /// The best of the candidates that matter, fitted in full.
@@ -104,7 +118,7 @@ fn best(problem: &Problem<'_>, now: &Judged, candidates: &[Candidate]) -> Option
     let tried = candidates.iter().take(FITTED).map(|candidate| now.with(problem, candidate));
     tried
         .filter(|next| gain(problem, &now.costs, &next.costs).matters(problem))
-        .min_by(|a, b| sum(&a.costs).total_cmp(&sum(&b.costs)))
+        .min_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)))
 }
 
 /// Takes out what later effects have made needless, and lists the models anew, the effects that gain most first.

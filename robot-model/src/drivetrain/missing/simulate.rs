@@ -1,25 +1,28 @@
 //! Which travel follows from the voltages, with effects?
 //!
-//! The baseline, alike for both wheels and directions:
+//! The baseline, for both wheels and directions alike but for kD:
 //!
 //! ```text
-//! V = kS sgn v + kV v + kA a + kC a_other                                                            (1)
+//! V = kS sgn v + kV v + (kA + m kD) a + kC a_other + kW v_other (v_other - v)                        (1)
 //! ```
+//!
+//! with m = 1 for the left wheel, -1 for the right one. kD: wheels with unequal radii, or a centre of mass off the midline, make
+//! one wheel carry more inertia. kC and kW are those of the parent module's (1).
 //!
 //! Each effect changes what acts in a step (`Acting`). Play in the gear has a state of its own: while neither flank carries, the
 //! motor has its share of the inertia, and the wheel rolls on; where they meet, they keep their momentum.
 
 use super::experiment::{Experiment, KnownRobot};
 use crate::drivetrain::effect::{Acting, MotorEffect, Play, moments};
-use crate::drivetrain::model::{Scheme, WheelMotor, Wheels};
+use crate::drivetrain::model::{Scheme, WheelMotor, Wheels, turning};
 use crate::kinematics::WheelPair;
 
 /// Longest step of the integration \[s\].
 const STEP_S: f64 = 2.5e-3;
 /// Share of the friction that a wheel has by itself, behind the play.
 const WHEEL_FRICTION_SHARE: f64 = 0.1;
-/// How many constants the baseline has.
-pub(super) const BASELINE: usize = 4;
+/// How many constants the baseline has: kS, kV, kA, kC, kD, kW.
+pub(super) const BASELINE: usize = 6;
 
 /// A model: constants of the baseline, then the parameters of its effects one after the other.
 pub(super) struct Simulation<'a> {
@@ -39,15 +42,25 @@ impl Simulation<'_> {
         })
     }
 
+    /// The baseline's motors, kC and kW.
+    fn baseline(&self) -> (WheelPair<WheelMotor>, f64, f64) {
+        let [ks, kv, ka, kc, kd, kw] = core::array::from_fn(|i| self.at[i]);
+        let motor = |ka_v_s2_per_m| WheelMotor {
+            ks_forward_v: ks,
+            ks_backward_v: ks,
+            kv_v_s_per_m: kv,
+            ka_v_s2_per_m,
+        };
+        (WheelPair::new(motor(ka + kd), motor(ka - kd)), kc, kw)
+    }
+
     /// Travel at each sample since the first one \[m\].
     pub fn travel_m(&self, experiment: &Experiment) -> Vec<WheelPair<f64>> {
         let recording = &experiment.recording;
         let samples = recording.samples();
         let delay_s: f64 = self.terms().map(|(effect, p)| effect.delay_s(p)).sum();
         let play = self.terms().find_map(|(effect, p)| effect.play(p));
-        let [ks, kv, ka, kc] = [self.at[0], self.at[1], self.at[2], self.at[3]];
-        let motor =
-            WheelMotor { ks_forward_v: ks, ks_backward_v: ks, kv_v_s_per_m: kv, ka_v_s2_per_m: ka };
+        let (motors, kc, kw) = self.baseline();
         let turn_m = self.robot.turn_m();
         let origin_m = samples[0].travel_m;
         let mut gears = play.map(Gears::new);
@@ -68,19 +81,22 @@ impl Simulation<'_> {
                 let turns =
                     wheels.travel_m.zip(origin_m).map(|(moved, origin)| (moved + origin) / turn_m);
                 let time_s = experiment.started_s + t_s - samples[0].t_s;
-                let moment = moments(wheels.speed_mps, volts, turns, time_s);
-                let acting = moment.zip(volts).map(|(moment, volts)| {
+                let turned_m = wheels.travel_m.right - wheels.travel_m.left;
+                let heading_rad = experiment.heading_rad + turned_m / self.robot.track_width_m;
+                let moment = moments(wheels.speed_mps, volts, turns, (time_s, heading_rad));
+                let acting = moment.zip(volts).zip(motors).map(|((moment, volts), motor)| {
                     let mut acting = Acting { volts, motor };
                     self.terms().for_each(|(effect, p)| effect.act(p, &moment, &mut acting));
                     acting
                 });
+                let volts = turning(kw, wheels.speed_mps, acting.map(|acting| acting.volts));
                 match &mut gears {
                     None => {
                         let motors = acting.map(|acting| acting.motor);
                         let scheme = Scheme::new(&motors, kc, h_s);
-                        scheme.step(&mut wheels, acting.map(|acting| acting.volts));
+                        scheme.step(&mut wheels, volts);
                     }
-                    Some(gears) => gears.step(&mut wheels, acting, kc, h_s),
+                    Some(gears) => gears.step(&mut wheels, acting, volts, (kc, h_s)),
                 }
             }
             travel.push(wheels.travel_m);
@@ -109,7 +125,13 @@ impl Gears {
         Self { play, wheel: WheelPair::both(Behind { ahead_m: 0.0, free_mps: Some(0.0) }) }
     }
 
-    fn step(&mut self, wheels: &mut Wheels, acting: WheelPair<Acting>, kc: f64, h_s: f64) {
+    fn step(
+        &mut self,
+        wheels: &mut Wheels,
+        acting: WheelPair<Acting>,
+        volts: WheelPair<f64>,
+        (kc, h_s): (f64, f64),
+    ) {
         let Self { play, wheel } = self;
         let is_free = wheel.map(|behind| behind.free_mps.is_some());
         let motors = acting.zip(is_free).map(|(acting, free)| {
@@ -122,7 +144,7 @@ impl Gears {
         let coupled = if is_free.left || is_free.right { 0.0 } else { kc };
         let before = wheels.speed_mps;
         let scheme = Scheme::new(&motors, coupled, h_s);
-        scheme.step(wheels, acting.map(|acting| acting.volts));
+        scheme.step(wheels, volts);
         let WheelPair { left, right } = acting;
         wheel.left.follow(play, &left.motor, before.left, &mut wheels.speed_mps.left, h_s);
         wheel.right.follow(play, &right.motor, before.right, &mut wheels.speed_mps.right, h_s);

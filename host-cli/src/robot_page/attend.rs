@@ -69,9 +69,12 @@ struct Attendance<'a> {
     fault: Option<FaultReport>,
     /// What was refused.
     message: Option<String>,
+    /// Frames of telemetry since the condition was asked last.
+    heard: usize,
 }
 
 struct Driving {
+    page: u64,
     number: u64,
     id: MotionId,
     held: Instant,
@@ -93,6 +96,7 @@ impl<'a> Attendance<'a> {
             state: State::Boot,
             fault: None,
             message: None,
+            heard: 0,
         };
         let mut asked: Option<Instant> = None;
         loop {
@@ -109,14 +113,17 @@ impl<'a> Attendance<'a> {
         }
     }
 
-    /// State, fault and telemetry; a robot that another host drives is watched.
+    /// State and fault; and telemetry, if none has come: another host may have ended it.
     async fn ask_condition(&mut self) -> host_link::Result<()> {
         let status = self.session.status().await?;
         (self.state, self.fault) = (status.state, status.fault);
-        match self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await? {
-            Err(Refusal::Driven) => self.session.overhear(),
-            Err(refusal) => return Err(Error::Refused { request: "send telemetry", refusal }),
-            Ok(_) => {}
+        if std::mem::take(&mut self.heard) == 0 || self.session.overhears() {
+            match self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await? {
+                // A robot that another host drives is watched.
+                Err(Refusal::Driven) => self.session.overhear(),
+                Err(refusal) => return Err(Error::Refused { request: "send telemetry", refusal }),
+                Ok(_) => {}
+            }
         }
         self.tell();
         Ok(())
@@ -128,6 +135,7 @@ impl<'a> Attendance<'a> {
         if let Some(frame) = frames.last() {
             last = Some(frame.state);
         }
+        self.heard += frames.len();
         self.robot.push(frames.into_iter());
         let events: Vec<Event> = self.session.take_events().collect();
         for event in events {
@@ -187,6 +195,10 @@ impl<'a> Attendance<'a> {
         if hold.number <= self.ended {
             return Ok(());
         }
+        // Another page drives: it has to let go first.
+        if self.driving.as_ref().is_some_and(|driving| driving.page != hold.page) {
+            return Ok(());
+        }
         if let Some(driving) = self.driving.as_mut().filter(|one| one.number == hold.number) {
             driving.held = Instant::now();
             let motion = driving.id;
@@ -208,8 +220,10 @@ impl<'a> Attendance<'a> {
         };
         match begun.is_ok() {
             true => {
-                self.driving = Some(Driving { number: hold.number, id, held: Instant::now() });
+                let (page, number) = (hold.page, hold.number);
+                self.driving = Some(Driving { page, number, id, held: Instant::now() });
                 self.message = None;
+                self.tell();
             }
             // It is asked once: the page counts on for the next.
             false => self.ended = hold.number,
@@ -268,6 +282,7 @@ impl<'a> Attendance<'a> {
             "message": self.message,
             "driven_by_another": self.session.overhears(),
             "ended": self.ended,
+            "page": self.driving.as_ref().map(|driving| driving.page),
             "track_width_m": self.config.geometry.track_width_m,
             "speed_mps_max": limits.speed_mps_max,
             "acceleration_mps2": ACCELERATION_SHARE * limits.acceleration_mps2_max,

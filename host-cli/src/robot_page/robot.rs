@@ -51,6 +51,8 @@ pub enum Wish {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
+    /// Tells pages apart: while one drives, no other does.
+    pub page: u64,
     /// The page counts its motions; after its end, a number does not come back.
     pub number: u64,
     /// What is wanted.
@@ -183,7 +185,7 @@ mod tests {
 
     fn hold(number: u64) -> Wish {
         let motion = HeldMotion::Velocity { forward_mps: 0.1, turn_rad_s: 0.0 };
-        Wish::Hold(Hold { number, motion, heard_ms: 0 })
+        Wish::Hold(Hold { page: 1, number, motion, heard_ms: 0 })
     }
 
     #[test]

@@ -72,7 +72,10 @@ impl RobotPage {
     /// As a page does it that has just heard the robot.
     fn hold(&self, number: u64, motion: &Value) -> u16 {
         let heard = self.news()["now_ms"].clone();
-        self.post("/api/hold", &json!({"number": number, "motion": motion, "heard_ms": heard}))
+        self.post(
+            "/api/hold",
+            &json!({"page": 1, "number": number, "motion": motion, "heard_ms": heard}),
+        )
     }
 }
 
@@ -107,6 +110,12 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
         identify.join().unwrap()
     });
     assert_eq!(identified["status"]["state"], "driving");
+    // Nor does another page: its motion would be a turn.
+    let spin = json!({"spin": {"angle_rad": 6.0, "speed_mps": 0.1}});
+    let heard = page.news()["now_ms"].clone();
+    page.post("/api/hold", &json!({"page": 2, "number": 9, "motion": spin, "heard_ms": heard}));
+    page.hold(1, &far);
+    assert_eq!(page.news()["condition"]["page"], 1);
     page.hold(1, &far);
     let refused = run("drive straight 10cm").refused();
     assert!(refused.contains("already driving"), "{refused}");
@@ -126,7 +135,7 @@ fn what_a_page_asks_that_has_not_heard_the_robot_lately_moves_nothing() {
     let page = RobotPage::of(&temp, robot.port());
     wait_for("the robot on the page", || (page.state() == "idle").then_some(()));
     let motion = json!({"velocity": {"forward_mps": 0.1, "turn_rad_s": 0.0}});
-    let stale = json!({"number": 1, "motion": motion, "heard_ms": 0});
+    let stale = json!({"page": 1, "number": 1, "motion": motion, "heard_ms": 0});
     std::thread::sleep(std::time::Duration::from_millis(300));
     for _ in 0..10 {
         assert_eq!(page.post("/api/hold", &stale), 200);
@@ -135,9 +144,11 @@ fn what_a_page_asks_that_has_not_heard_the_robot_lately_moves_nothing() {
     let counts = page.news()["rows"].as_array().unwrap().last().unwrap()[7].clone();
     assert_eq!(counts, 0, "the setpoint has not moved");
     // What is no number, or no motion, is refused with a reason.
-    for question in
-        [json!({}), json!({"number": 1, "motion": {"fly": {}}, "heard_ms": 0}), json!([1])]
-    {
+    for question in [
+        json!({}),
+        json!({"page": 1, "number": 1, "motion": {"fly": {}}, "heard_ms": 0}),
+        json!([1]),
+    ] {
         assert_eq!(page.post("/api/hold", &question), 400, "{question}");
     }
     // More than the robot may do is the robot's to refuse, and the page says so.

@@ -3,8 +3,11 @@
 
 const Drive = (() => {
   const key = new URLSearchParams(location.search).get('key');
+  const [high, low] = crypto.getRandomValues(new Uint32Array(2));
+  const page = (high % 2 ** 20) * 2 ** 32 + low;
   // Numbers rise, also from one page to the next.
-  let number = Date.now();
+  let number = 0;
+  let ended = 0;
   let motion = null;
   let heard = 0;
   let waiting = 0;
@@ -25,13 +28,13 @@ const Drive = (() => {
     // A line that is held up must not get a queue.
     if (!motion || document.hidden || waiting > 2) return;
     waiting += 1;
-    await post('api/hold', { number, motion, heard_ms: heard });
+    await post('api/hold', { page, number, motion, heard_ms: heard });
     waiting -= 1;
   }
   setInterval(beat, 60);
 
   function begin(wanted) {
-    number += 1;
+    number = Math.max(number, ended) + 1;
     motion = wanted;
     beat();
   }
@@ -52,8 +55,9 @@ const Drive = (() => {
     // A velocity that changes while it is held is the same motion.
     change: (wanted) => (motion ? (motion = wanted) : begin(wanted)),
     isMoving: () => Boolean(motion),
-    hear(now, ended) {
-      heard = now;
+    page,
+    hear(now, over) {
+      [heard, ended] = [now, over];
       if (motion && ended >= number) motion = null;
     },
     stop() {

@@ -46,7 +46,9 @@ function heading() {
   find('words').textContent = trouble?.words ?? '';
   find('remedy').textContent = trouble?.remedy ? `Try: ${trouble.remedy}.` : '';
   find('clear').hidden = !condition.fault || Boolean(condition.problem);
-  const another = condition.driven_by_another ? 'Another program drives this robot: you can watch it, and stop it.' : '';
+  const page = condition.page && condition.page !== Drive.page ? 'page' : '';
+  const who = condition.driven_by_another ? 'program' : page;
+  const another = who && `Another ${who} drives this robot: you can watch it, and stop it.`;
   find('message').textContent = condition.message ?? another;
   find('speed-out').textContent = `${speed().toFixed(2)} m/s`;
 }
@@ -179,16 +181,29 @@ Drive.onFailure((words) => {
   dirty = true;
 });
 
-const source = Drive.telemetry();
-source.addEventListener('message', ({ data }) => {
-  const news = JSON.parse(data);
-  condition = news.condition ?? {};
-  news.rows.forEach(take);
-  Drive.hear(news.now_ms, condition.ended ?? 0);
-  dirty = true;
-});
-source.addEventListener('error', () => {
-  condition = { problem: 'beeline serve does not answer', advice: 'start it again; the robot has stopped by itself' };
-  dirty = true;
-});
+// A browser has few connections to one server, and a stream takes one for itself: a tab that nobody sees gives it back, so
+// that Stop never waits for one.
+let source = null;
+function listen() {
+  source = Drive.telemetry();
+  let first = true;
+  source.addEventListener('message', ({ data }) => {
+    const news = JSON.parse(data);
+    condition = news.condition ?? {};
+    // A new stream begins with the last ten seconds, some of which are known.
+    const known = frames.at(-1)?.t ?? -1;
+    const again = first && (news.rows.at(-1)?.[0] ?? 0) * 1e-6 >= known;
+    first = false;
+    news.rows.filter((row) => !again || row[0] * 1e-6 > known).forEach(take);
+    Drive.hear(news.now_ms, condition.ended ?? 0);
+    dirty = true;
+  });
+  source.addEventListener('error', () => {
+    condition = { problem: 'beeline serve does not answer', advice: 'start it again; the robot has stopped by itself' };
+    first = true;
+    dirty = true;
+  });
+}
+addEventListener('visibilitychange', () => (document.hidden ? source.close() : listen()));
+listen();
 draw();

@@ -36,7 +36,7 @@ pub fn attend(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
     loop {
         let attended = host_link::connect(address).and_then(|mut session| {
             if let Some(key) = key {
-                session.use_key(key.clone(), key_file::random()?);
+                session.use_key(*key, key_file::random()?);
             }
             host_link::block_on(Attendance::run(&mut session, robot))
         });

@@ -17,7 +17,7 @@ pub fn test() -> Outcome {
     node("model_page.test.mjs")
 }
 
-/// The page of a robot that moves in real time, once [`test`] has fetched what drives the browser.
+/// The page of a robot that moves in real time, once [`test()`] has fetched what drives the browser.
 pub fn real_time() -> Outcome {
     node("robot_page.test.mjs")
 }

@@ -60,7 +60,7 @@ pub(crate) struct BoardState {
     pub registers: Vec<(u64, u32)>,
 }
 
-/// A time during which a motor had a duty other than zero, with breaks of at most [`BREAK_US`].
+/// A time during which a motor had a duty other than zero, with breaks of at most 2 ms (`BREAK_US`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Powered {
     /// From when \[us\].

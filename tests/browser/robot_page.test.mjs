@@ -168,9 +168,10 @@ test('two pages and another program watch one drive; only one drives', LIMIT, as
   const { child, first } = await serve(port());
   const driver = await openPage(browser, first.link);
   const other = await serve(port());
-  const watcher = await openPage(browser, other.first.link);
+  // A window of its own: a tab that nobody sees gives its stream back.
+  const second = await launch();
+  const watcher = await openPage(second, other.first.link);
   await Promise.all([driver, watcher].map(({ page }) => isState(page, 'idle')));
-  await driver.page.bringToFront();
   await driver.page.fill('#distance', '0.6');
   await driver.page.press('#distance', 'Enter');
   await isState(watcher.page, 'driving');
@@ -184,6 +185,7 @@ test('two pages and another program watch one drive; only one drives', LIMIT, as
     tab.sound();
     await tab.page.close();
   }
+  await second.close();
   child.kill();
   other.child.kill();
 });

@@ -113,11 +113,15 @@ impl<'a> Attendance<'a> {
         }
     }
 
-    /// State and fault; and telemetry, if none has come: another host may have ended it.
+    /// State and fault; and telemetry, if none has come, as another host may have ended it, or if the robot moves without
+    /// our doing: then the answer says whether another host drives it.
     async fn ask_condition(&mut self) -> host_link::Result<()> {
         let status = self.session.status().await?;
         (self.state, self.fault) = (status.state, status.fault);
-        if std::mem::take(&mut self.heard) == 0 || self.session.overhears() {
+        let moves = !matches!(self.state, State::Boot | State::Idle | State::Faulted);
+        let is_ours = self.armed || self.driving.is_some();
+        let silent = std::mem::take(&mut self.heard) == 0;
+        if silent || self.session.overhears() || (moves && !is_ours) {
             match self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await? {
                 // A robot that another host drives is watched.
                 Err(Refusal::Driven) => self.session.overhear(),
@@ -213,6 +217,8 @@ impl<'a> Attendance<'a> {
         let id = self.session.new_motion();
         let begun = match armed {
             Ok(_) => {
+                // The robot tells others that it is driven, if its driver takes the telemetry.
+                let _ = self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await?;
                 let command = self.command(hold.motion, id);
                 self.session.ask(command).await?
             }

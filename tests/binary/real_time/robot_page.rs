@@ -119,7 +119,10 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     page.hold(1, &far);
     let refused = run("drive straight 10cm").refused();
     assert!(refused.contains("already driving"), "{refused}");
-    wait_for("the end of what nobody holds", || (page.state() == "idle").then_some(()));
+    // A drive whose host is silent is a fault, as with any other host.
+    wait_for("the end of what nobody holds", || (page.state() == "faulted").then_some(()));
+    page.post("/api/clear", &json!({}));
+    wait_for("the end of the fault", || (page.state() == "idle").then_some(()));
     drive(2);
     run("stop").ok();
     wait_for("the stop of another command", || {

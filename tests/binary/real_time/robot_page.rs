@@ -101,14 +101,17 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
         });
     };
     drive(1);
-    // One that comes in between neither stops it nor drives itself.
-    let identified = std::thread::scope(|scope| {
-        let identify = scope.spawn(|| run("identify --json").ok().json());
-        while !identify.is_finished() {
-            page.hold(1, &far);
-        }
-        identify.join().unwrap()
-    });
+    // Whoever comes in between neither stops it nor drives itself.
+    let held = |arguments: &str| {
+        std::thread::scope(|scope| {
+            let command = scope.spawn(|| run(arguments));
+            while !command.is_finished() {
+                page.hold(1, &far);
+            }
+            command.join().unwrap()
+        })
+    };
+    let identified = held("identify --json").ok().json();
     assert_eq!(identified["status"]["state"], "driving");
     // Nor does another page: its motion would be a turn.
     let spin = json!({"spin": {"angle_rad": 6.0, "speed_mps": 0.1}});
@@ -117,7 +120,7 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     page.hold(1, &far);
     assert_eq!(page.news()["condition"]["page"], 1);
     page.hold(1, &far);
-    let refused = run("drive straight 10cm").refused();
+    let refused = held("drive straight 10cm").refused();
     assert!(refused.contains("already driving"), "{refused}");
     // A drive whose host is silent is a fault, as with any other host.
     wait_for("the end of what nobody holds", || (page.state() == "faulted").then_some(()));

@@ -6,13 +6,18 @@
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-use crate::announcement::Announcement;
+use crate::announcement::{Announcement, owner_of};
 use crate::cancel::Cancel;
 use crate::error::{Error, Result};
 use crate::listen::{ClientEvent, Line};
 
 /// How long the port waits for bytes before hosts are looked at.
 const TURN: Duration = Duration::from_millis(1);
+
+/// Whether another program owns this serial port and shares it.
+pub fn is_shared(path: &str) -> bool {
+    owner_of(path).is_some()
+}
 
 /// A serial port that is shared, announced until this value is dropped.
 pub struct SharedPort {

@@ -150,8 +150,8 @@ async function deadMan(name, gone, times = 5) {
   }
   found.sort((a, b) => a - b);
   console.log(`${name}: the robot brakes after ${found.map((ms) => ms.toFixed(0)).join(', ')} ms`);
-  // The lease is 200 ms; docs/serve.md has what was measured. A machine that is held up must not fail this.
-  assert.ok(found.at(-1) < 1000, `${name}: ${found.join(', ')} ms`);
+  // The lease is 200 ms. A machine that is held up makes some of them late, and none of them early: the soonest must be in time.
+  assert.ok(found[0] < 250 && found.at(-1) < 1000, `${name}: ${found.join(', ')} ms`);
 }
 
 test('a tab that is closed stops the robot', LIMIT, () => deadMan('tab closed', ({ page }) => void page.close()));

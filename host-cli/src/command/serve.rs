@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use host_link::address::Address;
 use host_link::listen::{Line, Listen};
-use host_link::share::SharedPort;
+use host_link::share::{SharedPort, is_shared};
 use serde_json::json;
 use sim_link::{ServeEvent, ServeOptions};
 
@@ -59,7 +59,8 @@ fn robot(common: &Common, args: &ServeArgs) -> Result<()> {
     let key = common.sim().key()?;
     let address = match &common.port {
         Port::Sim(_) => simulated(common)?,
-        Port::At(Address::Serial { path, baud }) => shared(path, *baud)?,
+        // What another program shares is reached through it, as by any other command.
+        Port::At(Address::Serial { path, baud }) if !is_shared(path) => shared(path, *baud)?,
         Port::At(address) => address.clone(),
     };
     let robot = Arc::new(robot_page::Robot::default());

@@ -17,6 +17,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use axum::routing::{get, post};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::offline::PAGE;
@@ -70,15 +71,25 @@ async fn explanation(State(workbench): State<Arc<Workbench>>) -> Response {
     answered(StatusCode::OK, &workbench.explanation())
 }
 
+/// Reads a question, and computes its answer.
+async fn answer<T: DeserializeOwned + Send + 'static>(
+    headers: &HeaderMap,
+    body: &Bytes,
+    work: impl FnOnce(T) -> Answered + Send + 'static,
+) -> Response {
+    match question(headers, body) {
+        Err((status, problem)) => told(status, &problem),
+        Ok(question) => compute(move || work(question)).await,
+    }
+}
+
 async fn model(
     State(workbench): State<Arc<Workbench>>,
     headers: HeaderMap,
     body: Bytes,
 ) -> Response {
-    match question::<ModelRequest>(&headers, &body) {
-        Err((status, problem)) => told(status, &problem),
-        Ok(request) => compute(move || in_words(workbench.model_answer(&request))).await,
-    }
+    let work = move |request: ModelRequest| in_words(workbench.model_answer(&request));
+    answer(&headers, &body, work).await
 }
 
 async fn equation(
@@ -86,16 +97,14 @@ async fn equation(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response {
-    match question::<EquationRequest>(&headers, &body) {
-        Err((status, problem)) => told(status, &problem),
-        Ok(EquationRequest { equation, add }) => {
-            let outcome = move || match add {
-                true => workbench.add_equation(&equation),
-                false => Workbench::check_equation(&equation),
-            };
-            compute(move || outcome().map(Arc::new)).await
-        }
-    }
+    let work = move |EquationRequest { equation, add }: EquationRequest| {
+        let outcome = match add {
+            true => workbench.add_equation(&equation),
+            false => Workbench::check_equation(&equation),
+        };
+        outcome.map(Arc::new)
+    };
+    answer(&headers, &body, work).await
 }
 
 async fn save(
@@ -103,8 +112,6 @@ async fn save(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response {
-    match question::<ModelRequest>(&headers, &body) {
-        Err((status, problem)) => told(status, &problem),
-        Ok(request) => compute(move || in_words(workbench.save(&request).map(Arc::new))).await,
-    }
+    let work = move |request: ModelRequest| in_words(workbench.save(&request).map(Arc::new));
+    answer(&headers, &body, work).await
 }

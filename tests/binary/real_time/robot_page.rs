@@ -93,6 +93,9 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     };
     // By the port's name alone, while the page has the port.
     assert_eq!(run("identify --json").ok().json()["status"]["state"], "idle");
+    // A second page does not take the port from the first.
+    let second = RobotPage::of(&temp, robot.port());
+    wait_for("the robot on the second page", || (second.state() == "idle").then_some(()));
     let far = json!({"straight": {"distance_m": 5.0, "speed_mps": 0.2}});
     let drive = |number: u64| {
         wait_for("the drive", || {
@@ -113,6 +116,7 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     };
     let identified = held("identify --json").ok().json();
     assert_eq!(identified["status"]["state"], "driving");
+    assert_eq!(second.state(), "driving");
     // Nor does another page: its motion would be a turn.
     let spin = json!({"spin": {"angle_rad": 6.0, "speed_mps": 0.1}});
     let heard = page.news()["now_ms"].clone();

@@ -29,9 +29,13 @@
 use crate::effect::composition::{Composer, Increment, Terms};
 use crate::effect::definition::View;
 use crate::estimation::predict::open_loop;
-use crate::estimation::state::{PSI, Quantity, STATES, ScalarMeasurement, State, Update};
+use crate::estimation::state::{
+    PSI, Quantity, STATES, ScalarMeasurement, State, Update, Variances,
+};
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
+use crate::numeric::angle::Direction;
+use crate::numeric::lanes::Number;
 use crate::recording::motion::{Motion, Step};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
@@ -68,8 +72,8 @@ pub(crate) struct Filter<'a> {
     composer: Composer<'a>,
     view: View,
     view_by_column: Vec<View>,
-    noise: &'a OdometryNoise,
-    state: State,
+    noise: Variances<f64>,
+    state: State<f64>,
     sensitivity: Vec<[f64; STATES]>,
     row: Vec<f64>,
 }
@@ -89,8 +93,8 @@ pub(crate) fn whiten(
         composer,
         view,
         view_by_column,
-        noise,
-        state: State::new(start),
+        noise: Variances::of(noise),
+        state: State::new(start.to_array()),
         sensitivity: vec![[0.0; STATES]; columns],
         row: vec![0.0; columns],
     };
@@ -103,8 +107,8 @@ pub(crate) fn whiten(
         let end_s = begin_s + nominal.dt_s;
         let mut now_s = begin_s;
         let mut step = *nominal;
-        step.heading_rad = filter.state.pose.heading_rad + nominal.turn_rad() / 2.0;
-        step.place_m = [filter.state.pose.x_m, filter.state.pose.y_m];
+        step.heading_rad = filter.state.heading_rad() + nominal.turn_rad() / 2.0;
+        step.place_m = filter.state.position_m();
         let increment = filter.composer.step(&step);
         // A pose measured a moment before the first step or after the last was measured at rest.
         while let Some(measurement) =
@@ -121,10 +125,10 @@ pub(crate) fn whiten(
                     now_s = seen_s;
                     continue;
                 }
-                filter.start(measurement, noise, &step);
+                filter.start(measurement, &step);
                 started = true;
             }
-            sink.pose_measured(measurement, &step, filter.state.pose);
+            sink.pose_measured(measurement, &step, filter.state.pose());
             now_s = seen_s;
         }
         let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
@@ -174,7 +178,8 @@ const HEADING_SPREAD_M: f64 = 0.03;
 impl Filter<'_> {
     /// Moves the pose alone, before the filter starts.
     fn dead_reckon(&mut self, increment: &Increment, share: f64) {
-        self.state.pose = Transition::new(self.state.pose, increment, share).pose;
+        let there = Transition::new(self.state.pose(), increment, share).pose;
+        self.state.set_pose(there.to_array());
     }
 
     /// Equation (1), for a share of a step.
@@ -183,7 +188,7 @@ impl Filter<'_> {
             return;
         }
         sink.moved(step, increment, share);
-        let there = Transition::new(self.state.pose, increment, share);
+        let there = Transition::new(self.state.pose(), increment, share);
         let [gx, gy] = there.by_heading;
         let fade = self.noise.wobble_fade(step.dt_s * share);
         for (s, change) in self.sensitivity.iter_mut().zip(&self.composer.by_column) {
@@ -193,42 +198,35 @@ impl Filter<'_> {
             s[2] += moved[2];
             s[3..PSI].iter_mut().for_each(|error| *error *= fade);
         }
-        self.state.predict(there.pose, [gx, gy], fade);
+        self.state.predict(there.pose.to_array(), [gx, gy], fade);
         let rolled_m = step.rolled_m() * share;
-        self.state.add_process_noise(self.noise, rolled_m, fade);
+        self.state.add_process_noise(&self.noise, rolled_m, fade);
     }
 
-    /// The measured point relative to the pose, and its derivative by the heading, whose sine and cosine
-    /// are given.
-    fn offset_at(&self, [sin, cos]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
-        let [ahead, left] = [self.view.offset_m[0].value, self.view.offset_m[1].value];
-        let offset = [cos * ahead - sin * left, sin * ahead + cos * left];
-        (offset, [-offset[1], offset[0]])
+    /// The measured point relative to the pose, and its derivative by the heading, which faces this direction.
+    fn offset_at(&self, facing: Direction) -> ([f64; 2], [f64; 2]) {
+        offset_at(self.view.offset_m.map(|jet| jet.value), facing)
     }
 
     /// Velocity of the measured point in the fixed frame \[m/s, m/s, rad/s\], smoothed: that of a single
     /// step is one count or none, and shares the error of that count.
-    fn velocity(&self, step: &Step, sin_cos: [f64; 2]) -> [f64; 3] {
-        velocity_of(step.speed_mps(), step.turn_rate_rad_s(), sin_cos, self.offset_at(sin_cos).1)
+    fn velocity(&self, step: &Step, facing: Direction) -> [f64; 3] {
+        velocity_of([step.speed_mps(), step.turn_rate_rad_s()], facing, self.offset_at(facing).1)
     }
 
     /// Starts at the first pose, with the covariance of its measurement, and with its sensitivities.
-    fn start(&mut self, measurement: &PoseMeasurement, noise: &OdometryNoise, step: &Step) {
+    fn start(&mut self, measurement: &PoseMeasurement, step: &Step) {
         let Some(position_m) = measurement.position_m else { return };
-        let known = measurement.heading_rad.is_some();
-        let heading_sigma_rad =
-            if known { noise.heading_sigma_rad } else { UNKNOWN_HEADING_SIGMA_RAD };
-        if let Some(heading_rad) = measurement.heading_rad {
-            self.state.pose.heading_rad = heading_rad;
-        }
-        let (sin, cos) = self.state.pose.heading_rad.sin_cos();
-        let (offset, by_heading) = self.offset_at([sin, cos]);
-        self.state.pose.x_m = position_m[0] - offset[0];
-        self.state.pose.y_m = position_m[1] - offset[1];
-        let velocity = self.velocity(step, [sin, cos]);
-        self.state.start(self.noise, heading_sigma_rad, by_heading, velocity);
+        let known = measurement.heading_rad;
+        let heading_var = known.map_or(UNKNOWN_HEADING_SIGMA_RAD.powi(2), |_| self.noise.heading());
+        let heading_rad = known.unwrap_or(self.state.heading_rad());
+        let facing = Direction::of(heading_rad);
+        let (offset, by_heading) = self.offset_at(facing);
+        self.state.set_pose([position_m[0] - offset[0], position_m[1] - offset[1], heading_rad]);
+        let velocity = self.velocity(step, facing);
+        self.state.start(&self.noise, heading_var, by_heading, velocity);
         for (view, s) in self.view_by_column.iter().zip(&mut self.sensitivity) {
-            let slope = |quantity| view_slope(view, quantity, velocity, [sin, cos]);
+            let slope = |quantity| view_slope(view, quantity, velocity, facing);
             let turned = -slope(Quantity::Heading);
             *s = [0.0; STATES];
             s[0] = -slope(Quantity::X) - by_heading[0] * turned;
@@ -245,20 +243,20 @@ impl Filter<'_> {
         index: usize,
         sink: &mut impl Sink,
     ) {
-        let (mut sin, mut cos) = self.state.pose.heading_rad.sin_cos();
-        let velocity = self.velocity(step, [sin, cos]);
+        let mut facing = Direction::of(self.state.heading_rad());
+        let velocity = self.velocity(step, facing);
         for (quantity, measured) in numbers(measurement) {
             if quantity == Quantity::Y {
                 // x has turned the heading, and the measured point on the body with it.
-                (sin, cos) = self.state.pose.heading_rad.sin_cos();
+                facing = Direction::of(self.state.heading_rad());
             }
-            let (offset, by_heading) = self.offset_at([sin, cos]);
+            let (offset, by_heading) = self.offset_at(facing);
             let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
-            let update = self.state.innovation(self.noise, &scalar);
+            let update = self.state.innovation(&self.noise, &scalar);
             let weight = 1.0 / update.variance.sqrt();
             for (column, s) in self.sensitivity.iter_mut().enumerate() {
                 let view = &self.view_by_column[column];
-                let j = update.reading.along(s) + view_slope(view, quantity, velocity, [sin, cos]);
+                let j = update.reading.along(s) + view_slope(view, quantity, velocity, facing);
                 self.row[column] = j * weight;
                 s.iter_mut().zip(update.gain).for_each(|(s, k)| *s -= k * j);
             }
@@ -269,17 +267,28 @@ impl Filter<'_> {
     }
 }
 
+/// Where a point of the body is, relative to the pose in the fixed frame, and its derivative by the heading, which faces
+/// this direction.
+pub(crate) fn offset_at<T: Number>(
+    [ahead, left]: [f64; 2],
+    Direction { sin, cos }: Direction<T>,
+) -> ([T; 2], [T; 2]) {
+    let (ahead, left) = (T::of(ahead), T::of(left));
+    let offset = [cos * ahead - sin * left, sin * ahead + cos * left];
+    (offset, [-offset[1], offset[0]])
+}
+
 /// Velocity of a point in the fixed frame, from the robot's speed and turn rate; `by_heading` is the derivative
 /// of its position by the heading.
-pub(crate) fn velocity_of(
-    speed_mps: f64,
-    turn_rate_rad_s: f64,
-    [sin, cos]: [f64; 2],
-    by_heading: [f64; 2],
-) -> [f64; 3] {
+pub(crate) fn velocity_of<T: Number>(
+    [speed_mps, turn_rate_rad_s]: [f64; 2],
+    facing: Direction<T>,
+    by_heading: [T; 2],
+) -> [T; 3] {
+    let (speed_mps, turn_rate_rad_s) = (T::of(speed_mps), T::of(turn_rate_rad_s));
     [
-        speed_mps * cos + turn_rate_rad_s * by_heading[0],
-        speed_mps * sin + turn_rate_rad_s * by_heading[1],
+        speed_mps * facing.cos + turn_rate_rad_s * by_heading[0],
+        speed_mps * facing.sin + turn_rate_rad_s * by_heading[1],
         turn_rate_rad_s,
     ]
 }
@@ -291,8 +300,13 @@ pub(crate) fn numbers(measurement: &PoseMeasurement) -> impl Iterator<Item = (Qu
     all.into_iter().filter_map(|(quantity, measured)| Some((quantity, measured?)))
 }
 
-/// dh/dp of one quantity by one column's view, with the sine and cosine of the heading.
-fn view_slope(view: &View, quantity: Quantity, velocity: [f64; 3], [sin, cos]: [f64; 2]) -> f64 {
+/// dh/dp of one quantity by one column's view, with the direction of the heading.
+fn view_slope(
+    view: &View,
+    quantity: Quantity,
+    velocity: [f64; 3],
+    Direction { sin, cos }: Direction,
+) -> f64 {
     let [ahead, left] = [view.offset_m[0].value, view.offset_m[1].value];
     let delay = view.delay_s.value;
     match quantity {

@@ -9,8 +9,8 @@ use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::effect::definition::{Effect, Role};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::ekf::{Innovation, Sink, whiten};
-use crate::estimation::gyro::{fixed_segments, follow, whiten_gyro};
-use crate::estimation::most_likely_noise::{Search, Whitened, most_likely};
+use crate::estimation::gyro::{fixed_segments, whiten_gyro};
+use crate::estimation::most_likely_noise::{Search, most_likely};
 use crate::estimation::noise_segments::NoiseSegments;
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
@@ -65,21 +65,10 @@ pub(crate) fn minus_two_log_likelihood(
     each.iter().sum()
 }
 
-/// The whitened numbers of some runs.
-fn whitened(runs: &[NoiseSegments], noise: &OdometryNoise) -> Vec<Whitened> {
-    let each = parallel::map(runs, |segments| {
-        let mut rows: Vec<Whitened> = Vec::with_capacity(segments.rows());
-        segments.whitened(noise, &mut rows);
-        follow(&segments.gyro, noise, |innovation, _, _| {
-            rows.push((innovation.value, innovation.variance))
-        });
-        rows
-    });
-    each.concat()
-}
-
 /// Most poses that the noise is estimated from, during the search and at its end; of more poses, bursts are taken.
 const NOISE_POSES_MAX: [usize; 2] = [4_000, 8_000];
+/// Most poses that tell which of several starts is the right one.
+const EXPLORED_POSES_MAX: usize = 2_000;
 /// Consecutive poses in a burst, so that noise that fades within a second shows its correlation.
 const BURST: usize = 10;
 
@@ -93,16 +82,17 @@ pub(crate) fn fit_noise(
     let view = Composer::new(Terms::Fixed(terms)).view().0;
     let measurements: usize =
         prepared.runs.iter().map(|run| run.recording.measured_poses.len()).sum();
-    let most = NOISE_POSES_MAX[usize::from(search == Search::Wide)];
-    let every = measurements.div_ceil(most).max(1);
-    let runs: Vec<NoiseSegments> = parallel::map(&prepared.runs, |run| {
-        let bursts = run.recording.measured_poses.chunks(BURST).step_by(every);
-        let thinned: Vec<PoseMeasurement> = bursts.flatten().copied().collect();
-        let mut segments =
-            NoiseSegments::new(view.offset_m.map(|jet| jet.value), fixed_segments(run, terms));
-        whiten(&run.motion, &thinned, Terms::Fixed(terms), &start, &mut segments);
-        segments
-    });
+    let every = |most: usize| measurements.div_ceil(most).max(1);
+    let segments = |every: usize| -> Vec<NoiseSegments> {
+        parallel::map(&prepared.runs, |run| {
+            let bursts = run.recording.measured_poses.chunks(BURST).step_by(every);
+            let thinned: Vec<PoseMeasurement> = bursts.flatten().copied().collect();
+            let mut segments =
+                NoiseSegments::new(view.offset_m.map(|jet| jet.value), fixed_segments(run, terms));
+            whiten(&run.motion, &thinned, Terms::Fixed(terms), &start, &mut segments);
+            segments
+        })
+    };
     let robot = &prepared.robot;
     let mut given = [false; NUMBERS];
     given[0] = robot.position_sigma_m.is_some();
@@ -113,7 +103,15 @@ pub(crate) fn fit_noise(
         heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(noise.heading_sigma_rad),
         ..noise
     };
-    most_likely(told(start), given, search, |noise| whitened(&runs, noise))
+    let start = told(start);
+    if search == Search::Near {
+        return most_likely(&segments(every(NOISE_POSES_MAX[0])), start, given, search);
+    }
+    let found = most_likely(&segments(every(EXPLORED_POSES_MAX)), start, given, search);
+    if measurements <= EXPLORED_POSES_MAX {
+        return found;
+    }
+    most_likely(&segments(every(NOISE_POSES_MAX[1])), found, given, Search::Near)
 }
 
 /// Fits the parameters of these terms, with the noise as given.

@@ -11,8 +11,10 @@
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::effect::definition::ActsOn;
 use crate::estimation::ekf::{Innovation, Sink};
+use crate::estimation::state::Variances;
 use crate::numeric::angle::wrap;
 use crate::numeric::jet::Jet;
+use crate::numeric::lanes::Number;
 use crate::recording::campaign::PreparedRun;
 use crate::recording::odometry_noise::OdometryNoise;
 
@@ -83,24 +85,25 @@ pub(crate) fn fixed_segments(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<GyroS
     segments(run, Terms::Fixed(terms)).0
 }
 
-/// The innovations of the segments of a run; `seen` is called for each, with the gain and the segment's index.
-pub(crate) fn follow(
+/// The innovations of the segments of a run with this noise: for each after the first, with its index, nu, its variance
+/// s and the gain.
+pub(crate) fn follow<T: Number>(
     segments: &[GyroSegment],
-    noise: &OdometryNoise,
-    mut seen: impl FnMut(Innovation, f64, usize),
+    noise: &Variances<T>,
+    mut seen: impl FnMut(usize, T, T, T),
 ) {
     let Some(first) = segments.first() else { return };
-    let heading_var = noise.heading_sigma_rad.powi(2) + noise.heading_wobble_rad.powi(2);
-    let (mut heading_rad, mut variance) = (first.measured_rad, heading_var);
+    let heading_var = noise.whole_heading();
+    let (mut heading_rad, mut variance) = (T::of(first.measured_rad), heading_var);
     for (index, segment) in segments.iter().enumerate().skip(1) {
-        heading_rad += segment.turn_rad;
-        variance += noise.gyro_walk.powi(2) * segment.dt_s;
-        let nu = wrap(segment.measured_rad - heading_rad);
+        heading_rad += T::of(segment.turn_rad);
+        variance += noise.gyro_per_s() * T::of(segment.dt_s);
+        let nu = (T::of(segment.measured_rad) - heading_rad).each(wrap);
         let s = variance + heading_var;
         let gain = variance / s;
         heading_rad += gain * nu;
-        variance *= 1.0 - gain;
-        seen(Innovation { step: segment.step, value: nu, variance: s }, gain, index);
+        variance *= T::of(1.0) - gain;
+        seen(index, nu, s, gain);
     }
 }
 
@@ -115,7 +118,8 @@ pub(crate) fn whiten_gyro(
     let (segments, slopes) = segments(run, terms);
     let mut slope = vec![0.0; columns];
     let mut row = vec![0.0; columns];
-    follow(&segments, noise, |innovation, gain, index| {
+    follow(&segments, &Variances::of(noise), |index, value, variance, gain| {
+        let innovation = Innovation { step: segments[index].step, value, variance };
         let by = &slopes[index * columns..(index + 1) * columns];
         for ((slot, slope), by) in row.iter_mut().zip(&mut slope).zip(by) {
             *slope += by;

@@ -5,6 +5,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimation::noise_segments::NoiseSegments;
+use crate::estimation::state::Variances;
+use crate::numeric::lanes::{LANES, Lanes, Number};
+use crate::numeric::parallel;
 use crate::recording::odometry_noise::{NUMBERS, OdometryNoise, WOBBLE_S};
 
 /// Which of them are given, in the order of [`OdometryNoise::to_array`].
@@ -27,9 +31,6 @@ pub(crate) enum Search {
     Near,
 }
 
-/// A whitened number: its innovation nu and the innovation's variance s.
-pub(crate) type Whitened = (f64, f64);
-
 /// The noise that makes -2 log likelihood, sum ln s + nu^2 / s, least, starting at `start`.
 ///
 /// Fisher's scoring in the logarithms of the numbers: with the derivatives of every ln s and nu,
@@ -41,112 +42,268 @@ pub(crate) type Whitened = (f64, f64);
 ///
 /// The prior has the weight of one measurement, so that four poses in all do not give a noise of zero.
 pub(crate) fn most_likely(
+    runs: &[NoiseSegments],
     start: OdometryNoise,
     given: Given,
     search: Search,
-    whitened: impl Fn(&OdometryNoise) -> Vec<Whitened>,
 ) -> OdometryNoise {
-    let near = score(start, &given, &whitened);
+    let near = score(runs, start, &given);
     if search == Search::Near {
         return near.0;
     }
     let fading =
         OdometryNoise { position_wobble_m: 2e-3, heading_wobble_rad: 1e-2, wobble_s: 2.0, ..start };
-    let fades = score(fading, &given, &whitened);
+    let fades = score(runs, fading, &given);
     if fades.1 < near.1 { fades.0 } else { near.0 }
 }
 
 /// A difference of logarithms that gives a derivative.
-const DIFFERENCE: f64 = 0.02;
+const DIFFERENCE: f64 = 0.002;
 /// Most iterations of scoring.
 const ROUNDS_MAX: usize = 12;
 /// The search has converged if -2 log likelihood falls by less than this.
 const FALL_MIN: f64 = 0.3;
+/// Most steps tried in an iteration.
+const TRIALS_MAX: usize = 4;
+/// Longest step of the time in one iteration, in e-folds.
+const EFOLDS_MAX: f64 = 1.5;
+/// A variance shrinks to this share at most in one iteration.
+const SHRINKS_MAX: f64 = 0.05;
 
 /// Iterates (5) and (6) to convergence; the noise and its -2 log likelihood, prior included.
-fn score(
-    start: OdometryNoise,
-    given: &Given,
-    whitened: &impl Fn(&OdometryNoise) -> Vec<Whitened>,
-) -> (OdometryNoise, f64) {
+fn score(runs: &[NoiseSegments], start: OdometryNoise, given: &Given) -> (OdometryNoise, f64) {
     let typical = OdometryNoise::TYPICAL.to_array();
     let free: Vec<usize> = (0..NUMBERS).filter(|i| !given[*i]).collect();
     let prior = |noise: &[f64; NUMBERS], i: usize| (noise[i] / typical[i]).ln() / PRIOR_EFOLDS;
-    let cost = |noise: &[f64; NUMBERS], rows: &[Whitened]| -> f64 {
-        let data: f64 = rows.iter().map(|(nu, s)| s.ln() + nu * nu / s).sum();
-        data + free.iter().map(|i| prior(noise, *i).powi(2)).sum::<f64>()
+    let cost = |noise: &[f64; NUMBERS], minus_two_log: f64| {
+        minus_two_log + free.iter().map(|i| prior(noise, *i).powi(2)).sum::<f64>()
     };
+    let n = free.len();
     let mut best = start.to_array();
-    let mut rows = whitened(&start);
-    let mut least = cost(&best, &rows);
-    let mut damping = 1e-3;
+    let mut least = f64::INFINITY;
+    let mut share = 1.0;
     for _ in 0..ROUNDS_MAX {
-        let slopes: Vec<Vec<Whitened>> =
-            free.iter().map(|i| slopes(&best, *i, &rows, whitened)).collect();
-        let n = free.len();
-        let mut gradient = DVector::zeros(n);
-        let mut curvature = DMatrix::zeros(n, n);
-        for (i, a) in slopes.iter().enumerate() {
-            for ((nu, s), (dnu, dln)) in rows.iter().zip(a) {
-                let z = nu / s.sqrt();
-                gradient[i] += (1.0 - z * z) * dln + 2.0 * z * dnu;
-            }
-            for (j, b) in slopes[..=i].iter().enumerate() {
-                let sum: f64 = a.iter().zip(b).map(|(a, b)| a.1 * b.1 + 2.0 * a.0 * b.0).sum();
-                curvature[(i, j)] = sum;
-                curvature[(j, i)] = sum;
-            }
+        let sums = Sums::around(runs, &best, &free);
+        let before = cost(&best, sums.minus_two_log);
+        least = before;
+        let mut gradient = DVector::from_fn(n, |i, _| sums.gradient(i));
+        let mut curvature = DMatrix::from_fn(n, n, |i, j| sums.curvature(i, j));
+        for i in 0..n {
             gradient[i] += 2.0 * prior(&best, free[i]) / PRIOR_EFOLDS;
             curvature[(i, i)] += 2.0 / (PRIOR_EFOLDS * PRIOR_EFOLDS);
         }
-        let before = least;
-        // More damping until the cost falls.
-        for _ in 0..4 {
-            let mut damped = curvature.clone();
-            for i in 0..n {
-                damped[(i, i)] *= 1.0 + damping;
-            }
-            let Some(factor) = damped.cholesky() else { break };
-            let step = factor.solve(&gradient);
-            let mut there = best;
-            for (i, step) in free.iter().zip(step.iter()) {
-                there[*i] *= (-step).clamp(-EFOLDS_MAX, EFOLDS_MAX).exp();
-            }
-            there[WOBBLE_S] = there[WOBBLE_S].clamp(WOBBLE_S_MIN, WOBBLE_S_MAX);
-            let moved = whitened(&OdometryNoise::from_array(there));
-            let value = cost(&there, &moved);
-            if value < least {
-                (best, rows, least) = (there, moved, value);
-                damping *= 0.1;
+        let newton = |gradient: &DVector<f64>, curvature: &DMatrix<f64>| {
+            curvature.clone().cholesky().map(|factor| -factor.solve(gradient))
+        };
+        let Some(mut step) = newton(&gradient, &curvature) else { break };
+        let at_end = |i: &usize| moved(free[*i], best[free[*i]], step[*i]) == best[free[*i]];
+        if let Some(held) = (0..n).find(at_end) {
+            // It is at the end of its range, and stays there: the others step without it.
+            gradient[held] = 0.0;
+            curvature.row_mut(held).fill(0.0);
+            curvature.column_mut(held).fill(0.0);
+            curvature[(held, held)] = 1.0;
+            let Some(others) = newton(&gradient, &curvature) else { break };
+            step = others;
+        }
+        let slope = step.dot(&gradient);
+        for _ in 0..TRIALS_MAX {
+            // A parabola falls by half of what its slope promises.
+            if -slope * share / 2.0 < FALL_MIN {
                 break;
             }
-            damping = (damping * 10.0).max(0.01);
+            let mut there = best;
+            for (i, step) in free.iter().zip(step.iter()) {
+                there[*i] = moved(*i, best[*i], share * step);
+            }
+            let value = cost(&there, minus_two_log(runs, &there));
+            if value < before - FALL_MIN {
+                (best, least) = (there, value);
+                break;
+            }
+            let lowest = -slope * share / (2.0 * (value - before - slope * share));
+            share *= lowest.clamp(0.1, 0.5);
         }
         if before - least < FALL_MIN {
             break;
         }
+        share = (2.0 * share).min(1.0);
     }
     (OdometryNoise::from_array(best), least)
 }
 
-/// Derivatives of nu / sqrt(s) and of ln s by the logarithm of one number of the noise, for each row.
-fn slopes(
-    noise: &[f64; NUMBERS],
-    number: usize,
-    rows: &[Whitened],
-    whitened: &impl Fn(&OdometryNoise) -> Vec<Whitened>,
-) -> Vec<Whitened> {
-    let mut there = *noise;
-    there[number] *= DIFFERENCE.exp();
-    let mut slopes = whitened(&OdometryNoise::from_array(there));
-    for (slope, here) in slopes.iter_mut().zip(rows) {
-        *slope = (
-            (slope.0 - here.0) / (DIFFERENCE * here.1.sqrt()),
-            (slope.1 / here.1).ln() / DIFFERENCE,
-        );
+/// A number of the noise, moved by a step of its logarithm.
+///
+/// The variances s are linear in the squares of the sigmas, so these take the step: the exponential of a long one would
+/// be far too much.
+fn moved(number: usize, from: f64, step: f64) -> f64 {
+    if number == WOBBLE_S {
+        let to = from * step.clamp(-EFOLDS_MAX, EFOLDS_MAX).exp();
+        return to.clamp(WOBBLE_S_MIN, WOBBLE_S_MAX);
     }
-    slopes
+    from * (1.0 + 2.0 * step).max(SHRINKS_MAX).sqrt()
 }
 
-/// Longest step of one iteration, in e-folds.
-const EFOLDS_MAX: f64 = 1.5;
+/// -2 log likelihood with this noise.
+fn minus_two_log(runs: &[NoiseSegments], noise: &[f64; NUMBERS]) -> f64 {
+    let noise = Variances::from_sigmas(*noise);
+    let each = parallel::map(runs, |run| {
+        let mut sum = 0.0;
+        run.innovations(&noise, |nu, s| sum += s.ln() + nu * nu / s);
+        sum
+    });
+    each.iter().sum()
+}
+
+/// -2 log likelihood at a noise, (5) and (6) there, a number by its lane.
+#[derive(Clone, Debug)]
+struct Sums {
+    minus_two_log: f64,
+    gradient: Lanes,
+    curvature: [Lanes; NUMBERS],
+}
+
+impl Sums {
+    /// Over all runs, by the logarithms of the free numbers.
+    fn around(runs: &[NoiseSegments], noise: &[f64; NUMBERS], free: &[usize]) -> Self {
+        let noises = lanes(noise, free);
+        let each = parallel::map(runs, |run| {
+            let mut sums = Self::zeros();
+            run.innovations(&noises, |nu, s| sums.add_row(nu, s, free.len()));
+            sums
+        });
+        each.iter().fold(Self::zeros(), Self::plus)
+    }
+
+    fn zeros() -> Self {
+        let zeros = Lanes::of(0.0);
+        Self { minus_two_log: 0.0, gradient: zeros, curvature: [zeros; NUMBERS] }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        self.minus_two_log += other.minus_two_log;
+        self.gradient += other.gradient;
+        for (row, other) in self.curvature.iter_mut().zip(&other.curvature) {
+            *row += *other;
+        }
+        self
+    }
+
+    /// Adds an innovation and its variance, in all lanes.
+    fn add_row(&mut self, nu: Lanes, s: Lanes, free: usize) {
+        let (here, wide) = (nu.0[0], s.0[0]);
+        let weight = 1.0 / wide.sqrt();
+        let z = here * weight;
+        self.minus_two_log += wide.ln() + z * z;
+        // dnu / sqrt(s) and dln s.
+        let dnu = (nu - Lanes::of(here)) * Lanes::of(weight / DIFFERENCE);
+        let dln = log_of_ratio(s, Lanes::of(wide)) * Lanes::of(1.0 / DIFFERENCE);
+        self.gradient += Lanes::of(1.0 - z * z) * dln + Lanes::of(2.0 * z) * dnu;
+        for (i, row) in self.curvature[..free].iter_mut().enumerate() {
+            *row += Lanes::of(dln.0[i + 1]) * dln + Lanes::of(2.0 * dnu.0[i + 1]) * dnu;
+        }
+    }
+
+    fn gradient(&self, i: usize) -> f64 {
+        self.gradient.0[i + 1]
+    }
+
+    fn curvature(&self, i: usize, j: usize) -> f64 {
+        self.curvature[i].0[j + 1]
+    }
+}
+
+const _: () = assert!(LANES > NUMBERS, "a lane for the noise, and one for each of its numbers");
+
+/// A noise in the first lane, and beside it with each free number larger by [`DIFFERENCE`].
+fn lanes(noise: &[f64; NUMBERS], free: &[usize]) -> Variances<Lanes> {
+    let mut sigmas = noise.map(Lanes::of);
+    for (i, number) in free.iter().enumerate() {
+        sigmas[*number].0[i + 1] *= DIFFERENCE.exp();
+    }
+    Variances::from_sigmas(sigmas)
+}
+
+/// ln(a / b) of numbers that are nearly the same: 2 artanh((a - b) / (a + b)).
+fn log_of_ratio(a: Lanes, b: Lanes) -> Lanes {
+    let x = (a - b) / (a + b);
+    let square = x * x;
+    // For a ratio of up to e^0.04, the first term left out is under 1e-15 of the sum.
+    let [one, third, fifth, seventh] = [1.0, 3.0, 5.0, 7.0].map(|n| Lanes::of(1.0 / n));
+    (x + x) * (one + square * (third + square * (fifth + square * seventh)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::composition::Terms;
+    use crate::estimation::ekf::whiten;
+    use crate::estimation::fit::minus_two_log_likelihood;
+    use crate::recording::campaign::Prepared;
+    use crate::tests::synthetic::{NOISE, campaign, full_plan};
+
+    fn prepared() -> Prepared {
+        campaign(&full_plan(), &[], 4).prepare().unwrap()
+    }
+
+    fn runs(prepared: &Prepared) -> Vec<NoiseSegments> {
+        let segments = |run: &crate::recording::campaign::PreparedRun| {
+            let mut segments = NoiseSegments::new([0.0; 2], Vec::new());
+            let poses = &run.recording.measured_poses;
+            whiten(&run.motion, poses, Terms::Fixed(&[]), &NOISE, &mut segments);
+            segments
+        };
+        prepared.runs.iter().map(segments).collect()
+    }
+
+    #[test]
+    fn the_slopes_in_the_lanes_are_those_of_the_likelihood() {
+        let runs = runs(&prepared());
+        // Not at the most likely noise, where they are zero.
+        let noise = NOISE.times(1.3).to_array();
+        let free: Vec<usize> = (0..NUMBERS).filter(|i| *i != 7).collect();
+        let sums = Sums::around(&runs, &noise, &free);
+        assert!((sums.minus_two_log - minus_two_log(&runs, &noise)).abs() < 1e-6);
+        for (i, number) in free.iter().enumerate() {
+            let at = |by: f64| {
+                let mut there = noise;
+                there[*number] *= f64::exp(by);
+                minus_two_log(&runs, &there)
+            };
+            let slope = (at(0.01) - at(-0.01)) / 0.02;
+            // A difference to one side is that of a point half of it away.
+            let allowed = 0.02 * slope.abs() + DIFFERENCE * sums.curvature(i, i) + 0.01;
+            let found = sums.gradient(i);
+            assert!((found - slope).abs() < allowed, "number {number}: {found} is not {slope}");
+        }
+    }
+
+    #[test]
+    fn the_noise_found_is_more_likely_than_its_neighbours_whatever_the_start() {
+        let prepared = prepared();
+        let segments = runs(&prepared);
+        let mut given = [false; NUMBERS];
+        given[7] = true;
+        let all: Vec<_> = prepared.runs.iter().collect();
+        let likelihood = |noise: &OdometryNoise| minus_two_log_likelihood(&all, &[], noise);
+        let typical = OdometryNoise::TYPICAL;
+        let starts = [1.0, 4.0, 0.4]
+            .map(|size| OdometryNoise { gyro_walk: typical.gyro_walk, ..typical.times(size) });
+        let found = starts.map(|start| most_likely(&segments, start, given, Search::Wide));
+        for noise in found {
+            let least = likelihood(&noise);
+            assert!((least - likelihood(&found[0])).abs() < 2.0, "{found:?}");
+            for number in 0..4 {
+                for factor in [0.85, 1.15] {
+                    let mut there = noise.to_array();
+                    there[number] *= factor;
+                    let beside = likelihood(&OdometryNoise::from_array(there));
+                    assert!(
+                        beside > least - 0.5,
+                        "number {number} times {factor}: {beside} {least}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -10,25 +10,28 @@
 //! ```
 //!
 //! (2) is the process noise of n steps of the filter in [`crate::estimation::ekf`] along an even motion; g is the
-//! derivative of its end by the heading at its beginning. The search for the noise itself is in
-//! [`crate::estimation::most_likely_noise`].
+//! derivative of its end by the heading at its beginning. Noises that differ a little, for derivatives, go through the
+//! run in lanes beside each other. The search for the noise itself is in [`crate::estimation::most_likely_noise`].
 
 use crate::effect::composition::Increment;
-use crate::estimation::ekf::{Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, velocity_of};
-use crate::estimation::gyro::GyroSegment;
-use crate::estimation::most_likely_noise::Whitened;
-use crate::estimation::state::{Quantity, ScalarMeasurement, State};
+use crate::estimation::ekf::{
+    Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, offset_at, velocity_of,
+};
+use crate::estimation::gyro::{GyroSegment, follow};
+use crate::estimation::state::{Quantity, ScalarMeasurement, State, Variances};
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
+use crate::numeric::angle::{Direction, sinc};
+use crate::numeric::lanes::Number;
 use crate::recording::motion::Step;
-use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 
 /// The motion from one measured pose to the next.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    /// In the frame of the robot at its beginning.
+    /// In the frame of the robot at its beginning, and the direction of its turn.
     moved: Pose,
+    turned: Direction,
     /// In the fixed frame \[m\].
     drift_m: [f64; 2],
     dt_s: f64,
@@ -42,6 +45,7 @@ struct Segment {
 impl Segment {
     const NONE: Self = Self {
         moved: Pose::ORIGIN,
+        turned: Direction { sin: 0.0, cos: 1.0 },
         drift_m: [0.0; 2],
         dt_s: 0.0,
         rolled_m: 0.0,
@@ -60,7 +64,7 @@ pub(crate) struct NoiseSegments {
     /// The measured point on the body \[m\].
     offset_m: [f64; 2],
     open: Segment,
-    pub gyro: Vec<GyroSegment>,
+    gyro: Vec<GyroSegment>,
 }
 
 impl Sink for NoiseSegments {
@@ -81,7 +85,8 @@ impl Sink for NoiseSegments {
         }
         let speed = [step.speed_mps(), step.turn_rate_rad_s()];
         let open = core::mem::replace(&mut self.open, Segment::NONE);
-        self.segments.push(Segment { measurement: *measurement, speed, ..open });
+        let turned = Direction::of(open.moved.heading_rad);
+        self.segments.push(Segment { measurement: *measurement, speed, turned, ..open });
     }
 
     fn row(&mut self, _: Innovation, _: &[f64]) {}
@@ -93,68 +98,111 @@ impl NoiseSegments {
         Self { segments: Vec::new(), heading_rad: 0.0, offset_m, open: Segment::NONE, gyro }
     }
 
-    /// How many rows there are at most.
-    pub fn rows(&self) -> usize {
-        3 * self.segments.len() + self.gyro.len()
-    }
-
-    /// The innovations of the run with this noise.
-    pub fn whitened(&self, noise: &OdometryNoise, rows: &mut Vec<Whitened>) {
-        let Some(first) = self.segments.first() else { return };
-        let mut state = State::new(Pose::new(0.0, 0.0, self.heading_rad));
-        self.start(&mut state, noise, first);
-        for segment in &self.segments[1..] {
-            let [sin, cos] = sin_cos(state.pose.heading_rad);
-            let ahead = [
-                cos * segment.moved.x_m - sin * segment.moved.y_m,
-                sin * segment.moved.x_m + cos * segment.moved.y_m,
-            ];
-            let there = Pose::new(
-                state.pose.x_m + ahead[0] + segment.drift_m[0],
-                state.pose.y_m + ahead[1] + segment.drift_m[1],
-                state.pose.heading_rad + segment.moved.heading_rad,
-            );
-            let by_heading = [-ahead[1], ahead[0]];
-            let fade = noise.wobble_fade(segment.dt_s);
-            state.predict(there, by_heading, fade);
-            state.add_process_noise(noise, segment.rolled_m, fade);
-            state.couple_heading_noise(noise, segment.rolled_m, by_heading, segment.steps);
-            let direction = sin_cos(state.pose.heading_rad);
-            let (mut offset, mut by_heading) = self.offset_at(direction);
-            let velocity = velocity_of(segment.speed[0], segment.speed[1], direction, by_heading);
-            for (quantity, measured) in numbers(&segment.measurement) {
-                if quantity == Quantity::Y && self.offset_m != [0.0; 2] {
-                    // x has turned the heading, and the measured point on the body with it.
-                    (offset, by_heading) = self.offset_at(sin_cos(state.pose.heading_rad));
+    /// The innovations nu of the run and their variances s, with this noise.
+    pub fn innovations<T: Number>(&self, noise: &Variances<T>, mut seen: impl FnMut(T, T)) {
+        if let Some(first) = self.segments.first() {
+            let mut filter = self.started(noise, first);
+            for segment in &self.segments[1..] {
+                filter.advance(segment);
+                for (quantity, measured) in numbers(&segment.measurement) {
+                    let (nu, variance) = filter.measure(quantity, measured);
+                    seen(nu, variance);
                 }
-                let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
-                let update = state.innovation(noise, &scalar);
-                state.update(&update);
-                rows.push((update.nu, update.variance));
             }
         }
+        follow(&self.gyro, noise, |_, nu, variance, _| seen(nu, variance));
     }
 
-    fn start(&self, state: &mut State, noise: &OdometryNoise, first: &Segment) {
-        let Some(position_m) = first.measurement.position_m else { return };
-        let [sin, cos] = sin_cos(self.heading_rad);
-        let (offset, by_heading) = self.offset_at([sin, cos]);
-        state.pose.x_m = position_m[0] - offset[0];
-        state.pose.y_m = position_m[1] - offset[1];
-        let velocity = velocity_of(first.speed[0], first.speed[1], [sin, cos], by_heading);
-        let known = first.measurement.heading_rad.is_some();
-        let sigma_rad = if known { noise.heading_sigma_rad } else { UNKNOWN_HEADING_SIGMA_RAD };
-        state.start(noise, sigma_rad, by_heading, velocity);
-    }
-
-    fn offset_at(&self, [sin, cos]: [f64; 2]) -> ([f64; 2], [f64; 2]) {
-        let [ahead, left] = self.offset_m;
-        let offset = [cos * ahead - sin * left, sin * ahead + cos * left];
-        (offset, [-offset[1], offset[0]])
+    /// A filter at the first measured pose.
+    fn started<'n, T: Number>(&self, noise: &'n Variances<T>, first: &Segment) -> Filter<'n, T> {
+        let heading_rad = T::of(self.heading_rad);
+        let state = State::new([T::of(0.0), T::of(0.0), heading_rad]);
+        let facing = Direction::of(heading_rad);
+        let (offset, by_heading) = offset_at(self.offset_m, facing);
+        let velocity = velocity_of(first.speed, facing, by_heading);
+        let (offset_m, fade) = (self.offset_m, (0.0, T::of(1.0)));
+        let mut filter = Filter {
+            noise,
+            state,
+            facing,
+            heading_rad,
+            offset_m,
+            fade,
+            offset,
+            by_heading,
+            velocity,
+        };
+        if let Some(position_m) = first.measurement.position_m {
+            let [x_m, y_m] = [0, 1].map(|axis| T::of(position_m[axis]) - offset[axis]);
+            filter.state.set_pose([x_m, y_m, heading_rad]);
+            let estimated = T::of(UNKNOWN_HEADING_SIGMA_RAD.powi(2));
+            let known = first.measurement.heading_rad.map(|_| noise.heading());
+            filter.state.start(noise, known.unwrap_or(estimated), by_heading, velocity);
+        }
+        filter
     }
 }
 
-fn sin_cos(angle_rad: f64) -> [f64; 2] {
-    let (sin, cos) = angle_rad.sin_cos();
-    [sin, cos]
+/// The filter at a measured pose of a run.
+struct Filter<'n, T> {
+    noise: &'n Variances<T>,
+    state: State<T>,
+    /// The direction of this heading, which is that of the state but for its last changes.
+    facing: Direction<T>,
+    heading_rad: T,
+    offset_m: [f64; 2],
+    /// By how much e faded in the last segment, which took so long \[s\]: most take as long.
+    fade: (f64, T),
+    /// As in [`ScalarMeasurement`].
+    offset: [T; 2],
+    by_heading: [T; 2],
+    velocity: [T; 3],
+}
+
+impl<T: Number> Filter<'_, T> {
+    /// To the end of a segment: (1) and (2).
+    fn advance(&mut self, segment: &Segment) {
+        self.face();
+        let moved_m = [segment.moved.x_m, segment.moved.y_m];
+        let (ahead, by_heading) = offset_at(moved_m, self.facing);
+        let turned = Direction { sin: T::of(segment.turned.sin), cos: T::of(segment.turned.cos) };
+        self.facing = self.facing.turned(turned);
+        self.heading_rad += T::of(segment.moved.heading_rad);
+        let (state, noise) = (&mut self.state, self.noise);
+        let [x_m, y_m] = state.position_m();
+        let there = [
+            x_m + ahead[0] + T::of(segment.drift_m[0]),
+            y_m + ahead[1] + T::of(segment.drift_m[1]),
+            self.heading_rad,
+        ];
+        if self.fade.0 != segment.dt_s {
+            self.fade = (segment.dt_s, noise.wobble_fade(segment.dt_s));
+        }
+        state.predict(there, by_heading, self.fade.1);
+        state.add_process_noise(noise, segment.rolled_m, self.fade.1);
+        state.couple_heading_noise(noise, segment.rolled_m, by_heading, segment.steps);
+        (self.offset, self.by_heading) = offset_at(self.offset_m, self.facing);
+        self.velocity = velocity_of(segment.speed, self.facing, self.by_heading);
+    }
+
+    /// The innovation of one number of the pose measured there, and its variance.
+    fn measure(&mut self, quantity: Quantity, measured: f64) -> (T, T) {
+        if quantity == Quantity::Y && self.offset_m != [0.0; 2] {
+            // x has turned the heading, and the measured point on the body with it.
+            self.face();
+            (self.offset, self.by_heading) = offset_at(self.offset_m, self.facing);
+        }
+        let Self { offset, by_heading, velocity, .. } = *self;
+        let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+        let update = self.state.innovation(self.noise, &scalar);
+        self.state.update(&update);
+        (update.nu, update.variance)
+    }
+
+    /// Faces where the state heads.
+    fn face(&mut self) {
+        let by_rad = self.state.heading_rad() - self.heading_rad;
+        self.facing = self.facing.turned(Direction::of_small(by_rad, sinc(by_rad)));
+        self.heading_rad = self.state.heading_rad();
+    }
 }

@@ -3,13 +3,20 @@
 //! ```text
 //! x = (x, y, theta, e_x, e_y, e_theta, psi, tau)
 //! ```
+//!
+//! It is one state, or several beside each other that differ in their noise: the same arithmetic in every lane.
 
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
-use crate::recording::odometry_noise::OdometryNoise;
+use crate::numeric::lanes::Number;
+use crate::recording::odometry_noise::{NUMBERS, OdometryNoise};
 
 /// Numbers of the state.
 pub(crate) const STATES: usize = 8;
+/// Of them, theta.
+const THETA: usize = 2;
+/// Of them, the first of e.
+const E: usize = 3;
 /// Of them, psi: the sensor's heading less that of the robot \[rad\].
 pub(crate) const PSI: usize = 6;
 /// Of them, tau: how late the sensor's clock is in this run \[s\].
@@ -23,32 +30,117 @@ pub(crate) enum Quantity {
     Heading,
 }
 
+/// The noise as variances.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Variances<T> {
+    position: T,
+    heading: T,
+    /// Of the random walks, per metre of rolling.
+    travel_per_m: T,
+    heading_per_m: T,
+    position_wobble: T,
+    heading_wobble: T,
+    /// A time, no variance.
+    wobble_s: T,
+    /// Of the yaw rate sensor's random walk, per second.
+    gyro_per_s: T,
+    heading_offset: T,
+    clock_offset: T,
+}
+
+impl Variances<f64> {
+    pub fn of(noise: &OdometryNoise) -> Self {
+        Self::from_sigmas(noise.to_array())
+    }
+}
+
+impl<T: Number> Variances<T> {
+    /// In the order of [`OdometryNoise::to_array`].
+    pub fn from_sigmas(sigmas: [T; NUMBERS]) -> Self {
+        let wobble_s = sigmas[6];
+        let [
+            position,
+            heading,
+            travel_per_m,
+            heading_per_m,
+            position_wobble,
+            heading_wobble,
+            _,
+            gyro_per_s,
+            heading_offset,
+            clock_offset,
+        ] = sigmas.map(|sigma| sigma * sigma);
+        Self {
+            position,
+            heading,
+            travel_per_m,
+            heading_per_m,
+            position_wobble,
+            heading_wobble,
+            wobble_s,
+            gyro_per_s,
+            heading_offset,
+            clock_offset,
+        }
+    }
+
+    /// Of one measured heading \[rad^2\].
+    pub fn heading(&self) -> T {
+        self.heading
+    }
+
+    /// Of one measured heading with what fades \[rad^2\].
+    pub fn whole_heading(&self) -> T {
+        self.heading + self.heading_wobble
+    }
+
+    /// Of the yaw rate sensor's random walk, per second \[rad^2/s\].
+    pub fn gyro_per_s(&self) -> T {
+        self.gyro_per_s
+    }
+
+    /// Correlation of e over a time.
+    pub fn wobble_fade(&self, t_s: f64) -> T {
+        (T::of(-t_s) / self.wobble_s).each(f64::exp)
+    }
+}
+
+/// A symmetric matrix: its lower triangle.
+#[derive(Clone, Debug)]
+struct Symmetric<T>([[T; STATES]; STATES]);
+
+impl<T: Number> Symmetric<T> {
+    fn at(&self, i: usize, j: usize) -> T {
+        self.0[i.max(j)][i.min(j)]
+    }
+
+    fn of(&mut self, i: usize, j: usize) -> &mut T {
+        &mut self.0[i.max(j)][i.min(j)]
+    }
+}
+
 /// The state and its covariance.
 #[derive(Clone, Debug)]
-pub(crate) struct State {
-    pub pose: Pose,
-    /// e.
-    wobble: [f64; 3],
-    /// psi and tau.
-    run: [f64; 2],
-    covariance: [[f64; STATES]; STATES],
+pub(crate) struct State<T> {
+    mean: [T; STATES],
+    covariance: Symmetric<T>,
 }
 
 /// One number measured, as a linear function of the state: H of equation (2).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reading {
+pub(crate) struct Reading<T> {
     axis: usize,
-    lever: f64,
-    by_psi: f64,
-    by_tau: f64,
+    lever: T,
+    by_psi: T,
+    by_tau: T,
 }
 
-impl Reading {
+impl<T: Number> Reading<T> {
     /// H times a column of numbers, one for each state.
-    pub fn along(&self, column: &[f64; STATES]) -> f64 {
+    pub fn along(&self, column: &[T; STATES]) -> T {
         column[self.axis]
-            + column[self.axis + 3]
-            + self.lever * column[2]
+            + column[self.axis + E]
+            + self.lever * column[THETA]
             + self.by_psi * column[PSI]
             + self.by_tau * column[TAU]
     }
@@ -56,182 +148,216 @@ impl Reading {
 
 /// An innovation with everything that the update needs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Update {
-    pub reading: Reading,
+pub(crate) struct Update<T> {
+    pub reading: Reading<T>,
     /// nu.
-    pub nu: f64,
+    pub nu: T,
     /// s.
-    pub variance: f64,
+    pub variance: T,
     /// K.
-    pub gain: [f64; STATES],
+    pub gain: [T; STATES],
     /// P H'.
-    ph: [f64; STATES],
+    ph: [T; STATES],
 }
 
 /// One measured number, and how it depends on the state.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ScalarMeasurement {
+pub(crate) struct ScalarMeasurement<T> {
     pub quantity: Quantity,
     pub measured: f64,
     /// The measured point relative to the pose, in the fixed frame, and its derivative by the heading \[m\].
-    pub offset: [f64; 2],
-    pub by_heading: [f64; 2],
+    pub offset: [T; 2],
+    pub by_heading: [T; 2],
     /// In the fixed frame \[m/s, m/s, rad/s\].
-    pub velocity: [f64; 3],
+    pub velocity: [T; 3],
 }
 
-impl State {
-    pub fn new(pose: Pose) -> Self {
-        Self { pose, wobble: [0.0; 3], run: [0.0; 2], covariance: [[0.0; STATES]; STATES] }
+impl State<f64> {
+    pub fn pose(&self) -> Pose {
+        let [x_m, y_m, heading_rad, ..] = self.mean;
+        Pose::new(x_m, y_m, heading_rad)
+    }
+}
+
+impl<T: Number> State<T> {
+    pub fn new(pose: [T; 3]) -> Self {
+        let covariance = Symmetric([[T::of(0.0); STATES]; STATES]);
+        let mut state = Self { mean: [T::of(0.0); STATES], covariance };
+        state.set_pose(pose);
+        state
+    }
+
+    pub fn set_pose(&mut self, pose: [T; 3]) {
+        self.mean[..E].copy_from_slice(&pose);
+    }
+
+    pub fn position_m(&self) -> [T; 2] {
+        [self.mean[0], self.mean[1]]
+    }
+
+    pub fn heading_rad(&self) -> T {
+        self.mean[THETA]
     }
 
     /// Equation (1) of the state: moved to a pose that depends by (gx, gy) on the heading, e faded.
-    pub fn predict(&mut self, there: Pose, [gx, gy]: [f64; 2], fade: f64) {
-        self.wobble = self.wobble.map(|error| error * fade);
+    pub fn predict(&mut self, there: [T; 3], g: [T; 2], fade: T) {
+        self.set_pose(there);
+        for error in &mut self.mean[E..PSI] {
+            *error *= fade;
+        }
+        // F P F', with x and y moved by (gx, gy) theta.
         let p = &mut self.covariance;
-        // P F' then F P F', with x and y moved by (gx, gy) theta, and e faded.
-        for row in p.iter_mut() {
-            row[0] += gx * row[2];
-            row[1] += gy * row[2];
-            row[3] *= fade;
-            row[4] *= fade;
-            row[5] *= fade;
+        let turned: [T; STATES] = core::array::from_fn(|j| p.at(THETA, j));
+        for (i, g_i) in g.into_iter().enumerate() {
+            for j in 0..=i {
+                *p.of(i, j) += g_i * turned[j] + g[j] * (turned[i] + g_i * turned[THETA]);
+            }
+            for (j, from_heading) in turned.into_iter().enumerate().skip(THETA) {
+                *p.of(i, j) += g_i * from_heading;
+            }
         }
-        let turned = p[2];
-        for (j, from_heading) in turned.into_iter().enumerate() {
-            p[0][j] += gx * from_heading;
-            p[1][j] += gy * from_heading;
+        // And e faded.
+        for i in E..STATES {
+            for j in 0..=i.min(PSI - 1) {
+                let both = (E..PSI).contains(&i) && j >= E;
+                if both {
+                    *p.of(i, j) *= fade * fade;
+                } else if (E..PSI).contains(&i) || j >= E {
+                    *p.of(i, j) *= fade;
+                }
+            }
         }
-        p[3..PSI].iter_mut().flatten().for_each(|entry| *entry *= fade);
-        self.pose = there;
     }
 
     /// Q of equation (1): the random walk along the rolling, and what renews e after fading.
-    pub fn add_process_noise(&mut self, noise: &OdometryNoise, rolled_m: f64, fade: f64) {
-        let p = &mut self.covariance;
-        let renewed = 1.0 - fade * fade;
-        p[3][3] += renewed * noise.position_wobble_m.powi(2);
-        p[4][4] += renewed * noise.position_wobble_m.powi(2);
-        p[5][5] += renewed * noise.heading_wobble_rad.powi(2);
-        p[0][0] += noise.travel_variance_m2(rolled_m);
-        p[1][1] += noise.travel_variance_m2(rolled_m);
-        p[2][2] += noise.heading_variance_rad2(rolled_m);
+    pub fn add_process_noise(&mut self, noise: &Variances<T>, rolled_m: f64, fade: T) {
+        let renewed = T::of(1.0) - fade * fade;
+        let rolled_m = T::of(rolled_m);
+        let position = renewed * noise.position_wobble;
+        let added = [
+            noise.travel_per_m * rolled_m,
+            noise.travel_per_m * rolled_m,
+            noise.heading_per_m * rolled_m,
+            position,
+            position,
+            renewed * noise.heading_wobble,
+        ];
+        for (i, variance) in added.into_iter().enumerate() {
+            *self.covariance.of(i, i) += variance;
+        }
     }
 
     /// The share of the heading's random walk in the position, for a motion of so many even steps: (gx, gy) is the
     /// derivative of its end by the heading at its beginning.
     pub fn couple_heading_noise(
         &mut self,
-        noise: &OdometryNoise,
+        noise: &Variances<T>,
         rolled_m: f64,
-        g: [f64; 2],
+        g: [T; 2],
         steps: f64,
     ) {
-        let variance = noise.heading_variance_rad2(rolled_m);
         let before = (steps - 1.0).max(0.0) / steps.max(1.0);
-        let place = before * (2.0 - 1.0 / steps.max(1.0)) / 6.0 * variance;
-        let shared = before / 2.0 * variance;
+        let variance = noise.heading_per_m * T::of(rolled_m);
+        let place = T::of(before * (2.0 - 1.0 / steps.max(1.0)) / 6.0) * variance;
+        let shared = T::of(before / 2.0) * variance;
         let p = &mut self.covariance;
         for i in 0..2 {
-            for j in 0..2 {
-                p[i][j] += g[i] * g[j] * place;
+            for j in 0..=i {
+                *p.of(i, j) += g[i] * g[j] * place;
             }
-            p[i][2] += g[i] * shared;
-            p[2][i] += g[i] * shared;
+            *p.of(THETA, i) += g[i] * shared;
         }
     }
 
-    /// The covariance at the first measured pose. `by_heading` is that of a [`ScalarMeasurement`].
+    /// The covariance at the first measured pose. `by_heading` is that of a [`ScalarMeasurement`]; where no heading was
+    /// measured, its variance is that of the start's estimated one.
     pub fn start(
         &mut self,
-        noise: &OdometryNoise,
-        heading_sigma_rad: f64,
-        by_heading: [f64; 2],
-        velocity: [f64; 3],
+        noise: &Variances<T>,
+        heading_var: T,
+        by_heading: [T; 2],
+        velocity: [T; 3],
     ) {
-        let heading_var = heading_sigma_rad * heading_sigma_rad;
-        let position_var = noise.position_sigma_m * noise.position_sigma_m;
-        let wobble_var =
-            [noise.position_wobble_m, noise.heading_wobble_rad].map(|sigma| sigma * sigma);
         // pose = z - offset(theta) - e - psi - noise + tau velocity: the uncertainty of each of these is part of
         // that of the pose.
-        let psi_var = noise.heading_offset_rad.powi(2);
-        let tau_var = noise.clock_offset_s.powi(2);
-        let independent = [position_var + wobble_var[0], heading_var + wobble_var[1] + psi_var];
-        let lever = [-by_heading[0], -by_heading[1], 1.0];
+        let independent = [
+            noise.position + noise.position_wobble,
+            heading_var + noise.heading_wobble + noise.heading_offset,
+        ];
+        let lever = [-by_heading[0], -by_heading[1], T::of(1.0)];
         // A later clock means a pose further on; the velocity of the pose is that of the point less the share of
         // its lever.
-        let later: [f64; 3] = core::array::from_fn(|i| {
+        let later: [T; 3] = core::array::from_fn(|i| {
             if i < 2 { velocity[i] + lever[i] * velocity[2] } else { velocity[2] }
         });
+        let p = &mut self.covariance;
         for i in 0..3 {
-            for j in 0..3 {
-                self.covariance[i][j] =
-                    lever[i] * lever[j] * independent[1] + later[i] * later[j] * tau_var;
+            for j in 0..=i {
+                *p.of(i, j) =
+                    lever[i] * lever[j] * independent[1] + later[i] * later[j] * noise.clock_offset;
             }
-            let shared = [
-                (5, -lever[i] * wobble_var[1]),
-                (PSI, -lever[i] * psi_var),
-                (TAU, later[i] * tau_var),
-            ];
-            for (state, covariance) in shared {
-                self.covariance[i][state] = covariance;
-                self.covariance[state][i] = covariance;
-            }
+            *p.of(5, i) = -lever[i] * noise.heading_wobble;
+            *p.of(PSI, i) = -lever[i] * noise.heading_offset;
+            *p.of(TAU, i) = later[i] * noise.clock_offset;
         }
         for i in 0..2 {
-            self.covariance[i][i] += independent[0];
-            self.covariance[3 + i][3 + i] = wobble_var[0];
-            self.covariance[i][3 + i] = -wobble_var[0];
-            self.covariance[3 + i][i] = -wobble_var[0];
+            *p.of(i, i) += independent[0];
+            *p.of(E + i, E + i) = noise.position_wobble;
+            *p.of(E + i, i) = -noise.position_wobble;
         }
-        self.covariance[5][5] = wobble_var[1];
-        self.covariance[PSI][PSI] = psi_var;
-        self.covariance[TAU][TAU] = tau_var;
+        *p.of(5, 5) = noise.heading_wobble;
+        *p.of(PSI, PSI) = noise.heading_offset;
+        *p.of(TAU, TAU) = noise.clock_offset;
     }
 
     /// Equation (2) of the state.
-    pub fn innovation(&self, noise: &OdometryNoise, scalar: &ScalarMeasurement) -> Update {
-        let ScalarMeasurement { quantity, measured, offset, by_heading, velocity } = *scalar;
-        let [ex, ey, turned] = self.wobble;
-        let [psi, tau] = self.run;
-        let position_var = noise.position_sigma_m * noise.position_sigma_m;
-        let heading_var = noise.heading_sigma_rad * noise.heading_sigma_rad;
+    pub fn innovation(&self, noise: &Variances<T>, scalar: &ScalarMeasurement<T>) -> Update<T> {
+        match scalar.quantity {
+            Quantity::X => self.innovation_along::<0>(noise, scalar),
+            Quantity::Y => self.innovation_along::<1>(noise, scalar),
+            Quantity::Heading => self.innovation_along::<THETA>(noise, scalar),
+        }
+    }
+
+    /// The same for the quantity of this axis.
+    fn innovation_along<const AXIS: usize>(
+        &self,
+        noise: &Variances<T>,
+        scalar: &ScalarMeasurement<T>,
+    ) -> Update<T> {
+        let ScalarMeasurement { measured, offset, by_heading, velocity, .. } = *scalar;
+        let by_tau = -velocity[AXIS];
+        let left = T::of(measured) - self.mean[AXIS] - self.mean[E + AXIS];
         // dh/dx has a one at the quantity and one at its e; a position has its lever, a heading psi.
-        let (axis, lever, by_psi, noise_var, nu) = match quantity {
-            Quantity::X => {
-                (0, by_heading[0], 0.0, position_var, measured - self.pose.x_m - offset[0] - ex)
-            }
-            Quantity::Y => {
-                (1, by_heading[1], 0.0, position_var, measured - self.pose.y_m - offset[1] - ey)
-            }
-            Quantity::Heading => {
-                let nu = wrap(measured - self.pose.heading_rad - turned - psi);
-                (2, 0.0, 1.0, heading_var, nu)
-            }
+        let (lever, by_psi, noise_var, nu) = if AXIS == THETA {
+            let nu = (left - self.mean[PSI]).each(wrap);
+            (T::of(0.0), T::of(1.0), noise.heading, nu)
+        } else {
+            (by_heading[AXIS], T::of(0.0), noise.position, left - offset[AXIS])
         };
-        let by_tau = -velocity[axis];
-        let nu = nu - by_tau * tau;
-        let reading = Reading { axis, lever, by_psi, by_tau };
-        let ph: [f64; STATES] = core::array::from_fn(|i| reading.along(&self.covariance[i]));
+        let nu = nu - by_tau * self.mean[TAU];
+        let reading = Reading { axis: AXIS, lever, by_psi, by_tau };
+        let p = &self.covariance;
+        let ph: [T; STATES] = core::array::from_fn(|i| {
+            let own = p.at(i, AXIS) + p.at(i, E + AXIS) + by_tau * p.at(i, TAU);
+            own + if AXIS == THETA { p.at(i, PSI) } else { lever * p.at(i, THETA) }
+        });
         let variance = reading.along(&ph) + noise_var;
-        let gain = ph.map(|covariance| covariance / variance);
+        let weight = T::of(1.0) / variance;
+        let gain = ph.map(|covariance| covariance * weight);
         Update { reading, nu, variance, gain, ph }
     }
 
     /// Equation (3) of the state.
-    pub fn update(&mut self, update: &Update) {
+    pub fn update(&mut self, update: &Update<T>) {
         let Update { nu, gain, ph, .. } = update;
-        self.pose.x_m += gain[0] * nu;
-        self.pose.y_m += gain[1] * nu;
-        self.pose.heading_rad += gain[2] * nu;
-        for i in 0..3 {
-            self.wobble[i] += gain[3 + i] * nu;
+        for (mean, k) in self.mean.iter_mut().zip(gain) {
+            *mean += *k * *nu;
         }
-        self.run[0] += gain[PSI] * nu;
-        self.run[1] += gain[TAU] * nu;
-        for (line, k) in self.covariance.iter_mut().zip(gain) {
-            line.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
+        for (i, k) in gain.iter().enumerate() {
+            for (p, ph) in self.covariance.0[i][..=i].iter_mut().zip(ph) {
+                *p -= *k * *ph;
+            }
         }
     }
 }

@@ -24,6 +24,11 @@ impl Pose {
         Self { x_m, y_m, heading_rad }
     }
 
+    /// Its three numbers.
+    pub(crate) const fn to_array(self) -> [f64; 3] {
+        [self.x_m, self.y_m, self.heading_rad]
+    }
+
     /// The pose at the end of an exact arc.
     ///
     /// With the travels S_L, S_R: `turn = (S_R - S_L) / b`, `s = (S_L + S_R) / 2`, and the chord

@@ -2,21 +2,27 @@
 
 use core::f64::consts::{PI, TAU};
 
+use crate::numeric::lanes::Number;
+
 /// An angle brought to -pi..pi \[rad\].
 pub(crate) fn wrap(angle_rad: f64) -> f64 {
+    if (-PI..PI).contains(&angle_rad) {
+        return angle_rad;
+    }
     let turned = (angle_rad + PI).rem_euclid(TAU) - PI;
     // Right at the seam, rounding may give pi itself.
     if turned >= PI { -PI } else { turned }
 }
 
 /// sin(x) / x, exact to rounding at and near zero.
-pub(crate) fn sinc(x: f64) -> f64 {
-    if x.abs() >= 0.1 {
-        return x.sin() / x;
+pub(crate) fn sinc<T: Number>(x: T) -> T {
+    if x.largest() >= SMALL_RAD {
+        return x.each(|x| if x == 0.0 { 1.0 } else { x.sin() / x });
     }
     // The first term left out, x^10 / 11!, is under 1e-17; a sine would cost more.
     let square = x * x;
-    1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)))
+    let one = T::of(1.0);
+    [72.0, 42.0, 20.0, 6.0].into_iter().fold(one, |sum, n| one - square * T::of(1.0 / n) * sum)
 }
 
 /// d sinc(x) / dx, where sinc(x) is given.
@@ -31,26 +37,31 @@ pub(crate) fn sinc_slope(x: f64, sinc: f64) -> f64 {
 
 /// A direction, as the sine and cosine of its angle: to turn it by a small angle takes no sine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Direction {
-    pub sin: f64,
-    pub cos: f64,
+pub(crate) struct Direction<T = f64> {
+    pub sin: T,
+    pub cos: T,
 }
 
-impl Direction {
-    pub fn of(angle_rad: f64) -> Self {
+/// Below this, [`Direction::of_small`] is exact to rounding \[rad\].
+const SMALL_RAD: f64 = 0.1;
+
+impl<T: Number> Direction<T> {
+    pub fn of(angle_rad: T) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
         Self { sin, cos }
     }
 
     /// That of x, where sinc(x) is given.
-    pub fn of_small(x: f64, sinc: f64) -> Self {
-        if x.abs() >= 0.1 {
+    pub fn of_small(x: T, sinc: T) -> Self {
+        if x.largest() >= SMALL_RAD {
             return Self::of(x);
         }
         // The first term left out, x^12 / 12!, is under 1e-20.
         let square = x * x;
-        let rest = 1.0 - square / 30.0 * (1.0 - square / 56.0 * (1.0 - square / 90.0));
-        Self { sin: x * sinc, cos: 1.0 - square / 2.0 * (1.0 - square / 12.0 * rest) }
+        let [one, half] = [1.0, 0.5].map(T::of);
+        let rest = [90.0, 56.0, 30.0, 12.0];
+        let rest = rest.into_iter().fold(one, |sum, n| one - square * T::of(1.0 / n) * sum);
+        Self { sin: x * sinc, cos: one - square * half * rest }
     }
 
     /// Turned by another one's angle.
@@ -60,7 +71,9 @@ impl Direction {
             cos: self.cos * by.cos - self.sin * by.sin,
         }
     }
+}
 
+impl Direction {
     /// Turned back by another one's angle.
     pub fn turned_back(self, by: Self) -> Self {
         self.turned(Self { sin: -by.sin, ..by })

@@ -5,6 +5,7 @@
 //! | `jet.rs` | [`Jet`]: a value with its derivatives by an effect's parameters |
 //! | `angle.rs` | wrapping of angles, sin(x) / x |
 //! | `distributions.rs` | tails of chi-squared and F, false discovery rates, half widths of 95 % intervals |
+//! | `lanes.rs` | several numbers that go through the same arithmetic at once |
 //! | `median.rs` | the median |
 //! | `mixed_model.rs` | least squares with fixed and random unknowns (Henderson) |
 //! | `parallel.rs` | a function of each item, on all cores |
@@ -13,6 +14,7 @@
 pub(crate) mod angle;
 pub(crate) mod distributions;
 pub(crate) mod jet;
+pub(crate) mod lanes;
 pub(crate) mod median;
 pub(crate) mod mixed_model;
 pub(crate) mod parallel;

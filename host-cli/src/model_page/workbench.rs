@@ -197,6 +197,8 @@ impl Workbench {
 
     /// Explains the campaign from the robot as it was recorded. Takes seconds; the lines appear as they are found.
     pub fn explain(&self) {
+        // The first model asked for need not wait for it.
+        self.comparer();
         let model = self.model().clone();
         let catalogue = model.catalogue();
         let in_use: Vec<&str> = self.in_use.iter().map(String::as_str).collect();

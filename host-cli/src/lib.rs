@@ -45,14 +45,12 @@ pub mod explain;
 pub mod hex;
 pub mod import_page;
 pub mod interrupt;
-pub mod json;
 pub mod limits;
 pub mod model_page;
 pub mod motors;
 pub mod page_server;
 pub mod port;
 pub mod pose_source;
-pub mod quantity;
 pub mod report;
 pub mod robot_page;
 pub mod table;
@@ -60,4 +58,6 @@ pub mod tune;
 pub mod ui;
 pub mod undo;
 pub mod wheel_angles;
-pub mod words;
+
+/// What is found, in sentences and as JSON, and numbers with units: `findings` is for other programs as well.
+pub use findings::{json, quantity, words};

@@ -16,6 +16,7 @@
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
+//! | [`fleet`] | what many campaigns say |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
 //! | [`model_page`] | the page on which effects are switched on and off |
@@ -42,6 +43,7 @@ pub mod config_text;
 pub mod error;
 pub mod escape;
 pub mod explain;
+pub mod fleet;
 pub mod hex;
 pub mod import_page;
 pub mod interrupt;

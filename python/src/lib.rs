@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `campaign.rs` | a campaign that was read, and what can be asked of it |
 //! | `convert.rs` | errors and arrays as Python sees them |
+//! | `fleet.rs` | many robots |
 //! | `model.rs` | effects with values |
 //! | `write.rs` | campaigns of arrays and of logs |
 //!
@@ -14,6 +15,7 @@
 
 mod campaign;
 mod convert;
+mod fleet;
 mod model;
 mod write;
 
@@ -26,6 +28,8 @@ fn _beeline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("BeelineError", module.py().get_type::<BeelineError>())?;
     module.add_class::<campaign::Campaign>()?;
     module.add_class::<model::Model>()?;
+    module.add_function(wrap_pyfunction!(fleet::common_effects, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::judge, module)?)?;
     module.add_function(wrap_pyfunction!(write::write_arrays, module)?)?;
     module.add_function(wrap_pyfunction!(write::write_logs, module)?)
 }

@@ -1,5 +1,5 @@
 //! `cargo xtask peers`: do other programs read our bags, trajectories and parameters, and we their bags? They are Python packages,
-//! in an environment of their own in the build folder. The notebook of our own package is executed there too.
+//! in an environment of their own in the build folder. The notebook of our own package is executed there too, and its compiled part checked by clippy.
 
 use std::process::Command;
 
@@ -19,6 +19,7 @@ pub fn check() -> Outcome {
     let mut check = Command::new(environment.join("bin/python"));
     check.arg(CHECK).arg(target_folder().join("debug/beeline")).current_dir(root());
     run(&mut check, "each check that failed stands above")?;
+    wheel::clippy()?;
     wheel::build_into(&environment)?;
     wheel::pytest(&environment, &["tests/test_notebook.py"])
 }

@@ -15,7 +15,8 @@ pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use analysis::{
-    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs, ServeArgs,
+    AddArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
+    ServeArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
@@ -152,6 +153,8 @@ pub enum Command {
     /// Show and change the model of a campaign: add an effect, and watch the error fall.
     #[command(subcommand)]
     Model(ModelCommand),
+    /// Compare many robots and dates: who drifts, who wears, who is unlike the others, what all have in common.
+    Fleet(FleetArgs),
     /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
     /// Open a page: of a campaign, to switch effects on and watch the error fall; or of a robot, to watch and drive it.

@@ -5,27 +5,50 @@ use crate::effect::definition::{Effect, FirmwareTerm};
 use crate::explain::answer::{Answer, StepFound};
 use crate::selection::candidates::is_geometry;
 
-/// Radii and track width, then what was found and matters in any of these answers, the most frequent first. Of effects that
+/// An effect that a campaign shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Its id.
+    pub effect: String,
+    /// All effects that the campaign cannot tell from it, itself included.
+    pub class: Vec<String>,
+    /// It moves the robot by more than the tolerance.
+    pub matters: bool,
+}
+
+impl Found {
+    /// What an answer names, known or missing.
+    pub fn of(answer: &Answer) -> Vec<Self> {
+        let found = |step: &StepFound| Self {
+            effect: step.effect.clone(),
+            class: step.class.clone(),
+            matters: step.matters,
+        };
+        answer.known.iter().chain(&answer.steps).map(found).collect()
+    }
+}
+
+/// Radii and track width, then what was found and matters in any of these campaigns, the most frequent first. Of effects that
 /// some campaign cannot tell apart only the most frequent is in.
-pub fn common_effects(answers: &[&Answer]) -> Vec<&'static dyn Effect> {
+pub fn common_effects(found: &[Found]) -> Vec<&'static dyn Effect> {
     let mut common: Vec<&'static dyn Effect> =
         CATALOGUE.iter().copied().filter(|effect| is_geometry(*effect)).collect();
-    let steps = || answers.iter().flat_map(|answer| answer.known.iter().chain(&answer.steps));
-    let times = |id: &str| steps().filter(|step| step.matters && step.effect == id).count();
-    let mut found: Vec<(usize, &'static dyn Effect)> = steps()
-        .filter_map(|step| find(&step.effect))
+    let times = |id: &str| found.iter().filter(|one| one.matters && one.effect == id).count();
+    let mut named: Vec<(usize, &'static dyn Effect)> = found
+        .iter()
+        .filter_map(|one| find(&one.effect))
         .map(|effect| (times(effect.facts().id), effect))
         .filter(|(count, _)| *count > 0)
         .collect();
-    found.sort_by(|(a, one), (b, other)| b.cmp(a).then(one.facts().id.cmp(other.facts().id)));
-    for (_, effect) in found {
+    named.sort_by(|(a, one), (b, other)| b.cmp(a).then(one.facts().id.cmp(other.facts().id)));
+    for (_, effect) in named {
         let id = effect.facts().id;
-        let has = |step: &StepFound, id: &str| step.class.iter().any(|other| other == id);
-        let not_apart = |other: &&dyn Effect| {
+        let has = |one: &Found, id: &str| one.class.iter().any(|other| other == id);
+        let not_apart = |other: &&'static dyn Effect| {
             let other = other.facts().id;
-            other == id || steps().any(|step| has(step, id) && has(step, other))
+            other == id || found.iter().any(|one| has(one, id) && has(one, other))
         };
-        if !common.iter().any(|other| not_apart(other)) {
+        if !common.iter().any(not_apart) {
             common.push(effect);
         }
     }
@@ -40,36 +63,26 @@ pub fn is_wear(effect: &dyn Effect, per_day: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::explain::explain;
-    use crate::tests::synthetic::{campaign, full_plan};
 
     #[test]
     fn what_some_campaign_cannot_tell_apart_is_in_once() {
-        let nothing = explain(&campaign(&full_plan(), &[], 5)).unwrap();
-        let step = |class: &[&str]| StepFound {
+        let found = |class: &[&str]| Found {
             effect: class[0].into(),
             class: class.iter().map(|id| (*id).to_owned()).collect(),
-            parameters: Vec::new(),
-            fitted: Default::default(),
-            cross_validated: Default::default(),
-            p_value: 1e-9,
-            evidence: Default::default(),
-            effect_size_m: 1e-2,
-            moves_no_track: false,
             matters: true,
         };
-        let with = |steps: Vec<StepFound>| Answer { steps, ..nothing.clone() };
-        let answers = [
-            with(vec![step(&["scrub", "side_slip"])]),
-            with(vec![step(&["scrub"]), step(&["slope"])]),
-            with(vec![step(&["side_slip"])]),
+        let three = [
+            found(&["scrub", "side_slip"]),
+            found(&["scrub"]),
+            found(&["slope"]),
+            found(&["side_slip"]),
         ];
-        let common = common_effects(&answers.each_ref());
+        let common = common_effects(&three);
         let ids: Vec<&str> = common.iter().map(|effect| effect.facts().id).collect();
         assert_eq!(ids[3..], ["scrub", "slope"], "{ids:?}");
         assert!(common[..3].iter().all(|effect| is_geometry(*effect)));
-        let slight = StepFound { matters: false, ..step(&["slope"]) };
-        assert_eq!(common_effects(&[&with(vec![slight])]).len(), 3);
+        let slight = Found { matters: false, ..found(&["slope"]) };
+        assert_eq!(common_effects(&[slight]).len(), 3);
     }
 
     #[test]

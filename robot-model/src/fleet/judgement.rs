@@ -2,6 +2,7 @@
 
 use super::robots::{Line, Measured, Trend};
 use crate::numeric::distributions::{chi_squared, false_discovery_rates, fisher};
+use crate::numeric::median::median;
 
 /// Of what is said to be there, at most this share is chance.
 pub const RATE: f64 = 0.01;
@@ -9,19 +10,25 @@ pub const RATE: f64 = 0.01;
 const ROBOTS_MIN: usize = 3;
 /// Of fewer others no robot is said to be unlike them.
 const OTHERS_MIN: usize = 3;
+/// A robot further from the median than so many times the usual distance is not alike.
+const FAR: f64 = 5.0;
+/// A standard deviation over the median distance, of a normal distribution.
+const MEDIAN_TO_SIGMA: f64 = 1.482_6;
 /// What all have in common is more than so many times what they differ by: nearly every robot has it.
 const COMMON_SPREADS: f64 = 2.0;
 
 /// One parameter, over all robots of a kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
-    /// The mean robot.
+    /// The mean robot, of those that are alike.
     pub mean: f64,
     /// Its standard error.
     pub mean_sigma: f64,
     /// By how much robots differ, one standard deviation beyond what their uncertainty explains.
     pub spread: f64,
-    /// All have it, with the same sign.
+    /// How many robots are alike: all but those far from the others.
+    pub alike: usize,
+    /// These have it, with the same sign.
     pub is_common: bool,
     /// Each robot, by its number.
     pub robots: Vec<RobotJudged>,
@@ -62,7 +69,7 @@ pub fn judge(parameters: &[Vec<Measured>]) -> Vec<Judgement> {
     let mut next = || answers.next().unwrap_or(false);
     for one in &mut judged {
         let is_there = next();
-        let enough = one.robots.len() >= ROBOTS_MIN;
+        let enough = one.alike >= ROBOTS_MIN;
         one.is_common = is_there && enough && one.mean.abs() > COMMON_SPREADS * one.spread;
         for trend in one.robots.iter_mut().filter_map(|robot| robot.trend.as_mut()) {
             trend.is_there = next();
@@ -88,10 +95,11 @@ fn one_parameter(values: &[Measured]) -> (Judgement, f64) {
     let phi = if freedom > 0 { (chi / freedom as f64).max(1.0) } else { 1.0 };
     let robots: Vec<(f64, f64)> =
         lines.iter().map(|line| (line.mean, line.mean_sigma * phi.sqrt())).collect();
-    let all = Population::of(&robots);
+    let alike = alike(&robots);
+    let all = Population::of(&chosen(&robots, &alike, None));
     let judged = numbers.iter().zip(&lines).enumerate().map(|(k, (robot, line))| {
-        let mut others = robots.clone();
-        let (mean, sigma) = others.remove(k);
+        let (mean, sigma) = robots[k];
+        let others = chosen(&robots, &alike, Some(k));
         let unlike_p =
             (others.len() >= OTHERS_MIN).then(|| Population::of(&others).unlike(mean, sigma));
         let trend = line.slope.map(|(per_day, sigma)| {
@@ -106,14 +114,33 @@ fn one_parameter(values: &[Measured]) -> (Judgement, f64) {
         mean: all.mean,
         mean_sigma: all.mean_sigma,
         spread: all.spread,
+        alike: all.count,
         is_common: false,
         robots: judged.collect(),
     };
-    let p_value = match robots.len() {
+    let p_value = match all.count {
         0 | 1 => 1.0,
         many => tail(all.mean / all.mean_sigma, Some(many - 1)),
     };
     (judgement, p_value)
+}
+
+/// Which robots are alike: not further from the median than [`FAR`] times what the nearer half of them is. Those beyond would
+/// widen the spread by which all are judged, and hide each other.
+fn alike(robots: &[(f64, f64)]) -> Vec<bool> {
+    let Some(middle) = median(robots.iter().map(|robot| robot.0).collect()) else {
+        return Vec::new();
+    };
+    let off = |robot: &(f64, f64)| (robot.0 - middle).abs();
+    let near = median(robots.iter().map(off).collect()).unwrap_or_default();
+    let spread = |sigma: f64| sigma.hypot(MEDIAN_TO_SIGMA * near);
+    robots.iter().map(|robot| off(robot) <= FAR * spread(robot.1)).collect()
+}
+
+/// The robots that are alike, without one.
+fn chosen(robots: &[(f64, f64)], alike: &[bool], without: Option<usize>) -> Vec<(f64, f64)> {
+    let is_in = |k: usize| alike[k] && Some(k) != without;
+    robots.iter().enumerate().filter(|(k, _)| is_in(*k)).map(|(_, robot)| *robot).collect()
 }
 
 /// Probability of a value so many standard errors from zero on either side; `known_from`: the scale is an estimate.
@@ -218,14 +245,17 @@ mod tests {
 
     #[test]
     fn the_robot_that_is_unlike_the_others_is_named() {
-        let judged = judge(&[fleet(4, 0.0, 1e-3, |robot, _| if robot == 2 { 2e-2 } else { 0.0 })]);
+        let far = |robot, _| [0.0, 0.0, 2e-2, 0.0, 0.0, -3e-2, 0.0, 0.0][robot];
+        let judged = judge(&[fleet(4, 8e-3, 1e-3, far)]);
         let unlike: Vec<usize> = judged[0]
             .robots
             .iter()
             .filter(|robot| robot.is_unlike)
             .map(|robot| robot.robot)
             .collect();
-        assert_eq!(unlike, [2], "{judged:?}");
+        assert_eq!(unlike, [2, 5], "{judged:?}");
+        // Neither hides the other, nor what the rest have in common.
+        assert!(judged[0].is_common && judged[0].alike == 6, "{judged:?}");
     }
 
     #[test]

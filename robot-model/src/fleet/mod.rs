@@ -23,6 +23,6 @@ mod common_effects;
 mod judgement;
 mod robots;
 
-pub use common_effects::{common_effects, is_wear};
+pub use common_effects::{Found, common_effects, is_wear};
 pub use judgement::{Judgement, RATE, RobotJudged, judge};
 pub use robots::{Measured, Trend};

@@ -16,10 +16,10 @@ pub fn check() -> Outcome {
     prerequisites::meet_for_python()?;
     let environment = wheel::environment("peers", REQUIREMENTS)?;
     cargo(&["build", "-p", "host-cli"], &[], "fix the build")?;
+    wheel::build_into(&environment)?;
     let mut check = Command::new(environment.join("bin/python"));
     check.arg(CHECK).arg(target_folder().join("debug/beeline")).current_dir(root());
     run(&mut check, "each check that failed stands above")?;
     wheel::clippy()?;
-    wheel::build_into(&environment)?;
     wheel::pytest(&environment, &["tests/test_notebook.py"])
 }

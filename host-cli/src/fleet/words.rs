@@ -71,9 +71,10 @@ fn changes(
     trend: &Trend,
 ) -> (&'static str, String) {
     let facts = parameter.effect.facts();
-    let rate =
-        value_with_sigma(MONTH_DAYS * trend.per_day, MONTH_DAYS * trend.sigma, &parameter.unit);
-    let (what, begins) = if is_wear(parameter.effect, trend.per_day) {
+    let wears = is_wear(parameter.effect, trend.per_day);
+    let per_day = if wears { -trend.per_day } else { trend.per_day };
+    let rate = value_with_sigma(MONTH_DAYS * per_day, MONTH_DAYS * trend.sigma, &parameter.unit);
+    let (what, begins) = if wears {
         ("wears", format!("{name} wears: its wheels shrink"))
     } else {
         ("drifts", format!("{name} drifts: {}", facts.name))

@@ -18,6 +18,8 @@ pub struct OneLog {
     /// Poses in the tracker's frame.
     pub poses: Vec<Pose3>,
     pub counts_per_rev: f64,
+    /// Time \[s\] and rate of a gyro that the campaign has.
+    pub yaw_rates: Vec<(f64, f64)>,
     /// The bag has a gyro that sits upside down, and a battery of 12.25 V.
     pub has_gyro_and_battery: bool,
 }
@@ -27,6 +29,8 @@ type Recorded = (f64, ChannelId, Vec<u8>);
 
 /// When the log began \[s\].
 const EPOCH_S: f64 = 1_732_473_042.25;
+/// Between two runs, where nobody knows better \[s\].
+const BETWEEN_S: f64 = 20.0;
 /// Between two samples while the robot stands \[s\].
 const IDLE_S: f64 = 0.05;
 
@@ -58,8 +62,13 @@ impl OneLog {
 
     /// Only some of the runs.
     pub fn of_runs(folder: &Path, late_s: f64, which: Range<usize>) -> Self {
-        let campaign = Campaign::read(folder).unwrap();
+        Self::of_campaign(&Campaign::read(folder).unwrap(), late_s, which)
+    }
+
+    /// Only some of the runs of a campaign. Where nobody knows when a run began, it did a while after the one before.
+    pub fn of_campaign(campaign: &Campaign, late_s: f64, which: Range<usize>) -> Self {
         let mut log = Self {
+            yaw_rates: Vec::new(),
             wheels: Vec::new(),
             poses: Vec::new(),
             counts_per_rev: campaign.robot.counts_per_rev,
@@ -69,7 +78,8 @@ impl OneLog {
         for run in
             campaign.runs.iter().enumerate().filter(|(k, _)| which.contains(k)).map(|(_, run)| run)
         {
-            let start_s = EPOCH_S + run.facts.started_s.unwrap();
+            let after = log.wheels.last().map_or(EPOCH_S, |(t_s, _)| t_s + BETWEEN_S);
+            let start_s = run.facts.started_s.map_or(after, |started_s| EPOCH_S + started_s);
             log.stand_until(
                 start_s,
                 late_s,
@@ -91,6 +101,7 @@ impl OneLog {
                     let counts = [counted[0] + left - first[0], counted[1] + right - first[1]];
                     log.wheels.push((t_s, counts));
                 }
+                log.yaw_rates.extend(row.gyro_z_rad_s.map(|rate_rad_s| (t_s, rate_rad_s)));
                 if let (Some(x), Some(y), Some(heading)) =
                     (row.get(Column::X), row.get(Column::Y), row.get(Column::Heading))
                 {
@@ -234,6 +245,12 @@ impl OneLog {
             ];
             // Received some time after it was measured.
             messages.push((t_s + 0.013, joints, encode_joints(*t_s, &joint)));
+        }
+        if !self.yaw_rates.is_empty() {
+            let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");
+            let message =
+                |(t_s, rate): &(f64, f64)| (*t_s, imu, encode_imu(*t_s, [0.0, 0.0, *rate]));
+            messages.extend(self.yaw_rates.iter().map(message));
         }
         if self.has_gyro_and_battery {
             let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");

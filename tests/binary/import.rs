@@ -58,6 +58,29 @@ fn same_answer(temp: &TempFolder, arguments: &[&str], runs: usize, sigmas: f64) 
 }
 
 #[test]
+fn a_data_log_of_wpilib_gives_the_answer_of_the_mystery_and_one_that_is_cut_off_is_read_as_far_as_it_goes()
+ {
+    let temp = TempFolder::new();
+    let whole = mystery().wpilog();
+    put(&temp, "drive.wpilog", &whole);
+    let told = temp
+        .run_with(&["import", "drive.wpilog", "-o", "none", "--map", "x_m=/nothing"], "")
+        .refused();
+    assert!(told.contains("no file has a column `/nothing`"), "{told}");
+    assert!(told.contains("/drive/left_rad") && told.contains("/vision/pose.heading"), "{told}");
+    let map = "x_m=/vision/pose.x,y_m=/vision/pose.y,heading_rad=/vision/pose.heading";
+    let arguments = [&["drive.wpilog", "--map", map], &SHEET[..]].concat();
+    same_answer(&temp, &arguments, RUNS, 1.0);
+    put(&temp, "cut.wpilog", &whole[..whole.len() * 2 / 3 + 5]);
+    let line =
+        [&["import", "cut.wpilog", "-o", "cut", "--json", "--map", map], &SHEET[..]].concat();
+    let cut = temp.run_with(&line, "").ok();
+    assert!(cut.stderr.contains("the log is cut off after"), "{}", cut.stderr);
+    let runs = cut.json()["runs"].as_array().unwrap().len();
+    assert!((10..RUNS).contains(&runs), "{runs}");
+}
+
+#[test]
 fn one_bag_with_the_tracker_in_its_own_frame_and_clock_gives_the_same_answer() {
     let temp = TempFolder::new();
     put(&temp, "drive.mcap", mystery().bag());

@@ -17,6 +17,7 @@ pub struct OneLog {
     pub wheels: Vec<(f64, [f64; 2])>,
     /// Poses in the tracker's frame.
     pub poses: Vec<Pose3>,
+    /// Of a wheel.
     pub counts_per_rev: f64,
     /// Time \[s\] and rate of a gyro that the campaign has.
     pub yaw_rates: Vec<(f64, f64)>,
@@ -71,7 +72,7 @@ impl OneLog {
             yaw_rates: Vec::new(),
             wheels: Vec::new(),
             poses: Vec::new(),
-            counts_per_rev: campaign.robot.counts_per_rev,
+            counts_per_rev: campaign.robot.counts_per_rev * campaign.robot.gear_reduction,
             has_gyro_and_battery: false,
         };
         let mut counted = [0.0; 2];
@@ -266,6 +267,58 @@ impl OneLog {
             }
         }
         self.finish(bag, poses, messages)
+    }
+
+    /// As a data log of WPILib, on a clock of its own: angles of wheels, each logged when it changes, and poses as structs.
+    pub fn wpilog(&self) -> Vec<u8> {
+        let mut bytes = b"WPILOG\x00\x01\x05\x00\x00\x00extra".to_vec();
+        let mut record = |entry: u32, t_s: f64, payload: &[u8]| {
+            let t_us = ((t_s - self.wheels[0].0) * 1e6).round().max(0.0) as u64;
+            // One byte for the entry, two for the size, five for the time.
+            bytes.push(4 | 4 << 4);
+            bytes.push(entry as u8);
+            bytes.extend_from_slice(&(payload.len() as u16).to_le_bytes());
+            bytes.extend_from_slice(&t_us.to_le_bytes()[..5]);
+            bytes.extend_from_slice(payload);
+        };
+        let entries = [
+            ("NT:/drive/left_rad", "double"),
+            ("NT:/drive/right_rad", "double"),
+            ("/vision/pose", "struct:Pose2d"),
+            ("messages", "string"),
+        ];
+        for (entry, (name, kind)) in (1_u32..).zip(entries) {
+            let mut start = vec![0];
+            start.extend_from_slice(&entry.to_le_bytes());
+            for text in [name, kind, "{}"] {
+                start.extend_from_slice(&(text.len() as u32).to_le_bytes());
+                start.extend_from_slice(text.as_bytes());
+            }
+            record(0, self.wheels[0].0, &start);
+        }
+        record(4, self.wheels[0].0, b"hello");
+        // Records come in the order of time.
+        let mut all: Vec<(f64, u32, Vec<u8>)> = Vec::new();
+        let rad = TAU / self.counts_per_rev;
+        let mut logged = [f64::NAN; 2];
+        for (t_s, counts) in &self.wheels {
+            for side in 0..2 {
+                if counts[side] != logged[side] {
+                    logged[side] = counts[side];
+                    // A program takes a little from one to the next.
+                    let at_s = t_s + 4e-4 * side as f64;
+                    all.push((at_s, side as u32 + 1, (counts[side] * rad).to_le_bytes().to_vec()));
+                }
+            }
+        }
+        for Pose3 { t_s, position_m: [x, y, _], orientation } in &self.poses {
+            let [_, _, z, w] = orientation.unwrap();
+            let pose = [*x, *y, 2.0 * z.atan2(w)].map(f64::to_le_bytes).concat();
+            all.push((*t_s, 3, pose));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.iter().for_each(|(t_s, entry, payload)| record(*entry, *t_s, payload));
+        bytes
     }
 
     /// The wheels as a table in nanoseconds.

@@ -347,3 +347,45 @@ fn exported_bags_and_parameters_come_back() {
     let (expected, sigma) = speed_growth(&temp, MYSTERY);
     assert!((value - expected).abs() < 0.1 * sigma, "{value} {expected}");
 }
+
+#[test]
+fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_replaced() {
+    let temp = TempFolder::new();
+    let line = ["record", "mine", "arc", "1m", "90deg", "--mcap", "drive.mcap"];
+    temp.run_with(&line, "").ok();
+    let listed = temp.run_with(&["import", "drive.mcap"], "").ok().stdout;
+    for topic in
+        ["--wheels left_wheel_joint,right_wheel_joint", "--pose /measured", "--odometry /odom"]
+    {
+        assert!(listed.contains(topic), "{listed}");
+    }
+    let (bag, runs) = (temp.read("drive.mcap"), temp.path("mine/runs"));
+    temp.run_with(
+        &[
+            "import",
+            "drive.mcap",
+            "-o",
+            "imported",
+            "--wheel-radius",
+            "36mm",
+            "--track-width",
+            "37.2cm",
+        ],
+        "",
+    )
+    .ok();
+    let last = |folder: &str| {
+        let runs = std::fs::read_dir(temp.path(folder).join("runs")).unwrap();
+        let (rows, _) =
+            ::campaign::read_run(&runs.map(|run| run.unwrap().path()).next().unwrap()).unwrap();
+        rows.iter().rev().find_map(|row| Some([row.x_m?, row.y_m?])).unwrap()
+    };
+    let (recorded, imported) = (last("mine"), last("imported"));
+    // The bag has both; the import cuts the run where the robot rests.
+    let off_m = (recorded[0] - imported[0]).hypot(recorded[1] - imported[1]);
+    assert!(off_m < 5e-3, "{recorded:?} {imported:?}");
+    let refused = temp.run_with(&line, "").refused();
+    assert!(refused.contains("drive.mcap exists"), "{refused}");
+    assert_eq!(temp.read("drive.mcap"), bag);
+    assert_eq!(std::fs::read_dir(runs).unwrap().count(), 1);
+}

@@ -274,7 +274,7 @@ pub struct WatchArgs {
 /// `beeline record`
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0"
+    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0\n  beeline record my-robot straight 2m --mcap drive.mcap"
 )]
 pub struct RecordArgs {
     /// The campaign folder; made if it does not exist.
@@ -285,6 +285,10 @@ pub struct RecordArgs {
     /// Samples per second, 1 to 1000: a divisor of 1000.
     #[arg(long, global = true, default_value_t = 100, value_parser = rate)]
     pub rate: u16,
+    /// Write the run as a ROS 2 bag as well, in this new file: angles of the wheels, measured poses, and odometry by the numbers that
+    /// the robot is configured with.
+    #[arg(long, global = true, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
     /// The motion.
     #[command(subcommand)]
     pub motion: DriveCommand,

@@ -22,6 +22,8 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from wpiutil import DataLogWriter
+from wpiutil.log import DoubleArrayLogEntry, DoubleLogEntry
 
 MYSTERY = pathlib.Path(__file__).parents[3] / "examples" / "mystery-robot"
 # https://control.ros.org/jazzy/doc/ros2_controllers/diff_drive_controller/doc/userdoc.html
@@ -155,6 +157,30 @@ def write(place, store, plugin, runs):
                 bag.write(poses, ns, store.serialize_cdr(message, pose_stamped.__msgtype__))
 
 
+def a_data_log_of_wpilib_is_read(runs):
+    """As a robot program logs: each wheel when it changes, and poses of a camera."""
+    expected, sigma = speed_growth(MYSTERY)
+    log = DataLogWriter(str(folder / "drive.wpilog"))
+    wheels = [DoubleLogEntry(log, f"/drive/{side}") for side in ("left", "right")]
+    poses = DoubleArrayLogEntry(log, "/camera/pose")
+    for number, one in enumerate(runs.values()):
+        start_us = 1_000_000 + number * 100_000_000
+        records = [(t_s, wheels[side], angles[side]) for t_s, *angles in one["wheels"] for side in (0, 1)]
+        records += [(t_s, poses, list(pose)) for t_s, *pose in one["poses"]]
+        for t_s, entry, value in sorted(records, key=lambda record: record[0]):
+            at_us = start_us + round(t_s * 1e6)
+            (entry.update if entry in wheels else entry.append)(value, at_us)
+    log.flush()
+    log.stop()
+    columns = {"left_rad": "/drive/left", "right_rad": "/drive/right"}
+    columns |= {name: f"/camera/pose[{k}]" for k, name in enumerate(("x_m", "y_m", "heading_rad"))}
+    mapping = ",".join(f"{name}={column}" for name, column in columns.items())
+    sheet = ("--wheel-radius", "36mm", "--track-width", "37.2cm")
+    run("import", "drive.wpilog", "-o", "of_wpilog", "--map", mapping, *sheet)
+    value, _ = speed_growth("of_wpilog")
+    check("we read a data log of WPILib", abs(value - expected) < sigma, f"{value:.5f}, not {expected:.5f} ± {sigma:.5f}")
+
+
 def trajectories_are_read_by_evo(runs):
     worst = 0.0
     for name, one in runs.items():
@@ -271,4 +297,5 @@ parameters_serve_runs_that_were_held_out(MYSTERY, 3)
 parameters_serve_runs_that_were_held_out(MYSTERY.parent / "optiodom", 3)
 # The robot rests in one run, which is none for an import.
 bags_of_others_are_read(table)
+a_data_log_of_wpilib_is_read(table)
 sys.exit(min(failures, 1))

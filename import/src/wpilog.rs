@@ -25,8 +25,12 @@ const MAGIC: &[u8] = b"WPILOG";
 const MAJOR: u8 = 1;
 /// Values this close were logged in one cycle of a program \[us\]; cycles take 20 ms, or 5 ms at the fastest.
 const CYCLE_US: i64 = 2_500;
-/// Where nothing changes, a wheel gets a row this often \[us\].
-const HELD_US: i64 = 100_000;
+/// Where nothing changes, a wheel gets a row this often \[us\], so many times: after that nobody knows whether the log went on. A
+/// robot that stands for longer is as one whose log was interrupted.
+const HELD_US: i64 = 500_000;
+const HELD_MAX: i64 = 10;
+/// And rows so long before it changes, so that it is not taken to have moved slowly all the time \[us\].
+const BEFORE_US: [i64; 3] = [1_000_000, 500_000, 20_000];
 /// Elements of an array that are columns.
 const ARRAY_MAX: usize = 16;
 /// Names that an error lists.
@@ -138,13 +142,14 @@ pub fn parse(file: &Path, content: &[u8], mappings: &[Mapping]) -> Result<TextLo
     let mut all = Records(records);
     for record in &mut all {
         read += 1;
-        end_us = end_us.max(record.t_us);
         if record.entry == 0 {
             if let Some((entry, name, kind)) = started(record.payload) {
                 entries.insert(entry, (name, kind));
             }
             continue;
         }
+        // Control records may have the time of another clock.
+        end_us = end_us.max(record.t_us);
         let Some((name, kind)) = entries.get(&record.entry) else { continue };
         for (field, number) in kind.numbers(record.payload) {
             let name = format!("{name}{field}");
@@ -277,10 +282,7 @@ fn rows(
     while next < values.len() {
         let at_us = values[next].0;
         let still = wheels_alone(&held);
-        while at_us - before_us > 2 * HELD_US {
-            before_us += HELD_US;
-            push(before_us, &still);
-        }
+        held_times(before_us, at_us).for_each(|t_us| push(t_us, &still));
         let mut row = still;
         let mut set = vec![false; names.len()];
         while let Some((t_us, k, value)) = values.get(next)
@@ -293,9 +295,41 @@ fn rows(
         push(at_us, &row);
         before_us = at_us;
     }
-    while end_us - before_us > HELD_US {
-        before_us += HELD_US;
-        push(before_us, &wheels_alone(&held));
-    }
+    let still = wheels_alone(&held);
+    held_times(before_us, end_us).for_each(|t_us| push(t_us, &still));
     std::iter::once("t_s".to_owned()).chain(names).zip(table).collect()
+}
+
+/// The times of rows between two records in which nothing changes.
+fn held_times(from_us: i64, to_us: i64) -> impl Iterator<Item = i64> {
+    let after = (1..=HELD_MAX).map(move |k| from_us.saturating_add(k * HELD_US));
+    let after_end_us = from_us.saturating_add(HELD_MAX * HELD_US);
+    let last_us = BEFORE_US[BEFORE_US.len() - 1];
+    let before = BEFORE_US.into_iter().map(move |us| to_us.saturating_sub(us));
+    // A step of a moving wheel is no pause.
+    let is_pause = to_us.saturating_sub(from_us) > 4 * last_us;
+    let after = after.filter(move |t_us| *t_us < to_us - last_us);
+    let before = before
+        .filter(move |t_us| *t_us > from_us && (*t_us > after_end_us || *t_us == to_us - last_us));
+    after.chain(before).filter(move |_| is_pause)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_has_rows_that_increase_and_are_few_however_long_it_is() {
+        let times = |to_us| held_times(1_000, to_us).collect::<Vec<_>>();
+        assert!(times(21_000).is_empty());
+        assert_eq!(times(151_000), [131_000]);
+        for to_us in [700_000, 4_000_000, 5_900_000, 6_300_000, 60_000_000, i64::MAX] {
+            let times = times(to_us);
+            assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{to_us}: {times:?}");
+            assert!(
+                times.len() <= 13 && times.last() == Some(&(to_us - 20_000)),
+                "{to_us}: {times:?}"
+            );
+        }
+    }
 }

@@ -92,15 +92,25 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
         warn_of_gaps(session, dropped).await?;
         Ok((path, rows, config))
     })?;
+    finish(common, args, (&path, &rows), &config)
+}
+
+/// Says what was recorded, once it is, and writes the bag.
+fn finish(
+    common: &Common,
+    args: &RecordArgs,
+    (path, rows): (&Path, &[Row]),
+    config: &Config,
+) -> Result<()> {
     if !rows.iter().any(|row| row.x_m.is_some()) {
         warn("the run has no measured poses: add x_m, y_m and heading_rad before you compare it");
     }
     if let Some(bag) = &args.mcap {
         // A simulated run has no date, so that the same seed gives the same bytes.
         let is_simulated = matches!(common.port, Port::Sim(_));
-        write_bag(bag, &path, &rows, &config, !is_simulated)?;
+        write_bag(bag, path, rows, config, !is_simulated)?;
     }
-    say_recorded(common.json, &path, rows.len());
+    say_recorded(common.json, path, rows.len());
     Ok(())
 }
 

@@ -16,7 +16,7 @@ mod places;
 mod table;
 mod words;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use campaign::model::ModelFile;
 use campaign::{Campaign, CampaignError, RobotFile};
@@ -123,7 +123,7 @@ pub fn study(folders: &[PathBuf], mut progress: impl FnMut(f64)) -> Fleet {
 }
 
 /// Explains the campaign in a folder.
-fn explained(folder: &PathBuf) -> Result<(RobotFile, Studied), String> {
+fn explained(folder: &Path) -> Result<(RobotFile, Studied), String> {
     let words = |error: CampaignError| error.to_string();
     let (read, recordings) = Campaign::read_both(folder).map_err(words)?;
     let campaign = recordings.into_model(&read, folder).map_err(words)?;
@@ -139,7 +139,7 @@ fn explained(folder: &PathBuf) -> Result<(RobotFile, Studied), String> {
     };
     let missing = answer.steps.iter().filter(|step| step.matters);
     let studied = Studied {
-        folder: folder.clone(),
+        folder: folder.to_owned(),
         robot: 0,
         dated: places::dated(folder, &read),
         verdict: headline(&answer, &asked),

@@ -294,7 +294,8 @@ impl OneLog {
                 start.extend_from_slice(&(text.len() as u32).to_le_bytes());
                 start.extend_from_slice(text.as_bytes());
             }
-            record(0, self.wheels[0].0, &start);
+            // By the clock of the day, as WPILib does it before it has set its own.
+            record(0, self.wheels[0].0 + 1e6, &start);
         }
         record(4, self.wheels[0].0, b"hello");
         // Records come in the order of time.
